@@ -1,0 +1,139 @@
+"""What a block is: anything causal with memory, written once in ordinary operators.
+
+A block is a frozen dataclass. Its float fields are its tuning and become inputs of the traced graph, so that many
+calibrations share one compiled kernel; its other fields (counts, names, flags) are its structure.
+States, samples and outputs are trees of NamedTuples and tuples whose leaves are numbers.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator
+from typing import Annotated, Any, NamedTuple, Protocol, get_args, get_origin, get_type_hints, runtime_checkable
+
+Tree = Any
+"""A number, or a (named) tuple of trees."""
+
+
+@runtime_checkable
+class Block(Protocol):
+    """Anything causal with memory: estimators, detectors, gates, discretised plants, sensor models."""
+
+    @property
+    def Sample(self) -> type:
+        """The NamedTuple class of one sample."""
+
+    def init(self) -> Tree:
+        """The state before the first sample."""
+
+    def step(self, state: Tree, sample: Tree) -> tuple[Tree, Tree]:
+        """One sample on: (state, sample) -> (next state, output)."""
+
+
+class Ring(NamedTuple):
+    """A delay line of `size` samples: the only indexed memory of a block.
+
+    A step reads `oldest` (the value pushed `size` steps ago, `initial` before that) and returns `push(value)` exactly once.
+    """
+
+    size: int
+    initial: float = 0.0
+    oldest: Any = None
+    newest: Any = None
+
+    def push(self, value: Any) -> Ring:
+        """The ring with `value` as its newest sample."""
+        return self._replace(newest=value)
+
+
+def leaves(tree: Tree, path: str = "") -> Iterator[tuple[str, Any]]:
+    """(dotted path, leaf) of every leaf of a tree, in order; a Ring is one leaf."""
+    if isinstance(tree, tuple) and not isinstance(tree, Ring):
+        names = getattr(tree, "_fields", None) or map(str, range(len(tree)))
+        for name, branch in zip(names, tree, strict=True):
+            yield from leaves(branch, f"{path}.{name}" if path else name)
+    else:
+        yield path, tree
+
+
+def rebuild(tree: Tree, values: Any) -> Tree:
+    """A tree of the same shape as `tree` with its leaves taken from `values` in order."""
+    return map_leaves(lambda _leaf, source=iter(values): next(source), tree)
+
+
+def map_leaves(function: Callable[[Any], Any], tree: Tree) -> Tree:
+    """The tree with `function` applied to every leaf."""
+    if isinstance(tree, tuple) and not isinstance(tree, Ring):
+        branches = [map_leaves(function, branch) for branch in tree]
+        return type(tree)(*branches) if hasattr(tree, "_fields") else tuple(branches)
+    return function(tree)
+
+
+def skeleton(annotation: Any) -> Tree:
+    """A tree of zeros of the shape that a NamedTuple class or annotation declares."""
+    if get_origin(annotation) is Annotated:
+        return skeleton(get_args(annotation)[0])
+    if get_origin(annotation) is tuple:
+        return tuple(skeleton(branch) for branch in get_args(annotation))
+    if isinstance(annotation, type) and hasattr(annotation, "_fields"):
+        hints = get_type_hints(annotation, include_extras=True)
+        return annotation(*(skeleton(hints[name]) for name in annotation._fields))
+    return 0.0
+
+
+def units(annotation: Any) -> list[str]:
+    """The unit of every leaf that a NamedTuple class declares (`Annotated[float, "rad"]`), "" where none is said."""
+    if get_origin(annotation) is Annotated:
+        inner, *notes = get_args(annotation)
+        below = units(inner)
+        return [str(notes[0])] if len(below) == 1 and below == [""] else below
+    if get_origin(annotation) is tuple:
+        return [unit for branch in get_args(annotation) for unit in units(branch)]
+    if isinstance(annotation, type) and hasattr(annotation, "_fields"):
+        hints = get_type_hints(annotation, include_extras=True)
+        return [unit for name in annotation._fields for unit in units(hints[name])]
+    return [""]
+
+
+def tuning(block: Any, path: str = "") -> Iterator[tuple[str, float]]:
+    """(dotted path, value) of every float in a block's fields, nested dataclasses and tuples included."""
+    if isinstance(block, float):
+        yield path, block
+    elif dataclasses.is_dataclass(block) and not isinstance(block, type):
+        for field in dataclasses.fields(block):
+            yield from tuning(getattr(block, field.name), f"{path}.{field.name}" if path else field.name)
+    elif isinstance(block, tuple):
+        names = getattr(block, "_fields", None) or map(str, range(len(block)))
+        for name, value in zip(names, block, strict=True):
+            yield from tuning(value, f"{path}.{name}" if path else name)
+
+
+def with_tuning(block: Any, values: Any) -> Any:
+    """The block with its floats replaced, in the order of `tuning`; used to trace it with symbols."""
+    return _with_tuning(block, iter(values))
+
+
+def _with_tuning(block: Any, values: Iterator[Any]) -> Any:
+    if isinstance(block, float):
+        return next(values)
+    if dataclasses.is_dataclass(block) and not isinstance(block, type):
+        copy = object.__new__(type(block))
+        for field in dataclasses.fields(block):
+            object.__setattr__(copy, field.name, _with_tuning(getattr(block, field.name), values))
+        return copy
+    if isinstance(block, tuple):
+        parts = [_with_tuning(value, values) for value in block]
+        return type(block)(*parts) if hasattr(block, "_fields") else tuple(parts)
+    return block
+
+
+def structure(block: Any) -> Any:
+    """What of a block decides the shape of its graph: types and every field that is not a float."""
+    if isinstance(block, float):
+        return "float"
+    if dataclasses.is_dataclass(block) and not isinstance(block, type):
+        fields = tuple((f.name, structure(getattr(block, f.name))) for f in dataclasses.fields(block))
+        return (type(block).__module__, type(block).__qualname__, fields)
+    if isinstance(block, tuple):
+        return (type(block).__qualname__, tuple(structure(value) for value in block))
+    return block

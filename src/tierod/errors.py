@@ -1,0 +1,72 @@
+"""Everything that tierod raises on purpose.
+
+    TierodError
+    ├── InputError        a file, recording or signal cannot be used as given
+    ├── ParameterError    a vehicle file, parameter or option is wrong
+    ├── TraceError        a block or model cannot be traced into a graph
+    ├── CompileError      no compiler, or generated code did not compile
+    ├── OutputError       a result cannot be written
+    └── MissingExtra      an optional library is not installed
+
+Each message says what was given, what was expected, and what to do.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class TierodError(Exception):
+    """Base of all errors that tierod raises on purpose."""
+
+
+class InputError(TierodError):
+    """A file, recording or signal cannot be used as given."""
+
+
+class ParameterError(TierodError):
+    """A vehicle file, a parameter or an option is wrong."""
+
+
+class TraceError(TierodError):
+    """A block or model cannot be traced into a graph."""
+
+
+class CompileError(TierodError):
+    """Generated code did not compile, or the compiler that was asked for is absent."""
+
+
+class OutputError(TierodError):
+    """A result cannot be written."""
+
+
+class MissingExtra(TierodError):
+    """An optional library is not installed."""
+
+    def __init__(self, library: str, extra: str, purpose: str):
+        super().__init__(
+            f"{purpose} needs the library '{library}', which is not installed; "
+            f"install it with: pip install 'tierod[{extra}]'"
+        )
+
+
+def nearest(name: str, known: Iterable[str], count: int = 3) -> str:
+    """A half-sentence that names the known names nearest to a wrong one.
+
+    Args:
+        name: the name as given
+        known: every name that would have been right
+        count: how many to suggest at the most
+
+    Returns:
+        for example ``"; did you mean 'yaw_rate'?"``, or the list of known names where none is near
+    """
+    known = sorted(set(known))
+    lowered = {candidate.lower(): candidate for candidate in known}
+    close = difflib.get_close_matches(name.lower(), lowered, n=count, cutoff=0.6)
+    if close:
+        return "; did you mean " + " or ".join(f"'{lowered[c]}'" for c in close) + "?"
+    if len(known) <= 20:
+        return "; known: " + ", ".join(known)
+    return f"; {len(known)} names are known, none is near"

@@ -1,0 +1,137 @@
+"""What a monitor says in the end: never a bare flag."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+
+class Status(StrEnum):
+    """The state of what is monitored, or why it could not be judged."""
+
+    HEALTHY = "healthy"
+    RISING = "rising"
+    SUSPECT = "suspect"
+    FAULT = "fault"
+    NOT_READY = "not ready"
+    NOT_ENABLED = "not enabled"
+    NOT_TESTABLE = "not testable"
+    NOT_IDENTIFIABLE = "not identifiable"
+    NOT_AVAILABLE = "not available"
+
+    @property
+    def exit_code(self) -> int:
+        """0 healthy, 1 fault (suspect and rising included), 2 could not judge."""
+        if self is Status.HEALTHY:
+            return 0
+        return 1 if self in (Status.RISING, Status.SUSPECT, Status.FAULT) else 2
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number that was estimated, with its uncertainty.
+
+    Args:
+        quantity: what it is, in words, with the place ("friction torque at the steering wheel axis")
+        value: in the unit
+        standard_deviation: one sigma in the unit
+        unit: in the notation of pint; "count" where the recording was not calibrated
+        reference: what it is judged against, by name: nominal, learnt level, threshold
+    """
+
+    quantity: str
+    value: float
+    standard_deviation: float
+    unit: str
+    reference: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """The verdict of one monitor over one recording.
+
+    Args:
+        monitor: name of the monitor and its variant
+        status: healthy, a fault, or why no judgement was possible
+        headline: one sentence for the first line of a report
+        since: time [s] in the recording at which the present status began; None where it holds throughout
+        estimate: what was estimated; None where nothing could be
+        evidence: named figures (enabled seconds, enabled share, excitation, NIS, ...), with unit in the name
+        cause: why the status is what it is
+        action: what to do
+        warnings: what a reader of the verdict must know (wrong sign suspected, torque in raw counts, ...)
+    """
+
+    monitor: str
+    status: Status
+    headline: str
+    since: float | None = None
+    estimate: Estimate | None = None
+    evidence: dict[str, float] = field(default_factory=dict)
+    cause: str = ""
+    action: str = ""
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A decimated time series for the report: min, max and mean of every bin, so that nothing is hidden.
+
+    Args:
+        name, unit: as in the catalogue, or the monitor's own output
+        time: left edge of each bin [s], shape (n,)
+        lower, upper, mean: shape (n,) each; NaN where no sample fell into the bin
+    """
+
+    name: str
+    unit: str
+    time: Any
+    lower: Any
+    upper: Any
+    mean: Any
+
+
+@dataclass(frozen=True)
+class ChannelQuality:
+    """Data quality of one channel."""
+
+    name: str
+    unit: str
+    source: str
+    samples: int
+    rate: float
+    missing_share: float
+    longest_gap: float
+    minimum: float
+    maximum: float
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Everything that one run of monitors over one recording gives; report and JSON are made from it alone.
+
+    Args:
+        findings: one per monitor, the decisive one first
+        traces: time series by name
+        histograms: by name, (edges, counts) pairs per stretch of the drive
+        loops: hysteresis views: name -> (angle [rad], torque) pairs, decimated
+        consistency: NIS and NEES figures by name
+        quality: one per channel used
+        parameters: rows (name, value, unit, standard deviation, source)
+        recording, vehicle, version, command, created: provenance
+    """
+
+    findings: tuple[Finding, ...]
+    traces: dict[str, Trace] = field(default_factory=dict)
+    histograms: dict[str, Any] = field(default_factory=dict)
+    loops: dict[str, Any] = field(default_factory=dict)
+    consistency: dict[str, float] = field(default_factory=dict)
+    quality: tuple[ChannelQuality, ...] = ()
+    parameters: tuple[tuple[str, float, str, float | None, str], ...] = ()
+    recording: dict[str, Any] = field(default_factory=dict)
+    vehicle: dict[str, Any] = field(default_factory=dict)
+    version: str = ""
+    command: str = ""
+    created: str = ""

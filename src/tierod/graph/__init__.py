@@ -1,0 +1,1 @@
+"""Tracing, printing, compiling and running blocks; nothing else in tierod imports CasADi."""

@@ -1,0 +1,119 @@
+"""The functions that models and blocks may use: one import for floats, NumPy arrays and traced symbols.
+
+Logic is 0.0 or 1.0. `where` selects, it never multiplies, so NaN in the branch not taken does no harm.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from tierod.errors import TraceError
+
+
+def is_symbol(value: Any) -> bool:
+    """Whether a value is a symbol of a trace under way."""
+    casadi = sys.modules.get("casadi")
+    return casadi is not None and isinstance(value, casadi.SX)
+
+
+def _dispatch(name: str, plain: Callable, array: Callable, symbolic: str, meaning: str) -> Callable:
+    def function(*args: Any) -> Any:
+        for value in args:
+            if is_symbol(value):
+                return getattr(sys.modules["casadi"], symbolic)(*args)
+        if any(isinstance(value, np.ndarray) for value in args):
+            return array(*args)
+        return plain(*args)
+
+    function.__name__ = function.__qualname__ = name
+    function.__doc__ = f"{meaning}."
+    return function
+
+
+def _guarded(plain: Callable) -> Callable:
+    """IEEE behaviour instead of Python's exceptions, so that floats and kernels agree."""
+
+    def function(*args: float) -> float:
+        try:
+            return plain(*args)
+        except (ValueError, OverflowError):
+            with np.errstate(all="ignore"):
+                return float(getattr(np, plain.__name__)(*args))
+
+    return function
+
+
+def _sign(x: float) -> float:
+    return 1.0 if x > 0.0 else -1.0 if x < 0.0 else x * 0.0
+
+
+def _minimum(a: float, b: float) -> float:
+    return b if b < a else a
+
+
+def _maximum(a: float, b: float) -> float:
+    return b if a < b else a
+
+
+sin = _dispatch("sin", _guarded(math.sin), np.sin, "sin", "Sine of an angle [rad]")
+cos = _dispatch("cos", _guarded(math.cos), np.cos, "cos", "Cosine of an angle [rad]")
+tan = _dispatch("tan", _guarded(math.tan), np.tan, "tan", "Tangent of an angle [rad]")
+arctan = _dispatch("arctan", math.atan, np.arctan, "atan", "Inverse tangent [rad]")
+arcsin = _dispatch("arcsin", lambda x: float(np.arcsin(x)), np.arcsin, "asin", "Inverse sine [rad]")
+arctan2 = _dispatch("arctan2", math.atan2, np.arctan2, "atan2", "Angle of the point (x, y), arguments y, x [rad]")
+tanh = _dispatch("tanh", math.tanh, np.tanh, "tanh", "Hyperbolic tangent")
+exp = _dispatch("exp", _guarded(math.exp), np.exp, "exp", "Exponential function")
+expm1 = _dispatch("expm1", _guarded(math.expm1), np.expm1, "expm1", "exp(x) - 1 without cancellation")
+log = _dispatch("log", lambda x: math.log(x) if x > 0.0 else (-math.inf if x == 0.0 else math.nan), np.log, "log", "Natural logarithm")
+sqrt = _dispatch("sqrt", lambda x: math.sqrt(x) if x >= 0.0 else math.nan, np.sqrt, "sqrt", "Square root")
+hypot = _dispatch("hypot", math.hypot, np.hypot, "hypot", "Length of the vector (a, b)")
+sign = _dispatch("sign", _sign, np.sign, "sign", "-1, 0 or 1 (NaN stays NaN)")
+absolute = _dispatch("absolute", abs, np.abs, "fabs", "Absolute value")
+floor = _dispatch("floor", lambda x: float(math.floor(x)) if math.isfinite(x) else x, np.floor, "floor", "Largest whole number not above")
+minimum = _dispatch("minimum", _minimum, lambda a, b: np.where(np.less(b, a), b, a), "fmin", "The smaller; the first where one is NaN")
+maximum = _dispatch("maximum", _maximum, lambda a, b: np.where(np.less(a, b), b, a), "fmax", "The larger; the first where one is NaN")
+both = _dispatch("both", lambda a, b: float(bool(a) and bool(b)), np.logical_and, "logic_and", "Whether a and b")
+either = _dispatch("either", lambda a, b: float(bool(a) or bool(b)), np.logical_or, "logic_or", "Whether a or b")
+negated = _dispatch("negated", lambda a: float(not a), np.logical_not, "logic_not", "Whether not a")
+where = _dispatch("where", lambda c, a, b: a if c else b, np.where, "if_else", "a where the condition holds, else b")
+
+
+def all_of(first: Any, *others: Any) -> Any:
+    """Whether every condition holds."""
+    for other in others:
+        first = both(first, other)
+    return first
+
+
+def any_of(first: Any, *others: Any) -> Any:
+    """Whether at least one condition holds."""
+    for other in others:
+        first = either(first, other)
+    return first
+
+
+def present(value: Any) -> Any:
+    """Whether a measurement is there: finite, not NaN."""
+    return absolute(value) < math.inf
+
+
+def limit(value: Any, lower: Any, upper: Any) -> Any:
+    """The value, held between two limits."""
+    return minimum(maximum(value, lower), upper)
+
+
+def power(base: Any, exponent: Any) -> Any:
+    """base ** exponent for a positive base."""
+    return base**exponent
+
+
+def require_number(value: Any, what: str) -> Any:
+    """The value, unless it is NaN: a NaN constant in a graph means that a foreign function met a symbol."""
+    if isinstance(value, float) and math.isnan(value):
+        raise TraceError(f"{what} is a NaN constant; use the functions of tierod.graph.maths on signals, not those of math")
+    return value

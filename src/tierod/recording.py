@@ -1,0 +1,137 @@
+"""Recordings: named channels with units, each with its own time stamps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from tierod.errors import InputError, nearest
+
+Method = Literal["hold", "linear"]
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One signal over time.
+
+    Args:
+        name: canonical name, or the name in the source where it has none
+        time: time stamps [s], shape (n,), not decreasing
+        values: shape (n,); NaN where a sample is missing
+        unit: in the notation of pint; "" for a number, "count" for a raw count
+        source: where it came from: message and signal, column or group
+        note: what was done to it (sign, offset, guess of a unit)
+    """
+
+    name: str
+    time: np.ndarray
+    values: np.ndarray
+    unit: str
+    source: str = ""
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Aligned:
+    """Several signals on one time grid.
+
+    Args:
+        time: uniform grid [s], shape (n,)
+        values: shape (n, signals); NaN where a signal is missing or older than allowed
+        names: the signals, in the order of the columns
+    """
+
+    time: np.ndarray
+    values: np.ndarray
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Channels by name, and what is known of the recording as a whole.
+
+    Args:
+        channels: by name
+        metadata: origin of the file, start time, bus, comments
+    """
+
+    channels: Mapping[str, Channel]
+    metadata: Mapping[str, Any] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> Channel:
+        try:
+            return self.channels[name]
+        except KeyError:
+            raise InputError(f"the recording has no channel '{name}'{nearest(name, self.channels)}") from None
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.channels
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of all channels."""
+        return tuple(self.channels)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last time stamp of all channels [s]."""
+        times = [channel.time for channel in self.channels.values() if len(channel.time)]
+        if not times:
+            raise InputError("the recording holds no samples; check that the file is whole and the channel map fits it")
+        return float(min(time[0] for time in times)), float(max(time[-1] for time in times))
+
+    def align(
+        self,
+        names: Iterable[str],
+        rate: float,
+        method: Method = "hold",
+        maximum_age: float = 0.1,
+        start: float | None = None,
+        stop: float | None = None,
+    ) -> Aligned:
+        """The named signals on a uniform grid; gaps stay visible as NaN.
+
+        Args:
+            names: canonical names, which become the columns in this order; a channel that is absent becomes NaN
+            rate: samples per second of the grid [Hz]
+            method: "hold" (latest sample) or "linear" (between two samples that are no more than maximum_age apart)
+            maximum_age: a value older than this [s] is missing
+            start: first time of the grid [s]; the recording's own where not given
+            stop: the grid ends before this time [s]; the recording's own end (inclusive) where not given
+
+        Raises:
+            InputError: a rate or age that is not positive, or a recording without samples
+        """
+        if not rate > 0.0 or not maximum_age > 0.0:
+            raise InputError(f"alignment needs a positive rate and maximum age, not {rate} Hz and {maximum_age} s")
+        first, last = self.span
+        first = first if start is None else start
+        count = int(np.floor((last - first) * rate + 1e-6)) + 1 if stop is None else int(np.ceil((stop - first) * rate - 1e-6))
+        grid = first + np.arange(max(count, 0)) / rate
+        names = tuple(names)
+        values = np.full((len(grid), len(names)), np.nan)
+        for column, name in enumerate(names):
+            if name in self.channels and len(self.channels[name].time):
+                values[:, column] = _sample(self.channels[name], grid, method, maximum_age, 0.5 / rate)
+        return Aligned(grid, values, names)
+
+
+def _sample(channel: Channel, grid: np.ndarray, method: Method, maximum_age: float, tolerance: float) -> np.ndarray:
+    time, values = channel.time, channel.values
+    rounding = min(tolerance, 1e-6)
+    before = np.searchsorted(time, grid + rounding, side="right") - 1
+    known = before >= 0
+    before = np.maximum(before, 0)
+    age = grid - time[before]
+    if method == "hold":
+        return np.where(known & (age <= maximum_age + rounding), values[before], np.nan)
+    after = np.minimum(before + 1, len(time) - 1)
+    width = time[after] - time[before]
+    share = np.divide(age, width, out=np.zeros_like(age), where=width > 0.0)
+    between = values[before] + np.clip(share, 0.0, 1.0) * (values[after] - values[before])
+    exact = age <= rounding
+    within = (width <= maximum_age + rounding) & (age <= width + rounding)
+    return np.where(known & exact, values[before], np.where(known & within & (width > 0.0), between, np.nan))
