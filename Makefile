@@ -1,0 +1,36 @@
+# Each target sets up .venv first if it is missing or older than what it is made from.
+.DEFAULT_GOAL := help
+SHELL := bash
+export PYTHON
+ENVIRONMENT := .venv/.ready
+
+.PHONY: help demo test bench study lint docs clean
+
+help:  ## say what there is
+	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/make \1\t\2/' | expand -t 14
+
+$(ENVIRONMENT): pyproject.toml constraints.txt scripts/setup.sh
+	@bash scripts/setup.sh
+
+demo: $(ENVIRONMENT)  ## simulate a drive whose friction rises, diagnose it, print verdict and report
+	@.venv/bin/tierod demo
+
+test: $(ENVIRONMENT)  ## run all tests
+	.venv/bin/python -m pytest -n 2 -m "not slow"
+
+bench: $(ENVIRONMENT)  ## measure the speed, print the table, write bench.json
+	.venv/bin/python -m benchmarks
+
+study: $(ENVIRONMENT)  ## print the figures of docs/friction.md (minutes)
+	.venv/bin/tierod study
+
+lint: $(ENVIRONMENT)  ## check style and types
+	.venv/bin/ruff check .
+	.venv/bin/ruff format --check .
+	.venv/bin/mypy
+
+docs: $(ENVIRONMENT)  ## write the generated pages of docs/ anew
+	.venv/bin/python scripts/docs.py
+
+clean:  ## remove .venv and what tools left behind
+	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis build out
