@@ -56,5 +56,5 @@ def _parse(unit: str) -> Any:
     except Exception as error:
         # pint raises its own, tokenize's and Python's exceptions for what it cannot read.
         raise InputError(
-            f"'{unit}' is not a unit that can be read; write it like 'N*m', 'deg/s', 'm/s**2', 'count' or '' for a number"
+            f"'{unit}' is not a unit that can be read; write it like 'N*m', 'deg/s', 'count', or '' for a number"
         ) from error
