@@ -12,8 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from tierod.errors import TraceError
-
 
 def is_symbol(value: Any) -> bool:
     """Whether a value is a symbol of a trace under way."""
@@ -52,14 +50,6 @@ def _sign(x: float) -> float:
     return 1.0 if x > 0.0 else -1.0 if x < 0.0 else x * 0.0
 
 
-def _minimum(a: float, b: float) -> float:
-    return b if b < a else a
-
-
-def _maximum(a: float, b: float) -> float:
-    return b if a < b else a
-
-
 sin = _dispatch("sin", _guarded(math.sin), np.sin, "sin", "Sine of an angle [rad]")
 cos = _dispatch("cos", _guarded(math.cos), np.cos, "cos", "Cosine of an angle [rad]")
 tan = _dispatch("tan", _guarded(math.tan), np.tan, "tan", "Tangent of an angle [rad]")
@@ -69,18 +59,38 @@ arctan2 = _dispatch("arctan2", math.atan2, np.arctan2, "atan2", "Angle of the po
 tanh = _dispatch("tanh", math.tanh, np.tanh, "tanh", "Hyperbolic tangent")
 exp = _dispatch("exp", _guarded(math.exp), np.exp, "exp", "Exponential function")
 expm1 = _dispatch("expm1", _guarded(math.expm1), np.expm1, "expm1", "exp(x) - 1 without cancellation")
-log = _dispatch("log", lambda x: math.log(x) if x > 0.0 else (-math.inf if x == 0.0 else math.nan), np.log, "log", "Natural logarithm")
+log = _dispatch(
+    "log",
+    lambda x: math.log(x) if x > 0.0 else (-math.inf if x == 0.0 else math.nan),
+    np.log,
+    "log",
+    "Natural logarithm",
+)
 sqrt = _dispatch("sqrt", lambda x: math.sqrt(x) if x >= 0.0 else math.nan, np.sqrt, "sqrt", "Square root")
 hypot = _dispatch("hypot", math.hypot, np.hypot, "hypot", "Length of the vector (a, b)")
 sign = _dispatch("sign", _sign, np.sign, "sign", "-1, 0 or 1 (NaN stays NaN)")
 absolute = _dispatch("absolute", abs, np.abs, "fabs", "Absolute value")
-floor = _dispatch("floor", lambda x: float(math.floor(x)) if math.isfinite(x) else x, np.floor, "floor", "Largest whole number not above")
-minimum = _dispatch("minimum", _minimum, lambda a, b: np.where(np.less(b, a), b, a), "fmin", "The smaller; the first where one is NaN")
-maximum = _dispatch("maximum", _maximum, lambda a, b: np.where(np.less(a, b), b, a), "fmax", "The larger; the first where one is NaN")
+floor = _dispatch(
+    "floor",
+    lambda x: float(math.floor(x)) if math.isfinite(x) else x,
+    np.floor,
+    "floor",
+    "Largest whole number not above",
+)
 both = _dispatch("both", lambda a, b: float(bool(a) and bool(b)), np.logical_and, "logic_and", "Whether a and b")
 either = _dispatch("either", lambda a, b: float(bool(a) or bool(b)), np.logical_or, "logic_or", "Whether a or b")
 negated = _dispatch("negated", lambda a: float(not a), np.logical_not, "logic_not", "Whether not a")
 where = _dispatch("where", lambda c, a, b: a if c else b, np.where, "if_else", "a where the condition holds, else b")
+
+
+def minimum(a: Any, b: Any) -> Any:
+    """The smaller; the first where one is NaN (everywhere alike, unlike the fmin of C)."""
+    return where(b < a, b, a)
+
+
+def maximum(a: Any, b: Any) -> Any:
+    """The larger; the first where one is NaN (everywhere alike, unlike the fmax of C)."""
+    return where(a < b, b, a)
 
 
 def all_of(first: Any, *others: Any) -> Any:
@@ -110,10 +120,3 @@ def limit(value: Any, lower: Any, upper: Any) -> Any:
 def power(base: Any, exponent: Any) -> Any:
     """base ** exponent for a positive base."""
     return base**exponent
-
-
-def require_number(value: Any, what: str) -> Any:
-    """The value, unless it is NaN: a NaN constant in a graph means that a foreign function met a symbol."""
-    if isinstance(value, float) and math.isnan(value):
-        raise TraceError(f"{what} is a NaN constant; use the functions of tierod.graph.maths on signals, not those of math")
-    return value

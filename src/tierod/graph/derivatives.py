@@ -1,0 +1,40 @@
+"""Automatic Jacobians, of numbers and of symbols alike."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from tierod.block import Tree, leaves, rebuild
+from tierod.graph.maths import is_symbol
+
+
+def jacobian(function: Callable[[Tree], Tree], at: Tree) -> list[list[Any]]:
+    """Derivative of every leaf of `function(x)` by every leaf of `x`, at one point.
+
+    Args:
+        function: maps a tree of the shape of `at` to a tree; pure, written with tierod.graph.maths
+        at: the point: floats, or symbols of a trace under way
+
+    Returns:
+        rows by output leaf, columns by input leaf; structural zeros and constants come back as floats,
+        so that products with them can be left out
+    """
+    import casadi
+
+    point = [leaf for _, leaf in leaves(at)]
+    symbols = casadi.SX.sym("x", len(point))
+    images = [leaf for _, leaf in leaves(function(rebuild(at, casadi.vertsplit(symbols))))]
+    derivative = casadi.jacobian(casadi.vertcat(*images), symbols)
+    if any(map(is_symbol, point)) or casadi.symvar(casadi.substitute(derivative, symbols, casadi.DM.zeros(len(point)))):
+        derivative = casadi.substitute(derivative, symbols, casadi.vertcat(*point))
+    else:
+        derivative = casadi.Function("derivative", [symbols], [derivative])(casadi.vertcat(*point))
+    rows, columns = derivative.shape
+    sparsity = derivative.sparsity()
+    return [[_entry(derivative, i, j) if sparsity.has_nz(i, j) else 0.0 for j in range(columns)] for i in range(rows)]
+
+
+def _entry(matrix: Any, row: int, column: int) -> Any:
+    value = matrix[row, column]
+    return value if is_symbol(value) and not value.is_constant() else float(value)

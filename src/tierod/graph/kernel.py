@@ -1,0 +1,122 @@
+"""A block's compiled step, or the CasADi virtual machine where there is no compiler: one interface for both."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from functools import lru_cache
+from typing import Literal, Protocol
+
+import numpy as np
+
+from tierod.block import Block, tuning
+from tierod.errors import ParameterError
+from tierod.graph.compiler import compiler, load
+from tierod.graph.printer import LANES, prefix, print_lanes, print_scalar
+from tierod.graph.trace import Graph, trace
+from tierod.graph.virtual_machine import VirtualMachine
+
+Engine = Literal["auto", "compiled", "virtual machine"]
+
+_DOUBLES = ctypes.POINTER(ctypes.c_double)
+
+
+class Kernel(Protocol):
+    """What runs one block: its step over many samples."""
+
+    graph: Graph
+
+    def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
+        """Run over samples (n, inputs), write outputs (n, outputs), leave the state in `memory`; `count` steps came before."""
+
+
+class CompiledKernel:
+    """A block's step as machine code, with this block's tuning prepared."""
+
+    def __init__(self, block: Block):
+        self.graph = trace(block)
+        self.library = _scalar_library(self.graph)
+        self.name = prefix(self.graph)
+        self.carried = _prepare(self.library, self.name, block)
+        self._scan = getattr(self.library, f"{self.name}_scan")
+        self._scan.argtypes = [ctypes.c_long, _VECTOR, _MATRIX, _MATRIX, _VECTOR, ctypes.c_long]
+        self._scan.restype = None
+
+    def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
+        """Run over samples (n, inputs), write outputs (n, outputs), leave the state in `memory`; `count` steps came before."""
+        self._scan(len(samples), memory, samples, outputs, self.carried, count)
+
+
+class LaneKernel:
+    """Up to 64 blocks of one structure side by side; arrays are laid out [time][signal][lane]."""
+
+    def __init__(self, blocks: list[Block]):
+        self.graph = trace(blocks[0])
+        tunings = [np.array([value for _, value in tuning(block)]) for block in blocks]
+        own = any(not np.array_equal(tunings[0], other, equal_nan=True) for other in tunings[1:])
+        library = _lane_library(self.graph, own)
+        name = prefix(self.graph)
+        columns = [_prepare(library, name, block) for block in blocks] if own else [_prepare(library, name, blocks[0])]
+        if own:
+            columns += [columns[0]] * (LANES - len(columns))
+        self.carried = np.ascontiguousarray(np.stack(columns, axis=1)).ravel()
+        self._lanes = getattr(library, f"{name}_lanes")
+        self._lanes.argtypes = [ctypes.c_long, _TILE, _TILE, _TILE, _VECTOR, ctypes.c_long]
+        self._lanes.restype = None
+
+    def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
+        """Run over samples (n, inputs, 64), write outputs (n, outputs, 64), leave the states in `memory` (numbers, 64)."""
+        self._lanes(len(samples), memory, samples, outputs, self.carried, count)
+
+
+def kernel(block: Block, engine: Engine = "auto") -> Kernel:
+    """What runs a block.
+
+    Args:
+        block: to be run
+        engine: "compiled", "virtual machine", or "auto": compiled where there is a compiler; the environment variable
+            TIEROD_ENGINE decides for "auto"
+
+    Raises:
+        CompileError: "compiled" was asked for and there is no compiler
+        TraceError: the block cannot be traced
+    """
+    return VirtualMachine(block) if is_interpreted(engine) else CompiledKernel(block)
+
+
+def is_interpreted(engine: str = "auto") -> bool:
+    """Whether blocks run on the virtual machine here.
+
+    Raises:
+        ParameterError: an engine of that name does not exist
+    """
+    if engine == "auto":
+        engine = os.environ.get("TIEROD_ENGINE", "auto")
+    if engine not in ("auto", "compiled", "virtual machine"):
+        raise ParameterError(f"engine '{engine}' is unknown; write 'auto', 'compiled' or 'virtual machine'")
+    return engine == "virtual machine" or (engine == "auto" and compiler() is None)
+
+
+_VECTOR = np.ctypeslib.ndpointer(np.float64, ndim=1, flags="C_CONTIGUOUS")
+_MATRIX = np.ctypeslib.ndpointer(np.float64, ndim=2, flags="C_CONTIGUOUS")
+_TILE = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
+
+
+@lru_cache(maxsize=256)
+def _scalar_library(graph: Graph) -> ctypes.PyDLL:
+    return load(print_scalar(graph), prefix(graph))
+
+
+@lru_cache(maxsize=256)
+def _lane_library(graph: Graph, own_tuning: bool) -> ctypes.PyDLL:
+    return load(print_lanes(graph, own_tuning), f"{prefix(graph)}_lanes")
+
+
+def _prepare(library: ctypes.PyDLL, name: str, block: Block) -> np.ndarray:
+    """The block's tuning with all that depends on it alone worked out once."""
+    values = np.array([value for _, value in tuning(block)], dtype=float)
+    carried = np.zeros(ctypes.c_long.in_dll(library, f"{name}_carried").value)
+    prepare = getattr(library, f"{name}_prepare")
+    prepare.argtypes, prepare.restype = [_VECTOR, _VECTOR], None
+    prepare(values, carried)
+    return carried

@@ -1,0 +1,274 @@
+"""The three drivers: a recording (`scan`), a live stream (`Stream`), many vehicles at once (`batch`)."""
+
+from __future__ import annotations
+
+import ctypes
+import struct
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from tierod.block import Block, Tree, rebuild
+from tierod.errors import InputError, nearest
+from tierod.graph.kernel import CompiledKernel, Engine, LaneKernel, is_interpreted, kernel
+from tierod.graph.printer import LANES
+from tierod.graph.trace import Graph, flat_memory, initial_memory, trace
+from tierod.recording import Aligned
+
+
+@dataclass(frozen=True)
+class Memory:
+    """The state of a block between two runs.
+
+    Args:
+        values: flat, delay lines at the end, shape (numbers,)
+        count: samples seen so far
+    """
+
+    values: np.ndarray
+    count: int
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a block gave over many samples.
+
+    Args:
+        names: dotted names of the outputs, in order
+        values: shape (n, outputs)
+        state: to go on from
+        tree: an output of zeros, in its shape
+    """
+
+    names: tuple[str, ...]
+    values: np.ndarray
+    state: Memory
+    tree: Tree
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """One output over time, shape (n,)."""
+        try:
+            return self.values[:, self.names.index(name)]
+        except ValueError:
+            raise InputError(f"the block has no output '{name}'{nearest(name, self.names)}") from None
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def at(self, index: int) -> Tree:
+        """The output of one sample as the block's own NamedTuple."""
+        return rebuild(self.tree, self.values[index].tolist())
+
+
+Samples = Aligned | np.ndarray | Sequence[Sequence[float]]
+
+
+def scan(block: Block, samples: Samples, state: Memory | Tree | None = None, engine: Engine = "auto") -> Result:
+    """Run a block over a recording.
+
+    Args:
+        block: estimator, detector, monitor, plant
+        samples: signals aligned to one time grid (columns are found by name), or an array (n, inputs) in the order of the
+            leaves of `block.Sample`
+        state: to go on from: the `state` of an earlier result, or a state tree; the block's own initial state if None
+        engine: "compiled", "virtual machine" or "auto"
+
+    Raises:
+        InputError: the samples do not have the block's signals
+        TraceError: the block cannot be traced
+    """
+    runner = kernel(block, engine)
+    memory = _memory(block, state)
+    values = np.ascontiguousarray(_columns(runner.graph, samples))
+    outputs = np.empty((len(values), len(runner.graph.output)))
+    flat = memory.values.copy()
+    runner.scan(flat, values, outputs, memory.count)
+    return Result(runner.graph.output, outputs, Memory(flat, memory.count + len(values)), runner.graph.output_tree)
+
+
+class Stream:
+    """A block run live: one sample in, one output out. The only object of tierod that changes.
+
+    Args:
+        block: estimator, detector, monitor
+        state: to go on from; the block's own initial state if None
+
+    `push` takes names and gives names. Where every microsecond counts, write into `inputs`, call `advance()`, and read
+    `outputs`: the same step on the same bound buffers, nothing in between.
+    """
+
+    def __init__(self, block: Block, state: Memory | Tree | None = None, engine: Engine = "auto"):
+        runner = kernel(block, engine)
+        graph, memory = runner.graph, _memory(block, state)
+        self.names = graph.sample
+        self.inputs = np.zeros(len(graph.sample))
+        self.outputs = np.zeros(len(graph.output))
+        self._flat = memory.values.copy()
+        self._tree = graph.output_tree
+        self._is_flat = not any(isinstance(leaf, tuple) for leaf in self._tree)
+        self._make = type(self._tree)._make if self._is_flat and hasattr(self._tree, "_make") else self._nested
+        self._write = struct.Struct(f"{len(self.inputs)}d").pack_into
+        self._read = struct.Struct(f"{len(self.outputs)}d").unpack_from
+        self._input_bytes, self._output_bytes = self.inputs.data.cast("B"), self.outputs.data.cast("B")
+        self._before = memory.count
+        self.advance = self._bind(runner) if isinstance(runner, CompiledKernel) else self._interpreted(runner)
+
+    def push(self, sample: Mapping[str, float] | Iterable[float]) -> Any:
+        """One sample on.
+
+        Args:
+            sample: a mapping of names to numbers, or the block's own (flat) `Sample`
+
+        Returns:
+            the block's output
+
+        Raises:
+            InputError: a signal is missing, or the count of numbers is wrong
+        """
+        try:
+            values = map(sample.__getitem__, self.names) if isinstance(sample, Mapping) else sample
+            self._write(self._input_bytes, 0, *values)
+        except (KeyError, struct.error) as error:
+            raise self._refusal(sample, error) from None
+        self.advance()
+        return self._make(self._read(self._output_bytes))
+
+    @property
+    def state(self) -> Memory:
+        """The present state, to be stored or to go on from."""
+        return Memory(self._flat.copy(), self._count())
+
+    def _nested(self, values: Iterable[float]) -> Tree:
+        return rebuild(self._tree, values)
+
+    def _refusal(self, sample: Any, error: Exception) -> InputError:
+        if isinstance(sample, Mapping):
+            missing = [name for name in self.names if name not in sample]
+            if missing:
+                return InputError(
+                    f"the sample has no '{missing[0]}'{nearest(missing[0], map(str, sample))} "
+                    "give NaN for a measurement that is missing"
+                )
+        return InputError(f"a sample needs {len(self.names)} numbers ({', '.join(self.names)}): {error}")
+
+    def _bind(self, runner: CompiledKernel) -> Any:
+        def pointer(array: np.ndarray) -> int:
+            return array.ctypes.data
+
+        self._bound = _Bound(pointer(self._flat), pointer(self.inputs), pointer(self.outputs), 0, self._before)
+        self._carried = runner.carried
+        self._bound.carried = pointer(self._carried)
+        push = getattr(runner.library, f"{runner.name}_push")
+        push.restype = None
+        self._count = lambda: int(self._bound.count)
+        return partial(push, ctypes.byref(self._bound))
+
+    def _interpreted(self, runner: Any) -> Any:
+        inputs, outputs = self.inputs.reshape(1, -1), self.outputs.reshape(1, -1)
+        seen = [self._before]
+        self._count = lambda: seen[0]
+
+        def advance() -> None:
+            runner.scan(self._flat, inputs, outputs, seen[0])
+            seen[0] += 1
+
+        return advance
+
+
+class _Bound(ctypes.Structure):
+    _fields_ = (
+        ("state", ctypes.c_void_p),
+        ("inputs", ctypes.c_void_p),
+        ("outputs", ctypes.c_void_p),
+        ("carried", ctypes.c_void_p),
+        ("count", ctypes.c_long),
+    )
+
+
+def batch(
+    blocks: Block | Sequence[Block], recordings: Sequence[Samples], states: Sequence[Memory | Tree | None] | None = None
+) -> list[Result]:
+    """Run many vehicles at once, 64 side by side.
+
+    Args:
+        blocks: one for all, or one per recording; they may differ in their floats (calibrations), not in structure
+        recordings: one set of samples per vehicle, as for `scan`; lengths may differ
+        states: one per vehicle to go on from; the blocks' own initial states if None
+
+    Returns:
+        one result per vehicle, to the last bit what `scan` gives
+
+    Raises:
+        InputError: counts differ, or blocks of different structure are mixed
+    """
+    count = len(recordings)
+    every = list(blocks) if isinstance(blocks, (list, tuple)) and not hasattr(blocks, "step") else [blocks] * count
+    states = [None] * count if states is None else list(states)
+    if len(every) != count or len(states) != count:
+        raise InputError(f"{count} recordings came with {len(every)} blocks and {len(states)} states; give one of each")
+    if any(trace(block) is not trace(every[0]) for block in every[1:]):
+        raise InputError("the blocks of a batch differ in structure; run each kind in a batch of its own")
+    memories = [_memory(block, state) for block, state in zip(every, states, strict=True)]
+    results: list[Result] = []
+    for first in range(0, count, LANES):
+        part = slice(first, first + LANES)
+        results += _tile(every[part], recordings[part], memories[part])
+    return results
+
+
+def _tile(blocks: list[Block], recordings: Sequence[Samples], memories: list[Memory]) -> list[Result]:
+    if is_interpreted() or len({memory.count for memory in memories}) > 1:
+        return [
+            scan(block, samples, memory) for block, samples, memory in zip(blocks, recordings, memories, strict=True)
+        ]
+    runner = LaneKernel(blocks)
+    columns = [_columns(runner.graph, samples) for samples in recordings]
+    lengths = [len(values) for values in columns]
+    samples = np.zeros((max(lengths), len(runner.graph.sample), LANES))
+    for lane, values in enumerate(columns):
+        samples[: len(values), :, lane] = values
+    state = np.zeros((runner.graph.memory, LANES))
+    for lane, memory in enumerate(memories):
+        state[:, lane] = memory.values
+    outputs = np.empty((max(lengths), len(runner.graph.output), LANES))
+    finished: dict[int, np.ndarray] = {}
+    done = 0
+    for stop in sorted(set(lengths)):
+        runner.scan(state, samples[done:stop], outputs[done:stop], memories[0].count + done)
+        done = stop
+        finished |= {lane: state[:, lane].copy() for lane, length in enumerate(lengths) if length == stop}
+    return [
+        Result(
+            runner.graph.output,
+            np.ascontiguousarray(outputs[: lengths[lane], :, lane]),
+            Memory(finished[lane], memories[lane].count + lengths[lane]),
+            runner.graph.output_tree,
+        )
+        for lane in range(len(blocks))
+    ]
+
+
+def _memory(block: Block, state: Memory | Tree | None) -> Memory:
+    if isinstance(state, Memory):
+        return state
+    return Memory(initial_memory(block) if state is None else flat_memory(state), 0)
+
+
+def _columns(graph: Graph, samples: Samples) -> np.ndarray:
+    if isinstance(samples, Aligned):
+        missing = [name for name in graph.sample if name not in samples.names]
+        if missing:
+            raise InputError(f"{graph.name} needs the signal '{missing[0]}'{nearest(missing[0], samples.names)}")
+        return samples.values[:, [samples.names.index(name) for name in graph.sample]]
+    values = np.asarray(samples, dtype=float)
+    if values.ndim == 1 and len(graph.sample) == 1:
+        values = values[:, None]
+    if values.ndim != 2 or values.shape[1] != len(graph.sample):
+        raise InputError(
+            f"{graph.name} takes {len(graph.sample)} signals ({', '.join(graph.sample)}); "
+            f"the samples have the shape {values.shape}, expected (n, {len(graph.sample)})"
+        )
+    return values

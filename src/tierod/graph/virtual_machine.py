@@ -1,0 +1,57 @@
+"""Run a traced block on CasADi's virtual machine, for machines without a compiler."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tierod.block import Block, tuning
+from tierod.graph.trace import trace
+
+BLOCK = 1000
+"""Samples per call of the unrolled map: large enough that the call does not count, small enough to build at once."""
+
+
+class VirtualMachine:
+    """A block's step, interpreted; same interface as a compiled kernel."""
+
+    def __init__(self, block: Block):
+        import casadi
+
+        self.graph = graph = trace(block)
+        values = casadi.DM([value for _, value in tuning(block)])
+        state, heads, sample = (casadi.SX.sym(n, graph.function.size1_in(i)) for i, n in ((1, "x"), (2, "r"), (3, "u")))
+        after, pushes, output = graph.function.call([casadi.SX(values), state, heads, sample])
+        self._step = casadi.Function("step", [state, heads, sample], [after, pushes, output])
+        if not graph.rings:
+            plain = casadi.Function("plain", [state, sample], [after, output])
+            self._map = plain.mapaccum("scan", BLOCK)
+
+    def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
+        """Run over samples (n, inputs), write outputs (n, outputs), leave the state in `memory`; `count` steps came before."""
+        done = 0
+        if not self.graph.rings:
+            while len(samples) - done >= BLOCK:
+                states, values = self._map(memory, samples[done : done + BLOCK].T)
+                memory[:] = np.asarray(states)[:, -1]
+                outputs[done : done + BLOCK] = np.asarray(values).T
+                done += BLOCK
+        self._one_by_one(memory, samples[done:], outputs[done:], count + done)
+
+    def _one_by_one(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
+        plain = len(self.graph.state)
+        sizes = np.array([size for _, size in self.graph.rings], dtype=int)
+        starts = plain + np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(int) if len(sizes) else sizes
+        buffer, evaluate = self._step.buffer()
+        state, heads, sample = np.zeros(plain), np.zeros(len(sizes)), np.zeros(samples.shape[1])
+        after, pushes, output = np.zeros(plain), np.zeros(len(sizes)), np.zeros(outputs.shape[1])
+        for slot, array in enumerate((state, heads, sample)):
+            buffer.set_arg(slot, memoryview(array))
+        for slot, array in enumerate((after, pushes, output)):
+            buffer.set_res(slot, memoryview(array))
+        after[:] = memory[:plain]
+        for k in range(len(samples)):
+            at = starts + (count + k) % sizes if len(sizes) else starts
+            state[:], heads[:], sample[:] = after, memory[at], samples[k]
+            evaluate()
+            memory[at], outputs[k] = pushes, output
+        memory[:plain] = after
