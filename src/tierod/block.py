@@ -33,7 +33,7 @@ class Block(Protocol):
 class Ring(NamedTuple):
     """A delay line of `size` samples: the only indexed memory of a block.
 
-    A step reads `oldest` (the value pushed `size` steps ago, `initial` before that) and returns `push(value)` exactly once.
+    A step reads `oldest` (the value pushed `size` steps ago, `initial` before that) and returns `push(value)` once.
     """
 
     size: int
@@ -58,7 +58,8 @@ def leaves(tree: Tree, path: str = "") -> Iterator[tuple[str, Any]]:
 
 def rebuild(tree: Tree, values: Any) -> Tree:
     """A tree of the same shape as `tree` with its leaves taken from `values` in order."""
-    return map_leaves(lambda _leaf, source=iter(values): next(source), tree)
+    source = iter(values)
+    return map_leaves(lambda _leaf: next(source), tree)
 
 
 def map_leaves(function: Callable[[Any], Any], tree: Tree) -> Tree:

@@ -27,7 +27,7 @@ class Kernel(Protocol):
     graph: Graph
 
     def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
-        """Run over samples (n, inputs), write outputs (n, outputs), leave the state in `memory`; `count` steps came before."""
+        """Run over samples (n, inputs) into outputs (n, outputs); `memory` is carried on, `count` steps came before."""
 
 
 class CompiledKernel:
@@ -43,7 +43,7 @@ class CompiledKernel:
         self._scan.restype = None
 
     def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
-        """Run over samples (n, inputs), write outputs (n, outputs), leave the state in `memory`; `count` steps came before."""
+        """Run over samples (n, inputs) into outputs (n, outputs); `memory` is carried on, `count` steps came before."""
         self._scan(len(samples), memory, samples, outputs, self.carried, count)
 
 
@@ -65,7 +65,7 @@ class LaneKernel:
         self._lanes.restype = None
 
     def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
-        """Run over samples (n, inputs, 64), write outputs (n, outputs, 64), leave the states in `memory` (numbers, 64)."""
+        """Run over samples (n, inputs, 64) into outputs (n, outputs, 64); `memory` (numbers, 64) is carried on."""
         self._lanes(len(samples), memory, samples, outputs, self.carried, count)
 
 

@@ -86,7 +86,9 @@ class _Builder:
 
 def _read(function: Any) -> tuple[list[Operation], dict[tuple[int, int], int]]:
     names = _instruction_names()
-    builder, slot, outputs = _Builder(), {}, {}
+    builder = _Builder()
+    slot: dict[int, int] = {}
+    outputs: dict[tuple[int, int], int] = {}
     for k in range(function.n_instructions()):
         name = names.get(function.instruction_id(k))
         arguments, results = function.instruction_input(k), function.instruction_output(k)
@@ -124,7 +126,8 @@ def _add(builder: _Builder, name: str, arguments: list[int]) -> int:
 def _invert_shared_divisors(operations: list[Operation], outputs: dict) -> tuple[list[Operation], dict]:
     """CasADi turns a * (1 / b) back into a / b; a divisor used twice is inverted once instead."""
     shared = Counter(o.arguments[-1] for o in operations if o.name in ("div", "inverse"))
-    builder, new = _Builder(), {}
+    builder = _Builder()
+    new: dict[int, int] = {}
     for index, operation in enumerate(operations):
         arguments = [new[argument] for argument in operation.arguments]
         if operation.name == "div" and shared[operation.arguments[1]] > 1:
@@ -165,9 +168,9 @@ def _instruction_names() -> dict[int, str]:
     import casadi
 
     words = {
-        "INPUT": "input", "OUTPUT": "output", "CONST": "constant", "ADD": "add", "SUB": "sub", "MUL": "mul", "DIV": "div",
-        "NEG": "neg", "INV": "inverse", "SQ": "square", "TWICE": "twice", "LT": "lt", "LE": "le", "EQ": "eq", "NE": "ne",
-        "NOT": "not", "AND": "and", "OR": "or", "IF_ELSE_ZERO": "if", "FABS": "fabs", "SIGN": "sign", "SQRT": "sqrt",
+        "INPUT": "input", "OUTPUT": "output", "CONST": "constant", "ADD": "add", "SUB": "sub", "MUL": "mul",
+        "DIV": "div", "NEG": "neg", "INV": "inverse", "SQ": "square", "TWICE": "twice", "LT": "lt", "LE": "le", "EQ": "eq",
+        "NE": "ne", "NOT": "not", "AND": "and", "OR": "or", "IF_ELSE_ZERO": "if", "FABS": "fabs", "SIGN": "sign", "SQRT": "sqrt",
         "EXP": "exp", "EXPM1": "expm1", "LOG": "log", "LOG1P": "log1p", "POW": "pow", "CONSTPOW": "pow", "SIN": "sin",
         "COS": "cos", "TAN": "tan", "ASIN": "asin", "ACOS": "acos", "ATAN": "atan", "ATAN2": "atan2", "SINH": "sinh",
         "COSH": "cosh", "TANH": "tanh", "HYPOT": "hypot", "FLOOR": "floor", "CEIL": "ceil", "ASSIGN": "assign",

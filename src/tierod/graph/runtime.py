@@ -71,8 +71,8 @@ def scan(block: Block, samples: Samples, state: Memory | Tree | None = None, eng
 
     Args:
         block: estimator, detector, monitor, plant
-        samples: signals aligned to one time grid (columns are found by name), or an array (n, inputs) in the order of the
-            leaves of `block.Sample`
+        samples: signals aligned to one time grid (columns are found by name), or an array (n, inputs) in the order of
+            the leaves of `block.Sample`
         state: to go on from: the `state` of an earlier result, or a state tree; the block's own initial state if None
         engine: "compiled", "virtual machine" or "auto"
 
@@ -205,7 +205,9 @@ def batch(
         InputError: counts differ, or blocks of different structure are mixed
     """
     count = len(recordings)
-    every = list(blocks) if isinstance(blocks, (list, tuple)) and not hasattr(blocks, "step") else [blocks] * count
+    every: list[Any] = (
+        list(blocks) if isinstance(blocks, (list, tuple)) and not hasattr(blocks, "step") else [blocks] * count
+    )
     states = [None] * count if states is None else list(states)
     if len(every) != count or len(states) != count:
         raise InputError(f"{count} recordings came with {len(every)} blocks and {len(states)} states; give one of each")

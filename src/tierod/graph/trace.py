@@ -47,8 +47,8 @@ def trace(block: Block) -> Graph:
     """The graph of a block's step; blocks that differ only in their floats share one.
 
     Raises:
-        TraceError: the step decides with Python's `if` on a signal, uses a foreign function on one, or returns a state of
-            another shape than `init`
+        TraceError: the step decides with Python's `if` on a signal, uses a foreign function on one, or returns a state
+            of another shape than `init`
     """
     return _trace(_Structure(structure(block), block))
 
@@ -114,7 +114,9 @@ def flat_memory(state: Tree) -> np.ndarray:
 def _state_symbols(initial: Tree) -> tuple[Tree, list[Any], list[Any]]:
     import casadi
 
-    plain, heads, values = [], [], []
+    plain: list[Any] = []
+    heads: list[Any] = []
+    values: list[Any] = []
     for path, leaf in leaves(initial):
         symbol = casadi.SX.sym(path)
         (heads if isinstance(leaf, Ring) else plain).append(symbol)
@@ -128,8 +130,8 @@ def _step(block: Block, state: Tree, sample: Tree, name: str) -> tuple[Tree, Tre
     except RuntimeError as error:
         if TRUTH_VALUE in str(error):
             raise TraceError(
-                f"{name}.step decides on the value of a signal with `if`, `and`, `or`, `not`, `min`, `max` or a chained "
-                "comparison; write where, both, either, negated, minimum or maximum of tierod.graph.maths instead"
+                f"{name}.step decides on the value of a signal with `if`, `and`, `or`, `not`, `min`, `max` or a "
+                "chained comparison; write where, both, either, negated, minimum or maximum of tierod.graph.maths instead"
             ) from None
         raise _foreign(name, error) from error
     except TypeError as error:
@@ -149,8 +151,8 @@ def _next_state(initial: Tree, state: Tree, name: str) -> tuple[list[Any], list[
     if before != after:
         changed = sorted({path for path, _ in set(before) ^ set(after)})
         raise TraceError(
-            f"{name}.step returns a state of another shape than {name}.init gives: they differ in {', '.join(changed)}; "
-            "return the same fields in the same order"
+            f"{name}.step returns a state of another shape than {name}.init gives: they differ in "
+            f"{', '.join(changed)}; return the same fields in the same order"
         )
     plain = [leaf for _, leaf in leaves(state) if not isinstance(leaf, Ring)]
     rings = [(path, leaf) for path, leaf in leaves(state) if isinstance(leaf, Ring)]
@@ -166,6 +168,6 @@ def _refuse_nan(function: Any, name: str) -> None:
     for k in range(function.n_instructions()):
         if function.instruction_id(k) == casadi.OP_CONST and math.isnan(function.instruction_constant(k)):
             raise TraceError(
-                f"{name}.step holds a NaN constant: a function of `math` or `float()` met a signal, or NaN was written out; "
+                f"{name}.step holds a NaN constant: a function of `math` or `float()` met a signal, or NaN was written; "
                 "use the functions of tierod.graph.maths, and `present` to ask whether a value is there"
             )

@@ -27,7 +27,7 @@ class VirtualMachine:
             self._map = plain.mapaccum("scan", BLOCK)
 
     def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
-        """Run over samples (n, inputs), write outputs (n, outputs), leave the state in `memory`; `count` steps came before."""
+        """Run over samples (n, inputs) into outputs (n, outputs); `memory` is carried on, `count` steps came before."""
         done = 0
         if not self.graph.rings:
             while len(samples) - done >= BLOCK:
@@ -45,9 +45,9 @@ class VirtualMachine:
         state, heads, sample = np.zeros(plain), np.zeros(len(sizes)), np.zeros(samples.shape[1])
         after, pushes, output = np.zeros(plain), np.zeros(len(sizes)), np.zeros(outputs.shape[1])
         for slot, array in enumerate((state, heads, sample)):
-            buffer.set_arg(slot, memoryview(array))
+            buffer.set_arg(slot, memoryview(array))  # type: ignore[call-arg,arg-type]
         for slot, array in enumerate((after, pushes, output)):
-            buffer.set_res(slot, memoryview(array))
+            buffer.set_res(slot, memoryview(array))  # type: ignore[call-arg,arg-type]
         after[:] = memory[:plain]
         for k in range(len(samples)):
             at = starts + (count + k) % sizes if len(sizes) else starts
