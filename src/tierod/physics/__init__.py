@@ -1,0 +1,1 @@
+"""Pure formulas, one function per published model; they work on floats, arrays and symbols alike."""

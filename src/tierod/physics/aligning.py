@@ -1,0 +1,137 @@
+"""Self-aligning torque from the motion of the vehicle (Mohtat et al., eqs 1, 3 and 4).
+
+The torque acts about the kingpins of both front wheels together and is positive where it opposes positive steer.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def aligning_torque_from_steer(
+    steering_wheel_angle: Any,
+    lateral_acceleration: Any,
+    yaw_rate: Any,
+    speed: Any,
+    *,
+    mass: Any,
+    wheelbase: Any,
+    front_stiffness: Any,
+    rear_stiffness: Any,
+    trail: Any,
+    steering_ratio: Any,
+) -> Any:
+    """Self-aligning torque [N*m] of the linear single track from angle, lateral acceleration and yaw rate.
+
+    Args:
+        steering_wheel_angle: [rad]
+        lateral_acceleration: at the centre of gravity, without gravity's part [m/s**2]
+        yaw_rate: [rad/s]
+        speed: forward speed [m/s], above 3
+        mass: of the vehicle [kg]
+        wheelbase: [m]; the paper calls it vehicle length
+        front_stiffness: cornering stiffness of the front axle [N/rad]
+        rear_stiffness: cornering stiffness of the rear axle [N/rad]
+        trail: pneumatic and mechanical trail together, lp [m]
+        steering_ratio: road-wheel angle per steering-wheel angle, rho, about 1/15 [-]
+
+    Validity: linear tyres.
+    Source: Mohtat et al., eq (1), corrected: the last numerator is Cr (printed Cf), and the sign is plus (printed
+    minus), since eqs (2) to (4) take the torque as resisting: Mz = lp Cf/(Cf+Cr) (m ay + Cr rho theta - Cr L r/v).
+    """
+    lateral_force = (
+        front_stiffness
+        / (front_stiffness + rear_stiffness)
+        * (
+            mass * lateral_acceleration
+            + rear_stiffness * steering_ratio * steering_wheel_angle
+            - rear_stiffness * wheelbase * yaw_rate / speed
+        )
+    )
+    return trail * lateral_force
+
+
+def aligning_torque_from_yaw(
+    lateral_acceleration: Any,
+    yaw_acceleration: Any,
+    *,
+    mass: Any,
+    yaw_inertia: Any,
+    front_distance: Any,
+    rear_distance: Any,
+    trail: Any,
+) -> Any:
+    """Self-aligning torque [N*m] from the balance of forces and moments, whatever the tyres.
+
+    Args:
+        lateral_acceleration: at the centre of gravity, without gravity's part [m/s**2]
+        yaw_acceleration: [rad/s**2]
+        mass: of the vehicle [kg]
+        yaw_inertia: about the vertical axis [kg*m**2]
+        front_distance: from the centre of gravity to the front axle [m]
+        rear_distance: from the centre of gravity to the rear axle [m]
+        trail: pneumatic and mechanical trail together, lp [m]
+
+    Source: Mohtat et al., eq (4); lp includes the mechanical trail, which the paper leaves unmentioned.
+    """
+    return trail * front_force_from_motion(
+        lateral_acceleration,
+        yaw_acceleration,
+        mass=mass,
+        yaw_inertia=yaw_inertia,
+        front_distance=front_distance,
+        rear_distance=rear_distance,
+    )
+
+
+def front_force_from_motion(
+    lateral_acceleration: Any,
+    yaw_acceleration: Any,
+    *,
+    mass: Any,
+    yaw_inertia: Any,
+    front_distance: Any,
+    rear_distance: Any,
+) -> Any:
+    """Lateral force [N] of the front axle from the balance of forces and moments.
+
+    Args:
+        lateral_acceleration: at the centre of gravity, without gravity's part [m/s**2]
+        yaw_acceleration: [rad/s**2]
+        mass: of the vehicle [kg]
+        yaw_inertia: about the vertical axis [kg*m**2]
+        front_distance: from the centre of gravity to the front axle [m]
+        rear_distance: from the centre of gravity to the rear axle [m]
+
+    Source: Mohtat et al., eqs (3) and (4) without the trail: Fyf = (Lr m ay + Iz psi'') / (Lf + Lr).
+    """
+    moment = rear_distance * mass * lateral_acceleration + yaw_inertia * yaw_acceleration
+    return moment / (front_distance + rear_distance)
+
+
+def yaw_acceleration_from_aligning(
+    self_aligning_torque: Any,
+    lateral_acceleration: Any,
+    *,
+    mass: Any,
+    yaw_inertia: Any,
+    front_distance: Any,
+    rear_distance: Any,
+    trail: Any,
+) -> Any:
+    """Yaw acceleration [rad/s**2] that goes with a self-aligning torque: eq (4) solved for the yaw acceleration.
+
+    Args:
+        self_aligning_torque: about the kingpins [N*m]
+        lateral_acceleration: at the centre of gravity, without gravity's part [m/s**2]
+        mass: of the vehicle [kg]
+        yaw_inertia: about the vertical axis [kg*m**2]
+        front_distance: from the centre of gravity to the front axle [m]
+        rear_distance: from the centre of gravity to the rear axle [m]
+        trail: pneumatic and mechanical trail together, lp [m]
+
+    Source: Mohtat et al., third row of eq (7): psi'' = (L/(lp Iz)) Mz - (Lr m/Iz) ay.
+    """
+    wheelbase = front_distance + rear_distance
+    front_moment = wheelbase / trail * self_aligning_torque
+    return (front_moment - rear_distance * mass * lateral_acceleration) / yaw_inertia

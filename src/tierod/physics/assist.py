@@ -1,0 +1,45 @@
+"""The assist characteristic: motor help as a function of the driver's torque and of the speed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tierod.graph.maths import absolute, maximum, minimum, sign
+
+
+def assist_speed_factor(speed: Any, half_speed: Any) -> Any:
+    """Share [-] of the standing assist that is left at a speed: 1 at rest, 1/2 at the half speed.
+
+    Args:
+        speed: forward speed [m/s]
+        half_speed: speed at which assist has fallen to a half [m/s]
+    """
+    return 1.0 / (1.0 + absolute(speed) / half_speed)
+
+
+def assist_torque(
+    driver_torque: Any,
+    speed: Any,
+    linear_gain: Any,
+    quadratic_gain: Any,
+    dead_band: Any,
+    half_speed: Any,
+    maximum_torque: Any,
+) -> Any:
+    """Assist torque [N*m] at the column, in the direction of the driver's torque.
+
+    Args:
+        driver_torque: torque in the torsion bar [N*m]
+        speed: forward speed [m/s]
+        linear_gain: assist per driver torque just outside the dead band, at rest [-]
+        quadratic_gain: growth of the gain with the driver's torque [1/(N*m)]
+        dead_band: driver torque without assist [N*m]
+        half_speed: speed at which assist has fallen to a half [m/s]
+        maximum_torque: limit of the motor, seen at the column [N*m]
+
+    A parabola outside a dead band with saturation, the "curved characteristic" of Badawy, Zuraski, Bolourchi and
+    Chandy, SAE 1999-01-0399; the speed dependence is an assumption of ours.
+    """
+    effort = maximum(absolute(driver_torque) - dead_band, 0.0)
+    wanted = assist_speed_factor(speed, half_speed) * effort * (linear_gain + quadratic_gain * effort)
+    return sign(driver_torque) * minimum(wanted, maximum_torque)

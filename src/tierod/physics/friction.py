@@ -1,0 +1,164 @@
+"""Friction laws: Coulomb, viscous, Stribeck, Dahl and LuGre, written for a rotation.
+
+A friction torque returned here opposes motion: it has the sign of the rate and is subtracted in a balance.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tierod.graph.maths import absolute, exp, maximum, power, sign, tanh, where
+
+
+def coulomb(rate: Any, level: Any) -> Any:
+    """Dry friction torque [N*m] that depends on the direction of motion only.
+
+    Args:
+        rate: angular rate [rad/s]
+        level: friction torque while moving [N*m], not negative
+
+    Validity: motion beyond the pre-sliding range; zero at standstill, where the true torque is undetermined.
+    Source: Mohtat et al., eq (2), term Tf sgn(theta').
+    """
+    return level * sign(rate)
+
+
+def smooth_coulomb(rate: Any, level: Any, width: Any) -> Any:
+    """Dry friction torque [N*m] smoothed by a hyperbolic tangent, so that it has a derivative.
+
+    Args:
+        rate: angular rate [rad/s]
+        level: friction torque while moving [N*m]
+        width: rate at which 76 % of the level is reached [rad/s]; chatter of a filter below, false creep above it
+
+    Validity: rates well above the width; creeps at standstill.
+    """
+    return level * tanh(rate / width)
+
+
+def viscous(rate: Any, damping: Any) -> Any:
+    """Viscous friction torque [N*m].
+
+    Args:
+        rate: angular rate [rad/s]
+        damping: torque per rate [N*m*s/rad]
+
+    Source: Mohtat et al., eq (2), term Beq theta'.
+    """
+    return damping * rate
+
+
+def stribeck_level(rate: Any, static_level: Any, sliding_level: Any, stribeck_rate: Any, shape: Any = 2.0) -> Any:
+    """Level of dry friction [N*m], falling from the static to the sliding one as the rate grows.
+
+    Args:
+        rate: angular rate [rad/s]
+        static_level: level at standstill [N*m]
+        sliding_level: level far above the Stribeck rate [N*m]
+        stribeck_rate: rate at which the excess has fallen to 1/e [rad/s], positive
+        shape: exponent of the curve [-], 0.5 to 2
+
+    Source: Bo and Pavelescu, Wear 82 (1982) 277, as used by Canudas de Wit et al. (1995), eq (4), with exponent 2.
+    """
+    excess = power(maximum(absolute(rate) / stribeck_rate, 1e-30), shape)
+    return sliding_level + (static_level - sliding_level) * exp(-excess)
+
+
+def dahl_slope(normalised: Any, direction: Any, dahl_angle: Any, exponent: Any = 1.0) -> Any:
+    """Change of the normalised Dahl friction per angle [1/rad].
+
+    Args:
+        normalised: friction torque over its level, x = T/Tf [-], within -1 to 1
+        direction: sign of the rate [-]
+        dahl_angle: angle over which friction builds up, level over initial stiffness [rad], positive
+        exponent: alpha, shape of the build-up [-]; 1 exponential, below 1 steeper, above 1 longer tail
+
+    Source: Dahl, AIAA J. 14 (1976) 1675: dT/dtheta = sigma |1 - (T/Tf) sgn|^alpha sgn(1 - (T/Tf) sgn);
+    Raffone, eq (4), prints alpha = 1 only and is exact for that value alone.
+    """
+    gap = 1.0 - normalised * direction
+    return power(maximum(absolute(gap), 1e-300), exponent) * sign(gap) / dahl_angle
+
+
+def dahl_update(normalised: Any, angle_increment: Any, dahl_angle: Any) -> Any:
+    """Normalised Dahl friction [-] after an angle increment in one direction, exact for exponent 1.
+
+    Args:
+        normalised: friction torque over its level before the increment [-]
+        angle_increment: [rad], without reversal inside
+        dahl_angle: level over initial stiffness [rad], positive
+
+    Source: solution of Dahl's equation with alpha = 1: h <- s + (h - s) exp(-|d theta|/angle), s = sgn(d theta).
+    """
+    direction = sign(angle_increment)
+    return direction + (normalised - direction) * exp(-absolute(angle_increment) / dahl_angle)
+
+
+def dahl_sensitivity_update(sensitivity: Any, normalised: Any, angle_increment: Any, dahl_angle: Any) -> Any:
+    """Derivative [-] of the normalised Dahl friction for ln(dahl_angle), after an angle increment.
+
+    Args:
+        sensitivity: dh / d ln(dahl_angle) before the increment [-]
+        normalised: friction torque over its level *before* the increment [-]
+        angle_increment: [rad], without reversal inside
+        dahl_angle: level over initial stiffness [rad], positive
+
+    Source: derivative of `dahl_update`: g <- exp(-a) (g + (h - s) a), a = |d theta|/angle.
+    """
+    travel = absolute(angle_increment) / dahl_angle
+    return exp(-travel) * (sensitivity + (normalised - sign(angle_increment)) * travel)
+
+
+def dahl_power_update(normalised: Any, angle_increment: Any, dahl_angle: Any, exponent: Any) -> Any:
+    """Normalised Dahl friction [-] after an angle increment in one direction, exact for any exponent from 0 to 5.
+
+    Args:
+        normalised: friction torque over its level before the increment [-]
+        angle_increment: [rad], without reversal inside
+        dahl_angle: level over initial stiffness [rad], positive
+        exponent: alpha of `dahl_slope` [-]
+
+    The gap u = |1 - x sgn| obeys du/da = -u^alpha, so u^(1-alpha) falls linearly with the travel a; exponents within
+    1e-6 of one use the exponential. Below one the level is reached after a finite travel.
+    """
+    direction = sign(angle_increment)
+    travel = absolute(angle_increment) / dahl_angle
+    gap = maximum(absolute(1.0 - normalised * direction), 1e-60)
+    order = 1.0 - exponent
+    exponential = absolute(order) < 1e-6
+    safe_order = where(exponential, 1.0, order)
+    remaining = maximum(1.0 - safe_order * travel * power(gap, -safe_order), 0.0)
+    share = where(exponential, exp(-travel), power(remaining, 1.0 / safe_order))
+    return direction + (normalised - direction) * share
+
+
+def lugre_bristle_rate(deflection: Any, rate: Any, stiffness: Any, level: Any) -> Any:
+    """Rate of the mean bristle deflection [rad/s] of the LuGre model.
+
+    Args:
+        deflection: mean bristle deflection [rad]
+        rate: angular rate [rad/s]
+        stiffness: bristle stiffness, sigma_0 [N*m/rad]
+        level: steady friction torque at this rate [N*m], for example from `stribeck_level`
+
+    Source: Canudas de Wit, Olsson, Astrom, Lischinsky, IEEE TAC 40 (1995) 419, eq (2).
+    """
+    return rate - stiffness * absolute(rate) / level * deflection
+
+
+def lugre_torque(
+    deflection: Any, bristle_rate: Any, rate: Any, stiffness: Any, micro_damping: Any, damping: Any
+) -> Any:
+    """Friction torque [N*m] of the LuGre model.
+
+    Args:
+        deflection: mean bristle deflection [rad]
+        bristle_rate: its rate, from `lugre_bristle_rate` [rad/s]
+        rate: angular rate [rad/s]
+        stiffness: bristle stiffness, sigma_0 [N*m/rad]
+        micro_damping: damping of the bristles, sigma_1 [N*m*s/rad]
+        damping: viscous damping, sigma_2 [N*m*s/rad]
+
+    Source: Canudas de Wit et al. (1995), eq (3).
+    """
+    return stiffness * deflection + micro_damping * bristle_rate + damping * rate

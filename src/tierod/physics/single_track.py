@@ -1,0 +1,127 @@
+"""Relations of the single-track vehicle: slip angles, force balance, steady state, lever arm of an accelerometer."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def front_slip_speed(lateral_speed: Any, yaw_rate: Any, speed: Any, road_wheel_angle: Any, front_distance: Any) -> Any:
+    """Lateral speed [m/s] at which the front tyres slip; over the forward speed it is the slip angle (small angles).
+
+    Args:
+        lateral_speed: of the centre of gravity, positive to the left [m/s]
+        yaw_rate: [rad/s]
+        speed: forward speed [m/s]
+        road_wheel_angle: steer of the front wheels [rad]
+        front_distance: from the centre of gravity to the front axle [m]
+    """
+    return speed * road_wheel_angle - lateral_speed - front_distance * yaw_rate
+
+
+def rear_slip_speed(lateral_speed: Any, yaw_rate: Any, rear_distance: Any) -> Any:
+    """Lateral speed [m/s] at which the rear tyres slip.
+
+    Args:
+        lateral_speed: of the centre of gravity, positive to the left [m/s]
+        yaw_rate: [rad/s]
+        rear_distance: from the centre of gravity to the rear axle [m]
+    """
+    return rear_distance * yaw_rate - lateral_speed
+
+
+def lateral_acceleration(front_force: Any, rear_force: Any, mass: Any) -> Any:
+    """Lateral acceleration [m/s**2] of the centre of gravity from the axle forces.
+
+    Args:
+        front_force: lateral force of the front axle, across the body [N]
+        rear_force: lateral force of the rear axle [N]
+        mass: of the vehicle [kg]
+    """
+    return (front_force + rear_force) / mass
+
+
+def yaw_acceleration(
+    front_force: Any, rear_force: Any, yaw_inertia: Any, front_distance: Any, rear_distance: Any
+) -> Any:
+    """Yaw acceleration [rad/s**2] from the axle forces.
+
+    Args:
+        front_force: lateral force of the front axle, across the body [N]
+        rear_force: lateral force of the rear axle [N]
+        yaw_inertia: about the vertical axis [kg*m**2]
+        front_distance: from the centre of gravity to the front axle [m]
+        rear_distance: from the centre of gravity to the rear axle [m]
+
+    Source: Mohtat et al., eq (3).
+    """
+    return (front_distance * front_force - rear_distance * rear_force) / yaw_inertia
+
+
+def front_axle_load(mass: Any, front_distance: Any, rear_distance: Any, gravity: Any = 9.81) -> Any:
+    """Static load [N] of the front axle; swap the distances for the rear one.
+
+    Args:
+        mass: of the vehicle [kg]
+        front_distance: from the centre of gravity to the front axle [m]
+        rear_distance: from the centre of gravity to the rear axle [m]
+        gravity: [m/s**2]
+    """
+    return mass * gravity * rear_distance / (front_distance + rear_distance)
+
+
+def understeer_gradient(
+    mass: Any, front_distance: Any, rear_distance: Any, front_stiffness: Any, rear_stiffness: Any
+) -> Any:
+    """Extra road-wheel angle per lateral acceleration [rad*s**2/m]; positive understeers.
+
+    Args:
+        mass: of the vehicle [kg]
+        front_distance: from the centre of gravity to the front axle [m]
+        rear_distance: from the centre of gravity to the rear axle [m]
+        front_stiffness: cornering stiffness of the front axle [N/rad]
+        rear_stiffness: cornering stiffness of the rear axle [N/rad]
+
+    Validity: linear tyres. Source: ISO 4138, derived for the linear single track.
+    """
+    wheelbase = front_distance + rear_distance
+    return mass / wheelbase * (rear_distance / front_stiffness - front_distance / rear_stiffness)
+
+
+def steady_yaw_gain(speed: Any, wheelbase: Any, gradient: Any) -> Any:
+    """Yaw rate per road-wheel angle [1/s] in a steady turn.
+
+    Args:
+        speed: forward speed [m/s]
+        wheelbase: [m]
+        gradient: from `understeer_gradient` [rad*s**2/m]
+    """
+    return speed / (wheelbase + gradient * speed * speed)
+
+
+def steady_road_wheel_angle(curvature: Any, speed: Any, wheelbase: Any, gradient: Any) -> Any:
+    """Road-wheel angle [rad] that holds a curvature in a steady turn.
+
+    Args:
+        curvature: of the path, positive to the left [1/m]
+        speed: forward speed [m/s]
+        wheelbase: [m]
+        gradient: from `understeer_gradient` [rad*s**2/m]
+    """
+    return (wheelbase + gradient * speed * speed) * curvature
+
+
+def lateral_acceleration_at(
+    lateral_acceleration_of_gravity_centre: Any, yaw_acceleration: Any, yaw_rate: Any, forward: Any, left: Any = 0.0
+) -> Any:
+    """Lateral acceleration [m/s**2] at a point of the body, for a sensor that is not at the centre of gravity.
+
+    Args:
+        lateral_acceleration_of_gravity_centre: [m/s**2]
+        yaw_acceleration: [rad/s**2]
+        yaw_rate: [rad/s]
+        forward: how far ahead of the centre of gravity the point lies [m]
+        left: how far to the left of it [m]
+
+    Source: rigid body: a_P = a + r' x - r^2 y.
+    """
+    return lateral_acceleration_of_gravity_centre + yaw_acceleration * forward - yaw_rate * yaw_rate * left

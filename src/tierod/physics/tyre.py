@@ -1,0 +1,155 @@
+"""Lateral force and aligning torque of a tyre or an axle.
+
+Slip, force and torque are positive in a left turn: a positive slip gives a force to the left, and an aligning torque
+about the kingpin that opposes positive steer. Stiffness and load belong together: both of one wheel, or of one axle.
+The lateral slip is the tangent of the slip angle; below 0.1 rad the angle itself will do.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tierod.graph.maths import absolute, arctan, maximum, sign, sin, sqrt, where
+
+
+def linear_lateral_force(slip_angle: Any, cornering_stiffness: Any) -> Any:
+    """Lateral force [N] in proportion to the slip angle.
+
+    Args:
+        slip_angle: [rad]
+        cornering_stiffness: [N/rad]
+
+    Validity: up to about 0.4 times the adhesion limit.
+    """
+    return cornering_stiffness * slip_angle
+
+
+def sliding_slip(cornering_stiffness: Any, adhesion: Any, load: Any) -> Any:
+    """Tangent of the slip angle [-] at which the whole contact patch of the brush model slides.
+
+    Args:
+        cornering_stiffness: [N/rad]
+        adhesion: friction coefficient of tyre and road [-]
+        load: vertical load [N]
+
+    Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed., section 3.2.1: tan(alpha_sl) = 3 mu Fz / C.
+    """
+    return 3.0 * adhesion * load / cornering_stiffness
+
+
+def brush_lateral_force(lateral_slip: Any, cornering_stiffness: Any, adhesion: Any, load: Any) -> Any:
+    """Lateral force [N] of the brush model with parabolic pressure, the same as Fiala's.
+
+    Args:
+        lateral_slip: tangent of the slip angle [-]
+        cornering_stiffness: [N/rad]
+        adhesion: friction coefficient of tyre and road [-]
+        load: vertical load [N]
+
+    Validity: pure side slip, rigid carcass, one friction coefficient.
+    Source: Fiala (1954); Pacejka, 3rd ed., section 3.2.1: F = mu Fz (1 - (1 - x)^3), x = tan(alpha)/tan(alpha_sl), and
+    mu Fz beyond x = 1.
+    """
+    share = lateral_slip / sliding_slip(cornering_stiffness, adhesion, load)
+    sticking = maximum(1.0 - absolute(share), 0.0)
+    return adhesion * load * sign(share) * (1.0 - sticking * sticking * sticking)
+
+
+def brush_pneumatic_trail(
+    lateral_slip: Any, cornering_stiffness: Any, adhesion: Any, load: Any, contact_half_length: Any
+) -> Any:
+    """Distance [m] by which the lateral force of the brush model acts behind the contact centre.
+
+    Args:
+        lateral_slip: tangent of the slip angle [-]
+        cornering_stiffness: [N/rad]
+        adhesion: friction coefficient of tyre and road [-]
+        load: vertical load [N]
+        contact_half_length: half of the contact length, a [m]
+
+    A third of the half length at zero slip, falling to zero where the whole patch slides.
+    Source: Pacejka, 3rd ed., section 3.2.1: t = (a/3) (1 - |x|)^3 / (1 - |x| + x^2/3).
+    """
+    share = absolute(lateral_slip) / sliding_slip(cornering_stiffness, adhesion, load)
+    sticking = maximum(1.0 - share, 0.0)
+    slope = 1.0 - share + share * share / 3.0
+    return contact_half_length / 3.0 * sticking * sticking * sticking / slope
+
+
+def brush_aligning_torque(
+    lateral_slip: Any, cornering_stiffness: Any, adhesion: Any, load: Any, contact_half_length: Any
+) -> Any:
+    """Aligning torque [N*m] of the brush model about the contact centre, opposing positive steer.
+
+    Args:
+        lateral_slip: tangent of the slip angle [-]
+        cornering_stiffness: [N/rad]
+        adhesion: friction coefficient of tyre and road [-]
+        load: vertical load [N]
+        contact_half_length: half of the contact length, a [m]
+
+    Source: Pacejka, 3rd ed., section 3.2.1: M = mu Fz a x (1 - |x|)^3; the sign is turned, since M here opposes steer.
+    """
+    share = lateral_slip / sliding_slip(cornering_stiffness, adhesion, load)
+    sticking = maximum(1.0 - absolute(share), 0.0)
+    return adhesion * load * contact_half_length * share * sticking * sticking * sticking
+
+
+def magic_formula(slip: Any, stiffness_factor: Any, shape_factor: Any, peak: Any, curvature_factor: Any) -> Any:
+    """Force or torque of Pacejka's Magic Formula without offsets, in the unit of the peak.
+
+    Args:
+        slip: slip angle [rad] or slip ratio [-]
+        stiffness_factor: B [1/rad]; B C D is the slope at zero
+        shape_factor: C [-], about 1.3 for lateral force
+        peak: D [N], adhesion times load
+        curvature_factor: E [-], at most 1
+
+    Source: Pacejka, 3rd ed., eq (4.1): D sin(C arctan(B s - E (B s - arctan(B s)))).
+    """
+    scaled = stiffness_factor * slip
+    return peak * sin(shape_factor * arctan(scaled - curvature_factor * (scaled - arctan(scaled))))
+
+
+def relaxation_rate(deflection: Any, lateral_slip_speed: Any, speed: Any, relaxation_length: Any) -> Any:
+    """Rate [m/s] of the lateral deflection of a rolling tyre; deflection over relaxation length is the slip that acts.
+
+    Args:
+        deflection: lateral deflection [m]
+        lateral_slip_speed: lateral speed of the contact patch across the wheel plane [m/s]; its share of the speed is
+            the tangent of the slip angle
+        speed: forward speed [m/s], not negative; zero is allowed
+        relaxation_length: distance over which the force builds up [m]
+
+    Source: Pacejka, 3rd ed., eq (7.7): du/dt + |V| u / sigma = Vsy.
+    """
+    return lateral_slip_speed - absolute(speed) / relaxation_length * deflection
+
+
+def parking_torque(load: Any, adhesion: Any, pressure: Any) -> Any:
+    """Torque [N*m] about the kingpin that turns one standing wheel on the ground.
+
+    Args:
+        load: vertical load of the wheel [N]
+        adhesion: friction coefficient of tyre and road [-]
+        pressure: inflation pressure [Pa]
+
+    Validity: standing wheel, fully twisted; falls within a few contact lengths of rolling.
+    Source: Gough's formula, as in Sharp and Granger, Proc. IMechE D 217 (2003) 87: M = (mu W / 3) sqrt(W / p).
+    """
+    return adhesion * load / 3.0 * sqrt(load / pressure)
+
+
+def brush_slip_share(force: Any, adhesion: Any, load: Any) -> Any:
+    """Share [-] of the brush model's sliding slip at which it makes this lateral force.
+
+    Args:
+        force: lateral force [N], of either sign
+        adhesion: friction coefficient of tyre and road [-]
+        load: vertical load [N]
+
+    Inverse of `brush_lateral_force`: x = 1 - (1 - |F| / (mu Fz))^(1/3), held at one beyond the limit.
+    """
+    unused = maximum(1.0 - absolute(force) / (adhesion * load), 0.0)
+    root = where(unused > 0.0, where(unused > 0.0, unused, 1.0) ** (1.0 / 3.0), 0.0)
+    return sign(force) * (1.0 - root)
