@@ -1,7 +1,7 @@
 """What a model is: equations without memory.
 
 A model is a class without state of its own: `State`, `Input`, `Output` are NamedTuples, `Parameters` a frozen
-dataclass, and its two functions are pure. Noise is not a model's business: it belongs to the estimator that uses the model.
+dataclass, and its two functions are pure. Noise belongs to the estimator that uses the model, not to the model.
 """
 
 from __future__ import annotations

@@ -80,9 +80,14 @@ def _compile(command: tuple[str, ...], source: str, library: Path) -> None:
                 os.replace(built, library)
                 return
     raise CompileError(
-        f"the C compiler '{' '.join(command)}' refused generated code: {run.stderr.strip()[:500]}; "
+        f"the C compiler '{' '.join(command)}' refused generated code ({_first_error(run.stderr)}); "
         "choose another one with the environment variable TIEROD_CC (empty for none)"
     )
+
+
+def _first_error(text: str) -> str:
+    lines = text.strip().splitlines()
+    return next((line for line in lines if "error" in line), lines[0] if lines else "it said nothing")
 
 
 def _identity(executable: str) -> str:

@@ -168,11 +168,12 @@ def _instruction_names() -> dict[int, str]:
     import casadi
 
     words = {
-        "INPUT": "input", "OUTPUT": "output", "CONST": "constant", "ADD": "add", "SUB": "sub", "MUL": "mul",
-        "DIV": "div", "NEG": "neg", "INV": "inverse", "SQ": "square", "TWICE": "twice", "LT": "lt", "LE": "le", "EQ": "eq",
-        "NE": "ne", "NOT": "not", "AND": "and", "OR": "or", "IF_ELSE_ZERO": "if", "FABS": "fabs", "SIGN": "sign", "SQRT": "sqrt",
-        "EXP": "exp", "EXPM1": "expm1", "LOG": "log", "LOG1P": "log1p", "POW": "pow", "CONSTPOW": "pow", "SIN": "sin",
-        "COS": "cos", "TAN": "tan", "ASIN": "asin", "ACOS": "acos", "ATAN": "atan", "ATAN2": "atan2", "SINH": "sinh",
-        "COSH": "cosh", "TANH": "tanh", "HYPOT": "hypot", "FLOOR": "floor", "CEIL": "ceil", "ASSIGN": "assign",
+        "INPUT": "input", "OUTPUT": "output", "CONST": "constant", "ASSIGN": "assign",
+        "ADD": "add", "SUB": "sub", "MUL": "mul", "DIV": "div", "NEG": "neg", "INV": "inverse", "SQ": "square",
+        "TWICE": "twice", "LT": "lt", "LE": "le", "EQ": "eq", "NE": "ne", "NOT": "not", "AND": "and", "OR": "or",
+        "IF_ELSE_ZERO": "if", "FABS": "fabs", "SIGN": "sign", "FLOOR": "floor", "CEIL": "ceil", "SQRT": "sqrt",
+        "EXP": "exp", "EXPM1": "expm1", "LOG": "log", "LOG1P": "log1p", "POW": "pow", "CONSTPOW": "pow",
+        "HYPOT": "hypot", "SIN": "sin", "COS": "cos", "TAN": "tan", "ASIN": "asin", "ACOS": "acos", "ATAN": "atan",
+        "ATAN2": "atan2", "SINH": "sinh", "COSH": "cosh", "TANH": "tanh",
     }  # fmt: skip
     return {getattr(casadi, f"OP_{key}"): word for key, word in words.items()}

@@ -131,7 +131,7 @@ def _step(block: Block, state: Tree, sample: Tree, name: str) -> tuple[Tree, Tre
         if TRUTH_VALUE in str(error):
             raise TraceError(
                 f"{name}.step decides on the value of a signal with `if`, `and`, `or`, `not`, `min`, `max` or a "
-                "chained comparison; write where, both, either, negated, minimum or maximum of tierod.graph.maths instead"
+                "chained comparison; write where, both, either, minimum or maximum of tierod.graph.maths instead"
             ) from None
         raise _foreign(name, error) from error
     except TypeError as error:
@@ -168,6 +168,6 @@ def _refuse_nan(function: Any, name: str) -> None:
     for k in range(function.n_instructions()):
         if function.instruction_id(k) == casadi.OP_CONST and math.isnan(function.instruction_constant(k)):
             raise TraceError(
-                f"{name}.step holds a NaN constant: a function of `math` or `float()` met a signal, or NaN was written; "
+                f"{name}.step holds a NaN constant: `math` or `float()` met a signal, or NaN was written; "
                 "use the functions of tierod.graph.maths, and `present` to ask whether a value is there"
             )

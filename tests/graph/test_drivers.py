@@ -1,0 +1,125 @@
+"""The three drivers and both engines give the same numbers."""
+
+from collections import deque
+
+import numpy as np
+import pytest
+
+from blocks_of_graph import Everything, Pair
+from tierod.block import Ring, leaves, rebuild, tuning
+from tierod.errors import InputError, ParameterError
+from tierod.graph import Stream, batch, scan, trace
+from tierod.recording import Aligned
+
+
+@pytest.fixture
+def samples():
+    values = np.random.default_rng(1).normal(size=(2500, 2))
+    values[10], values[20, 0], values[30, 1] = np.nan, np.inf, np.nan
+    return values
+
+
+def by_hand(block, samples):
+    """The slow, obvious driver: plain floats, a deque for each delay line."""
+    state = block.init()
+    lines = {path: deque([leaf.initial] * leaf.size) for path, leaf in leaves(state) if isinstance(leaf, Ring)}
+    rows = []
+    for row in samples:
+        heads = [leaf._replace(oldest=lines[path].popleft()) if path in lines else leaf for path, leaf in leaves(state)]
+        state, output = block.step(rebuild(state, heads), block.Sample(*row.tolist()))
+        for path, leaf in leaves(state):
+            if path in lines:
+                lines[path].append(leaf.newest)
+        rows.append([leaf for _, leaf in leaves(output)])
+    return np.array(rows)
+
+
+def test_scan_gives_what_plain_floats_give(samples):
+    result = scan(Everything(), samples)
+    np.testing.assert_allclose(result.values, by_hand(Everything(), samples), rtol=1e-12, atol=1e-12)
+    assert result.names == ("result", "nested.a", "nested.b")
+
+
+def test_the_virtual_machine_gives_what_compiled_code_gives(samples):
+    interpreted = scan(Everything(), samples, engine="virtual machine")
+    compiled = scan(Everything(), samples, engine="compiled")
+    np.testing.assert_allclose(interpreted.values, compiled.values, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(interpreted.state.values, compiled.state.values, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("engine", ["compiled", "virtual machine"])
+def test_a_stream_equals_a_scan_to_the_last_bit(samples, engine):
+    block = Everything(gain=0.21)
+    offline = scan(block, samples, engine=engine)
+    live = Stream(block, engine=engine)
+    pushed = np.array([[leaf for _, leaf in leaves(live.push({"a": a, "b": b}))] for a, b in samples])
+    np.testing.assert_array_equal(pushed, offline.values)
+    np.testing.assert_array_equal(live.state.values, offline.state.values)
+    assert live.state.count == offline.state.count == len(samples)
+
+
+def test_lanes_equal_scans_to_the_last_bit(samples):
+    blocks = [Everything(gain=0.01 * lane) for lane in range(70)]
+    lengths = [2500 - 30 * lane for lane in range(70)]
+    results = batch(blocks, [samples[:length] for length in lengths])
+    for block, length, result in zip(blocks, lengths, results, strict=True):
+        alone = scan(block, samples[:length])
+        np.testing.assert_array_equal(result.values, alone.values)
+        np.testing.assert_array_equal(result.state.values, alone.state.values)
+
+
+def test_lanes_share_one_calibration(samples):
+    for result in batch(Everything(), [samples, samples[:50]]):
+        np.testing.assert_array_equal(result.values, scan(Everything(), samples).values[: len(result)])
+
+
+@pytest.mark.parametrize("cut", [0, 1, 7, 1003])
+@pytest.mark.parametrize("engine", ["compiled", "virtual machine"])
+def test_a_run_can_be_cut_and_carried_on(samples, cut, engine):
+    whole = scan(Everything(), samples, engine=engine)
+    first = scan(Everything(), samples[:cut], engine=engine)
+    second = scan(Everything(), samples[cut:], state=first.state, engine=engine)
+    np.testing.assert_array_equal(np.vstack([first.values, second.values]), whole.values)
+
+
+def test_a_batch_can_be_carried_on(samples):
+    first = batch(Everything(), [samples[:100]] * 3)
+    second = batch(Everything(), [samples[100:]] * 3, states=[result.state for result in first])
+    np.testing.assert_array_equal(second[2].values, scan(Everything(), samples).values[100:])
+
+
+def test_a_stream_pushes_the_blocks_own_sample_and_works_on_bound_buffers(samples):
+    named, bound = Stream(Everything()), Stream(Everything())
+    for row in samples[:50]:
+        outcome = named.push(Pair(*row))
+        bound.inputs[:] = row
+        bound.advance()
+        np.testing.assert_array_equal(bound.outputs, [leaf for _, leaf in leaves(outcome)])
+    assert outcome.nested.a == bound.outputs[1]
+
+
+def test_columns_are_found_by_name(samples):
+    aligned = Aligned(np.arange(len(samples)), samples[:, ::-1], ("b", "a"))
+    np.testing.assert_array_equal(scan(Everything(), aligned).values, scan(Everything(), samples).values)
+
+
+def test_blocks_that_differ_in_floats_share_one_graph():
+    assert trace(Everything(gain=1.0)) is trace(Everything(gain=2.0))
+    assert dict(tuning(Everything())) == {"gain": 0.3, "offset": 0.5}
+
+
+def test_wrong_samples_are_refused(samples):
+    with pytest.raises(InputError, match=r"2 signals \(a, b\).*\(2500, 1\)"):
+        scan(Everything(), samples[:, :1])
+    with pytest.raises(InputError, match="needs the signal 'b'; did you mean 'bb'"):
+        scan(Everything(), Aligned(np.arange(2500), samples, ("a", "bb")))
+    with pytest.raises(InputError, match="no 'b'.*NaN for a measurement"):
+        Stream(Everything()).push({"a": 1.0})
+    with pytest.raises(InputError, match=r"needs 2 numbers \(a, b\)"):
+        Stream(Everything()).push((1.0, 2.0, 3.0))
+    with pytest.raises(InputError, match="no output 'resul'; did you mean 'result'"):
+        scan(Everything(), samples)["resul"]
+    with pytest.raises(InputError, match="3 recordings came with 2 blocks"):
+        batch([Everything(), Everything()], [samples] * 3)
+    with pytest.raises(ParameterError, match="'jit' is unknown"):
+        scan(Everything(), samples, engine="jit")
