@@ -1,0 +1,52 @@
+"""The names that a vehicle's parameters may have: unit, meaning, and the range that a real car can reach.
+
+Models and monitors name the fields of their parameter dataclasses so; a vehicle file speaks the same names.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One parameter that a vehicle file may give.
+
+    Args:
+        name: in words, as the field of a parameter dataclass
+        unit: SI, in the notation of pint; "" for a number
+        meaning: one sentence fragment, with the place it is referred to
+        plausible: smallest and largest value that is not a slip of the unit, in the unit
+        torque: whether it is a torque of the steering, which an uncalibrated car gives in counts
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    plausible: tuple[float, float]
+    torque: bool = False
+
+
+_CATALOGUE = (
+    Quantity("mass", "kg", "mass of the vehicle as driven", (200.0, 60e3)),
+    Quantity("yaw_inertia", "kg*m**2", "moment of inertia about the vertical axis", (50.0, 1e6)),
+    Quantity("front_distance", "m", "centre of gravity to front axle", (0.2, 8.0)),
+    Quantity("rear_distance", "m", "centre of gravity to rear axle", (0.2, 8.0)),
+    Quantity("front_cornering_stiffness", "N/rad", "both front tyres together (axle)", (5e3, 2e6)),
+    Quantity("rear_cornering_stiffness", "N/rad", "both rear tyres together (axle)", (5e3, 2e6)),
+    Quantity("trail", "m", "mechanical and pneumatic trail together", (1e-3, 0.5)),
+    Quantity("mechanical_trail", "m", "caster trail alone", (-0.1, 0.3)),
+    Quantity("steering_ratio", "", "road wheel angle per steering wheel angle, about 1/15.5", (0.01, 1.0)),
+    Quantity("column_inertia", "kg*m**2", "wheel, column, rotor and road wheels at the wheel axis", (1e-3, 5.0)),
+    Quantity("column_damping", "N*m*s/rad", "viscous damping at the steering wheel axis", (0.0, 20.0)),
+    Quantity("motor_ratio", "", "turns of the assist motor per turn of the steering wheel", (0.5, 200.0)),
+    Quantity("motor_torque_constant", "N*m/A", "torque of the assist motor per ampere", (1e-3, 2.0)),
+    Quantity("maximum_assist_torque", "N*m", "largest assist at the steering wheel axis", (1.0, 500.0), torque=True),
+    Quantity("nominal_friction", "N*m", "friction of the sound steering at the wheel axis", (0.1, 50.0), torque=True),
+    Quantity("rising_friction", "N*m", "friction from which it is reported as rising", (0.1, 100.0), torque=True),
+    Quantity("fault_friction", "N*m", "friction from which it is reported as a fault", (0.1, 100.0), torque=True),
+    Quantity("noticeable_friction", "N*m", "friction from which a driver feels it", (0.1, 100.0), torque=True),
+)
+
+QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _CATALOGUE}
+"""Every parameter name that a vehicle file may hold."""

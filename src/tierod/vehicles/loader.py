@@ -1,0 +1,154 @@
+"""Reads a vehicle file, checks it, and converts it to SI units."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tierod.errors import InputError, ParameterError, nearest
+from tierod.units import COUNT, Scale, scale
+from tierod.vehicles.catalogue import QUANTITIES, Quantity
+from tierod.vehicles.lines import line_of
+from tierod.vehicles.vehicle import Parameter, Vehicle
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel, ValidationError
+
+    from tierod.vehicles.schema import ParameterEntry, VehicleFile
+
+SHIPPED = Path(__file__).parent
+
+
+def shipped() -> tuple[str, ...]:
+    """The names of the vehicles that tierod ships, in alphabetical order."""
+    return tuple(sorted(path.stem for path in SHIPPED.glob("*.toml") if not path.name.endswith(".channels.toml")))
+
+
+def load(name_or_path: str | Path) -> Vehicle:
+    """The vehicle of a shipped name or of a file.
+
+    Args:
+        name_or_path: a name that `shipped` lists, or the path of a vehicle file (.toml)
+
+    Raises:
+        ParameterError: no such vehicle, or a file with a slip in it; the message names the line and the nearest names
+    """
+    path = _find(str(name_or_path))
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ParameterError(f"the vehicle file {path} cannot be read ({_reason(error)}); give a TOML file") from error
+    try:
+        content = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ParameterError(
+            f"{path} is not valid TOML: {error}; 'tierod vehicles midsize-eps --toml' prints a whole one"
+        ) from error
+    return _Reader(path, text).vehicle(content)
+
+
+def _find(given: str) -> Path:
+    if given in shipped():
+        return SHIPPED / f"{given}.toml"
+    path = Path(given).expanduser()
+    if path.is_file():
+        return path
+    if path.suffix == ".toml" or path.parent != Path():
+        raise ParameterError(f"there is no vehicle file {path}; shipped vehicles: {', '.join(shipped())}")
+    raise ParameterError(f"no vehicle is called '{given}'{nearest(given, shipped())} A file is named by its path")
+
+
+def _reason(error: Exception) -> str:
+    return error.strerror or str(error) if isinstance(error, OSError) else "it is not UTF-8 text"
+
+
+class _Reader:
+    """One vehicle file on its way to a vehicle, with what a message needs to point at a line."""
+
+    def __init__(self, path: Path, text: str):
+        self.path = path
+        self.text = text
+
+    def error(self, location: Sequence[str], message: str) -> ParameterError:
+        line = line_of(self.text, location)
+        return ParameterError(f"{self.path}{'' if line is None else f', line {line}'}: {message}")
+
+    def vehicle(self, content: dict[str, Any]) -> Vehicle:
+        file = self.validated(content)
+        parameters = {name: self.parameter(name, entry, file.torque_unit) for name, entry in file.parameters.items()}
+        return Vehicle(
+            name=file.name,
+            description=file.description,
+            source=file.source,
+            good_for=tuple(file.good_for),
+            not_good_for=tuple(file.not_good_for),
+            torque_unit=file.torque_unit,
+            parameters=parameters,
+            path=self.path,
+            channel_map=self.beside("map", file.channels.map),
+            database=self.beside("dbc", file.channels.dbc),
+        )
+
+    def validated(self, content: dict[str, Any]) -> VehicleFile:
+        from pydantic import ValidationError
+
+        from tierod.vehicles.schema import VehicleFile
+
+        given = content.get("parameters")
+        for name in given if isinstance(given, dict) else ():
+            if name not in QUANTITIES:
+                raise self.error(("parameters", name), f"no parameter is called '{name}'{nearest(name, QUANTITIES)}")
+        try:
+            return VehicleFile.model_validate(content)
+        except ValidationError as error:
+            raise self.explained(error) from None
+
+    def explained(self, error: ValidationError) -> ParameterError:
+        from tierod.vehicles.schema import ChannelsEntry, ParameterEntry, VehicleFile
+
+        # A key spelt wrongly is an unknown key and a missing one: the unknown one says more.
+        first = min(error.errors(), key=lambda slip: slip["type"] != "extra_forbidden")
+        location = [str(part) for part in first["loc"]]
+        key = ".".join(location)
+        more = "" if error.error_count() == 1 else f" ({error.error_count() - 1} more after this)"
+        if first["type"] == "extra_forbidden":
+            owners: tuple[type[BaseModel], ...] = (VehicleFile, ChannelsEntry, ParameterEntry)
+            owner = owners[len(location) - 1]
+            return self.error(
+                location, f"'{location[-1]}' is not known here{nearest(location[-1], owner.model_fields)}{more}"
+            )
+        if first["type"] == "missing":
+            return self.error(location, f"'{key}' is missing; add it{more}")
+        given = repr(first["input"])
+        return self.error(location, f"'{key}' is {given[:60]}: {first['msg'][0].lower()}{first['msg'][1:]}{more}")
+
+    def parameter(self, name: str, entry: ParameterEntry, torque_unit: str) -> Parameter:
+        quantity = QUANTITIES[name]
+        unit = torque_unit if quantity.torque else quantity.unit
+        try:
+            to_si = Scale(1.0) if entry.unit == unit else scale(entry.unit, unit)
+        except InputError as error:
+            raise self.error(("parameters", name, "unit"), f"{name}: {error}") from None
+        value = to_si(entry.value)
+        self.check(quantity, value, unit)
+        spread = None if entry.standard_deviation is None else entry.standard_deviation * to_si.factor
+        return Parameter(name, value, unit, spread, entry.source)
+
+    def check(self, quantity: Quantity, value: float, unit: str) -> None:
+        low, high = quantity.plausible
+        if unit != COUNT and not low <= value <= high:
+            raise self.error(
+                ("parameters", quantity.name, "value"),
+                f"{quantity.name} is {value:g} {unit}, but a road vehicle lies between {low:g} and {high:g} {unit}; "
+                "check the value and its unit",
+            )
+
+    def beside(self, key: str, name: str | None) -> Path | None:
+        if name is None:
+            return None
+        path = self.path.parent / name
+        if not path.is_file():
+            raise self.error(("channels", key), f"the file {path} is not there; correct the name or leave the key out")
+        return path

@@ -1,0 +1,112 @@
+"""A vehicle as tierod knows it: parameters in SI units, each with its spread and its source."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+from tierod.errors import ParameterError, nearest
+
+Parameters = TypeVar("Parameters")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of a vehicle.
+
+    Args:
+        name: as in the catalogue of quantities
+        value: in the unit
+        unit: SI, in the notation of pint; "count" for a torque of a vehicle that is not calibrated
+        standard_deviation: one sigma in the unit; None where nobody has said
+        source: where the value comes from; begins with "assumed" where nobody has measured it
+    """
+
+    name: str
+    value: float
+    unit: str
+    standard_deviation: float | None
+    source: str
+
+    @property
+    def assumed(self) -> bool:
+        """Whether the value is a typical one that nobody has measured on this vehicle."""
+        return self.source.lower().startswith("assumed")
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """A set of parameters for one car, or for the car of one paper.
+
+    Args:
+        name: short, as given on the command line
+        description: one sentence
+        source: where the set as a whole comes from
+        good_for, not_good_for: what may and may not be concluded with it
+        torque_unit: "N*m", or "count" where the torques of its recordings are raw
+        parameters: by name, in SI units
+        path: the file it was read from
+        channel_map, database: files that tell how to read the vehicle's bus, where the set names them
+    """
+
+    name: str
+    description: str
+    source: str
+    good_for: tuple[str, ...]
+    not_good_for: tuple[str, ...]
+    torque_unit: str
+    parameters: Mapping[str, Parameter]
+    path: Path
+    channel_map: Path | None = None
+    database: Path | None = None
+
+    @property
+    def calibrated(self) -> bool:
+        """Whether the torques of this vehicle's recordings are in newton metres."""
+        return self.torque_unit != "count"
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.parameters
+
+    def __getitem__(self, name: str) -> float:
+        """The value of a parameter in SI units.
+
+        Raises:
+            ParameterError: the vehicle file does not give it
+        """
+        if name in self.parameters:
+            return self.parameters[name].value
+        raise ParameterError(
+            f"the vehicle '{self.name}' has no parameter '{name}'{nearest(name, self.parameters)} "
+            f"Add a table [parameters.{name}] to {self.path}"
+        )
+
+    def parameters_for(self, wanted: type[Parameters]) -> Parameters:
+        """A frozen dataclass of floats, filled by the names of its fields.
+
+        Args:
+            wanted: the dataclass; a field with a default of its own may be absent from the vehicle file
+
+        Raises:
+            ParameterError: fields without a default that the vehicle file does not give; the message names all of them
+        """
+        fields = [field for field in dataclasses.fields(wanted) if field.init]  # type: ignore[arg-type]
+        absent = [f.name for f in fields if f.name not in self.parameters and _has_no_default(f)]
+        if absent:
+            tables = " and ".join(f"[parameters.{name}]" for name in absent)
+            raise ParameterError(
+                f"the vehicle '{self.name}' lacks {', '.join(absent)}, which {wanted.__qualname__} needs; "
+                f"add {tables} to {self.path}"
+            )
+        return wanted(**{f.name: self.parameters[f.name].value for f in fields if f.name in self.parameters})
+
+    def rows(self) -> tuple[tuple[str, float, str, float | None, str], ...]:
+        """(name, value, unit, standard deviation, source) of every parameter, as a diagnosis reports them."""
+        return tuple((p.name, p.value, p.unit, p.standard_deviation, p.source) for p in self.parameters.values())
+
+
+def _has_no_default(field: dataclasses.Field) -> bool:
+    return field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
