@@ -1,0 +1,1 @@
+"""Measurements against peers, as ratios in the same run: `make bench`."""
