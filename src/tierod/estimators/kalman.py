@@ -1,0 +1,48 @@
+"""Kalman filter, linear time-varying and extended alike, for any discrete model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from tierod.block import Tree, rebuild, skeleton
+from tierod.estimators.gaussian import GaussianFilter, Prediction
+from tierod.estimators.kernels import Correction, correct, predict_covariance
+from tierod.estimators.linear_algebra import Vector, dot, plus, product, unpack
+from tierod.estimators.shapes import Belief, leaf_values
+from tierod.graph.derivatives import jacobian
+
+
+@dataclass(frozen=True)
+class KalmanFilter(GaussianFilter):
+    """Extended Kalman filter with automatic Jacobians; for a linear model the Kalman filter itself.
+
+    W = F P, P = W F' + Q + G diag(w) G', then one scalar update per output on a symmetric P, all linearised at the
+    predicted mean, so that the order of the outputs does not matter. `GaussianFilter` explains the fields, the sample
+    and the estimate.
+
+    Valid while the model is nearly linear over a few standard deviations; `UnscentedFilter` is the check.
+
+    Source: R. E. Kalman, 1960, doi 10.1115/1.3662552; masks after S. F. Schmidt, 1966, and Mohtat et al., Table 3.
+    """
+
+    def _predict(self, state: Belief, inputs: Tree, process: Vector, entering: Vector) -> Prediction:
+        def transition(mean: Tree) -> Tree:
+            return self.model.transition(mean, inputs, self.parameters)
+
+        rows = jacobian(transition, state.mean)
+        gain, variances = self._noise_gain(state.mean, inputs, entering)
+        covariance = predict_covariance(rows, state.covariance, process, gain, variances)
+        return Prediction(leaf_values(transition(state.mean)), covariance)
+
+    def _correct(self, predicted: Prediction, sample: Any, noise: Vector) -> tuple[Correction, Vector, Vector]:
+        def output(at: Tree) -> Tree:
+            return self.model.output(at, sample.input, self.parameters)
+
+        at = rebuild(skeleton(self.model.State), predicted.mean)
+        rows = jacobian(output, at)
+        pairs = zip(leaf_values(sample.measured), leaf_values(output(at)), strict=True)
+        innovation = tuple(measured - expected for measured, expected in pairs)
+        full = unpack(predicted.covariance)
+        spread = tuple(plus(dot(row, product(full, row)), value) for row, value in zip(rows, noise, strict=True))
+        return correct(predicted.covariance, rows, innovation, noise), innovation, spread

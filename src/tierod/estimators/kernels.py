@@ -1,0 +1,173 @@
+"""The steps of every Kalman-type estimator, on tuples of scalars: predict, correct, consider, hold.
+
+They know models only as Jacobians and residuals, so monitors with structure of their own can use them directly.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from tierod.estimators.linear_algebra import (
+    Matrix,
+    Vector,
+    add,
+    congruence,
+    dot,
+    from_diagonal,
+    minus,
+    pack,
+    plus,
+    scaled_congruence,
+    times,
+    unpack,
+    upper,
+)
+from tierod.graph.maths import maximum, minimum, present, where
+
+
+class Correction(NamedTuple):
+    """What the measurements of one sample did.
+
+    Args:
+        shift: correction of the mean, before any mask, (n,)
+        covariance: packed covariance after all measurements
+        nis: normalised innovation squared over the measurements that were present
+        present: how many measurements were present
+    """
+
+    shift: tuple[Any, ...]
+    covariance: tuple[Any, ...]
+    nis: Any
+    present: Any
+
+
+def known_variances(values: Vector) -> tuple[Any, ...]:
+    """Variances with None (no noise there) as the structural zero."""
+    return tuple(0.0 if value is None else value for value in values)
+
+
+def predict_covariance(
+    transition: Matrix, covariance: Vector, process_noise: Vector, noise_input: Matrix = (), input_noise: Vector = ()
+) -> tuple[Any, ...]:
+    """F P F' + diag(q) + G diag(w) G', packed.
+
+    Args:
+        transition: F, Jacobian of the transition with respect to the state, n rows of n
+        covariance: P, packed
+        process_noise: variance that each state gains per sample, (n,); None or 0.0 for none
+        noise_input: G, Jacobian of the transition with respect to the noisy inputs, n rows of m
+        input_noise: variance of each input, (m,)
+    """
+    predicted = add(congruence(transition, covariance), from_diagonal(known_variances(process_noise)))
+    if any(weight is not None for weight in input_noise):
+        predicted = add(predicted, scaled_congruence(noise_input, known_variances(input_noise)))
+    return predicted
+
+
+def correct(covariance: Vector, rows: Matrix, residuals: Vector, noise: Vector) -> Correction:
+    """Scalar updates, one per measurement, on a symmetric covariance; a missing residual (NaN) changes nothing.
+
+    The result does not depend on the order of the measurements: it is the joint update with a diagonal R.
+
+    Args:
+        covariance: P, packed
+        rows: C, Jacobian of the outputs with respect to the state, m rows of n
+        residuals: measured minus expected output, (m,); NaN where the measurement is missing
+        noise: variance of each measurement, (m,), greater than zero
+    """
+    after = unpack(covariance)
+    n = len(after)
+    shift: list[Any] = [0.0] * n
+    nis: Any = 0.0
+    count: Any = 0.0
+    for row, residual, variance in zip(rows, residuals, noise, strict=True):
+        there = present(residual)
+        cross = [dot(row, column) for column in after]
+        inverse = 1.0 / where(there, plus(dot(row, cross), variance), math.inf)
+        innovation = where(there, minus(residual, dot(row, shift)), 1.0)  # any number: its weight 1 / inf is 0
+        weighted = innovation * inverse
+        gain = [times(value, inverse) for value in cross]
+        shift = [plus(done, times(value, weighted)) for done, value in zip(shift, cross, strict=True)]
+        for i, j in upper(n):
+            after[i][j] = after[j][i] = minus(after[i][j], times(gain[i], cross[j]))
+        nis = plus(nis, innovation * weighted)
+        count = plus(count, where(there, 1.0, 0.0))
+    return Correction(tuple(shift), pack(after), nis, count)
+
+
+def correct_jointly(covariance: Vector, cross: Matrix, spread: Vector, residuals: Vector) -> Correction:
+    """The same correction from the joint covariance of states and outputs, as sigma points give it.
+
+    Args:
+        covariance: P, packed
+        cross: covariance of each output with the states, m rows of n
+        spread: covariance of the outputs, noise included, packed
+        residuals: measured minus expected output, (m,); NaN where the measurement is missing
+    """
+    full = unpack(covariance)
+    n, m = len(full), len(residuals)
+    outputs = unpack(spread)
+    after = [[*row, *(line[i] for line in cross)] for i, row in enumerate(full)]
+    after += [[*line, *outputs[k]] for k, line in enumerate(cross)]
+    shift: list[Any] = [0.0] * (n + m)
+    nis: Any = 0.0
+    count: Any = 0.0
+    for k in range(n, n + m):
+        there = present(residuals[k - n])
+        inverse = 1.0 / where(there, after[k][k], math.inf)
+        innovation = where(there, minus(residuals[k - n], shift[k]), 1.0)
+        weighted = innovation * inverse
+        column = [row[k] for row in after]
+        rest = [*range(n), *range(k + 1, n + m)]
+        gain = {i: times(column[i], inverse) for i in rest}
+        for i in rest:
+            shift[i] = plus(shift[i], times(column[i], weighted))
+        for i, j in ((i, j) for i in rest for j in rest if i <= j):
+            after[i][j] = after[j][i] = minus(after[i][j], times(gain[i], column[j]))
+        nis = plus(nis, innovation * weighted)
+        count = plus(count, where(there, 1.0, 0.0))
+    return Correction(tuple(shift[:n]), tuple(after[i][j] for i, j in upper(n)), nis, count)
+
+
+def clean_mask(mask: Vector) -> tuple[Any, ...]:
+    """Masks held to 0..1, a missing one counted as 0; the Python value True stays structure."""
+    return tuple(True if value is True else minimum(maximum(0.0, value), 1.0) for value in mask)
+
+
+def masked_shift(shift: Vector, mask: Vector) -> tuple[Any, ...]:
+    """E K (y - C x): the correction, times each state's mask."""
+    return tuple(step if share is True else share * step for step, share in zip(shift, mask, strict=True))
+
+
+def consider(before: Vector, after: Vector, mask: Vector) -> tuple[Any, ...]:
+    """Covariance of the estimate corrected with the masked gain Ke = E K: consistent (Schmidt, Joseph).
+
+    With the optimal K of the joint update, (I - Ke C) P (I - Ke C)' + Ke R Ke' reduces entry by entry to
+    P - (1 - (1 - e_i)(1 - e_j)) (P - P_after): only pairs of masked states differ from the full update.
+
+    Args:
+        before: packed P before the measurements
+        after: packed (I - K C) P after the full update
+        mask: e of each state, True or 0..1
+
+    Source: ERRATA-corrected form of Table 3 of Mohtat et al.; printed there with P = (I - K C) P for every mask.
+    """
+    entries = []
+    for old, new, (i, j) in zip(before, after, upper(len(mask)), strict=True):
+        if mask[i] is True or mask[j] is True:
+            entries.append(new)
+            continue
+        kept = (1.0 - mask[i]) * (1.0 - mask[j])
+        entries.append(where(kept <= 0.0, new, old - (1.0 - kept) * (old - new)))
+    return tuple(entries)
+
+
+def usable(inputs: Vector) -> Any:
+    """Whether every input is present; the Python value True where there is none."""
+    return present(sum(inputs[1:], start=inputs[0])) if inputs else True
+
+
+def held_covariance(covariance: Vector, process_noise: Vector) -> tuple[Any, ...]:
+    """Covariance of a state that is held for one sample: it grows by the process noise."""
+    return add(covariance, from_diagonal(known_variances(process_noise)))
