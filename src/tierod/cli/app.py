@@ -1,0 +1,136 @@
+"""Finds the command of a verb, runs it, and turns whatever goes wrong into one line and an exit code.
+
+Every other module of this package is a command: a docstring whose first line is its summary, and a function named like
+the module, with typer annotations, that returns an exit code (or None for 0). A new file is a new command.
+"""
+
+from __future__ import annotations
+
+import errno
+import importlib
+import os
+import pkgutil
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import ModuleType
+
+from tierod.errors import TierodError, nearest
+
+HEALTHY, FAULT, NOT_JUDGED, BAD_INPUT, DEFECT, INTERRUPTED = 0, 1, 2, 3, 4, 130
+"""Exit codes; DEFECT means that tierod itself is wrong, INTERRUPTED that the user stopped it."""
+
+_NOT_COMMANDS = {"app", "terminal"}
+
+_HEADER = """\
+Estimate what cannot be measured in a steering system, and find what is going wrong in it.
+
+Usage: tierod COMMAND ...
+"""
+_FOOTER = """
+  --version        print the version
+  --debug          with any command: show the traceback of an error
+  --help           with any command: its arguments and options
+
+Exit codes: 0 healthy or done, 1 fault, 2 could not judge, 3 bad input or usage, 4 a defect of tierod itself.
+"""
+
+
+def commands() -> tuple[str, ...]:
+    """The verbs there are, as typed."""
+    modules = (module.name for module in pkgutil.iter_modules([str(Path(__file__).parent)]))
+    return tuple(sorted(name.replace("_", "-") for name in modules if name not in _NOT_COMMANDS))
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run a verb with its arguments, and return the exit code."""
+    debug = "--debug" in arguments
+    try:
+        return _dispatch([argument for argument in arguments if argument != "--debug"])
+    except BrokenPipeError:
+        # Whoever read our output has gone; point stdout elsewhere so that flushing at exit stays quiet.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return HEALTHY
+    except (Exception, KeyboardInterrupt) as error:
+        if debug:
+            raise
+        code, sentence = _explain(error)
+        print(f"tierod: {sentence}", file=sys.stderr)
+        return code
+
+
+def _dispatch(arguments: Sequence[str]) -> int:
+    if not arguments or arguments[0] in ("--help", "-h"):
+        print(_overview(), file=sys.stdout if arguments else sys.stderr)
+        return HEALTHY if arguments else BAD_INPUT
+    verb, *rest = arguments
+    if verb not in commands():
+        raise _Usage(f"there is no command '{verb}'{nearest(verb, commands())} See 'tierod --help'")
+    return _call(verb, rest)
+
+
+def _call(verb: str, arguments: Sequence[str]) -> int:
+    import typer
+
+    app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+    app.command(verb, context_settings={"help_option_names": ["-h", "--help"]})(_function(verb))
+    # typer's own usage errors end with 2, which here means "could not judge".
+    usage_error: type[Exception] = typer.BadParameter.__mro__[1]
+    try:
+        code = typer.main.get_command(app).main(list(arguments), prog_name=f"tierod {verb}", standalone_mode=False)
+    except usage_error as error:
+        sentence = error.format_message().rstrip(".")  # type: ignore[attr-defined]
+        raise _Usage(f"{sentence}; see 'tierod {verb} --help'") from error
+    return code if isinstance(code, int) else HEALTHY
+
+
+def _module(verb: str) -> ModuleType:
+    return importlib.import_module(f"tierod.cli.{verb.replace('-', '_')}")
+
+
+def _function(verb: str) -> Callable:
+    module = _module(verb)
+    return getattr(module, module.__name__.rpartition(".")[2])
+
+
+def _overview() -> str:
+    rows = [f"  {verb:<16} {_summary(verb)}" for verb in commands()]
+    return "\n".join([_HEADER, *rows, _FOOTER.rstrip()])
+
+
+def _summary(verb: str) -> str:
+    return (_module(verb).__doc__ or "").strip().splitlines()[0].rstrip(".")
+
+
+class _Usage(TierodError):
+    """A command line that cannot be understood."""
+
+
+def _explain(error: BaseException) -> tuple[int, str]:
+    if isinstance(error, TierodError):
+        return BAD_INPUT, " ".join(str(error).split())
+    if isinstance(error, KeyboardInterrupt):
+        return INTERRUPTED, "stopped; nothing half-written is left behind"
+    if isinstance(error, MemoryError):
+        return BAD_INPUT, "the memory is not enough; give a shorter recording or fewer channels"
+    if isinstance(error, OSError):
+        return BAD_INPUT, _of_the_system(error)
+    return DEFECT, (
+        f"a defect of tierod itself: {type(error).__name__}: {' '.join(str(error).split())[:200]}; "
+        "please report it with the output of the same command and --debug"
+    )
+
+
+def _of_the_system(error: OSError) -> str:
+    place = f"{error.filename}: " if error.filename else ""
+    reason = error.strerror or str(error)
+    remedies = {
+        errno.ENOSPC: "make room on the disk, or name another place with --output",
+        errno.EACCES: "check the permissions of the file and its folder, or name another place",
+        errno.EROFS: "name a place that can be written",
+        errno.ENOENT: "check the path",
+        errno.EISDIR: "name a file, not a folder",
+        errno.ENOTDIR: "check the path",
+    }
+    remedy = remedies.get(error.errno or 0, "check the file and its folder")
+    return f"{place}{reason[:1].lower()}{reason[1:]}; {remedy}"

@@ -1,0 +1,82 @@
+"""What commands share: the two consoles, JSON on stdout, and progress on anything longer than a second."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+PATIENCE = 1.0
+"""Seconds of silence before a progress bar appears."""
+
+PIPED_WIDTH = 120
+"""Columns where the output is no terminal and has no width of its own."""
+
+
+def output() -> Console:
+    """The console of stdout: what was asked for."""
+    from rich.console import Console
+
+    return Console(highlight=False, width=None if sys.stdout.isatty() else PIPED_WIDTH)
+
+
+def messages() -> Console:
+    """The console of stderr: progress and remarks."""
+    from rich.console import Console
+
+    return Console(stderr=True, highlight=False, width=None if sys.stderr.isatty() else PIPED_WIDTH)
+
+
+def print_json(document: Any) -> None:
+    """One JSON document to stdout; numbers that JSON cannot hold become null.
+
+    Args:
+        document: nested dictionaries, lists, strings and numbers; or a text that is JSON already
+    """
+    text = document if isinstance(document, str) else json.dumps(finite(document), ensure_ascii=False, indent=2)
+    sys.stdout.write(text.rstrip("\n") + "\n")
+
+
+def finite(document: Any) -> Any:
+    """The document with NaN and infinity replaced by None."""
+    if isinstance(document, dict):
+        return {key: finite(value) for key, value in document.items()}
+    if isinstance(document, list | tuple):
+        return [finite(value) for value in document]
+    if isinstance(document, float) and not math.isfinite(document):
+        return None
+    return document
+
+
+@contextmanager
+def progress(description: str) -> Iterator[Callable[[float], None]]:
+    """A function to be called with the share done (0 to 1); a bar appears on stderr if it takes longer than a second.
+
+    Args:
+        description: what is being done, in a few words
+    """
+    began, bar, task = time.monotonic(), None, None
+
+    def advance(share: float) -> None:
+        nonlocal bar, task
+        if bar is None and sys.stderr.isatty() and time.monotonic() - began > PATIENCE:
+            from rich.progress import Progress
+
+            bar = Progress(console=messages(), transient=True)
+            task = bar.add_task(description, total=1.0)
+            bar.start()
+        if bar is not None and task is not None:
+            bar.update(task, completed=share)
+
+    try:
+        yield advance
+    finally:
+        if bar is not None:
+            bar.stop()

@@ -1,0 +1,85 @@
+"""List the vehicles that are shipped, or show one with the source of every value."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from tierod.cli.terminal import output, print_json
+
+if TYPE_CHECKING:
+    from tierod.vehicles import Vehicle
+
+
+def vehicles(
+    name: Annotated[str | None, typer.Argument(help="a shipped vehicle, or the path of a vehicle file")] = None,
+    toml: Annotated[bool, typer.Option("--toml", help="print the file itself, to begin one of your own")] = False,
+    json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
+) -> None:
+    """List the vehicles that are shipped, or show one: values, units, spread, sources, and what it is not good for."""
+    from tierod.errors import ParameterError
+    from tierod.vehicles import load, shipped
+
+    if toml and json:
+        raise ParameterError("--toml and --json exclude each other; give one of them")
+    if toml and name is None:
+        raise ParameterError(f"--toml needs a vehicle: {', '.join(shipped())}")
+    if name is None:
+        found = [load(each) for each in shipped()]
+        print_json({"vehicles": [_document(each) for each in found]}) if json else _list(found)
+        return
+    vehicle = load(name)
+    if toml:
+        print(vehicle.path.read_text(encoding="utf-8"), end="")
+    elif json:
+        print_json(_document(vehicle))
+    else:
+        _show(vehicle)
+
+
+def _document(vehicle: Vehicle) -> dict[str, Any]:
+    columns = ("name", "value", "unit", "standard_deviation", "source")
+    return {
+        "name": vehicle.name,
+        "description": vehicle.description,
+        "source": vehicle.source,
+        "good_for": list(vehicle.good_for),
+        "not_good_for": list(vehicle.not_good_for),
+        "torque_unit": vehicle.torque_unit,
+        "parameters": [dict(zip(columns, row, strict=True)) for row in vehicle.rows()],
+    }
+
+
+def _list(found: list[Vehicle]) -> None:
+    from rich.table import Table
+
+    table = Table("vehicle", "what it is", "torques in", box=None, pad_edge=False, header_style="bold")
+    for vehicle in found:
+        table.add_row(vehicle.name, vehicle.description, vehicle.torque_unit)
+    output().print(table)
+    output().print(
+        "\nShow one with 'tierod vehicles NAME'; begin your own with 'tierod vehicles NAME --toml > car.toml'."
+    )
+
+
+def _show(vehicle: Vehicle) -> None:
+    from rich.table import Table
+
+    console = output()
+    console.print(f"[bold]{vehicle.name}[/bold]: {vehicle.description}", vehicle.source, sep="\n")
+    for title, lines in (("Good for", vehicle.good_for), ("Not good for", vehicle.not_good_for)):
+        console.print(f"\n[bold]{title}[/bold]", *(f"  - {line}" for line in lines), sep="\n")
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for title, side in (
+        ("parameter", "left"),
+        ("value", "right"),
+        ("+-", "right"),
+        ("unit", "left"),
+        ("source", "left"),
+    ):
+        table.add_column(title, justify=side)  # type: ignore[arg-type]
+    for name, value, unit, spread, source in vehicle.rows():
+        table.add_row(name, f"{value:.6g}", "" if spread is None else f"{spread:.6g}", unit, source)
+    console.print()
+    console.print(table)
