@@ -1,0 +1,97 @@
+"""The column of an electric power steering, seen at the steering wheel axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.graph.maths import exp, expm1
+from tierod.physics.friction import coulomb, viscous
+from tierod.physics.steering_ratio import column_torque_of_motor, torque_at_steering_wheel
+
+
+class EpsColumn:
+    """Balance of torques about the steering wheel axis: inertia, damping, Coulomb friction, driver, motor, tyres.
+
+    Validity: torsion bar stiff against the motion looked at (below some 5 Hz), motion beyond the pre-sliding range.
+    Source: Mohtat et al., eq (2). The motor torque is the one at the shaft, T_m = K_t i: K_t is not applied twice.
+    """
+
+    class State(NamedTuple):
+        """Angle and rate of the steering wheel."""
+
+        steering_wheel_angle: Annotated[float, "rad"]
+        steering_wheel_rate: Annotated[float, "rad/s"]
+
+    class Input(NamedTuple):
+        """Torques on the column: driver at the wheel, motor at its shaft, tyres about the kingpins (resisting)."""
+
+        driver_torque: Annotated[float, "N*m"]
+        motor_torque: Annotated[float, "N*m"]
+        self_aligning_torque: Annotated[float, "N*m"]
+
+    class Output(NamedTuple):
+        """Measured angle and rate."""
+
+        steering_wheel_angle: Annotated[float, "rad"]
+        steering_wheel_rate: Annotated[float, "rad/s"]
+
+    @dataclass(frozen=True)
+    class Parameters:
+        """Everything referred to the steering wheel axis.
+
+        Args:
+            column_inertia: J_eq [kg m^2]
+            column_damping: B_eq [N m s/rad]
+            nominal_friction: T_f [N m]
+            motor_ratio: turns of the motor per turn of the wheel, n []
+            steering_ratio: road wheel angle per steering wheel angle, rho []
+        """
+
+        column_inertia: float
+        column_damping: float
+        nominal_friction: float
+        motor_ratio: float
+        steering_ratio: float
+
+    @staticmethod
+    def derivative(x: State, u: Input, p: Parameters) -> State:
+        """Eq (2)."""
+        friction = coulomb(x.steering_wheel_rate, p.nominal_friction) + viscous(x.steering_wheel_rate, p.column_damping)
+        net = driving_torque(u.driver_torque, u.motor_torque, u.self_aligning_torque, p) - friction
+        return EpsColumn.State(x.steering_wheel_rate, net / p.column_inertia)
+
+    @staticmethod
+    def output(x: State, u: Input, p: Parameters) -> Output:
+        """Angle and rate."""
+        return EpsColumn.Output(x.steering_wheel_angle, x.steering_wheel_rate)
+
+
+def driving_torque(driver_torque: Any, motor_torque: Any, self_aligning_torque: Any, p: Any) -> Any:
+    """Torque on the column without friction and damping [N m]: T_d + n T_m - rho M_z of eq (2).
+
+    Args:
+        driver_torque: at the steering wheel [N m]
+        motor_torque: at the motor shaft [N m]
+        self_aligning_torque: about the kingpins, resisting [N m]
+        p: anything with motor_ratio and steering_ratio
+    """
+    driven = driver_torque + column_torque_of_motor(motor_torque, p.motor_ratio)
+    return driven - torque_at_steering_wheel(self_aligning_torque, p.steering_ratio)
+
+
+def zero_order_hold(sample_time: Any, damping: Any, inertia: Any) -> tuple[Any, Any]:
+    """Decay of the rate over one sample and the rate gained per torque held constant over it.
+
+    Args:
+        sample_time: dt [s]
+        damping: B_eq [N m s/rad], greater than zero
+        inertia: J_eq [kg m^2]
+
+    Returns:
+        (a, beta): a = exp(-dt B/J) [], beta = (1 - a)/B [rad/s/(N m)]; beta is exact, dt is already in it
+
+    Source: Mohtat et al., eqs (7) to (9), derived anew; expm1 keeps beta exact for small dt B/J.
+    """
+    decay = -sample_time * damping / inertia
+    return exp(decay), -expm1(decay) / damping

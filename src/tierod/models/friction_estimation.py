@@ -1,0 +1,152 @@
+"""The joint state-parameter model of steering friction: two motions, two torques that are not measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.models.eps_column import driving_torque, zero_order_hold
+from tierod.physics.aligning import yaw_acceleration_from_aligning
+from tierod.physics.friction import smooth_coulomb
+
+
+@dataclass(frozen=True)
+class FrictionParameters:
+    """Parameters of the joint model, named as in a vehicle file.
+
+    Args:
+        mass: of the vehicle [kg]
+        yaw_inertia: about the vertical axis [kg m^2]
+        front_distance: centre of gravity to front axle [m]
+        rear_distance: centre of gravity to rear axle [m]
+        trail: mechanical and pneumatic trail together, l_p [m]; the paper mentions the pneumatic part only
+        steering_ratio: road wheel angle per steering wheel angle, rho []
+        column_inertia: J_eq at the steering wheel axis [kg m^2]
+        column_damping: B_eq at the steering wheel axis [N m s/rad], greater than zero
+        motor_ratio: turns of the motor per turn of the wheel, n []
+        sample_time: dt [s]
+    """
+
+    mass: float
+    yaw_inertia: float
+    front_distance: float
+    rear_distance: float
+    trail: float
+    steering_ratio: float
+    column_inertia: float
+    column_damping: float
+    motor_ratio: float
+    sample_time: float = 0.01
+
+
+@dataclass(frozen=True)
+class SmoothFrictionParameters(FrictionParameters):
+    """Parameters of the model whose friction is smoothed.
+
+    Args:
+        smoothing_rate: rate at which tanh reaches 76 % [rad/s]; errata: 0.02 is sharp, 0.05 makes up for pre-sliding
+    """
+
+    smoothing_rate: float = 0.02
+
+
+class FrictionEstimation:
+    """Steering wheel, yaw, self-aligning torque and friction torque as one state, linear for a given direction.
+
+    Self-aligning torque and friction are constant but for their virtual noise, which belongs to the estimator.
+    `direction` is sgn(theta'*) at the operating point (appendix B): of the latest measured rate (as printed), or of
+    the a posteriori estimate; 0 while the steering sticks, which takes friction out of the balance.
+
+    Validity: vehicle_speed above about 3 m/s (below it tyre scrub is no self-aligning torque), lateral acceleration
+    without the share of a banked road.
+    Source: Mohtat et al., eqs (5) to (10), corrected: the third state is the yaw rate; a = exp(-dt B/J) and
+    beta = (1 - a)/B are the exact zero-order hold; the angle is stepped by Euler as printed (nothing depends on it).
+    """
+
+    class State(NamedTuple):
+        """Eq (6), x."""
+
+        steering_wheel_angle: Annotated[float, "rad"]
+        steering_wheel_rate: Annotated[float, "rad/s"]
+        yaw_rate: Annotated[float, "rad/s"]
+        self_aligning_torque: Annotated[float, "N*m"]
+        friction_torque: Annotated[float, "N*m"]
+
+    class Input(NamedTuple):
+        """Eq (6), u, and the direction of motion at the operating point."""
+
+        driver_torque: Annotated[float, "N*m"]
+        motor_torque: Annotated[float, "N*m"]
+        lateral_acceleration: Annotated[float, "m/s**2"]
+        direction: Annotated[float, ""]
+
+    class Output(NamedTuple):
+        """Eq (10)."""
+
+        steering_wheel_angle: Annotated[float, "rad"]
+        steering_wheel_rate: Annotated[float, "rad/s"]
+        yaw_rate: Annotated[float, "rad/s"]
+
+    Parameters = FrictionParameters
+
+    @staticmethod
+    def transition(x: State, u: Input, p: FrictionParameters) -> State:
+        """Eqs (5) and (7) to (9) without noise."""
+        return _transition(x, u, p, x.friction_torque * u.direction)
+
+    @staticmethod
+    def output(x: State, u: Input, p: FrictionParameters) -> Output:
+        """Eq (10)."""
+        return FrictionEstimation.Output(x.steering_wheel_angle, x.steering_wheel_rate, x.yaw_rate)
+
+
+class SmoothFrictionEstimation:
+    """The joint model with friction T_f tanh(theta'/eps) of the state itself, for estimators that do not linearise.
+
+    `direction` of the input has no effect: the direction is that of the state.
+
+    Source: Mohtat et al., eqs (5) to (10) as in `FrictionEstimation`; eq (18) before its linearisation, smoothed.
+    """
+
+    State = FrictionEstimation.State
+    Input = FrictionEstimation.Input
+    Output = FrictionEstimation.Output
+    Parameters = SmoothFrictionParameters
+
+    @staticmethod
+    def transition(
+        x: FrictionEstimation.State, u: FrictionEstimation.Input, p: SmoothFrictionParameters
+    ) -> FrictionEstimation.State:
+        """Eq (18) and the linear rows of eq (7)."""
+        friction = smooth_coulomb(x.steering_wheel_rate, x.friction_torque, p.smoothing_rate)
+        return _transition(x, u, p, friction)
+
+    @staticmethod
+    def output(
+        x: FrictionEstimation.State, u: FrictionEstimation.Input, p: SmoothFrictionParameters
+    ) -> FrictionEstimation.Output:
+        """Eq (10)."""
+        return FrictionEstimation.output(x, u, p)
+
+
+def _transition(
+    x: FrictionEstimation.State, u: FrictionEstimation.Input, p: FrictionParameters, friction: Any
+) -> FrictionEstimation.State:
+    decay, gain = zero_order_hold(p.sample_time, p.column_damping, p.column_inertia)
+    net = driving_torque(u.driver_torque, u.motor_torque, x.self_aligning_torque, p) - friction
+    yaw_acceleration = yaw_acceleration_from_aligning(
+        x.self_aligning_torque,
+        u.lateral_acceleration,
+        mass=p.mass,
+        yaw_inertia=p.yaw_inertia,
+        front_distance=p.front_distance,
+        rear_distance=p.rear_distance,
+        trail=p.trail,
+    )
+    return FrictionEstimation.State(
+        x.steering_wheel_angle + p.sample_time * x.steering_wheel_rate,
+        decay * x.steering_wheel_rate + gain * net,
+        x.yaw_rate + p.sample_time * yaw_acceleration,
+        x.self_aligning_torque,
+        x.friction_torque,
+    )

@@ -1,0 +1,81 @@
+"""The linear single-track (bicycle) model of a vehicle's lateral motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.physics.single_track import front_slip_speed, lateral_acceleration, rear_slip_speed, yaw_acceleration
+from tierod.physics.tyre import linear_lateral_force
+
+
+class SingleTrack:
+    """Lateral motion of a vehicle at small slip angles: one front and one rear axle, linear tyres.
+
+    Validity: |lateral acceleration| below about 4 m/s^2 on a dry road, vehicle_speed above about 3 m/s.
+    Source: Mohtat et al., the model behind eqs (1) and (3); C_f and C_r are values of an axle, not of a wheel.
+    """
+
+    class State(NamedTuple):
+        """Side-slip angle at the centre of gravity and yaw rate."""
+
+        sideslip_angle: Annotated[float, "rad"]
+        yaw_rate: Annotated[float, "rad/s"]
+
+    class Input(NamedTuple):
+        """Mean steer of the front wheels and forward speed."""
+
+        road_wheel_angle: Annotated[float, "rad"]
+        vehicle_speed: Annotated[float, "m/s"]
+
+    class Output(NamedTuple):
+        """What an inertial measurement unit at the centre of gravity measures."""
+
+        yaw_rate: Annotated[float, "rad/s"]
+        lateral_acceleration: Annotated[float, "m/s**2"]
+
+    @dataclass(frozen=True)
+    class Parameters:
+        """Mass, geometry and axle stiffness.
+
+        Args:
+            mass: of the vehicle [kg]
+            yaw_inertia: about the vertical axis through the centre of gravity [kg m^2]
+            front_distance: centre of gravity to front axle [m]
+            rear_distance: centre of gravity to rear axle [m]
+            front_cornering_stiffness: both front tyres together [N/rad]
+            rear_cornering_stiffness: both rear tyres together [N/rad]
+        """
+
+        mass: float
+        yaw_inertia: float
+        front_distance: float
+        rear_distance: float
+        front_cornering_stiffness: float
+        rear_cornering_stiffness: float
+
+    @staticmethod
+    def derivative(x: State, u: Input, p: Parameters) -> State:
+        """Rates of the side-slip angle and of the yaw rate, from eq (3) and linear axle forces."""
+        front, rear = SingleTrack.axle_forces(x, u, p)
+        sideslip_rate = lateral_acceleration(front, rear, p.mass) / u.vehicle_speed - x.yaw_rate
+        return SingleTrack.State(
+            sideslip_rate, yaw_acceleration(front, rear, p.yaw_inertia, p.front_distance, p.rear_distance)
+        )
+
+    @staticmethod
+    def output(x: State, u: Input, p: Parameters) -> Output:
+        """Yaw rate and lateral acceleration."""
+        front, rear = SingleTrack.axle_forces(x, u, p)
+        return SingleTrack.Output(x.yaw_rate, lateral_acceleration(front, rear, p.mass))
+
+    @staticmethod
+    def axle_forces(x: State, u: Input, p: Parameters) -> tuple[Any, Any]:
+        """Lateral forces of the front and the rear axle [N], positive in a left turn."""
+        speed, lateral_speed = u.vehicle_speed, u.vehicle_speed * x.sideslip_angle
+        front = front_slip_speed(lateral_speed, x.yaw_rate, speed, u.road_wheel_angle, p.front_distance) / speed
+        rear = rear_slip_speed(lateral_speed, x.yaw_rate, p.rear_distance) / speed
+        return (
+            linear_lateral_force(front, p.front_cornering_stiffness),
+            linear_lateral_force(rear, p.rear_cornering_stiffness),
+        )
