@@ -1,0 +1,79 @@
+"""Output files: written beside the target and renamed, so that nobody ever finds a half-written one."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from tierod.errors import OutputError
+
+_REMEDIES = {
+    errno.ENOSPC: "make room on the disk or name another place",
+    errno.EDQUOT: "make room in your quota or name another place",
+    errno.EACCES: "check the permissions of the folder or name another place",
+    errno.EPERM: "check the permissions of the folder or name another place",
+    errno.EROFS: "name a place that can be written",
+    errno.ENOENT: "create the folder first",
+    errno.ENOTDIR: "name a file in a folder that exists",
+    errno.EISDIR: "name a file, not a folder",
+}
+
+
+@contextmanager
+def replacing(path: str | Path) -> Iterator[Path]:
+    """A path beside the target to write to; it becomes the target when the block ends well and vanishes otherwise.
+
+    Args:
+        path: the target; its folder must exist
+
+    Raises:
+        OutputError: the file cannot be written; the message says why and what to do
+    """
+    target = Path(path).expanduser()
+    temporary: Path | None = None
+    try:
+        temporary = _beside(target)
+        yield temporary
+        os.replace(temporary, target)
+    except OSError as error:
+        _forget(temporary)
+        reason = (error.strerror or str(error)).lower()
+        remedy = _REMEDIES.get(error.errno or 0, "check the disk or name another place")
+        raise OutputError(f"{target} cannot be written: {reason}; {remedy}") from error
+    except BaseException:
+        _forget(temporary)
+        raise
+
+
+def write_text(path: str | Path, text: str) -> Path:
+    """Write a whole text file in UTF-8, or nothing.
+
+    Raises:
+        OutputError: the file cannot be written; the message says why and what to do
+    """
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return Path(path).expanduser()
+
+
+def _beside(target: Path) -> Path:
+    if target.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+    handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=target.suffix, dir=target.parent)
+    os.close(handle)
+    # mkstemp gives rights to the owner alone; a report is read by others as any new file is.
+    mask = os.umask(0)
+    os.umask(mask)
+    os.chmod(name, 0o666 & ~mask)
+    return Path(name)
+
+
+def _forget(temporary: Path | None) -> None:
+    if temporary is not None:
+        with contextlib.suppress(OSError):
+            temporary.unlink()

@@ -1,0 +1,53 @@
+import errno
+import os
+import stat
+
+import pytest
+
+from tierod.errors import OutputError
+from tierod.files import replacing, write_text
+
+
+def test_writes_and_replaces(tmp_path):
+    target = tmp_path / "out.txt"
+    write_text(target, "old")
+    write_text(target, "näw")
+    assert target.read_text(encoding="utf-8") == "näw"
+    assert [path.name for path in tmp_path.iterdir()] == ["out.txt"]
+
+
+def test_gives_the_rights_of_any_new_file(tmp_path):
+    write_text(tmp_path / "ours", "")
+    (tmp_path / "theirs").write_text("")
+    assert stat.S_IMODE((tmp_path / "ours").stat().st_mode) == stat.S_IMODE((tmp_path / "theirs").stat().st_mode)
+
+
+@pytest.mark.parametrize(
+    ("number", "remedy"),
+    [(errno.ENOSPC, "make room on the disk"), (errno.EIO, "check the disk"), (errno.EROFS, "name a place")],
+)
+def test_leaves_the_old_file_when_writing_fails(tmp_path, number, remedy):
+    target = tmp_path / "out.txt"
+    target.write_text("old")
+    with pytest.raises(OutputError, match=remedy), replacing(target) as temporary:
+        temporary.write_text("half")
+        raise OSError(number, os.strerror(number))
+    assert target.read_text() == "old"
+    assert [path.name for path in tmp_path.iterdir()] == ["out.txt"]
+
+
+def test_leaves_nothing_when_interrupted(tmp_path):
+    with pytest.raises(KeyboardInterrupt), replacing(tmp_path / "out.txt") as temporary:
+        temporary.write_text("half")
+        raise KeyboardInterrupt
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_is_no_target(tmp_path):
+    with pytest.raises(OutputError, match="name a file, not a folder"):
+        write_text(tmp_path, "text")
+
+
+def test_an_absent_folder_is_named(tmp_path):
+    with pytest.raises(OutputError, match="create the folder first"):
+        write_text(tmp_path / "absent" / "out.txt", "text")
