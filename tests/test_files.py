@@ -8,6 +8,12 @@ from tierod.errors import OutputError
 from tierod.files import replacing, write_text
 
 
+def half_write(target, error):
+    with replacing(target) as temporary:
+        temporary.write_text("half")
+        raise error
+
+
 def test_writes_and_replaces(tmp_path):
     target = tmp_path / "out.txt"
     write_text(target, "old")
@@ -29,17 +35,15 @@ def test_gives_the_rights_of_any_new_file(tmp_path):
 def test_leaves_the_old_file_when_writing_fails(tmp_path, number, remedy):
     target = tmp_path / "out.txt"
     target.write_text("old")
-    with pytest.raises(OutputError, match=remedy), replacing(target) as temporary:
-        temporary.write_text("half")
-        raise OSError(number, os.strerror(number))
+    with pytest.raises(OutputError, match=remedy):
+        half_write(target, OSError(number, os.strerror(number)))
     assert target.read_text() == "old"
     assert [path.name for path in tmp_path.iterdir()] == ["out.txt"]
 
 
 def test_leaves_nothing_when_interrupted(tmp_path):
-    with pytest.raises(KeyboardInterrupt), replacing(tmp_path / "out.txt") as temporary:
-        temporary.write_text("half")
-        raise KeyboardInterrupt
+    with pytest.raises(KeyboardInterrupt):
+        half_write(tmp_path / "out.txt", KeyboardInterrupt())
     assert not list(tmp_path.iterdir())
 
 
