@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
 
 from tierod.errors import InputError, nearest
+from tierod.findings import ChannelQuality
+from tierod.timestamps import Order, finite_or_missing, order, paced
 
 Method = Literal["hold", "linear"]
 
@@ -32,6 +34,49 @@ class Channel:
     unit: str
     source: str = ""
     note: str = ""
+
+    def noted(self, *notes: str) -> Channel:
+        """The channel with notes added; empty ones and repetitions are left out."""
+        parts = [part for part in self.note.split("; ") if part]
+        parts += [note for note in notes if note and note not in parts]
+        return replace(self, note="; ".join(parts))
+
+    def sliced(self, start: float, stop: float) -> Channel:
+        """The samples with start <= time < stop [s]."""
+        first, last = np.searchsorted(self.time, (start, stop), side="left")
+        return replace(self, time=self.time[first:last], values=self.values[first:last])
+
+
+def checked(channel: Channel, put: Order | None = None) -> Channel:
+    """A channel as recorded made fit for use: stamps finite, not decreasing; values finite or missing; repairs noted.
+
+    Args:
+        channel: as recorded
+        put: what makes its time stamps usable, where that is known from another channel with the same stamps
+
+    Raises:
+        InputError: time and values differ in length, or the time stamps cannot be used (see tierod.timestamps)
+    """
+    time, values = np.asarray(channel.time), np.asarray(channel.values)
+    if time.shape != values.shape or time.ndim != 1:
+        raise InputError(
+            f"channel '{channel.name}' needs as many time stamps as values, not {time.shape} and {values.shape}"
+        )
+    put = put or order(time, f"'{channel.name}'")
+    values, infinite = finite_or_missing(put(values))
+    return replace(channel, time=put.time, values=values).noted(*put.notes, infinite)
+
+
+def checked_together(channels: Iterable[Channel]) -> list[Channel]:
+    """Channels made fit for use; time stamps that several share are examined once and stay shared."""
+    orders: dict[int, Order] = {}
+    fit = []
+    for channel in channels:
+        put = orders.get(id(channel.time))
+        if put is None:
+            put = orders[id(channel.time)] = order(channel.time, f"'{channel.name}'")
+        fit.append(checked(channel, put))
+    return fit
 
 
 @dataclass(frozen=True)
@@ -83,6 +128,54 @@ class Recording:
             raise InputError("the recording holds no samples; check that the file is whole and the channel map fits it")
         return float(min(time[0] for time in times)), float(max(time[-1] for time in times))
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader of results must know: guessed units, repaired time stamps, lost parts of the file."""
+        return tuple(self.metadata.get("warnings", ()))
+
+    def warned(self, *warnings: str) -> Recording:
+        """The recording with warnings added."""
+        together = tuple(dict.fromkeys((*self.warnings, *(warning for warning in warnings if warning))))
+        return replace(self, metadata={**self.metadata, "warnings": together})
+
+    def with_channels(self, channels: Iterable[Channel]) -> Recording:
+        """The recording with channels added, or replaced where the name is there already; they are checked first.
+
+        Raises:
+            InputError: time stamps that cannot be used
+        """
+        return replace(
+            self, channels={**self.channels, **{channel.name: channel for channel in checked_together(channels)}}
+        )
+
+    def slice(self, start: float = float("-inf"), stop: float = float("inf")) -> Recording:
+        """The samples of all channels with start <= time < stop [s]; time stamps stay as they are."""
+        return replace(self, channels={name: channel.sliced(start, stop) for name, channel in self.channels.items()})
+
+    def retime(self, period: float, names: Iterable[str] | None = None) -> Recording:
+        """Channels that were delivered in bursts with the times at which their samples were sent.
+
+        Args:
+            period: of the sender [s]
+            names: the channels; all where not given
+
+        Raises:
+            InputError: a period that is not positive, or a name that is not there
+        """
+        note = f"time stamps made anew, {1e3 * period:g} ms apart"
+        again = [replace(self[name], time=paced(self[name].time, period)).noted(note) for name in names or self.names]
+        return replace(self, channels={**self.channels, **{channel.name: channel for channel in again}})
+
+    def quality(self, name: str) -> ChannelQuality:
+        """Rate, gaps, missing share, range and remarks of one channel.
+
+        Raises:
+            InputError: the recording has no channel of this name
+        """
+        from tierod.quality import channel_quality
+
+        return channel_quality(self[name])
+
     def align(
         self,
         names: Iterable[str],
@@ -109,7 +202,11 @@ class Recording:
             raise InputError(f"alignment needs a positive rate and maximum age, not {rate} Hz and {maximum_age} s")
         first, last = self.span
         first = first if start is None else start
-        count = int(np.floor((last - first) * rate + 1e-6)) + 1 if stop is None else int(np.ceil((stop - first) * rate - 1e-6))
+        count = (
+            int(np.floor((last - first) * rate + 1e-6)) + 1
+            if stop is None
+            else int(np.ceil((stop - first) * rate - 1e-6))
+        )
         grid = first + np.arange(max(count, 0)) / rate
         names = tuple(names)
         values = np.full((len(grid), len(names)), np.nan)

@@ -1,0 +1,225 @@
+"""Quality of recorded data: what one channel shows by itself, and which signal has the wrong sign beside the others."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tierod.findings import ChannelQuality
+from tierod.recording import Channel, Recording
+from tierod.signals import SIGNALS
+from tierod.timestamps import longest_run
+
+
+@dataclass(frozen=True)
+class QualityLimits:
+    """When a channel deserves a remark.
+
+    Args:
+        slow: rate [Hz] below which steering monitors cannot follow a driver (movements reach 3 Hz, ten samples each)
+        gap: pause [s] that counts as a gap; ten missed messages of a 10 ms bus
+        missing: share of missing samples worth a remark
+        saturation: time [s] at the extreme value that looks like a stop of the sensor, not like driving
+        saturation_samples: ... and at least so many equal samples
+        steps: distinct values below which the quantisation is worth a remark
+    """
+
+    slow: float = 30.0
+    gap: float = 0.1
+    missing: float = 0.01
+    saturation: float = 0.3
+    saturation_samples: int = 10
+    steps: int = 50
+
+
+LIMITS = QualityLimits()
+
+
+def median_rate(time: np.ndarray) -> float:
+    """Samples per second, from the median step between different stamps [Hz]; NaN with fewer than two."""
+    steps = np.diff(time)
+    steps = steps[steps > 0.0]
+    return float(1.0 / np.median(steps)) if len(steps) else float("nan")
+
+
+def mean_rate(time: np.ndarray) -> float:
+    """Samples per second over the whole span [Hz]; NaN with fewer than two."""
+    span = time[-1] - time[0] if len(time) > 1 else 0.0
+    return float((len(time) - 1) / span) if span > 0.0 else float("nan")
+
+
+def channel_quality(channel: Channel, limits: QualityLimits = LIMITS) -> ChannelQuality:
+    """Rate, gaps, missing share, range and remarks of one channel."""
+    time, values = channel.time, channel.values
+    good = np.isfinite(values)
+    seen = values[good]
+    gap = float(np.diff(time[good]).max()) if len(seen) > 1 else float("nan")
+    missing = 1.0 - len(seen) / len(values) if len(values) else 1.0
+    least, most = (float(seen.min()), float(seen.max())) if len(seen) else (float("nan"), float("nan"))
+    remarks = [*_coverage_remarks(time, missing, gap, len(seen), limits), *_value_remarks(channel, seen, limits)]
+    if channel.note:
+        remarks.append(channel.note)
+    return ChannelQuality(
+        channel.name,
+        channel.unit,
+        channel.source,
+        len(values),
+        median_rate(time),
+        missing,
+        gap,
+        least,
+        most,
+        tuple(remarks),
+    )
+
+
+def _coverage_remarks(time: np.ndarray, missing: float, gap: float, seen: int, limits: QualityLimits) -> list[str]:
+    if not len(time):
+        return ["holds no samples"]
+    if not seen:
+        return ["every sample is missing: check the sensor and the channel map"]
+    remarks = []
+    rate, mean = median_rate(time), mean_rate(time)
+    if rate < limits.slow:
+        remarks.append(
+            f"{rate:.3g} Hz is too slow for a steering monitor, which needs {limits.slow:g} Hz: record faster"
+        )
+    if rate > 5.0 * mean and gap < 1.0:
+        remarks.append(
+            f"samples arrive in bursts ({mean:.3g} Hz on average, {rate:.3g} Hz within one): give the period to retime"
+        )
+    if missing > limits.missing:
+        remarks.append(f"{100.0 * missing:.3g} % of the samples are missing")
+    if gap > max(limits.gap, 3.0 / mean if mean > 0.0 else 0.0):
+        remarks.append(f"the longest gap lasts {gap:.3g} s")
+    return remarks
+
+
+def _value_remarks(channel: Channel, seen: np.ndarray, limits: QualityLimits) -> list[str]:
+    if not len(seen):
+        return []
+    least, most = seen.min(), seen.max()
+    if least == most:
+        return [f"constant at {least:g} throughout" if len(seen) > 1 else "holds a single sample"]
+    remarks = []
+    remarks += _range_remark(channel, least, most)
+    remarks += _saturation_remark(channel, seen, limits)
+    values = np.unique(seen)
+    if len(values) < limits.steps:
+        remarks.append(f"coarse: {len(values)} distinct values, {np.diff(values).min():.3g} {channel.unit} apart")
+    return remarks
+
+
+def _range_remark(channel: Channel, least: float, most: float) -> list[str]:
+    known = SIGNALS.get(channel.name)
+    if known is None or known.unit != channel.unit:
+        return []
+    low, high = known.plausible
+    if low <= least and most <= high:
+        return []
+    reason = "; looks like degrees" if known.unit.startswith("rad") else ""
+    return [f"{least:.4g} to {most:.4g} {known.unit} leaves the plausible {low:g} to {high:g}{reason}: check the unit"]
+
+
+def _saturation_remark(channel: Channel, seen: np.ndarray, limits: QualityLimits) -> list[str]:
+    rate = mean_rate(channel.time)
+    needed = max(limits.saturation_samples, limits.saturation * rate if rate > 0.0 else 0.0)
+    remarks = []
+    for end, extreme in (("upper", float(seen.max())), ("lower", float(seen.min()))):
+        run = longest_run(seen == extreme)
+        if run >= needed and extreme != 0.0 and _is_clipped(seen, extreme):
+            remarks.append(f"saturated: {run} samples in a row at the {end} end, {extreme:.4g} {channel.unit}")
+    return remarks
+
+
+def _is_clipped(seen: np.ndarray, extreme: float) -> bool:
+    """Whether values pile up at the extreme: a free signal visits its extreme less often than what lies beside it."""
+    spread = seen.max() - seen.min()
+    near = np.abs(seen - extreme)
+    at_end = np.count_nonzero(near == 0.0)
+    beside = np.count_nonzero((near > 0.0) & (near <= 0.05 * spread))
+    return bool(at_end > 2 * np.maximum(beside, 1))
+
+
+@dataclass(frozen=True)
+class SignLimits:
+    """When a sign counts as wrong.
+
+    Args:
+        rate: of the comparison [Hz]; vehicle motion follows the wheel within a tenth of a second below 1 Hz
+        slowest: speed [m/s] below which lateral acceleration and steering say little about the turn
+        correlation: magnitude from which a pair agrees or contradicts
+        seconds: of driving that must be common to a pair
+        yaw_rate: rms yaw rate [rad/s] without which there were no turns to compare; five times the noise of a gyro
+    """
+
+    rate: float = 20.0
+    slowest: float = 2.0
+    correlation: float = 0.6
+    seconds: float = 5.0
+    yaw_rate: float = 0.01
+
+
+def sign_warnings(recording: Recording, limits: SignLimits | None = None) -> tuple[str, ...]:
+    """Which signals turn the other way than the rest, seen from left and right turns.
+
+    Steering angle, yaw rate and lateral acceleration over speed must agree in sign, and so must driver and motor
+    torque. With three signals the odd one is named; with two, both are.
+    """
+    limits = limits or SignLimits()
+    names = (
+        "steering_wheel_angle",
+        "yaw_rate",
+        "lateral_acceleration",
+        "vehicle_speed",
+        "driver_torque",
+        "motor_torque",
+    )
+    if not any(name in recording and len(recording[name].time) for name in names):
+        return ()
+    aligned = recording.align(names, limits.rate, maximum_age=0.2)
+    columns = dict(zip(names, aligned.values.T, strict=True))
+    speed = columns.pop("vehicle_speed")
+    moving = np.isnan(speed) | (np.abs(speed) > limits.slowest)
+    yaw = columns["yaw_rate"]
+    turns = {
+        "steering_wheel_angle": np.where(moving, columns["steering_wheel_angle"], np.nan),
+        "yaw_rate": np.where(moving, yaw / np.where(np.isnan(speed), 1.0, speed), np.nan),
+        "lateral_acceleration": np.where(
+            moving, columns["lateral_acceleration"] / np.where(np.isnan(speed), 1.0, speed) ** 2, np.nan
+        ),
+    }
+    turning = yaw[np.isfinite(yaw)]
+    warnings = []
+    if not len(turning) or np.sqrt(np.mean((turning - np.median(turning)) ** 2)) > limits.yaw_rate:
+        warnings += _odd_ones(turns, limits, "in turns")
+    torques = {name: columns[name] for name in ("driver_torque", "motor_torque")}
+    return tuple(warnings + _odd_ones(torques, limits, "of the torques"))
+
+
+def _correlation(a: np.ndarray, b: np.ndarray, limits: SignLimits) -> float:
+    good = np.isfinite(a) & np.isfinite(b)
+    if np.count_nonzero(good) < limits.seconds * limits.rate:
+        return 0.0
+    a, b = a[good] - np.mean(a[good]), b[good] - np.mean(b[good])
+    norm = float(np.sqrt(np.sum(a * a) * np.sum(b * b)))
+    return float(np.sum(a * b)) / norm if norm > 0.0 else 0.0
+
+
+def _odd_ones(signals: Mapping[str, np.ndarray], limits: SignLimits, where: str) -> list[str]:
+    names = list(signals)
+    pairs = {(a, b): _correlation(signals[a], signals[b], limits) for i, a in enumerate(names) for b in names[i + 1 :]}
+    strong = {pair: value for pair, value in pairs.items() if abs(value) >= limits.correlation}
+    wrong = {pair: value for pair, value in strong.items() if value < 0.0}
+    if not wrong:
+        return []
+    blamed = [name for name in names if all((name in pair) == (pair in wrong) for pair in strong)]
+    figures = ", ".join(f"{a} with {b} {value:.2f}" for (a, b), value in wrong.items())
+    if len(strong) > 1 and len(blamed) == 1:
+        suspect = f"{blamed[0]} has probably the wrong sign"
+    else:
+        involved = dict.fromkeys(name for pair in wrong for name in pair)
+        suspect = " or ".join(involved) + " has probably the wrong sign"
+    return [f"{suspect} {where} (correlation {figures}; positive is left for all): set its sign in the channel map"]
