@@ -22,7 +22,7 @@ from tierod.proving_ground.integration import runge_kutta
 from tierod.proving_ground.parameters import AssistMap, Chassis, Driver, Steering, TorsionBar
 
 
-class Sample(NamedTuple):
+class Surroundings(NamedTuple):
     """What acts on the car from outside at one instant."""
 
     vehicle_speed: Annotated[float, "m/s"]
@@ -120,14 +120,15 @@ class EpsCar:
     torsion_bar: TorsionBar | None = None
     step_time: Annotated[float, "s"] = 1e-3
 
-    Sample = Sample
+    Sample = Surroundings
 
     def init(self) -> State:
         """Straight ahead, at rest, friction relaxed."""
         wheel = () if self.torsion_bar is None else Wheel(0.0, 0.0)
-        return State(Motion(*[0.0] * 12, wheel), 0.0, 0.0, Ring(self.driver.delay_steps))
+        motion = Motion._make([*[0.0] * 12, wheel])
+        return State(motion, 0.0, 0.0, Ring(self.driver.delay_steps))
 
-    def step(self, state: State, sample: Sample) -> tuple[State, Output]:
+    def step(self, state: State, sample: Surroundings) -> tuple[State, Output]:
         """One step on; the output belongs to the instant of the sample."""
         start = state.motion.column_angle
         seen_offset = state.seen_offset.oldest
@@ -149,7 +150,7 @@ class EpsCar:
         friction = dahl_power_update(state.friction, turned, steering.dahl_angle, steering.dahl_exponent)
         return friction, dahl_update(state.scrub, turned, steering.scrub_angle)
 
-    def _forces(self, motion: Motion, state: State, sample: Sample, turned: Any) -> _Forces:
+    def _forces(self, motion: Motion, state: State, sample: Surroundings, turned: Any) -> _Forces:
         chassis, steering = self.chassis, self.steering
         friction, scrub = self._resistances(state, turned)
         friction = sample.friction_torque * friction
@@ -174,7 +175,7 @@ class EpsCar:
             hand_torque, driver_torque, friction, scrub, self_aligning_torque, front_force, rear_force, acceleration
         )
 
-    def _derivative(self, motion: Motion, forces: _Forces, sample: Sample, seen_offset: Any) -> Motion:
+    def _derivative(self, motion: Motion, forces: _Forces, sample: Surroundings, seen_offset: Any) -> Motion:
         chassis, driver, speed = self.chassis, self.driver, sample.vehicle_speed
         steer = self._road_wheel_angle(motion)
         front_force = forces.front_force * cos(steer)
@@ -253,10 +254,10 @@ class EpsCar:
     def _offset_rate(self, motion: Motion, speed: Any) -> Any:
         return speed * motion.heading_error + motion.lateral_speed
 
-    def _offset_ahead(self, motion: Motion, sample: Sample) -> Any:
+    def _offset_ahead(self, motion: Motion, sample: Surroundings) -> Any:
         return motion.lateral_offset + self.driver.preview_time * self._offset_rate(motion, sample.vehicle_speed)
 
-    def _wanted_angle(self, sample: Sample, seen_offset: Any) -> Any:
+    def _wanted_angle(self, sample: Surroundings, seen_offset: Any) -> Any:
         chassis, driver = self.chassis, self.driver
         reach = driver.preview_time * maximum(sample.vehicle_speed, 3.0)
         curvature = -2.0 * driver.correction * seen_offset / (reach * reach)
@@ -265,7 +266,7 @@ class EpsCar:
         )
         return sample.steering_demand + steer / self.steering.ratio
 
-    def _output(self, state: State, sample: Sample) -> Output:
+    def _output(self, state: State, sample: Surroundings) -> Output:
         motion, chassis = state.motion, self.chassis
         forces = self._forces(motion, state, sample, 0.0)
         front_force = forces.front_force * cos(self._road_wheel_angle(motion))

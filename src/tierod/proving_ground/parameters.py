@@ -101,8 +101,9 @@ class AssistMap:
 class Driver:
     """A person who follows a road: previews its curvature, corrects the offset after a delay, and steers with arms.
 
-    The arms are a spring and damper that pull the wheel towards an angle the muscles have reached; the muscles follow the
-    wanted angle with a lag of second order, critically damped. After Pick and Cole, Vehicle System Dynamics 46 (2008).
+    The arms are a spring and damper that pull the wheel towards an angle the muscles have reached; the muscles follow
+    the wanted angle with a lag of second order, critically damped. After Pick and Cole, Vehicle System Dynamics 46
+    (2008).
 
     Args:
         arm_stiffness: torque per angle between muscles and wheel
@@ -117,13 +118,13 @@ class Driver:
         restlessness: standard deviation of small needless corrections
     """
 
-    arm_stiffness: Annotated[float, "N*m/rad"] = 20.0
-    arm_damping: Annotated[float, "N*m*s/rad"] = 1.2
+    arm_stiffness: Annotated[float, "N*m/rad"] = 40.0
+    arm_damping: Annotated[float, "N*m*s/rad"] = 2.0
     muscle_time: Annotated[float, "s"] = 0.08
     torque_limit: Annotated[float, "N*m"] = 15.0
-    preview_time: Annotated[float, "s"] = 2.0
+    preview_time: Annotated[float, "s"] = 1.5
     anticipation: Annotated[float, "s"] = 0.25
     correction: Annotated[float, ""] = 1.0
     persistence: Annotated[float, "1/s"] = 0.0
     delay_steps: int = 150
-    restlessness: Annotated[float, "rad"] = 0.02
+    restlessness: Annotated[float, "rad"] = 0.025

@@ -57,17 +57,17 @@ CITY = RoadKind(
         Bends((9.0, 18.0), (math.radians(60.0), math.radians(100.0)), 0.4),
         Bends((35.0, 150.0), (math.radians(15.0), math.radians(60.0)), 0.6),
     ),
-    (10.0, 60.0),
+    (20.0, 120.0),
     2.5,
-    0.35,
+    0.30,
 )
 COUNTRY = RoadKind(
     "country",
     (16.0, 27.0),
     (Bends((70.0, 450.0), (math.radians(15.0), math.radians(70.0))),),
-    (10.0, 80.0),
+    (20.0, 160.0),
     3.0,
-    0.45,
+    0.40,
 )
 MOTORWAY = RoadKind(
     "motorway",
@@ -76,9 +76,9 @@ MOTORWAY = RoadKind(
         Bends((600.0, 2000.0), (math.radians(5.0), math.radians(20.0)), 0.5),
         Bends((900.0, 1800.0), (math.radians(2.0), math.radians(4.0)), 0.5, returns=True),
     ),
-    (40.0, 300.0),
+    (80.0, 600.0),
     2.0,
-    0.20,
+    0.30,
 )
 MIXED = (CITY, COUNTRY, MOTORWAY)
 """City, country and motorway in the shares that open the paper's gate about 36 % of the time."""
