@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal, NamedTuple
 
 from tierod.block import leaves
 from tierod.errors import ParameterError
 from tierod.estimators.gaussian import GaussianFilter
 from tierod.estimators.kalman import KalmanFilter
+from tierod.filters.butterworth import Butterworth
+from tierod.filters.each import EachSignal
 from tierod.graph.maths import absolute, all_of, present, sign, sqrt, where
 from tierod.models.friction_estimation import FrictionEstimation, FrictionParameters
 from tierod.monitors.friction.gate import FrictionGate
@@ -113,6 +115,8 @@ class RefinedFrictionMonitor:
         operating_point: where sgn of the rate is taken, appendix B: the latest "measurement" (printed choice: the
             smaller error) or the a posteriori "estimate" (the tighter distribution)
         sticking: treatment of the standing wheel; None as printed
+        low_pass: one filter for all signals alike, the gate's included, so that none is delayed against another; None
+            as printed. Needed where the rate's noise comes near the lower limit of the gate (`equal_low_pass`)
 
     Validity: vehicle_speed above 3 m/s, dry friction. With pre-sliding (Dahl) friction the estimate is 4 to 25 %
     low for Dahl angles of 0.3 to 3 degrees, whatever the tuning.
@@ -120,18 +124,20 @@ class RefinedFrictionMonitor:
     """
 
     filter: GaussianFilter
-    gate: FrictionGate = FrictionGate()
+    gate: FrictionGate = field(default_factory=FrictionGate)
     operating_point: OperatingPoint = "measurement"
     sticking: Sticking | None = None
+    low_pass: EachSignal | None = None
 
     class State(NamedTuple):
-        """Belief of the filter and the inputs and rate of the sample before."""
+        """Belief of the filter, inputs and rate of the sample before, and memory of the low-pass."""
 
         belief: Any
         driver_torque: Any
         motor_torque: Any
         lateral_acceleration: Any
         rate: Any
+        low_pass: Any
 
     def __post_init__(self) -> None:
         if self.filter.maskable != ("friction_torque",):
@@ -142,18 +148,23 @@ class RefinedFrictionMonitor:
             raise ParameterError(
                 f"operating_point is '{self.operating_point}'; expected 'measurement' or 'estimate' (appendix B)"
             )
+        if self.low_pass is not None and self.low_pass.signals is not self.Sample:
+            raise ParameterError(
+                f"the low-pass filters {self.low_pass.signals.__name__}; build it with signals={self.Sample.__name__}"
+            )
 
     @property
-    def Sample(self) -> type:  # noqa: N802 - the name of the protocol
+    def Sample(self) -> type:
         """Six signals, and the speed where the gate looks at it."""
         return FrictionSample if self.gate.minimum_speed is None else FrictionSampleWithSpeed
 
     def init(self) -> State:
         """At rest, with the filter's initial belief."""
-        return self.State(self.filter.init(), 0.0, 0.0, 0.0, 0.0)
+        return self.State(self.filter.init(), 0.0, 0.0, 0.0, 0.0, self.low_pass.init() if self.low_pass else ())
 
     def step(self, state: State, sample: Any) -> tuple[State, FrictionEstimate]:
         """One sample on (Table 3)."""
+        memory, sample = self._filtered(state.low_pass, sample)
         enabled = all_of(
             self.gate.opened(
                 sample.driver_torque,
@@ -182,6 +193,7 @@ class RefinedFrictionMonitor:
             _held(sample.motor_torque, state.motor_torque),
             _held(sample.lateral_acceleration, state.lateral_acceleration),
             _held(sample.steering_wheel_rate, state.rate),
+            memory,
         )
         return after, FrictionEstimate(
             estimate.mean.friction_torque,
@@ -193,6 +205,13 @@ class RefinedFrictionMonitor:
             estimate.nis,
             estimate.present,
         )
+
+    def _filtered(self, memory: Any, sample: Any) -> tuple[Any, Any]:
+        """The signals after the low-pass; what is missing stays missing."""
+        if self.low_pass is None:
+            return memory, sample
+        memory, smooth = self.low_pass.step(memory, sample)
+        return memory, type(sample)(*(where(present(a), b, a) for a, b in zip(sample, smooth, strict=True)))
 
     def _operate(self, rate: Any) -> tuple[Any, Any]:
         """Direction of friction and the noise of the inputs at the operating point."""
@@ -208,6 +227,16 @@ def _held(value: Any, before: Any) -> Any:
     return where(present(value), value, before)
 
 
+def equal_low_pass(cutoff: float, sample_time: float = 0.01) -> Butterworth:
+    """The low-pass that the monitors of six signals take where the rate is noisy.
+
+    Args:
+        cutoff: 5 Hz restores the estimate at a rate noise of 0.05 rad/s (errata) [Hz]
+        sample_time: dt [s]
+    """
+    return Butterworth(FrictionSample, sample_time, maximum_gap=0.1, cutoff=cutoff)
+
+
 def joint_filter(
     parameters: FrictionParameters,
     *,
@@ -218,8 +247,10 @@ def joint_filter(
     initial_friction_variance: float,
     initial_friction: float = 3.0,
     measurement_variance: float = 1e-4,
-) -> KalmanFilter:
-    """The Kalman filter of the joint model with Q and R named as in eqs (11) and (12).
+    estimator: type[GaussianFilter] = KalmanFilter,
+    model: Any = FrictionEstimation,
+) -> GaussianFilter:
+    """The filter of the joint model with Q and R named as in eqs (11) and (12).
 
     Args:
         parameters: of the joint model
@@ -232,16 +263,19 @@ def joint_filter(
             6e-4 (the steady value) takes about 50 s of enabled time for half of the way, 1 takes 2 s
         initial_friction: [N m]; 3 as printed
         measurement_variance: of angle [rad^2], rate and yaw rate [rad^2/s^2]; 1e-4 as printed
+        estimator: kind of filter
+        model: the joint model, linear in its direction or smooth
 
     The rest of P0 is not printed either: 1e-2 for the motions, 100 (N m)^2 for the self-aligning torque [assumed].
     """
     if virtual_noise not in ("scaled by sample time", "per sample"):
         raise ParameterError(
-            f"virtual_noise is '{virtual_noise}'; expected 'scaled by sample time' (dt in G, as printed) or 'per sample'"
+            f"virtual_noise is '{virtual_noise}'; "
+            "expected 'scaled by sample time' (dt in G, as printed) or 'per sample' (1)"
         )
     scale = parameters.sample_time**2 if virtual_noise == "scaled by sample time" else 1.0
-    return KalmanFilter(
-        model=FrictionEstimation,
+    return estimator(
+        model=model,
         parameters=parameters,
         initial_mean=(0.0, 0.0, 0.0, 0.0, initial_friction),
         initial_variance=(1e-2, 1e-2, 1e-2, 100.0, initial_friction_variance),

@@ -1,0 +1,1 @@
+"""Models for monitors: equations without memory, put together from `tierod.physics`."""

@@ -1,0 +1,283 @@
+"""The baseline friction monitor: two estimates of the self-aligning torque and the variance of their difference."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from tierod.block import leaves
+from tierod.errors import InputError, ParameterError
+from tierod.graph import Result
+from tierod.graph.maths import absolute, all_of, both, exp, maximum, present, where
+from tierod.models.eps_column import driving_torque, zero_order_hold
+from tierod.monitors.friction.rolling_variance import RollingVariance
+from tierod.physics.aligning import aligning_torque_from_steer
+from tierod.physics.friction import coulomb
+
+
+@dataclass(frozen=True)
+class BaselineParameters:
+    """Parameters of the baseline monitor, named as in a vehicle file.
+
+    Args:
+        mass: of the vehicle [kg]
+        front_distance, rear_distance: centre of gravity to the axles [m]
+        front_cornering_stiffness, rear_cornering_stiffness: both tyres of an axle together [N/rad]
+        trail: mechanical and pneumatic trail together, l_p [m]
+        steering_ratio: road wheel angle per steering wheel angle, rho []
+        column_inertia: J_eq [kg m^2]
+        column_damping: B_eq [N m s/rad], greater than zero
+        motor_ratio: turns of the motor per turn of the wheel, n []
+        nominal_friction: T_f of the healthy steering, known to the observer [N m]
+        sample_time: dt [s]
+    """
+
+    mass: float
+    front_distance: float
+    rear_distance: float
+    front_cornering_stiffness: float
+    rear_cornering_stiffness: float
+    trail: float
+    steering_ratio: float
+    column_inertia: float
+    column_damping: float
+    motor_ratio: float
+    nominal_friction: float
+    sample_time: float = 0.01
+
+
+@dataclass(frozen=True)
+class BaselineGate:
+    """Where the linear single track is trusted.
+
+    Source: Mohtat et al., section 4.2. On simulated drives this opens 2.7 % of the time (printed: 36 %).
+
+    Args:
+        minimum_angle: of the steering wheel [rad]; 10 degrees as printed
+        minimum_acceleration, maximum_acceleration: lateral [m/s^2]; 0.1 and 0.5 as printed
+        maximum_slip: slip angle of the front tyres [rad]; 5 degrees as printed
+    """
+
+    minimum_angle: float = math.radians(10.0)
+    minimum_acceleration: float = 0.1
+    maximum_acceleration: float = 0.5
+    maximum_slip: float = math.radians(5.0)
+
+    def opened(self, steering_wheel_angle: Any, lateral_acceleration: Any, front_slip: Any) -> Any:
+        """Whether the sample counts; a missing signal closes the gate."""
+        acceleration = absolute(lateral_acceleration)
+        return all_of(
+            absolute(steering_wheel_angle) > self.minimum_angle,
+            self.minimum_acceleration < acceleration,
+            acceleration < self.maximum_acceleration,
+            absolute(front_slip) < self.maximum_slip,
+        )
+
+
+class AligningTorqueObserver(NamedTuple):
+    """State of the disturbance observer: the column and the torque of the tyres on it."""
+
+    steering_wheel_angle: Any
+    steering_wheel_rate: Any
+    self_aligning_torque: Any
+
+
+class BaselineSample(NamedTuple):
+    """Signals of one sample; NaN where one is missing."""
+
+    steering_wheel_angle: Annotated[float, "rad"]
+    steering_wheel_rate: Annotated[float, "rad/s"]
+    driver_torque: Annotated[float, "N*m"]
+    motor_torque: Annotated[float, "N*m"]
+    yaw_rate: Annotated[float, "rad/s"]
+    lateral_acceleration: Annotated[float, "m/s**2"]
+    vehicle_speed: Annotated[float, "m/s"]
+
+
+class BaselineVerdict(NamedTuple):
+    """What the baseline monitor knows after a sample.
+
+    Args:
+        external_torque: self-aligning torque from the motion of the vehicle, eq (1)
+        internal_torque: self-aligning torque from the column, eq (2)
+        variance: of their difference over the window
+        samples: how many samples the variance rests on
+        ready: 1 where these are enough
+        enabled: 1 where the sample counted
+        fault: 1 where the variance lies above the threshold
+    """
+
+    external_torque: Annotated[float, "N*m"]
+    internal_torque: Annotated[float, "N*m"]
+    variance: Annotated[float, "N**2*m**2"]
+    samples: Annotated[float, ""]
+    ready: Annotated[float, ""]
+    enabled: Annotated[float, ""]
+    fault: Annotated[float, ""]
+
+
+@dataclass(frozen=True)
+class BaselineFrictionMonitor:
+    """Infer friction from the variance of the difference of two self-aligning torques.
+
+    A Luenberger observer of angle, rate and self-aligning torque knows the nominal friction only; friction beyond it
+    shows as a self-aligning torque with the sign of the rate. The observer takes the sign from the measured rate.
+
+    Args:
+        parameters: of vehicle and column
+        threshold: variance above which friction is faulty [(N m)^2]; inf gives no verdict. Take it from healthy drives
+            of the same car with `calibrated`: it depends on every parameter error
+        gate: the printed conditions, or None to count every sample
+        literal_sign: eq (1) with the printed minus, which compares the torque with its negative; to show its effect
+        pole_rate: of the observer's triple pole [1/s]; 15 follows steering and still filters [assumed]
+        minimum_speed: eq (1) divides by the speed, and tyre scrub is no self-aligning torque [m/s]
+        block_samples, blocks: the window, 15 s at 100 Hz in steps of 1 s [assumed]
+        minimum_samples: fewer give no variance; a fifth of the window []
+
+    Source: Mohtat et al., eqs (1) and (2), section 4.1, after Lin and Ghoneim, 2016. In eq (1) the sign is plus and
+    the last numerator C_r, see `tierod.physics.aligning`.
+    """
+
+    parameters: BaselineParameters
+    threshold: float
+    gate: BaselineGate | None
+    literal_sign: bool = False
+    pole_rate: float = 15.0
+    minimum_speed: float = 3.0
+    block_samples: int = 100
+    blocks: int = 15
+    minimum_samples: float = 300.0
+
+    Sample = BaselineSample
+
+    class State(NamedTuple):
+        """Observer, torques of the sample before, and window."""
+
+        observer: AligningTorqueObserver
+        driver_torque: Any
+        motor_torque: Any
+        rate: Any
+        window: RollingVariance.State
+
+    def init(self) -> State:
+        """At rest, with an empty window."""
+        return self.State(AligningTorqueObserver(0.0, 0.0, 0.0), 0.0, 0.0, 0.0, self._window.init())
+
+    def step(self, state: State, sample: BaselineSample) -> tuple[State, BaselineVerdict]:
+        """One sample on."""
+        observer = self._observe(state, sample.steering_wheel_angle)
+        external = self._external_torque(sample)
+        enabled = both(self._complete(sample), self._gated(sample, external))
+        difference = external - observer.self_aligning_torque
+        window, spread = self._window.step(state.window, RollingVariance.Sample(difference, enabled))
+        ready = spread.samples >= self.minimum_samples
+        after = self.State(
+            observer,
+            where(present(sample.driver_torque), sample.driver_torque, state.driver_torque),
+            where(present(sample.motor_torque), sample.motor_torque, state.motor_torque),
+            where(present(sample.steering_wheel_rate), sample.steering_wheel_rate, state.rate),
+            window,
+        )
+        return after, BaselineVerdict(
+            external,
+            observer.self_aligning_torque,
+            spread.variance,
+            spread.samples,
+            where(ready, 1.0, 0.0),
+            enabled,
+            where(both(ready, spread.variance > self.threshold), 1.0, 0.0),
+        )
+
+    @property
+    def _window(self) -> RollingVariance:
+        return RollingVariance(self.block_samples, self.blocks)
+
+    def _observe(self, state: State, angle: Any) -> AligningTorqueObserver:
+        """Eq (2) one sample on, corrected by the angle; a missing angle corrects nothing."""
+        p, before = self.parameters, state.observer
+        decay, gain = zero_order_hold(p.sample_time, p.column_damping, p.column_inertia)
+        angle_gain, rate_gain, torque_gain = self.observer_gains()
+        # The correction belongs to the sample before: the observer predicts, as the poles were placed.
+        net = driving_torque(state.driver_torque, state.motor_torque, before.self_aligning_torque, p)
+        net = net - coulomb(state.rate, p.nominal_friction)
+        predicted = AligningTorqueObserver(
+            before.steering_wheel_angle + p.sample_time * before.steering_wheel_rate,
+            decay * before.steering_wheel_rate + gain * net,
+            before.self_aligning_torque,
+        )
+        error = where(present(angle), angle - predicted.steering_wheel_angle, 0.0)
+        return AligningTorqueObserver(
+            predicted.steering_wheel_angle + angle_gain * error,
+            predicted.steering_wheel_rate + rate_gain * error,
+            predicted.self_aligning_torque + torque_gain * error,
+        )
+
+    def observer_gains(self) -> tuple[Any, Any, Any]:
+        """Gains of angle [], rate [1/s] and torque [N m/rad] on the angle's error that make the triple pole."""
+        p = self.parameters
+        decay, gain = zero_order_hold(p.sample_time, p.column_damping, p.column_inertia)
+        coupling = gain * p.steering_ratio
+        step = 1.0 - exp(-self.pole_rate * p.sample_time)
+        # Gains of the predictor by comparing coefficients of (z - 1 + step)^3, then those of the corrector: A^-1 L.
+        angle_gain = 3.0 * step - (1.0 - decay)
+        rate_gain = (3.0 * step * step - angle_gain * (1.0 - decay)) / p.sample_time
+        torque_gain = -step * step * step / (p.sample_time * coupling)
+        rate_gain = (rate_gain + coupling * torque_gain) / decay
+        return angle_gain - p.sample_time * rate_gain, rate_gain, torque_gain
+
+    def _external_torque(self, sample: BaselineSample) -> Any:
+        p = self.parameters
+        torque = aligning_torque_from_steer(
+            sample.steering_wheel_angle,
+            sample.lateral_acceleration,
+            sample.yaw_rate,
+            maximum(sample.vehicle_speed, self.minimum_speed),
+            mass=p.mass,
+            wheelbase=p.front_distance + p.rear_distance,
+            front_stiffness=p.front_cornering_stiffness,
+            rear_stiffness=p.rear_cornering_stiffness,
+            trail=p.trail,
+            steering_ratio=p.steering_ratio,
+        )
+        return -torque if self.literal_sign else torque
+
+    def _complete(self, sample: BaselineSample) -> Any:
+        """Whether every signal is there and the vehicle fast enough for eq (1)."""
+        return all_of(
+            sample.vehicle_speed > self.minimum_speed,
+            *(present(value) for _, value in leaves(sample)),
+        )
+
+    def _gated(self, sample: BaselineSample, external_torque: Any) -> Any:
+        if self.gate is None:
+            return 1.0
+        slip = external_torque / (self.parameters.trail * self.parameters.front_cornering_stiffness)
+        return self.gate.opened(sample.steering_wheel_angle, sample.lateral_acceleration, slip)
+
+
+def calibrated(monitor: BaselineFrictionMonitor, healthy: Sequence[Result], quantile: float) -> BaselineFrictionMonitor:
+    """The monitor with its threshold from drives of the healthy car.
+
+    Args:
+        monitor: that was run on the drives
+        healthy: what it gave
+        quantile: share of the healthy windows that stays below the threshold, 0.5 to 1 (1 takes the largest)
+
+    Raises:
+        ParameterError: a quantile out of range
+        InputError: no variance at all: the gate never opened long enough
+    """
+    if not 0.5 <= quantile <= 1.0:
+        raise ParameterError(f"the quantile of a threshold is {quantile}; expected 0.5 to 1")
+    seen = [result["variance"][result["ready"] > 0.0] for result in healthy]
+    if not any(len(values) for values in seen):
+        raise InputError(
+            "the healthy drives give no variance, since the gate never opened long enough; "
+            "give longer drives, or gate=None"
+        )
+    return dataclasses.replace(monitor, threshold=float(np.quantile(np.concatenate(seen), quantile)))

@@ -1,0 +1,102 @@
+"""Variance over a window that moves on by whole blocks of samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.errors import ParameterError
+from tierod.graph.maths import both, maximum, present, where
+
+
+class Moments(NamedTuple):
+    """Number, mean, and sum of squared deviations of some samples."""
+
+    number: Any
+    mean: Any
+    squares: Any
+
+
+_NONE = Moments(0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class RollingVariance:
+    """Variance of the counted samples of the last `blocks` whole blocks.
+
+    Each block has moments of its own, merged without running sums, so that nothing drifts. The result changes once a
+    block. The window is time: a block in which nothing counted still pushes the oldest one out.
+
+    Args:
+        block_samples: samples per block, counted or not
+        blocks: blocks per window
+
+    Source: merging after Chan, Golub, LeVeque, The American Statistician 37 (1983) 242.
+    """
+
+    block_samples: int
+    blocks: int
+
+    class Sample(NamedTuple):
+        """A value and whether it counts; NaN never counts."""
+
+        value: float
+        counted: Annotated[float, ""]
+
+    class State(NamedTuple):
+        """Samples seen of the present block, its moments, those of the window's blocks, oldest first, and merged."""
+
+        seen: Any
+        present: Moments
+        window: tuple[Moments, ...]
+        merged: Moments
+
+    class Spread(NamedTuple):
+        """Variance over the window (0 below two samples) and number of samples that it rests on."""
+
+        variance: float
+        samples: Annotated[float, ""]
+
+    def __post_init__(self) -> None:
+        if self.block_samples < 1 or self.blocks < 1:
+            raise ParameterError(
+                f"a window of {self.blocks} blocks of {self.block_samples} samples is none; give at least 1 of each"
+            )
+
+    def init(self) -> State:
+        """Nothing seen."""
+        return self.State(0.0, _NONE, (_NONE,) * self.blocks, _NONE)
+
+    def step(self, state: State, sample: Sample) -> tuple[State, Spread]:
+        """One sample on."""
+        counted = both(sample.counted > 0.0, present(sample.value))
+        moments = _with(state.present, where(counted, sample.value, 0.0), counted)
+        seen = state.seen + 1.0
+        full = seen >= float(self.block_samples)
+        moved = (*state.window[1:], moments)
+        window = tuple(_select(full, new, old) for new, old in zip(moved, state.window, strict=True))
+        merged = _NONE
+        for block in window:
+            merged = _merge(merged, block)
+        after = self.State(where(full, 0.0, seen), _select(full, _NONE, moments), window, merged)
+        enough = merged.number >= 2.0
+        variance = merged.squares / where(enough, merged.number - 1.0, 1.0)
+        return after, self.Spread(where(enough, variance, 0.0), merged.number)
+
+
+def _with(moments: Moments, value: Any, counted: Any) -> Moments:
+    count = moments.number + 1.0
+    away = value - moments.mean
+    mean = moments.mean + away / count
+    added = Moments(count, mean, moments.squares + away * (value - mean))
+    return _select(counted, added, moments)
+
+
+def _merge(a: Moments, b: Moments) -> Moments:
+    count = a.number + b.number
+    away, share = b.mean - a.mean, b.number / maximum(count, 1.0)
+    return Moments(count, a.mean + away * share, a.squares + b.squares + away * away * a.number * share)
+
+
+def _select(condition: Any, taken: Moments, otherwise: Moments) -> Moments:
+    return Moments(*(where(condition, a, b) for a, b in zip(taken, otherwise, strict=True)))
