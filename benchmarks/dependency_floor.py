@@ -21,6 +21,7 @@ CHAINS = {
     "div": "x = a / x;",
     "select": "x = (x < a ? b : x) + a;",
     "sqrt": "x = sqrt(x);",
+    "fma": "x = fma(x, a, b);",
 }
 """Each line depends on itself alone. `select` counts comparison and choice together, and an addition that is taken off."""
 
@@ -67,7 +68,7 @@ def floor(graph: Graph) -> float:
 
 
 def _weights(operations: Program, measured: dict[str, float]) -> list[float]:
-    kinds = {"sub": "add", "neg": "add", "inverse": "div", "fabs": "add", "if": "select"}
+    kinds = {"fms": "fma", "fnma": "fma", "sub": "add", "neg": "add", "inverse": "div", "fabs": "add", "if": "select"}
     free = ("input", "constant", "lt", "le", "eq", "ne", "and", "or", "not", "assign")
 
     def weight(operation: Operation) -> float:

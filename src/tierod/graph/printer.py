@@ -35,6 +35,14 @@ typedef double real;
 #define M(name) name
 #endif
 """
+FMA = """\
+#ifdef FP_FAST_FMA
+#define tierod_fma(a, b, c) M(fma)(a, b, c)
+#else
+#define tierod_fma(a, b, c) ((a) * (b) + (c))
+#endif
+"""
+FUSED = {"fma": "tierod_fma({0}, {1}, {2})", "fms": "tierod_fma({0}, {1}, -{2})", "fnma": "tierod_fma(-{0}, {1}, {2})"}
 SIGN = "static inline real tierod_sign(real a) { return a > R(0.0) ? R(1.0) : a < R(0.0) ? -R(1.0) : a; }\n"
 
 INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
@@ -87,16 +95,17 @@ class _Printer:
 
     def scalar(self) -> str:
         in_locals = len(self.graph.state) <= STATE_IN_LOCALS
-        return "".join([HEAD, SIGN, self._legend(), self._prepare(), self._step(), self._push(), self._scan(in_locals)])
+        return "".join(
+            [HEAD, FMA, SIGN, self._legend(), self._prepare(), self._step(), self._push(), self._scan(in_locals)]
+        )
 
     def lanes(self, own_tuning: bool) -> str:
-        stride = " * 64 + l" if own_tuning else ""
         places = _Places(
             state=lambda i: f"x[{i * LANES} + l]",
             ring=lambda i: f"r{i}[l]",
             sample=lambda i: f"uk[{i * LANES} + l]",
             output=lambda i: f"yk[{i * LANES} + l]",
-            carried=lambda i: f"c[{i}{stride}]",
+            carried=lambda i: f"c[{i * LANES} + l]" if own_tuning else f"c{i}",
         )
         body = self._body(places, "            ")
         rings = [
@@ -104,7 +113,9 @@ class _Printer:
             for i, (_, size) in enumerate(self.graph.rings)
         ]
         unused = "" if rings else "    (void)k0;\n"
-        constants = "" if self.carried else "    (void)c;\n"
+        # GCC vectorises no loop that loads what does not change in it.
+        shared = [] if own_tuning else [f"    const real c{i} = c[{i}];\n" for i in range(len(self.carried))]
+        constants = "".join(shared) + ("" if self.carried else "    (void)c;\n")
         n_sample, n_output = len(self.graph.sample), len(self.graph.output)
         signature = (
             "(long n, real *restrict x, const real *restrict u, real *restrict y, const real *restrict c, long k0)"
@@ -117,7 +128,9 @@ class _Printer:
             + "".join(rings)
             + f"#pragma GCC ivdep\n        for (int l = 0; l < {LANES}; l++) {{\n{body}        }}\n    }}\n}}\n"
         )
-        return "".join([HEAD, SIGN, self._legend(), self._prepare(), f"void {self.name}_lanes{signature};\n", loop])
+        return "".join(
+            [HEAD, FMA, SIGN, self._legend(), self._prepare(), f"void {self.name}_lanes{signature};\n", loop]
+        )
 
     # -- functions -----------------------------------------------------------------------------------------------
 
@@ -245,6 +258,8 @@ class _Printer:
         name, arguments = operation.name, operation.arguments
         if name in INFIX:
             return f"{text(arguments[0])} {INFIX[name]} {text(arguments[1])}"
+        if name in FUSED:
+            return FUSED[name].format(*map(text, arguments))
         if name in COMPARE:
             return f"{text(arguments[0])} {COMPARE[name]} {text(arguments[1])} ? R(1.0) : R(0.0)"
         if name == "and":

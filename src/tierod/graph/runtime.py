@@ -107,9 +107,7 @@ class Stream:
         self.inputs = np.zeros(len(graph.sample))
         self.outputs = np.zeros(len(graph.output))
         self._flat = memory.values.copy()
-        self._tree = graph.output_tree
-        self._is_flat = not any(isinstance(leaf, tuple) for leaf in self._tree)
-        self._make = type(self._tree)._make if self._is_flat and hasattr(self._tree, "_make") else self._nested
+        self._make = _builder(graph.output_tree)
         self._write = struct.Struct(f"{len(self.inputs)}d").pack_into
         self._read = struct.Struct(f"{len(self.outputs)}d").unpack_from
         self._input_bytes, self._output_bytes = self.inputs.data.cast("B"), self.outputs.data.cast("B")
@@ -129,20 +127,17 @@ class Stream:
             InputError: a signal is missing, or the count of numbers is wrong
         """
         try:
-            values = map(sample.__getitem__, self.names) if isinstance(sample, Mapping) else sample
-            self._write(self._input_bytes, 0, *values)
+            named = type(sample) is dict or isinstance(sample, Mapping)
+            self._write(self._input_bytes, 0, *(map(sample.__getitem__, self.names) if named else sample))
         except (KeyError, struct.error) as error:
             raise self._refusal(sample, error) from None
         self.advance()
-        return self._make(self._read(self._output_bytes))
+        return self._make(*self._read(self._output_bytes))
 
     @property
     def state(self) -> Memory:
         """The present state, to be stored or to go on from."""
         return Memory(self._flat.copy(), self._count())
-
-    def _nested(self, values: Iterable[float]) -> Tree:
-        return rebuild(self._tree, values)
 
     def _refusal(self, sample: Any, error: Exception) -> InputError:
         if isinstance(sample, Mapping):
@@ -176,6 +171,26 @@ class Stream:
             seen[0] += 1
 
         return advance
+
+
+def _builder(tree: Tree) -> Any:
+    """A function from the leaves of a tree to the tree, as fast as Python can: a lambda written for its shape."""
+    names: dict[str, Any] = {}
+
+    def written(branch: Tree) -> str:
+        if not isinstance(branch, tuple):
+            names[f"v{len(names)}"] = None
+            return f"v{len(names) - 1}"
+        parts = "".join(f"{written(part)}, " for part in branch)
+        if not hasattr(branch, "_fields"):
+            return f"({parts})"
+        kind = f"k{len(names)}"
+        names[kind] = type(branch)
+        return f"{kind}({parts})"
+
+    body = written(tree)
+    leaves_ = ", ".join(name for name in names if name.startswith("v"))
+    return eval(f"lambda {leaves_}: {body}", {name: kind for name, kind in names.items() if kind is not None})
 
 
 class _Bound(ctypes.Structure):

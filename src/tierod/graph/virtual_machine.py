@@ -23,17 +23,22 @@ class VirtualMachine:
         after, pushes, output = graph.function.call([casadi.SX(values), state, heads, sample])
         self._step = casadi.Function("step", [state, heads, sample], [after, pushes, output])
         if not graph.rings:
+            self._states = np.empty((BLOCK, len(graph.state)))
             plain = casadi.Function("plain", [state, sample], [after, output])
-            self._map = plain.mapaccum("scan", BLOCK)
+            self._buffer, self._run = plain.mapaccum("scan", BLOCK).buffer()
+            self._buffer.set_res(0, memoryview(self._states))  # type: ignore[call-arg,arg-type]
 
     def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
         """Run over samples (n, inputs) into outputs (n, outputs); `memory` is carried on, `count` steps came before."""
         done = 0
         if not self.graph.rings:
+            self._buffer.set_arg(0, memoryview(memory))  # type: ignore[call-arg,arg-type]
             while len(samples) - done >= BLOCK:
-                states, values = self._map(memory, samples[done : done + BLOCK].T)
-                memory[:] = np.asarray(states)[:, -1]
-                outputs[done : done + BLOCK] = np.asarray(values).T
+                block = slice(done, done + BLOCK)
+                self._buffer.set_arg(1, memoryview(samples[block]))  # type: ignore[call-arg,arg-type]
+                self._buffer.set_res(1, memoryview(outputs[block]))  # type: ignore[call-arg,arg-type]
+                self._run()
+                memory[:] = self._states[-1]
                 done += BLOCK
         self._one_by_one(memory, samples[done:], outputs[done:], count + done)
 
