@@ -96,6 +96,24 @@ def units(annotation: Any) -> list[str]:
     return [""]
 
 
+def named_tuple(name: str, fields: list[tuple[str, Any]]) -> type:
+    """A NamedTuple class made at run time, from (field, annotation) pairs."""
+    return NamedTuple(name, fields)  # type: ignore[misc, return-value]
+
+
+def derived(annotation: Any, name: str, unit: str) -> Any:
+    """A NamedTuple class like another, its units put into a pattern: `derived(State, "Variance", "({})**2")`."""
+    if get_origin(annotation) is Annotated:
+        inner, *notes = get_args(annotation)
+        return Annotated[inner, unit.format(notes[0] or "1")]
+    if get_origin(annotation) is tuple:
+        return tuple[tuple(derived(branch, name, unit) for branch in get_args(annotation))]  # type: ignore[misc]
+    if isinstance(annotation, type) and hasattr(annotation, "_fields"):
+        hints = get_type_hints(annotation, include_extras=True)
+        return named_tuple(name, [(field, derived(hints[field], name, unit)) for field in annotation._fields])
+    return annotation
+
+
 def tuning(block: Any, path: str = "") -> Iterator[tuple[str, float]]:
     """(dotted path, value) of every float in a block's fields, nested dataclasses and tuples included."""
     if isinstance(block, float):

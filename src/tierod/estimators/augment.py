@@ -7,9 +7,8 @@ import dataclasses
 from functools import lru_cache
 from typing import Any, get_type_hints
 
-from tierod.block import leaves
+from tierod.block import leaves, named_tuple
 from tierod.errors import ParameterError, nearest
-from tierod.estimators.shapes import named_tuple
 
 
 @lru_cache(maxsize=256)
@@ -88,7 +87,9 @@ def _annotation(parameters: Any, path: str) -> Any:
     annotation = hints[first]
     if rest:
         if not dataclasses.is_dataclass(annotation):
-            raise ParameterError(f"'{first}' of {parameters.__qualname__} has no part '{rest}'; it is a single parameter")
+            raise ParameterError(
+                f"'{first}' of {parameters.__qualname__} has no part '{rest}'; it is a single parameter"
+            )
         return _annotation(annotation, rest)
     if getattr(annotation, "__origin__", annotation) is not float:
         raise ParameterError(f"'{path}' of {parameters.__qualname__} is not a float, so it cannot become a state")

@@ -104,12 +104,12 @@ class GaussianFilter:
             )
 
     @property
-    def Sample(self) -> type:  # noqa: N802 - the name of the protocol
+    def Sample(self) -> type:
         """NamedTuple class with `input`, `measured` and, with maskable states, `enabled`."""
         return sample_class(self.model, self.maskable)
 
     @property
-    def Estimate(self) -> type:  # noqa: N802 - a class, as Sample
+    def Estimate(self) -> type:
         """NamedTuple class of the output."""
         return estimate_class(self.model, self.full_covariance)
 
@@ -117,10 +117,6 @@ class GaussianFilter:
         """The belief before the first sample."""
         mean = rebuild(skeleton(self.model.State), leaf_values(self.initial_mean))
         return Belief(mean, from_diagonal(leaf_values(self.initial_variance)))
-
-    def _mask(self, sample: Tree) -> tuple[Any, ...]:
-        given = dict(zip(self.maskable, leaf_values(sample.enabled), strict=True)) if self.maskable else {}
-        return clean_mask([given.get(name, True) for name in leaf_names(self.model.State)])
 
     def step(
         self,

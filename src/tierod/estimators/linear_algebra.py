@@ -6,6 +6,7 @@ symbols; the floats 0.0 and 1.0 are structure and never reach a product, so spar
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -130,11 +131,10 @@ def cholesky(packed: Vector) -> list[list[Any]]:
     for j in range(n):
         pivot = minus(full[j][j], dot(factor[j][:j], factor[j][:j]))
         positive = both(pivot > full[j][j] * _SEMIDEFINITE, pivot > 0.0)
-        root = sqrt(where(positive, pivot, 1.0))
-        inverse = where(positive, 1.0 / root, 0.0)
+        root = sqrt(where(positive, pivot, math.inf))
         factor[j][j] = where(positive, root, 0.0)
         for i in range(j + 1, n):
-            factor[i][j] = times(minus(full[i][j], dot(factor[i][:j], factor[j][:j])), inverse)
+            factor[i][j] = minus(full[i][j], dot(factor[i][:j], factor[j][:j])) / root
     return factor
 
 

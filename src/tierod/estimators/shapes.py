@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, NamedTuple, get_type_hints
 
-from tierod.block import Tree, leaves, skeleton
+from tierod.block import Tree, derived, leaves, named_tuple, skeleton
 from tierod.errors import ParameterError, nearest
 
 
@@ -29,24 +29,6 @@ def leaf_names(annotation: Any) -> tuple[str, ...]:
 def leaf_values(tree: Tree) -> tuple[Any, ...]:
     """The leaves of a tree in order."""
     return tuple(leaf for _, leaf in leaves(tree))
-
-
-def derived(annotation: Any, name: str, unit: str) -> Any:
-    """A copy of a NamedTuple class whose units are put into a pattern, `derived(State, "Variance", "({})**2")`."""
-    if get_origin(annotation) is Annotated:
-        inner, *notes = get_args(annotation)
-        return Annotated[inner, unit.format(notes[0]) if notes[0] else ""]
-    if get_origin(annotation) is tuple:
-        return tuple[tuple(derived(branch, name, unit) for branch in get_args(annotation))]  # type: ignore[misc]
-    if isinstance(annotation, type) and hasattr(annotation, "_fields"):
-        hints = get_type_hints(annotation, include_extras=True)
-        return named_tuple(name, [(field, derived(hints[field], name, unit)) for field in annotation._fields])
-    return annotation
-
-
-def named_tuple(name: str, fields: list[tuple[str, Any]]) -> type:
-    """A NamedTuple class made at run time."""
-    return NamedTuple(name, fields)  # type: ignore[misc]
 
 
 @lru_cache(maxsize=256)

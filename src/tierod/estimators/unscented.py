@@ -63,7 +63,7 @@ class UnscentedFilter(GaussianFilter):
             )
         if not (self.alpha > 0.0 and n + self.kappa > 0.0):
             raise ParameterError(
-                f"alpha is {self.alpha} and kappa {self.kappa}; expected alpha > 0 and kappa > -{n}, the number of states"
+                f"alpha is {self.alpha} and kappa {self.kappa}; expected alpha > 0 and kappa > -{n} (states)"
             )
 
     def _predict(self, state: Belief, inputs: Tree, process: Vector, entering: Vector) -> Prediction:

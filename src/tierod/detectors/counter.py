@@ -1,0 +1,51 @@
+"""Time that a condition has held."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.detectors.threshold import Condition
+from tierod.detectors.value import number
+from tierod.errors import ParameterError
+from tierod.graph.maths import maximum, where
+
+
+@dataclass(frozen=True)
+class GatedCounter:
+    """How long a condition has held in all, and which share of the time that is.
+
+    Args:
+        sample_time: time between two samples [s]
+
+    An unknown condition (NaN) counts as false. Samples are counted, so that the time stays exact over hours.
+    """
+
+    sample_time: float
+
+    Sample = Condition
+
+    class State(NamedTuple):
+        """Samples in which the condition held, and all samples."""
+
+        held: float
+        all: float
+
+    class Output(NamedTuple):
+        """Time [s] in which the condition held, and its share of all time (0 to 1)."""
+
+        duration: Annotated[float, "s"]
+        share: Annotated[float, ""]
+
+    def __post_init__(self) -> None:
+        if not self.sample_time > 0.0:
+            raise ParameterError(f"sample_time is {self.sample_time}; expected a time greater than zero [s]")
+
+    def init(self) -> State:
+        """Nothing counted."""
+        return self.State(0.0, 0.0)
+
+    def step(self, state: State, sample: Any) -> tuple[State, Output]:
+        """One sample of the condition on."""
+        after = self.State(state.held + where(number(sample) > 0.5, 1.0, 0.0), state.all + 1.0)
+        return after, self.Output(after.held * self.sample_time, after.held / maximum(after.all, 1.0))
