@@ -189,7 +189,7 @@ class EpsCar:
         return Motion(
             column_angle=motion.column_rate,
             column_rate=forces.column_acceleration,
-            motor_torque=(self._assist(forces.driver_torque, speed) - motion.motor_torque) / self.steering.motor_lag,
+            motor_torque=(self._assist(motion, forces, speed) - motion.motor_torque) / self.steering.motor_lag,
             lateral_speed=acceleration - speed * motion.yaw_rate,
             yaw_rate=single_track.yaw_acceleration(
                 front_force,
@@ -216,10 +216,13 @@ class EpsCar:
         torque = forces.hand_torque - forces.driver_torque
         return Wheel(motion.wheel.rate, torque / self.torsion_bar.wheel_inertia)
 
-    def _assist(self, driver_torque: Any, speed: Any) -> Any:
-        chart = self.assist
+    def _assist(self, motion: Motion, forces: _Forces, speed: Any) -> Any:
+        chart, felt = self.assist, forces.driver_torque
+        if self.torsion_bar is not None:
+            twist_rate = motion.wheel.rate - motion.column_rate
+            felt = felt + chart.lead_time * self.torsion_bar.stiffness * twist_rate
         torque = assist_torque(
-            driver_torque,
+            felt,
             speed,
             chart.linear_gain,
             chart.quadratic_gain,

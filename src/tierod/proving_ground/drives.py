@@ -26,6 +26,7 @@ from tierod.signals import SIGNALS
 TRUTH_RATE = 100.0
 """Rate of the channels prefixed `truth_` [Hz]."""
 _CHUNK = 60_000
+_REST = 2.0
 _ROAD, _DRIVER, _SENSORS, _SCATTER = range(4)
 
 Inputs = Callable[[np.ndarray], np.ndarray]
@@ -97,7 +98,7 @@ def lock_to_lock(
         friction: level of dry friction at the column [N*m]
         hoist: whether the wheels hang free; on the ground the tyres scrub
         vehicle: the car; the mid-size one where none is given
-        rate: of the steering wheel [rad/s]
+        rate: greatest rate of the steering wheel [rad/s]; each stroke is half a cosine
         lock_angle: of the steering wheel at the locks [rad]
         seed: of the sensors' noise
         noise: the sensors; those of a production car where none are given
@@ -115,13 +116,17 @@ def lock_to_lock(
     course = FrictionCourse.constant(float(friction))
     car = vehicle or EpsCar()
     person = replace(car.driver, correction=0.0, persistence=3.0, restlessness=0.0)
-    rest = 2.0
-    corners = np.cumsum([rest, lock_angle / rate, rest, 2.0 * lock_angle / rate, rest, lock_angle / rate, rest])
-    angles = np.array([0.0, -lock_angle, -lock_angle, lock_angle, lock_angle, 0.0, 0.0])
+    targets = np.array([0.0, -lock_angle, lock_angle, 0.0])
+    turning = 0.5 * math.pi * np.abs(np.diff(targets)) / rate
+    ends = np.cumsum(turning + _REST)
 
     def inputs(time: np.ndarray) -> np.ndarray:
         columns = np.zeros((len(time), 5))
-        columns[:, 2] = np.interp(time, corners, angles)
+        stroke = np.minimum(np.searchsorted(ends, time), len(turning) - 1)
+        share = np.clip((time - (ends - turning)[stroke]) / turning[stroke], 0.0, 1.0)
+        columns[:, 2] = targets[stroke] + (targets[stroke + 1] - targets[stroke]) * (
+            0.5 - 0.5 * np.cos(math.pi * share)
+        )
         columns[:, 3] = course.at(time)
         columns[:, 4] = 0.0 if hoist else 1.0
         return columns
@@ -133,7 +138,7 @@ def lock_to_lock(
         "friction": dataclasses.asdict(course),
     }
     sensors = noise or SensorNoise()
-    return _recorded(replace(car, driver=person), inputs, float(corners[-1]), sensors, seed, metadata)
+    return _recorded(replace(car, driver=person), inputs, float(ends[-1] + _REST), sensors, seed, metadata)
 
 
 def _generator(seed: int, stream: int, part: int = 0) -> np.random.Generator:
@@ -180,7 +185,7 @@ def _recorded(
     kept: list[list[np.ndarray]] = [[] for _ in names]
     for start, values in _chunks(car, inputs, seconds):
         for column, stride in enumerate(strides):
-            kept[column].append(values[-start % stride :: stride, column])
+            kept[column].append(values[-start % stride :: stride, column].copy())
     channels = {}
     noisy = dict(sensors.items())
     for column, (name, stride, unit) in enumerate(zip(names, strides, units(Output), strict=True)):

@@ -88,13 +88,18 @@ class Steering:
 
 @dataclass(frozen=True)
 class AssistMap:
-    """Characteristic of the motor's help, see `tierod.physics.assist`."""
+    """Characteristic of the motor's help, see `tierod.physics.assist`.
+
+    `lead_time` advances the torque of an elastic bar, as controllers do to keep the loop of bar and assist stable; with
+    a rigid column it does nothing.
+    """
 
     linear_gain: Annotated[float, ""] = 2.0
     quadratic_gain: Annotated[float, "1/(N*m)"] = 1.5
     dead_band: Annotated[float, "N*m"] = 0.0
     half_speed: Annotated[float, "m/s"] = 15.0
     maximum_torque: Annotated[float, "N*m"] = 60.0
+    lead_time: Annotated[float, "s"] = 0.015
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Annotated
 
@@ -60,7 +61,9 @@ class Scatter:
         )
         return replace(car, steering=steering, chassis=chassis), self._sensors(noise, generator, factor)
 
-    def _sensors(self, noise: SensorNoise, generator: np.random.Generator, factor) -> SensorNoise:
+    def _sensors(
+        self, noise: SensorNoise, generator: np.random.Generator, factor: Callable[[float], float]
+    ) -> SensorNoise:
         return replace(
             noise,
             driver_torque=replace(
