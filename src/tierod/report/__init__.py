@@ -1,0 +1,60 @@
+"""What a diagnosis looks like to people and to programs: one HTML page, one JSON document, one table in the terminal.
+
+All three are made from a `tierod.findings.Diagnosis` alone. Names in it decide where a series is drawn:
+
+- a trace ``X`` beside a trace ``X_standard_deviation`` is an estimate, drawn with its band, with the reference levels
+  of the decisive finding where the units agree; a trace ``true_X`` beside it is drawn as the truth of a simulation;
+- a trace ``enabled`` is the share of each bin in which the monitor learnt, drawn beneath the estimate;
+- traces that begin with ``innovation``, ``normalised_innovation``, ``nis`` or ``nees`` stand with the consistency;
+- every other trace is a signal of the drive.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tierod.findings import Diagnosis
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+SCHEMA = "tierod.diagnosis/1"
+"""Name and version of the JSON document."""
+
+__all__ = ["SCHEMA", "print_table", "to_json", "write_html"]
+
+
+def write_html(diagnosis: Diagnosis, path: str | Path) -> Path:
+    """Write one self-contained page that opens without network and prints well.
+
+    Args:
+        diagnosis: what was found
+        path: of the page; an existing file is replaced
+
+    Raises:
+        OutputError: the page cannot be written
+    """
+    from tierod.files import write_text
+    from tierod.report.page import render
+
+    return write_text(path, render(diagnosis))
+
+
+def to_json(diagnosis: Diagnosis, series: bool = False) -> str:
+    """One JSON document; the schema is in docs/json.md.
+
+    Args:
+        diagnosis: what was found
+        series: whether traces, histograms and hysteresis views are included
+    """
+    from tierod.report.document import document
+
+    return document(diagnosis, series)
+
+
+def print_table(diagnosis: Diagnosis, console: Console) -> None:
+    """Print the verdict and what it rests on to a terminal."""
+    from tierod.report.terminal import show
+
+    show(diagnosis, console)

@@ -1,0 +1,158 @@
+"""What all charts share: the figure as plain data, axes, bands that respect gaps, and marks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from tierod.findings import Diagnosis, Trace
+from tierod.report.display import number, shown
+
+BLUE, GREY, GREEN, AMBER, RED, TEXT, GRID = "#1d5fa8", "#64748b", "#17692f", "#8a5a00", "#b3261e", "#1e293b", "#e2e8f0"
+
+MOST_POINTS = 4000
+"""Points of a series in the page; longer ones are merged by their lowest, highest and mean value."""
+
+Summary = tuple[str, str, str, str]
+"""One row beneath a chart: series, lowest, mean, highest."""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One chart of the page.
+
+    Args:
+        name: identifies it in the page
+        title, caption: what it shows, and how to read it
+        alternative: the same in a sentence, for those who do not see it
+        data, layout: as plotly takes them
+        height: in CSS pixels
+        summary: rows of the table beneath it
+        timed: whether its horizontal axis is the time of the recording, zoomed together with the others
+    """
+
+    name: str
+    title: str
+    caption: str
+    alternative: str
+    data: list[dict[str, Any]]
+    layout: dict[str, Any]
+    height: int
+    summary: Sequence[Summary] = ()
+    timed: bool = False
+    columns: tuple[str, str, str, str] = field(default=("series", "lowest", "mean", "highest"))
+
+
+def layout(height: int, **more: Any) -> dict[str, Any]:
+    """The looks of every chart."""
+    return {
+        "height": height,
+        "autosize": True,
+        "margin": {"l": 62, "r": 14, "t": 30, "b": 44},
+        "paper_bgcolor": "white",
+        "plot_bgcolor": "white",
+        "font": {"family": "system-ui, sans-serif", "size": 13, "color": TEXT},
+        "hovermode": "closest",
+        "legend": {"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "bgcolor": "rgba(255,255,255,0.8)"},
+    } | more
+
+
+def axis(title: str = "", **more: Any) -> dict[str, Any]:
+    """The looks of every axis."""
+    shared = {"gridcolor": GRID, "linecolor": GREY, "zerolinecolor": "#cbd5e1", "ticks": "outside", "tickcolor": GREY}
+    return shared | {"title": {"text": title, "standoff": 8}} | more
+
+
+def rounded(values: Any, digits: int = 5) -> list[float | None]:
+    """Values for the page with so many significant digits; what is not finite becomes a gap."""
+    form = f"%.{digits}g"
+    return [float(form % value) if finite else None for value, finite in zip(values, np.isfinite(values), strict=True)]
+
+
+def centres(trace: Trace, factor: float) -> np.ndarray:
+    """The middle of each bin on the time axis."""
+    time = np.asarray(trace.time, float)
+    width = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+    return (time + 0.5 * width) * factor
+
+
+def merged(trace: Trace, points: int = MOST_POINTS) -> Trace:
+    """The trace with neighbouring bins merged until there are no more than `points`; nothing is hidden."""
+    step = -(-len(trace.time) // points)
+    if step <= 1:
+        return trace
+    pad = -len(trace.time) % step
+    lower, upper, mean = (
+        np.pad(np.asarray(part, float), (0, pad), constant_values=np.nan).reshape(-1, step)
+        for part in (trace.lower, trace.upper, trace.mean)
+    )
+    seen = np.isfinite(mean)
+    count = seen.sum(axis=1)
+    none = count == 0
+    total = np.where(seen, mean, 0.0).sum(axis=1)
+    return Trace(
+        trace.name,
+        trace.unit,
+        np.asarray(trace.time)[::step],
+        np.where(none, np.nan, np.where(seen, lower, np.inf).min(axis=1)),
+        np.where(none, np.nan, np.where(seen, upper, -np.inf).max(axis=1)),
+        np.divide(total, count, out=np.full(len(count), np.nan), where=~none),
+    )
+
+
+def band(time: np.ndarray, lower: np.ndarray, upper: np.ndarray, colour: str, **more: Any) -> dict[str, Any]:
+    """A filled band that is open where either edge is missing: one closed outline for each stretch without a gap."""
+    across: list[float | None] = []
+    along: list[float | None] = []
+    for start, stop in stretches(np.isfinite(lower) & np.isfinite(upper)):
+        part = slice(start, stop)
+        across += [*rounded(time[part], 7), *rounded(time[part][::-1], 7), None]
+        along += [*rounded(upper[part]), *rounded(lower[part][::-1]), None]
+    looks = {"type": "scatter", "mode": "lines", "fill": "toself", "fillcolor": colour, "line": {"width": 0}}
+    return looks | {"x": across[:-1], "y": along[:-1], "hoverinfo": "skip"} | more
+
+
+def line(time: np.ndarray, values: np.ndarray, colour: str, name: str, **more: Any) -> dict[str, Any]:
+    """A line with gaps where values are missing."""
+    looks = {"type": "scatter", "mode": "lines", "line": {"color": colour, "width": 1.6}, "name": name}
+    return looks | {"x": rounded(time, 7), "y": rounded(values), "connectgaps": False} | more
+
+
+def stretches(flags: np.ndarray) -> Iterable[tuple[int, int]]:
+    """(first, one past the last) index of every run of true flags."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False]))))
+    return zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+
+
+def level_colour(name: str) -> str:
+    """The colour of a reference level, from what its name says."""
+    for word, colour in (("fault", RED), ("rising", AMBER), ("nominal", GREEN), ("learnt", GREEN)):
+        if word in name.lower():
+            return colour
+    return GREY
+
+
+def references(diagnosis: Diagnosis, unit: str) -> list[tuple[str, float]]:
+    """(name, level as shown) of what the decisive estimate is judged against; empty where its unit is another one."""
+    estimate = diagnosis.findings[0].estimate if diagnosis.findings else None
+    if estimate is None or estimate.unit != unit:
+        return []
+    return [(name, value * shown(unit)[0]) for name, value in estimate.reference.items() if np.isfinite(value)]
+
+
+def strip_title(text: str, top: float) -> dict[str, Any]:
+    """The title above one of several strips; `top` is the upper end of the strip as a share of the chart."""
+    place = {"xref": "paper", "x": 0, "xanchor": "left", "yref": "paper", "y": top, "yanchor": "bottom"}
+    return {"text": text, "showarrow": False, "font": {"size": 12.5}} | place
+
+
+def summary(name: str, trace: Trace, factor: float, label: str) -> Summary:
+    """The row of one series beneath its chart."""
+    parts = []
+    for values, reduce in ((trace.lower, np.min), (trace.mean, np.mean), (trace.upper, np.max)):
+        seen = np.asarray(values, float)[np.isfinite(values)]
+        parts.append(f"{number(float(reduce(seen)) * factor)} {label}".strip() if len(seen) else "–")
+    return name, parts[0], parts[1], parts[2]

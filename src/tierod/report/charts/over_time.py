@@ -1,0 +1,260 @@
+"""Charts over time: the estimate with its band and levels, the signals of the drive, the innovations."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tierod.findings import Diagnosis, Trace
+from tierod.report.charts.figure import (
+    BLUE,
+    GREEN,
+    GREY,
+    RED,
+    Figure,
+    axis,
+    band,
+    centres,
+    layout,
+    level_colour,
+    line,
+    merged,
+    references,
+    rounded,
+    strip_title,
+    summary,
+)
+from tierod.report.display import INTERVAL, bracketed, number, shown, time_scale, words
+
+DEVIATION = "_standard_deviation"
+_INNOVATIONS = ("innovation", "normalised_innovation", "nis", "nees")
+
+
+def main_names(diagnosis: Diagnosis) -> list[str]:
+    """The traces that are estimates: those with a standard deviation beside them."""
+    return [name for name in diagnosis.traces if name + DEVIATION in diagnosis.traces]
+
+
+def estimate_figures(diagnosis: Diagnosis) -> list[Figure]:
+    """One chart for every estimate."""
+    return [_estimate(diagnosis, name) for name in main_names(diagnosis)]
+
+
+def signal_figure(diagnosis: Diagnosis) -> Figure | None:
+    """All signals of the drive, one strip each above a common time axis."""
+    mains = main_names(diagnosis)
+    taken = {"enabled", *mains, *(name + DEVIATION for name in mains), *(f"true_{name}" for name in mains)}
+    names = [name for name in diagnosis.traces if name not in taken and not name.startswith(_INNOVATIONS)]
+    return _strips(
+        diagnosis,
+        names,
+        "signals",
+        "The drive",
+        "Line: mean of each bin. Shading: lowest to highest value, so that no peak is hidden. Gaps: missing samples.",
+    )
+
+
+def innovation_figure(diagnosis: Diagnosis) -> Figure | None:
+    """What the measurements told beyond the prediction, one strip each."""
+    return _strips(
+        diagnosis,
+        [name for name in diagnosis.traces if name.startswith(_INNOVATIONS)],
+        "innovations",
+        "Innovations over time",
+        "Measured less predicted. A consistent estimator's normalised innovations lie between the dashed lines 95 % of "
+        "the time and show no pattern.",
+    )
+
+
+def span(diagnosis: Diagnosis) -> tuple[float, float]:
+    """First and last time of all traces [s]."""
+    times = [np.asarray(trace.time, float) for trace in diagnosis.traces.values() if len(trace.time)]
+    return (min(t[0] for t in times), max(t[-1] for t in times)) if times else (0.0, 1.0)
+
+
+def _estimate(diagnosis: Diagnosis, name: str) -> Figure:
+    trace, deviation = merged(diagnosis.traces[name]), merged(diagnosis.traces[name + DEVIATION])
+    factor, label = shown(trace.unit)
+    per_second, clock = time_scale(span(diagnosis)[1] - span(diagnosis)[0])
+    time, half = centres(trace, per_second), INTERVAL * np.asarray(deviation.mean, float)
+    mean, lower, upper = (np.asarray(part, float) * factor for part in (trace.mean, trace.lower, trace.upper))
+    half = half * factor
+    levels = references(diagnosis, trace.unit)
+    enabled = diagnosis.traces.get("enabled")
+    data = [
+        band(time, mean - half, mean + half, "rgba(29,95,168,0.18)", name="95 % interval", showlegend=True),
+        band(time, lower, upper, "rgba(29,95,168,0.45)", name="lowest to highest", showlegend=False),
+        line(time, mean, BLUE, "estimate", hovertemplate="%{y:.4g} " + label + "<extra>estimate</extra>"),
+        *_truth(diagnosis, name, per_second, factor),
+        *([_enabled(merged(enabled), per_second)] if enabled is not None else []),
+    ]
+    bottom = 0.16 if enabled is not None else 0.0
+    top = _top(upper, mean + half, [value for _, value in levels])
+    marks = _since(diagnosis, per_second)
+    return Figure(
+        name=f"estimate-{name}",
+        title=f"{words(name)} over time",
+        caption=_caption(enabled is not None, bool(levels)),
+        alternative=_alternative(words(name), mean, label, levels),
+        data=data,
+        layout=layout(
+            430,
+            hovermode="x unified",
+            xaxis=axis(
+                f"time [{clock}]", range=[per_second * end for end in span(diagnosis)], anchor="y2" if bottom else "y"
+            ),
+            yaxis=axis(bracketed(words(name), label), range=top, domain=[bottom, 1.0]),
+            yaxis2=axis("", range=[0, 1], domain=[0.0, bottom - 0.06], tickvals=[0, 1], ticktext=["0", "1"])
+            if bottom
+            else {},
+            shapes=[_level_shape(n, v) for n, v in levels] + marks[0],
+            annotations=[_level_label(n, v, label) for n, v in levels] + marks[1],
+        ),
+        height=430,
+        summary=[
+            summary(words(name), trace, factor, label),
+            summary("95 % interval, half width", _scaled(deviation), factor, label),
+        ],
+        timed=True,
+    )
+
+
+def _scaled(deviation: Trace) -> Trace:
+    parts = (INTERVAL * np.asarray(part, float) for part in (deviation.lower, deviation.upper, deviation.mean))
+    return Trace(deviation.name, deviation.unit, deviation.time, *parts)
+
+
+def _truth(diagnosis: Diagnosis, name: str, per_second: float, factor: float) -> list[dict[str, Any]]:
+    truth = diagnosis.traces.get(f"true_{name}")
+    if truth is None:
+        return []
+    truth = merged(truth)
+    values = np.asarray(truth.mean, float) * factor
+    looks = {"line": {"color": "#111827", "width": 1.6, "dash": "dot"}}
+    return [line(centres(truth, per_second), values, "#111827", "truth of the simulation", **looks)]
+
+
+def _enabled(trace: Trace, per_second: float) -> dict[str, Any]:
+    values = np.asarray(trace.mean, float)
+    known = np.where(np.isfinite(values), values, 0.0)
+    area = {
+        "fill": "tozeroy",
+        "fillcolor": "rgba(23,105,47,0.35)",
+        "line": {"width": 0.8, "color": GREEN, "shape": "hvh"},
+    }
+    text = {"hovertemplate": "%{y:.0%}<extra>enabled</extra>"}
+    return line(centres(trace, per_second), known, GREEN, "enabled share", yaxis="y2", **area, **text)
+
+
+def _top(upper: np.ndarray, outer: np.ndarray, levels: list[float]) -> list[float]:
+    """The range shown at first: all levels, and the band less its start, wide until something is learnt."""
+    seen = np.concatenate([upper[np.isfinite(upper)], outer[np.isfinite(outer)]])
+    high = max([*levels, float(np.quantile(seen, 0.98)) if len(seen) else 1.0])
+    low = min(0.0, float(np.quantile(upper[np.isfinite(upper)], 0.02)) if np.isfinite(upper).any() else 0.0)
+    return [1.1 * low, 1.15 * high or 1.0]
+
+
+def _level_shape(name: str, value: float) -> dict[str, Any]:
+    looks = {"color": level_colour(name), "width": 1.3, "dash": "dash"}
+    return {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": value, "y1": value, "line": looks}
+
+
+def _level_label(name: str, value: float, label: str) -> dict[str, Any]:
+    place = {"xref": "paper", "x": 0.995, "xanchor": "right", "y": value, "yanchor": "bottom", "showarrow": False}
+    looks = {"font": {"color": level_colour(name), "size": 12}, "bgcolor": "rgba(255,255,255,0.75)", "borderpad": 1}
+    return {"text": f"{words(name).lower()} {number(value, 3)} {label}"} | place | looks
+
+
+def _since(diagnosis: Diagnosis, per_second: float) -> tuple[list[dict], list[dict]]:
+    finding = diagnosis.findings[0] if diagnosis.findings else None
+    if finding is None or finding.since is None:
+        return [], []
+    at = finding.since * per_second
+    shape = {
+        "type": "line",
+        "yref": "paper",
+        "y0": 0,
+        "y1": 1,
+        "x0": at,
+        "x1": at,
+        "line": {"color": RED, "width": 1.3},
+    }
+    text = {"text": f"{finding.status} since here", "x": at, "yref": "paper", "y": 0.99, "yanchor": "top"}
+    later = at > 0.6 * span(diagnosis)[1] * per_second
+    looks = {"showarrow": False, "xanchor": "right" if later else "left", "font": {"color": RED, "size": 12}}
+    return [shape], [text | looks | {"bgcolor": "rgba(255,255,255,0.75)", "xshift": -4 if later else 4}]
+
+
+def _caption(strip: bool, levels: bool) -> str:
+    parts = ["Line: estimate. Light shading: 95 % interval from the estimator's own variance."]
+    if levels:
+        parts.append("Dashed: what it is judged against.")
+    if strip:
+        parts.append("Green strip beneath: share of the time in which the drive taught something (enabled).")
+    return " ".join([*parts, "Drag to zoom, double-click to see everything."])
+
+
+def _alternative(title: str, mean: np.ndarray, label: str, levels: list[tuple[str, float]]) -> str:
+    seen = mean[np.isfinite(mean)]
+    if not len(seen):
+        return f"{title}: no value in the whole recording."
+    judged = ", ".join(f"{words(name).lower()} {number(value, 3)} {label}" for name, value in levels)
+    text = f"{title} begins at {number(float(seen[0]), 3)} {label}, ends at {number(float(seen[-1]), 3)} {label}"
+    return text + (f"; levels: {judged}." if judged else ".")
+
+
+def _strips(diagnosis: Diagnosis, names: list[str], name: str, title: str, caption: str) -> Figure | None:
+    if not names:
+        return None
+    per_second, clock = time_scale(span(diagnosis)[1] - span(diagnosis)[0])
+    height = 110 * len(names) + 70
+    data: list[dict[str, Any]] = []
+    axes: dict[str, Any] = {}
+    shapes: list[dict[str, Any]] = []
+    rows, titles = [], []
+    for index, each in enumerate(names):
+        trace = merged(diagnosis.traces[each])
+        factor, label = shown(trace.unit)
+        suffix = "" if index == 0 else str(index + 1)
+        share, gap = 1.0 / len(names), 26.0 / height
+        domain = [1.0 - (index + 1) * share, 1.0 - index * share - gap]
+        axes[f"yaxis{suffix}"] = axis("", domain=domain, nticks=4)
+        data += _strip(trace, per_second, factor, label, words(each), f"y{suffix}")
+        titles.append(strip_title(bracketed(words(each), label), domain[1]))
+        shapes += _two_sigma(suffix) if each.startswith("normalised_innovation") else []
+        rows.append(summary(words(each), trace, factor, label))
+    bottom = f"y{len(names)}" if len(names) > 1 else "y"
+    axes["xaxis"] = axis(f"time [{clock}]", range=[per_second * end for end in span(diagnosis)], anchor=bottom)
+    return Figure(
+        name=name,
+        title=title,
+        caption=caption,
+        alternative=f"{title}: {', '.join(map(words, names))} over time; ranges in the table beneath.",
+        data=data,
+        layout=layout(height, hovermode="x", showlegend=False, shapes=shapes, annotations=titles, **axes),
+        height=height,
+        summary=rows,
+        timed=True,
+    )
+
+
+def _strip(
+    trace: Trace, per_second: float, factor: float, label: str, name: str, axis_name: str
+) -> list[dict[str, Any]]:
+    time = centres(trace, per_second)
+    lower, upper, mean = (np.asarray(part, float) * factor for part in (trace.lower, trace.upper, trace.mean))
+    text = {"hovertemplate": "%{y:.4g} " + label + f"<extra>{name}</extra>"}
+    return [
+        band(time, lower, upper, "rgba(29,95,168,0.30)", yaxis=axis_name),
+        line(time, mean, BLUE, name, yaxis=axis_name, **text) | {"line": {"color": BLUE, "width": 1.0}},
+    ]
+
+
+def _two_sigma(suffix: str) -> list[dict[str, Any]]:
+    looks = {"color": GREY, "width": 1, "dash": "dash"}
+    ends = rounded(np.array([-INTERVAL, INTERVAL]))
+    return [
+        {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "yref": f"y{suffix}", "y0": at, "y1": at, "line": looks}
+        for at in ends
+    ]

@@ -1,0 +1,99 @@
+"""Numbers, units, times and names as people read them; SI and radians end here."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from tierod.findings import Estimate
+
+_SHOWN = {
+    "rad": (180.0 / math.pi, "°"),
+    "rad/s": (180.0 / math.pi, "°/s"),
+    "rad/s**2": (180.0 / math.pi, "°/s²"),
+    "m/s": (3.6, "km/h"),
+    "count": (1.0, "counts"),
+    "": (1.0, ""),
+}
+
+INTERVAL = 1.96
+"""Standard deviations on each side that hold 95 % of a normal distribution."""
+
+
+def shown(unit: str) -> tuple[float, str]:
+    """(factor, label) with which a value in this unit is shown: angles in degrees, speeds in km/h."""
+    return _SHOWN.get(unit, (1.0, unit.replace("**2", "²").replace("**3", "³").replace("N*m", "Nm").replace("*", "·")))
+
+
+def bracketed(title: str, label: str) -> str:
+    """The title of an axis with its unit, if it has one."""
+    return f"{title} [{label}]" if label else title
+
+
+def words(name: str) -> str:
+    """A name as words that begin with a capital letter."""
+    text = name.replace("_", " ").replace(".", ": ").strip()
+    return text[:1].upper() + text[1:]
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """A number with so many significant digits and no needless zeros; a dash where there is none."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    if value != 0.0 and not 1e-4 <= abs(value) < 1e7:
+        return f"{value:.{digits - 1}e}".replace("-", "−")
+    decimals = digits - 1 - math.floor(math.log10(abs(value))) if value else 0
+    text = f"{round(value, decimals):.{max(decimals, 0)}f}"
+    return (text.rstrip("0").rstrip(".") if "." in text else text).replace("-", "−")
+
+
+def share(value: float) -> str:
+    """A share (0 to 1) in per cent."""
+    if not math.isfinite(value):
+        return "–"
+    percent = 100.0 * value
+    return f"{percent:.0f} %" if percent >= 10.0 or percent == 0.0 else f"{percent:.2g} %"
+
+
+def duration(seconds: float | None) -> str:
+    """A span of time in the units of a clock."""
+    if seconds is None or not math.isfinite(seconds):
+        return "–"
+    if seconds < 60.0:
+        return f"{number(seconds, 3)} s"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    parts = [f"{hours} h"] * bool(hours) + [f"{minutes} min"] * bool(minutes) + [f"{rest} s"] * bool(rest)
+    return " ".join(parts)
+
+
+def time_scale(span: float) -> tuple[float, str]:
+    """(factor, label) of a time axis that is `span` seconds long."""
+    if span > 3.0 * 3600.0:
+        return 1.0 / 3600.0, "h"
+    return (1.0 / 60.0, "min") if span > 600.0 else (1.0, "s")
+
+
+def interval(estimate: Estimate) -> tuple[str, str, str, str]:
+    """(value, lower end, upper end, unit) of an estimate with its 95 % interval, rounded by its own uncertainty."""
+    factor, label = shown(estimate.unit)
+    value, spread = estimate.value * factor, estimate.standard_deviation * factor
+    half = INTERVAL * spread
+    if not math.isfinite(value):
+        return "–", "–", "–", label
+    decimals = 2 if not (math.isfinite(half) and half > 0.0) else min(max(1 - math.floor(math.log10(half)), 0), 4)
+    ends = [
+        f"{end:.{decimals}f}".replace("-", "−") if math.isfinite(end) else "–"
+        for end in (value, value - half, value + half)
+    ]
+    return ends[0], ends[1], ends[2], label
+
+
+def evidence(name: str, value: Any) -> tuple[str, str]:
+    """(label, text) of one figure whose unit is in its name."""
+    if not isinstance(value, int | float):
+        return words(name), str(value)
+    for ending, show in (("_share", share), ("_seconds", duration), ("_s", duration)):
+        if name.endswith(ending):
+            return words(name.removesuffix("_seconds").removesuffix("_s")), show(float(value))
+    return words(name), number(float(value))

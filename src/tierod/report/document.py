@@ -1,0 +1,79 @@
+"""The JSON document of a diagnosis."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from typing import Any
+
+import numpy as np
+
+from tierod.findings import ChannelQuality, Diagnosis, Finding, Trace
+from tierod.report import SCHEMA
+from tierod.report.display import INTERVAL
+from tierod.report.status import overall
+
+
+def document(diagnosis: Diagnosis, series: bool) -> str:
+    """The document as text; what JSON cannot hold (NaN, infinity) becomes null."""
+    content = {
+        "schema": SCHEMA,
+        "version": diagnosis.version,
+        "created": diagnosis.created,
+        "command": diagnosis.command,
+        "status": str(overall(diagnosis)),
+        "exit_code": overall(diagnosis).exit_code,
+        "recording": diagnosis.recording,
+        "vehicle": diagnosis.vehicle,
+        "findings": [_finding(finding) for finding in diagnosis.findings],
+        "consistency": diagnosis.consistency,
+        "quality": [_quality(row) for row in diagnosis.quality],
+        "parameters": [
+            dict(zip(("name", "value", "unit", "standard_deviation", "source"), row, strict=True))
+            for row in diagnosis.parameters
+        ],
+    }
+    if series:
+        content["traces"] = {name: _trace(trace) for name, trace in diagnosis.traces.items()}
+        content["histograms"] = {
+            name: {"edges": edges, "counts": counts} for name, (edges, counts) in diagnosis.histograms.items()
+        }
+        content["loops"] = {
+            name: {"angle": angle, "torque": torque} for name, (angle, torque) in diagnosis.loops.items()
+        }
+    return json.dumps(plain(content), ensure_ascii=False, indent=None if series else 2, allow_nan=False)
+
+
+def plain(value: Any) -> Any:
+    """The value in what JSON knows: dictionaries, lists, text, finite numbers, null."""
+    if isinstance(value, dict):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(entry) for entry in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if value is None or isinstance(value, bool | int) else str(value)
+
+
+def _finding(finding: Finding) -> dict[str, Any]:
+    estimate = finding.estimate
+    content = {field.name: getattr(finding, field.name) for field in dataclasses.fields(finding)}
+    if estimate is not None:
+        half = INTERVAL * estimate.standard_deviation
+        content["estimate"] = dataclasses.asdict(estimate) | {
+            "interval": [estimate.value - half, estimate.value + half]
+        }
+    return content
+
+
+def _quality(row: ChannelQuality) -> dict[str, Any]:
+    return dataclasses.asdict(row)
+
+
+def _trace(trace: Trace) -> dict[str, Any]:
+    return {key: getattr(trace, key) for key in ("unit", "time", "lower", "upper", "mean")}

@@ -1,0 +1,137 @@
+"""Puts the page together: verdict, charts and tables, the charting library and the style all in one file."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from tierod.findings import Diagnosis, Finding
+from tierod.report.charts.figure import Figure
+from tierod.report.charts.histograms import histogram_figure
+from tierod.report.charts.loops import loop_figure
+from tierod.report.charts.over_time import estimate_figures, innovation_figure, signal_figure
+from tierod.report.display import duration, evidence, interval, number, share, shown, words
+from tierod.report.gauge import gauge
+from tierod.report.status import appearance, overall
+
+TEMPLATES = Path(__file__).parent / "templates"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One finding as the page shows it."""
+
+    finding: Finding
+    symbol: str
+    kind: str
+    since: str
+    value: str
+    interval: str
+    gauge: str
+    evidence: list[tuple[str, str]]
+
+
+def render(diagnosis: Diagnosis) -> str:
+    """The page as text."""
+    figures = {
+        "estimates": estimate_figures(diagnosis),
+        "loops": loop_figure(diagnosis),
+        "histograms": histogram_figure(diagnosis),
+        "innovations": innovation_figure(diagnosis),
+        "signals": signal_figure(diagnosis),
+    }
+    return _template().render(
+        diagnosis=diagnosis,
+        status=overall(diagnosis),
+        verdicts=[verdict(finding) for finding in diagnosis.findings],
+        figures=figures,
+        charts=[_chart(figure) for figure in _all(figures)],
+        quality=[_quality_row(row) for row in diagnosis.quality],
+        parameters=[_parameter_row(row) for row in diagnosis.parameters],
+        consistency=[evidence(name, value) for name, value in diagnosis.consistency.items()],
+        recording=_facts(diagnosis.recording),
+        vehicle=_facts(diagnosis.vehicle),
+        library=_library() if _all(figures) else "",
+        style=(TEMPLATES / "report.css").read_text(encoding="utf-8"),
+        script=(TEMPLATES / "report.js").read_text(encoding="utf-8"),
+    )
+
+
+def verdict(finding: Finding) -> Verdict:
+    """A finding in words and figures."""
+    looks = appearance(finding.status)
+    value = spread = picture = ""
+    if finding.estimate is not None:
+        middle, low, high, unit = interval(finding.estimate)
+        value = f"{middle} {unit}".strip()
+        spread = f"{low} to {high} {unit}".strip() if low != "–" else "not known"
+        picture = gauge(finding.estimate)
+    figures = [evidence(name, figure) for name, figure in finding.evidence.items()]
+    since = "" if finding.since is None else duration(finding.since) if finding.since > 0.0 else "the start"
+    return Verdict(finding, looks.symbol, looks.kind, since, value, spread, picture, figures)
+
+
+def _all(figures: dict[str, Any]) -> list[Figure]:
+    return [*figures["estimates"], *(figure for key, figure in figures.items() if key != "estimates" and figure)]
+
+
+def _chart(figure: Figure) -> str:
+    content = {"name": figure.name, "timed": figure.timed, "data": figure.data, "layout": figure.layout}
+    # A "<" in the text of a name must not end the script element that holds it.
+    return json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _quality_row(row: Any) -> dict[str, Any]:
+    factor, label = shown(row.unit)
+    return {
+        "name": words(row.name),
+        "source": row.source,
+        "unit": label,
+        "samples": f"{row.samples:,}".replace(",", " "),
+        "rate": number(row.rate, 3),
+        "missing": share(row.missing_share),
+        "gap": duration(row.longest_gap),
+        "minimum": number(row.minimum * factor, 3),
+        "maximum": number(row.maximum * factor, 3),
+        "remarks": row.remarks,
+    }
+
+
+def _parameter_row(row: tuple[str, float, str, float | None, str]) -> tuple[str, str, str, str, str]:
+    name, value, unit, spread, source = row
+    _, label = (
+        shown(unit) if unit == "count" else (1.0, unit.replace("N*m", "Nm").replace("**2", "²").replace("*", "·"))
+    )
+    return words(name), number(value, 5), label, "" if spread is None else number(spread, 3), source
+
+
+def _facts(facts: dict[str, Any]) -> list[tuple[str, str]]:
+    rows = []
+    for name, value in facts.items():
+        if isinstance(value, list | tuple):
+            rows.append((words(name), "; ".join(map(str, value))))
+        elif isinstance(value, dict):
+            rows.append((words(name), "; ".join(f"{words(str(key)).lower()} {entry}" for key, entry in value.items())))
+        elif value is not None and value != "":
+            rows.append(evidence(name, value))
+    return rows
+
+
+@cache
+def _template() -> Any:
+    import jinja2
+
+    loader = jinja2.FileSystemLoader(TEMPLATES)
+    environment = jinja2.Environment(
+        loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    return environment.get_template("report.html.j2")
+
+
+def _library() -> str:
+    from plotly.offline import get_plotlyjs
+
+    return get_plotlyjs()

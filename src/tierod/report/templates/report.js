@@ -1,0 +1,40 @@
+"use strict";
+(() => {
+  const PRINTED_WIDTH = 680; // A4 and Letter, less their margins, in CSS pixels
+  const charts = [];
+  // A finger that scrolls the page must not zoom the chart under it.
+  const touch = window.matchMedia("(pointer: coarse)").matches;
+  const settings = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d"] };
+
+  for (const script of document.querySelectorAll("script.figure")) {
+    const figure = JSON.parse(script.textContent);
+    const place = document.getElementById("chart-" + figure.name);
+    if (touch) figure.layout.dragmode = false;
+    place.style.height = figure.layout.height + "px";
+    Plotly.newPlot(place, figure.data, figure.layout, settings);
+    charts.push(place);
+    if (figure.timed) follow(place);
+  }
+
+  // All charts over the time of the recording show the same part of it.
+  function follow(place) {
+    place.dataset.timed = "yes";
+    place.on("plotly_relayout", (change) => {
+      const from = change["xaxis.range[0]"], to = change["xaxis.range[1]"];
+      if (place.dataset.led || (from === undefined && !change["xaxis.autorange"])) return;
+      const wanted = from === undefined ? { "xaxis.autorange": true } : { "xaxis.range": [from, to] };
+      for (const other of charts) {
+        if (other === place || !other.dataset.timed) continue;
+        other.dataset.led = "yes";
+        Plotly.relayout(other, wanted).then(() => delete other.dataset.led);
+      }
+    });
+  }
+
+  window.addEventListener("beforeprint", () => {
+    for (const chart of charts) Plotly.relayout(chart, { width: PRINTED_WIDTH });
+  });
+  window.addEventListener("afterprint", () => {
+    for (const chart of charts) Plotly.relayout(chart, { width: null, autosize: true });
+  });
+})();
