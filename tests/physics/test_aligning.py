@@ -1,0 +1,47 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tierod.physics import aligning, single_track
+
+MASS, INERTIA, FRONT, REAR, TRAIL = 1600.0, 2800.0, 1.14, 1.69, 0.05
+FRONT_STIFFNESS, REAR_STIFFNESS, RATIO = 110e3, 130e3, 1.0 / 15.5
+BODY = {"mass": MASS, "yaw_inertia": INERTIA, "front_distance": FRONT, "rear_distance": REAR}
+
+
+def linear_axles(angle, sideslip, yaw_rate, speed):
+    front = FRONT_STIFFNESS * (RATIO * angle - sideslip - FRONT * yaw_rate / speed)
+    rear = REAR_STIFFNESS * (-sideslip + REAR * yaw_rate / speed)
+    return front, rear
+
+
+@given(st.floats(-1, 1), st.floats(-0.1, 0.1), st.floats(-0.5, 0.5), st.floats(3, 60))
+def test_three_roads_to_the_aligning_torque_meet(angle, sideslip, yaw_rate, speed):
+    """Tyre force times trail, eq (1) as corrected, and eq (4), for a random state of the linear single track."""
+    front, rear = linear_axles(angle, sideslip, yaw_rate, speed)
+    lateral = single_track.lateral_acceleration(front, rear, MASS)
+    yaw_acceleration = single_track.yaw_acceleration(front, rear, INERTIA, FRONT, REAR)
+    from_steer = aligning.aligning_torque_from_steer(
+        angle,
+        lateral,
+        yaw_rate,
+        speed,
+        mass=MASS,
+        wheelbase=FRONT + REAR,
+        front_stiffness=FRONT_STIFFNESS,
+        rear_stiffness=REAR_STIFFNESS,
+        trail=TRAIL,
+        steering_ratio=RATIO,
+    )
+    from_yaw = aligning.aligning_torque_from_yaw(lateral, yaw_acceleration, trail=TRAIL, **BODY)
+    assert from_steer == pytest.approx(TRAIL * front, abs=1e-6)
+    assert from_yaw == pytest.approx(TRAIL * front, abs=1e-6)
+    assert aligning.front_force_from_motion(lateral, yaw_acceleration, **BODY) == pytest.approx(front, abs=1e-5)
+    again = aligning.yaw_acceleration_from_aligning(from_yaw, lateral, trail=TRAIL, **BODY)
+    assert again == pytest.approx(yaw_acceleration, abs=1e-8)
+
+
+def test_left_turn_gives_a_positive_torque_also_for_arrays():
+    torque = aligning.aligning_torque_from_yaw(np.array([2.0, -2.0]), np.zeros(2), trail=TRAIL, **BODY)
+    np.testing.assert_allclose(torque, [1.0, -1.0] * np.full(2, TRAIL * MASS * 2.0 * REAR / (FRONT + REAR)))

@@ -1,0 +1,89 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tierod.physics import tyre
+
+STIFFNESS, ADHESION, LOAD, HALF_LENGTH = 110e3, 0.9, 9000.0, 0.075
+LIMIT = ADHESION * LOAD
+BRUSH = (STIFFNESS, ADHESION, LOAD)
+
+
+def test_brush_starts_with_the_cornering_stiffness():
+    assert tyre.brush_lateral_force(1e-6, *BRUSH) / 1e-6 == pytest.approx(STIFFNESS, rel=1e-4)
+    assert tyre.linear_lateral_force(1e-6, STIFFNESS) == pytest.approx(tyre.brush_lateral_force(1e-6, *BRUSH), rel=1e-4)
+
+
+@given(st.floats(-3, 3))
+def test_brush_force_is_odd_and_never_above_adhesion(slip):
+    force = tyre.brush_lateral_force(slip, *BRUSH)
+    assert abs(force) <= LIMIT
+    assert force == -tyre.brush_lateral_force(-slip, *BRUSH)
+
+
+def test_brush_peak_is_adhesion_times_load_from_the_sliding_slip_on():
+    sliding = tyre.sliding_slip(*BRUSH)
+    assert tyre.brush_lateral_force(sliding, *BRUSH) == pytest.approx(LIMIT)
+    assert tyre.brush_lateral_force(3.0 * sliding, *BRUSH) == LIMIT
+    assert tyre.brush_lateral_force(0.8 * sliding, *BRUSH) < LIMIT
+
+
+def test_brush_is_fialas_polynomial():
+    slip = np.linspace(0.0, 0.9, 7) * tyre.sliding_slip(*BRUSH)
+    fiala = STIFFNESS * slip - STIFFNESS**2 * slip**2 / (3.0 * LIMIT) + STIFFNESS**3 * slip**3 / (27.0 * LIMIT**2)
+    np.testing.assert_allclose(tyre.brush_lateral_force(slip, *BRUSH), fiala, rtol=1e-12, atol=1e-9)
+
+
+def test_trail_is_a_third_of_the_half_length_and_vanishes():
+    assert tyre.brush_pneumatic_trail(0.0, *BRUSH, HALF_LENGTH) == pytest.approx(HALF_LENGTH / 3.0)
+    assert tyre.brush_pneumatic_trail(tyre.sliding_slip(*BRUSH), *BRUSH, HALF_LENGTH) == pytest.approx(0.0, abs=1e-12)
+    assert tyre.brush_pneumatic_trail(1.0, *BRUSH, HALF_LENGTH) == 0.0
+
+
+@given(st.floats(-0.3, 0.3))
+def test_aligning_torque_is_force_times_trail(slip):
+    product = tyre.brush_lateral_force(slip, *BRUSH) * tyre.brush_pneumatic_trail(slip, *BRUSH, HALF_LENGTH)
+    assert tyre.brush_aligning_torque(slip, *BRUSH, HALF_LENGTH) == pytest.approx(product, rel=1e-9, abs=1e-9)
+
+
+def test_aligning_torque_peaks_at_a_quarter_of_the_sliding_slip():
+    slip = np.linspace(0.0, 1.0, 4001) * tyre.sliding_slip(*BRUSH)
+    torque = tyre.brush_aligning_torque(slip, *BRUSH, HALF_LENGTH)
+    assert slip[np.argmax(torque)] / slip[-1] == pytest.approx(0.25, abs=1e-3)
+    assert torque.max() == pytest.approx(LIMIT * HALF_LENGTH * 27.0 / 256.0)
+
+
+@given(st.floats(-0.999, 0.999))
+def test_slip_share_inverts_the_brush_force(share):
+    force = tyre.brush_lateral_force(share * tyre.sliding_slip(*BRUSH), *BRUSH)
+    assert tyre.brush_slip_share(force, ADHESION, LOAD) == pytest.approx(share, abs=1e-5)
+
+
+def test_slip_share_is_held_at_the_limit():
+    assert tyre.brush_slip_share(2.0 * LIMIT, ADHESION, LOAD) == 1.0
+    assert tyre.brush_slip_share(-LIMIT, ADHESION, LOAD) == -1.0
+
+
+def test_magic_formula_slope_and_peak():
+    factor, shape, curvature = 10.0, 1.3, 0.2
+    slope = tyre.magic_formula(1e-7, factor, shape, LIMIT, curvature) / 1e-7
+    assert slope == pytest.approx(factor * shape * LIMIT, rel=1e-5)
+    forces = tyre.magic_formula(np.linspace(0.0, 1.5, 20_001), factor, shape, LIMIT, curvature)
+    assert forces.max() == pytest.approx(LIMIT, rel=1e-6)
+
+
+def test_relaxation_settles_at_the_slip_and_holds_when_standing():
+    deflection, speed, length = 0.0, 10.0, 0.3
+    for _ in range(10_000):
+        deflection += 1e-4 * tyre.relaxation_rate(deflection, speed * 0.02, speed, length)
+    assert deflection / length == pytest.approx(0.02, rel=1e-6)
+    assert tyre.relaxation_rate(0.01, 0.0, 0.0, length) == 0.0
+
+
+def test_parking_torque_of_a_mid_size_car():
+    wheel = tyre.parking_torque(4700.0, 0.9, 2.2e5)
+    assert wheel == pytest.approx(0.9 * 4700.0 / 3.0 * math.sqrt(4700.0 / 2.2e5))
+    assert 15.0 < 2.0 * wheel / 15.5 < 35.0
