@@ -3,9 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from tierod.graph.maths import absolute, all_of
+
+
+class GateConditions(NamedTuple):
+    """The conditions of the gate one by one, so that a verdict can say which one kept it closed.
+
+    Args:
+        hands_on: the driver's torque is large enough
+        same_direction: driver and motor pull the same way
+        moving: the steering wheel turns fast enough for friction to have a direction
+        not_too_fast: and slowly enough to be followed
+        rolling: the vehicle is fast enough; the Python value True where speed is not looked at
+    """
+
+    hands_on: Any
+    same_direction: Any
+    moving: Any
+    not_too_fast: Any
+    rolling: Any
 
 
 @dataclass(frozen=True)
@@ -40,11 +58,18 @@ class FrictionGate:
             steering_wheel_rate: [rad/s]
             vehicle_speed: [m/s]; unused where minimum_speed is None
         """
+        *worked, rolling = self.conditions(driver_torque, motor_torque, steering_wheel_rate, vehicle_speed)
+        return all_of(*worked) if rolling is True else all_of(*worked, rolling)
+
+    def conditions(
+        self, driver_torque: Any, motor_torque: Any, steering_wheel_rate: Any, vehicle_speed: Any = None
+    ) -> GateConditions:
+        """Each condition of `opened`, with the same arguments."""
         rate = absolute(steering_wheel_rate)
-        worked = all_of(
-            absolute(driver_torque) > self.minimum_driver_torque,
-            driver_torque * motor_torque > 0.0,
-            self.minimum_rate < rate,
-            rate < self.maximum_rate,
+        return GateConditions(
+            hands_on=absolute(driver_torque) > self.minimum_driver_torque,
+            same_direction=driver_torque * motor_torque > 0.0,
+            moving=self.minimum_rate < rate,
+            not_too_fast=rate < self.maximum_rate,
+            rolling=True if self.minimum_speed is None else vehicle_speed > self.minimum_speed,
         )
-        return worked if self.minimum_speed is None else all_of(worked, vehicle_speed > self.minimum_speed)

@@ -1,0 +1,146 @@
+"""What the default friction estimator learns and gives out, and its noises and priors."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+
+class Coefficients(NamedTuple):
+    """What the regression learns; also the shape of one row of it, of its variances and of its process noises.
+
+    Args:
+        finite, exponential, long: shares of the friction torque that build up with Dahl exponent 1/2, 1 and 2; their
+            sum is the friction torque [N*m]. One of them may be negative where the true law lies outside the three
+        log_dahl_angle: logarithm of the Dahl angle [rad] they share
+        aligning_gain: factor on the self-aligning torque of the vehicle file
+        trail_drop: change of that factor per torque at the steering wheel, as the pneumatic trail shrinks
+        load_share: friction that grows with the magnitude of the self-aligning torque at the steering wheel
+        offset: constant torque: offsets of both torque sensors, pull of the car
+        damping: viscous damping at the steering wheel axis
+        inertia: at the steering wheel axis
+    """
+
+    finite: Annotated[Any, "N*m"]
+    exponential: Annotated[Any, "N*m"]
+    long: Annotated[Any, "N*m"]
+    log_dahl_angle: Annotated[Any, ""]
+    aligning_gain: Annotated[Any, ""]
+    trail_drop: Annotated[Any, "1/(N*m)"]
+    load_share: Annotated[Any, ""]
+    offset: Annotated[Any, "N*m"]
+    damping: Annotated[Any, "N*m*s/rad"]
+    inertia: Annotated[Any, "kg*m**2"]
+
+    @property
+    def friction_torque(self) -> Any:
+        """Level of dry friction [N*m] at the reference load."""
+        return self.finite + self.exponential + self.long
+
+
+class FrictionTorque(NamedTuple):
+    """What the estimator knows after a sample.
+
+    Args:
+        friction_torque: level of dry friction at the steering wheel axis, at the reference load
+        friction_deviation: its standard deviation, given right torque sensors
+        enabled: 1 where the sample was used
+        hands_on, same_direction, moving, rolling, settled: the conditions for that, one by one
+        dahl_angle: angle over which friction builds up
+        aligning_gain, trail_drop, load_share, offset, damping, inertia: see `Coefficients`
+        build_up: share of the full level that friction has reached, with sign
+        excitation: mean magnitude of `build_up` over the enabled time; 1 is sliding all the time, below 0.5 the strokes
+            end before friction has built up
+        innovation: torque measured less expected
+        innovation_variance: as the filter expects it; set wide for errors that last over many samples
+        nis: normalised innovation squared; far below 1 for that reason
+    """
+
+    friction_torque: Annotated[Any, "N*m"]
+    friction_deviation: Annotated[Any, "N*m"]
+    enabled: Annotated[Any, ""]
+    hands_on: Annotated[Any, ""]
+    same_direction: Annotated[Any, ""]
+    moving: Annotated[Any, ""]
+    rolling: Annotated[Any, ""]
+    settled: Annotated[Any, ""]
+    dahl_angle: Annotated[Any, "rad"]
+    aligning_gain: Annotated[Any, ""]
+    trail_drop: Annotated[Any, "1/(N*m)"]
+    load_share: Annotated[Any, ""]
+    offset: Annotated[Any, "N*m"]
+    damping: Annotated[Any, "N*m*s/rad"]
+    inertia: Annotated[Any, "kg*m**2"]
+    build_up: Annotated[Any, ""]
+    excitation: Annotated[Any, ""]
+    innovation: Annotated[Any, "N*m"]
+    innovation_variance: Annotated[Any, "N**2*m**2"]
+    nis: Annotated[Any, ""]
+
+
+PROCESS = Coefficients(
+    finite=0.0,
+    exponential=0.0,
+    long=0.0,
+    log_dahl_angle=1e-6,
+    aligning_gain=1e-7,
+    trail_drop=1e-10,
+    load_share=1e-8,
+    offset=1e-6,
+    damping=1e-8,
+    inertia=1e-10,
+)
+"""Variance that each coefficient gains per enabled second; the friction torque's shares take theirs from `memory`."""
+
+DEVIATIONS = Coefficients(
+    finite=2.0,
+    exponential=5.0,
+    long=2.0,
+    log_dahl_angle=1.0,
+    aligning_gain=0.5,
+    trail_drop=0.03,
+    load_share=0.22,
+    offset=1.0,
+    damping=0.5,
+    inertia=0.1,
+)
+"""Standard deviation of each coefficient before the first sample."""
+
+
+@dataclass(frozen=True)
+class PreslidingTuning:
+    """Noises and priors of the regression.
+
+    Args:
+        error_density: of the torque balance's errors, which last: 0.35 N*m over a second [N**2*m**2*s] (errata:
+            R = 12.5 N**2*m**2 per sample of 10 ms)
+        error_time: how long an error lasts [s]; where the innovations are larger than density and time allow, the
+            standard deviation given out grows with them
+        memory: time constant of the friction torque in enabled time [s]; errata: 20. Shorter sees a fault sooner and
+            scatters more: 10 s halves the delay for 1.3 times the scatter
+        process: variance gained per enabled second by each coefficient beyond the friction torque's shares (errata)
+        deviations: standard deviations before the first sample. Shares of exponent 1/2 and 2: 2 N*m, so that they learn
+            another law within 50 s and cost nothing where it is exponential (simulated); the vehicle's own constants as
+            in the errata
+        initial_friction: where the estimate starts [N*m]; 3 as printed by Mohtat et al.
+        initial_dahl_angle: [rad]; 1 degree (errata), learnt from there
+        smallest_dahl_angle, largest_dahl_angle: limits of what is learnt [rad]; 0.05 and 8 degrees (errata)
+        reference_load: self-aligning torque at the steering wheel for which friction is stated [N*m]; usual in curves
+        outlier: an innovation beyond this weighs no more than one of this size (Huber) [N*m]; above what a step of
+            friction from 4 to 12.5 makes, below a torque sensor's fault
+        excitation_memory: time constant of the excitation in enabled time [s]; that of the friction torque
+    """
+
+    error_density: Annotated[float, "N**2*m**2*s"] = 0.125
+    error_time: Annotated[float, "s"] = 1.0
+    memory: Annotated[float, "s"] = 20.0
+    process: Coefficients = PROCESS
+    deviations: Coefficients = DEVIATIONS
+    initial_friction: Annotated[float, "N*m"] = 3.0
+    initial_dahl_angle: Annotated[float, "rad"] = math.radians(1.0)
+    smallest_dahl_angle: Annotated[float, "rad"] = math.radians(0.05)
+    largest_dahl_angle: Annotated[float, "rad"] = math.radians(8.0)
+    reference_load: Annotated[float, "N*m"] = 4.0
+    outlier: Annotated[float, "N*m"] = 10.0
+    excitation_memory: Annotated[float, "s"] = 20.0
