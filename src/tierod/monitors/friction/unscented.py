@@ -13,7 +13,7 @@ def unscented(
     parameters: FrictionParameters,
     *,
     smoothing_rate: float = 0.02,
-    initial_friction_variance: float = 6e-4,
+    initial_friction_variance: float = 25.0,
 ) -> RefinedFrictionMonitor:
     """The unscented variant that the paper names as future work: friction T_f tanh(rate/eps), consistent covariance.
 
@@ -23,7 +23,7 @@ def unscented(
     Args:
         parameters: of the joint model
         smoothing_rate: eps, rate at which tanh reaches 76 % [rad/s]
-        initial_friction_variance: P_T [(N m)^2], as in `refined.printed`
+        initial_friction_variance: P_T [(N m)^2], as in `refined.consistent`
 
     Source: Mohtat et al., appendix B and section 6; Q_Mz = 1e4 and Q_Tf = 0.001 as in the errata.
     """

@@ -1,0 +1,184 @@
+"""Linear systems: from any model by its Jacobians, sampled exactly, and back to a model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tierod.block import Tree, leaves, rebuild, skeleton
+from tierod.errors import ParameterError
+from tierod.graph.derivatives import jacobian
+
+
+@dataclass(frozen=True, eq=False)
+class LinearSystem:
+    """x' (or the next x) = A x + B u, y = C x + D u.
+
+    Args:
+        A: state matrix, (n, n)
+        B: input matrix, (n, inputs)
+        C: output matrix, (outputs, n)
+        D: feed-through, (outputs, inputs)
+        states, inputs, outputs: names, in order
+    """
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+    @classmethod
+    def of(cls, A: Any, C: Any, B: Any = None, D: Any = None, states: tuple[str, ...] = ()) -> LinearSystem:
+        """A system from its matrices alone.
+
+        Raises:
+            ParameterError: shapes that do not fit together, or numbers that are not finite
+        """
+        A, C = np.atleast_2d(np.asarray(A, float)), np.atleast_2d(np.asarray(C, float))
+        n = len(A)
+        B = np.zeros((n, 0)) if B is None else np.asarray(B, float).reshape(n, -1)
+        D = np.zeros((len(C), B.shape[1])) if D is None else np.atleast_2d(np.asarray(D, float))
+        if A.shape != (n, n) or C.shape[1] != n or D.shape != (len(C), B.shape[1]):
+            raise ParameterError(
+                f"A is {A.shape}, B {B.shape}, C {C.shape} and D {D.shape}; "
+                "expected (n, n), (n, inputs), (outputs, n) and (outputs, inputs)"
+            )
+        if not all(np.isfinite(matrix).all() for matrix in (A, B, C, D)):
+            raise ParameterError("a matrix of the linear system holds NaN or infinity; expected finite numbers")
+        names = states or tuple(f"x{k}" for k in range(n))
+        return cls(A, B, C, D, names, _numbered("u", B.shape[1]), _numbered("y", len(C)))
+
+
+def _numbered(letter: str, count: int) -> tuple[str, ...]:
+    return tuple(f"{letter}{k}" for k in range(count))
+
+
+def linearise(model: Any, parameters: Any, state: Tree, inputs: Tree) -> LinearSystem:
+    """Jacobians of a model at a point: the linear system of small deviations from it.
+
+    Args:
+        model: continuous or discrete
+        parameters: of the model
+        state, inputs: the point, as the model's State and Input (or tuples of floats in their order)
+    """
+    at = rebuild(skeleton(model.State), [float(leaf) for _, leaf in leaves(state)])
+    given = rebuild(skeleton(model.Input), [float(leaf) for _, leaf in leaves(inputs)])
+    equation = model.transition if hasattr(model, "transition") else model.derivative
+    shapes = [tuple(path for path, _ in leaves(skeleton(kind))) for kind in (model.State, model.Input, model.Output)]
+    n, m, p = map(len, shapes)
+    A = jacobian(lambda x: equation(x, given, parameters), at)
+    C = jacobian(lambda x: model.output(x, given, parameters), at)
+    B = jacobian(lambda u: equation(at, u, parameters), given) if m else []
+    D = jacobian(lambda u: model.output(at, u, parameters), given) if m else []
+    matrices = [
+        np.array(rows, float).reshape(shape) for rows, shape in ((A, (n, n)), (B, (n, m)), (C, (p, n)), (D, (p, m)))
+    ]
+    if not all(np.isfinite(matrix).all() for matrix in matrices):
+        raise ParameterError(f"{model.__name__} has no finite Jacobian at {at}; choose another operating point")
+    return LinearSystem(*matrices, *shapes)
+
+
+def sampled(system: LinearSystem, sample_time: float) -> LinearSystem:
+    """The continuous system sampled exactly, its inputs constant over a sample (zero-order hold).
+
+    Args:
+        system: continuous
+        sample_time: [s]
+    """
+    from scipy.linalg import expm
+
+    if not sample_time > 0.0:
+        raise ParameterError(f"sample_time is {sample_time}; expected a time greater than zero [s]")
+    n, m = system.B.shape
+    whole = np.zeros((n + m, n + m))
+    whole[:n, :n], whole[:n, n:] = system.A * sample_time, system.B * sample_time
+    exact = expm(whole)
+    names = (system.states, system.inputs, system.outputs)
+    return LinearSystem(exact[:n, :n], exact[:n, n:], system.C, system.D, *names)
+
+
+@dataclass(frozen=True)
+class Matrices:
+    """Entries of a linear model: floats are tuning; None (zero) and 1 (one) are structure and cost nothing."""
+
+    transition: tuple[tuple[float | int | None, ...], ...]
+    input: tuple[tuple[float | int | None, ...], ...]
+    output: tuple[tuple[float | int | None, ...], ...]
+    feedthrough: tuple[tuple[float | int | None, ...], ...]
+
+
+class Linear(NamedTuple):
+    """A discrete model and its parameters, ready for an estimator."""
+
+    model: Any
+    parameters: Matrices
+
+
+def as_model(system: LinearSystem, state: type, inputs: type, output: type) -> Linear:
+    """A discrete linear system as a model.
+
+    Args:
+        system: discrete
+        state, inputs, output: the model's NamedTuple classes
+    """
+    entries = [_entries(matrix) for matrix in (system.A, system.B, system.C, system.D)]
+    return Linear(linear_model(state, inputs, output), Matrices(*entries))
+
+
+def zero_order_hold(model: Any, parameters: Any, sample_time: float, state: Tree, inputs: Tree) -> Linear:
+    """A continuous model, linearised at a point and sampled exactly.
+
+    Args:
+        model: continuous; a model that is linear through the origin is the same at every point
+        parameters: of the model
+        sample_time: [s]
+        state, inputs: the point; the new model's state and input are deviations from it
+    """
+    system = sampled(linearise(model, parameters, state, inputs), sample_time)
+    return as_model(system, model.State, model.Input, model.Output)
+
+
+def _entries(matrix: np.ndarray) -> tuple[tuple[float | int | None, ...], ...]:
+    return tuple(tuple(None if v == 0.0 else 1 if v == 1.0 else float(v) for v in row) for row in matrix)
+
+
+@lru_cache(maxsize=256)
+def linear_model(state: type, inputs: type, output: type) -> Any:
+    """The discrete model whose parameters are its matrices."""
+
+    def transition(x: Tree, u: Tree, p: Matrices) -> Tree:
+        return _combined(state, (p.transition, x), (p.input, u))
+
+    def observed(x: Tree, u: Tree, p: Matrices) -> Tree:
+        return _combined(output, (p.output, x), (p.feedthrough, u))
+
+    members = {
+        "__doc__": "Linear discrete model.",
+        "State": state,
+        "Input": inputs,
+        "Output": output,
+        "Parameters": Matrices,
+        "transition": staticmethod(transition),
+        "output": staticmethod(observed),
+    }
+    return type("LinearModel", (), members)
+
+
+def _combined(shape: type, *parts: tuple[Any, Tree]) -> Tree:
+    flat = [(matrix, [leaf for _, leaf in leaves(tree)]) for matrix, tree in parts]
+    rows = []
+    for k in range(len(parts[0][0])):
+        terms = [
+            value if coefficient == 1 and isinstance(coefficient, int) else coefficient * value
+            for matrix, values in flat
+            for coefficient, value in zip(matrix[k], values, strict=True)
+            if coefficient is not None
+        ]
+        rows.append(sum(terms[1:], start=terms[0]) if terms else 0.0)
+    return rebuild(skeleton(shape), rows)

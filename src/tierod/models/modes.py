@@ -1,0 +1,81 @@
+"""Which directions of a linear system its outputs do not show."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.models.linear import LinearSystem
+
+TOLERANCE = 1e-9  # of the scaled system; double precision loses a few digits beyond 1e-16 in eigenvalues
+
+
+class Mode(NamedTuple):
+    """One eigenvalue of a system and how well its direction is seen.
+
+    Args:
+        eigenvalue: of A
+        direction: state direction that is seen least at this eigenvalue, unit length in scaled states, (n,)
+        margin: smallest singular value of [A - eigenvalue I; C], both scaled to size 1: 0 is unobservable
+    """
+
+    eigenvalue: complex
+    direction: np.ndarray
+    margin: float
+
+
+def scaled(
+    system: LinearSystem, state_scale: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """A and C in scaled states, each output of size 1, A without its mean eigenvalue and of size 1.
+
+    Shifting and scaling A does not change what is observable, but it separates the modes of a finely sampled system,
+    whose A is nearly the identity.
+
+    Returns:
+        A scaled, C scaled, state scale, and the size by which A was divided
+    """
+    n = len(system.A)
+    shifted = system.A - np.trace(system.A) / n * np.eye(n)
+    scale = balance(shifted) if state_scale is None else np.asarray(state_scale, float)
+    A = shifted * scale / scale[:, None]
+    size = max(np.linalg.norm(A, 2), np.finfo(float).tiny)
+    C = system.C * scale
+    rows = np.linalg.norm(C, axis=1, keepdims=True)
+    return A / size, C / np.where(rows > 0.0, rows, 1.0), scale, size
+
+
+def balance(matrix: np.ndarray) -> np.ndarray:
+    """State scale (powers of two) that makes rows and columns of a matrix alike in size."""
+    from scipy.linalg import matrix_balance
+
+    _, (scale, _) = matrix_balance(matrix, permute=False, separate=True)
+    return scale
+
+
+def modes(system: LinearSystem, state_scale: np.ndarray | None = None) -> list[Mode]:
+    """Every eigenvalue with its margin (Popov-Belevitch-Hautus test), the least visible first."""
+    A, C, _, size = scaled(system, state_scale)
+    shift = np.trace(system.A) / len(A)
+    found = []
+    for eigenvalue in np.linalg.eigvals(A):
+        _, values, rows = np.linalg.svd(np.vstack([A - eigenvalue * np.eye(len(A)), C]))
+        found.append(Mode(complex(eigenvalue * size + shift), _phased(rows[-1].conj()), float(values[len(A) - 1])))
+    return sorted(found, key=lambda mode: mode.margin)
+
+
+def _phased(vector: np.ndarray) -> np.ndarray:
+    """The vector turned so that its largest entry is positive; real where it can be."""
+    largest = vector[np.argmax(np.abs(vector))]
+    turned = vector * (abs(largest) / largest)
+    return turned.real if np.allclose(turned.imag, 0.0, atol=1e-9) else turned
+
+
+def describe(direction: np.ndarray, names: tuple[str, ...]) -> str:
+    """A direction in words, largest part first: "0.99 friction - 0.11 angle"."""
+    real = np.asarray(direction).real
+    strongest = np.abs(real).max()
+    order = [k for k in np.argsort(-np.abs(real)) if abs(real[k]) > 0.02 * strongest]
+    parts = [f"{'-' if real[k] < 0.0 else '+'} {abs(real[k]):.2g} {names[k]}" for k in order]
+    return " ".join(parts).removeprefix("+ ")

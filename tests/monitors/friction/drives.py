@@ -1,0 +1,37 @@
+"""Virtual drives for the tests of the friction monitors; the car's Dahl angle is the one thing that is varied."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from tierod.monitors.friction.refined import FrictionSample
+from tierod.proving_ground import EpsCar, FrictionCourse, SensorNoise, drive
+from tierod.recording import Aligned
+
+NAMES = (*FrictionSample._fields, "vehicle_speed")
+
+
+@lru_cache(maxsize=64)
+def driven(
+    friction: float | FrictionCourse,
+    seed: int = 1,
+    dahl_degrees: float = 1.0,
+    minutes: float = 13.0,
+    rate_noise: float = 0.01,
+    scatter: bool = False,
+) -> Aligned:
+    """A mixed drive at 100 Hz; 0.01 degrees of Dahl angle is Coulomb friction."""
+    car = EpsCar()
+    car = replace(car, steering=replace(car.steering, dahl_angle=math.radians(dahl_degrees)))
+    sensors = SensorNoise()
+    sensors = replace(sensors, steering_wheel_rate=replace(sensors.steering_wheel_rate, noise=rate_noise))
+    return drive(car, minutes, friction, seed=seed, noise=sensors, scatter=scatter).align(NAMES, 100.0)
+
+
+def enabled_seconds(enabled: np.ndarray) -> np.ndarray:
+    """Enabled time so far [s]."""
+    return np.cumsum(enabled) * 0.01
