@@ -16,6 +16,11 @@ _SHOWN = {
     "": (1.0, ""),
 }
 
+_CAPITALS = {"nis", "nees", "eps", "can", "rms", "dbc", "csv", "mf4"}
+
+_ENDINGS = {"hz": "Hz", "nm": "Nm", "n": "N", "deg": "°", "rad": "rad", "m": "m", "mps": "m/s"}
+"""Last words of a figure's name that are its unit."""
+
 INTERVAL = 1.96
 """Standard deviations on each side that hold 95 % of a normal distribution."""
 
@@ -32,7 +37,7 @@ def bracketed(title: str, label: str) -> str:
 
 def words(name: str) -> str:
     """A name as words that begin with a capital letter."""
-    text = name.replace("_", " ").replace(".", ": ").strip()
+    text = " ".join(part.upper() if part in _CAPITALS else part for part in name.replace("_", " ").split())
     return text[:1].upper() + text[1:]
 
 
@@ -93,7 +98,11 @@ def evidence(name: str, value: Any) -> tuple[str, str]:
     """(label, text) of one figure whose unit is in its name."""
     if not isinstance(value, int | float):
         return words(name), str(value)
-    for ending, show in (("_share", share), ("_seconds", duration), ("_s", duration)):
-        if name.endswith(ending):
-            return words(name.removesuffix("_seconds").removesuffix("_s")), show(float(value))
+    stem, _, ending = name.rpartition("_")
+    if stem and ending in ("s", "seconds") and not stem.endswith("_per"):
+        return words(stem), duration(float(value))
+    if ending == "share":
+        return words(name), share(float(value))
+    if stem and ending in _ENDINGS:
+        return words(stem), f"{number(float(value))} {_ENDINGS[ending]}"
     return words(name), number(float(value))

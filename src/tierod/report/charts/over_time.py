@@ -109,7 +109,7 @@ def _estimate(diagnosis: Diagnosis, name: str) -> Figure:
             if bottom
             else {},
             shapes=[_level_shape(n, v) for n, v in levels] + marks[0],
-            annotations=[_level_label(n, v, label) for n, v in levels] + marks[1],
+            annotations=_level_labels(levels, label, top[1] - top[0]) + marks[1],
         ),
         height=430,
         summary=[
@@ -160,10 +160,27 @@ def _level_shape(name: str, value: float) -> dict[str, Any]:
     return {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": value, "y1": value, "line": looks}
 
 
-def _level_label(name: str, value: float, label: str) -> dict[str, Any]:
-    place = {"xref": "paper", "x": 0.995, "xanchor": "right", "y": value, "yanchor": "bottom", "showarrow": False}
+def _level_labels(levels: list[tuple[str, float]], label: str, height: float) -> list[dict[str, Any]]:
+    """One label above each level; those that all but coincide share one, near ones stand beside each other."""
+    groups: list[list[tuple[str, float]]] = []
+    for name, value in sorted(levels, key=lambda each: each[1]):
+        if groups and value - groups[-1][-1][1] < 0.03 * height:
+            groups[-1].append((name, value))
+        else:
+            groups.append([(name, value)])
+    labels: list[dict[str, Any]] = []
+    for group in groups:
+        beside = labels and labels[-1]["x"] > 0.9 and group[-1][1] - labels[-1]["y"] < 0.09 * height
+        labels.append(_level_label(group, label) | {"x": 0.5 if beside else 0.995})
+    return labels
+
+
+def _level_label(group: list[tuple[str, float]], label: str) -> dict[str, Any]:
+    text = ", ".join(f"{words(name).lower()} {number(value, 3)}" for name, value in group)
+    name, value = group[-1]
+    place = {"xref": "paper", "xanchor": "right", "y": value, "yanchor": "bottom", "showarrow": False}
     looks = {"font": {"color": level_colour(name), "size": 12}, "bgcolor": "rgba(255,255,255,0.75)", "borderpad": 1}
-    return {"text": f"{words(name).lower()} {number(value, 3)} {label}"} | place | looks
+    return {"text": f"{text} {label}"} | place | looks
 
 
 def _since(diagnosis: Diagnosis, per_second: float) -> tuple[list[dict], list[dict]]:

@@ -1,16 +1,21 @@
 "use strict";
 (() => {
-  const PRINTED_WIDTH = 680; // A4 and Letter, less their margins, in CSS pixels
+  const PRINTED = { width: 680, height: 0.68, low: 250 }; // A4 and Letter less their margins
   const charts = [];
   // A finger that scrolls the page must not zoom the chart under it.
   const touch = window.matchMedia("(pointer: coarse)").matches;
-  const settings = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d"] };
+  const settings = {
+    responsive: true,
+    displaylogo: false,
+    displayModeBar: touch || window.innerWidth < 700 ? false : "hover",
+    modeBarButtonsToRemove: ["lasso2d", "select2d"],
+  };
 
   for (const script of document.querySelectorAll("script.figure")) {
     const figure = JSON.parse(script.textContent);
     const place = document.getElementById("chart-" + figure.name);
     if (touch) figure.layout.dragmode = false;
-    place.style.height = figure.layout.height + "px";
+    place.dataset.height = figure.layout.height;
     Plotly.newPlot(place, figure.data, figure.layout, settings);
     charts.push(place);
     if (figure.timed) follow(place);
@@ -31,10 +36,17 @@
     });
   }
 
+  function resize(chart, width, height) {
+    chart.style.height = height + "px";
+    Plotly.relayout(chart, { width, height, autosize: width === null });
+  }
   window.addEventListener("beforeprint", () => {
-    for (const chart of charts) Plotly.relayout(chart, { width: PRINTED_WIDTH });
+    for (const chart of charts) {
+      const height = Number(chart.dataset.height);
+      resize(chart, PRINTED.width, height > PRINTED.low ? Math.round(PRINTED.height * height) : height);
+    }
   });
   window.addEventListener("afterprint", () => {
-    for (const chart of charts) Plotly.relayout(chart, { width: null, autosize: true });
+    for (const chart of charts) resize(chart, null, Number(chart.dataset.height));
   });
 })();
