@@ -1,0 +1,61 @@
+"""Judge a recording: a verdict in the terminal, an HTML report, JSON with --json."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def diagnose(
+    recording: Annotated[Path, typer.Argument(help="MF4, Parquet, CSV, MATLAB 5, or a CAN log (candump, ASC, BLF, TRC).")],
+    vehicle: Annotated[str, typer.Option(help="A vehicle's name (see 'tierod vehicles') or the path of its TOML file.")],
+    monitor: Annotated[str, typer.Option(help="What to watch (see 'tierod monitors').")] = "friction",
+    variant: Annotated[str | None, typer.Option(help="How to watch it; the monitor's default where not given.")] = None,
+    dbc: Annotated[list[Path] | None, typer.Option(help="CAN database; may be given more than once.")] = None,
+    channel_map: Annotated[
+        Path | None, typer.Option("--map", help="TOML file: source name, unit, sign and offset of each signal.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Where the HTML report goes; beside you where not given.")
+    ] = None,
+    report: Annotated[bool, typer.Option(help="Write the HTML report.")] = True,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
+) -> int:
+    """Judge a recording of a drive: healthy (0), fault (1), could not judge (2), bad input (3)."""
+    from tierod.cli.terminal import messages, progress
+    from tierod.cli.terminal import output as console
+    from tierod.monitors.run import diagnose as run
+
+    with progress(f"reading {recording.name}") as advance:
+        diagnosis = run(
+            recording,
+            vehicle,
+            monitor,
+            variant,
+            dbc=dbc or None,
+            channel_map=channel_map,
+            command=shlex.join(["tierod", *sys.argv[1:]]),
+            progress=advance,
+        )
+    show(diagnosis, as_json, output or Path(f"{recording.stem}-{monitor}.html") if report else None, console, messages)
+    return diagnosis.findings[0].status.exit_code
+
+
+def show(diagnosis, as_json: bool, path: Path | None, console, messages) -> None:  # type: ignore[no-untyped-def]
+    """Report file first, so that a failure to write it comes before the verdict; then table or JSON."""
+    from tierod.report import print_table, to_json, write_html
+
+    if path is not None:
+        write_html(diagnosis, path)
+    if as_json:
+        from tierod.cli.terminal import print_json
+
+        print_json(to_json(diagnosis))
+    else:
+        print_table(diagnosis, console())
+    if path is not None:
+        (messages() if as_json else console()).print(f"report: {path}", soft_wrap=True)

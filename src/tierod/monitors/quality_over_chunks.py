@@ -1,0 +1,122 @@
+"""Data quality of a recording that is seen piece by piece."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+
+import numpy as np
+
+from tierod.errors import InputError
+from tierod.findings import ChannelQuality
+from tierod.quality import sign_warnings
+from tierod.recording import Channel, Recording
+
+REDUCED_RATE = 10.0
+"""Rate [Hz] at which signals are kept to compare their signs over the whole recording."""
+
+
+class QualityOverChunks:
+    """Collects the quality of the named channels over consecutive pieces of one recording."""
+
+    def __init__(self, names: Iterable[str]):
+        self.names = tuple(names)
+        self.units: dict[str, str] = {}
+        self._rows: dict[str, ChannelQuality] = {}
+        self._spans: dict[str, float] = {}
+        self._last: dict[str, float] = {}
+        self._reduced: list[np.ndarray] = []
+
+    def add(self, piece: Recording) -> None:
+        """The next piece."""
+        for name in self.names:
+            if name in piece:
+                self._merge(name, piece)
+        if any(name in piece for name in self.names):
+            aligned = piece.align(self.names, REDUCED_RATE, maximum_age=2.0 / REDUCED_RATE)
+            self._reduced.append(np.column_stack([aligned.time, aligned.values]))
+
+    def rows(self) -> tuple[ChannelQuality, ...]:
+        """One row per channel that the recording has."""
+        return tuple(self._rows.values())
+
+    def sign_warnings(self) -> tuple[str, ...]:
+        """Which signal has probably the wrong sign, beside the others."""
+        if not self._reduced:
+            return ()
+        table = np.vstack(self._reduced)
+        channels = {
+            name: Channel(name, table[:, 0], table[:, 1 + column], self.units[name])
+            for column, name in enumerate(self.names)
+            if name in self.units
+        }
+        return sign_warnings(Recording(channels))
+
+    def refuse_slow(self, required: Iterable[str], minimum_rate: float) -> None:
+        """Stop where a signal comes too slowly.
+
+        Raises:
+            InputError: a required signal comes at less than the minimum rate [Hz]
+        """
+        for name in required:
+            if self._rows[name].rate < minimum_rate:
+                raise InputError(
+                    f"{name} comes at {self._rows[name].rate:.3g} Hz; at least {minimum_rate:g} Hz are needed: "
+                    "record it faster"
+                )
+
+    def refuse_unusable(self, required: Iterable[str]) -> None:
+        """Stop where a signal says nothing in the whole recording.
+
+        Raises:
+            InputError: a required signal is missing or constant throughout
+        """
+        for name in required:
+            row = self._rows[name]
+            if row.missing_share == 1.0:
+                raise InputError(f"every sample of {name} is missing; check the sensor, its source and the channel map")
+            if row.minimum == row.maximum:
+                raise InputError(
+                    f"{name} is constant at {row.minimum:g} {row.unit} throughout; check the sensor and the channel "
+                    "map, or give a recording in which the vehicle is driven"
+                )
+
+    def _merge(self, name: str, piece: Recording) -> None:
+        new, channel = piece.quality(name), piece[name]
+        self.units[name] = channel.unit
+        if not len(channel.time):
+            return
+        pause = float(channel.time[0]) - self._last.get(name, float(channel.time[0]))
+        span = float(channel.time[-1] - channel.time[0])
+        self._last[name] = float(channel.time[-1])
+        old = self._rows.get(name)
+        self._rows[name] = new if old is None else _merged(old, new, self._spans[name], span, pause)
+        self._spans[name] = self._spans.get(name, 0.0) + span
+
+
+def _merged(old: ChannelQuality, new: ChannelQuality, old_span: float, new_span: float, pause: float) -> ChannelQuality:
+    samples = old.samples + new.samples
+    weight = new_span / (old_span + new_span) if old_span + new_span > 0.0 else 0.5
+    rates = [rate for rate in (old.rate, new.rate) if np.isfinite(rate)]
+    return dataclasses.replace(
+        old,
+        samples=samples,
+        rate=(1.0 - weight) * old.rate + weight * new.rate if len(rates) == 2 else (rates or [old.rate])[0],
+        missing_share=(old.samples * old.missing_share + new.samples * new.missing_share) / samples,
+        longest_gap=float(np.fmax(np.fmax(old.longest_gap, new.longest_gap), pause)),
+        minimum=float(np.fmin(old.minimum, new.minimum)),
+        maximum=float(np.fmax(old.maximum, new.maximum)),
+        remarks=_remarks(old, new),
+    )
+
+
+def _remarks(old: ChannelQuality, new: ChannelQuality) -> tuple[str, ...]:
+    """Every kind of remark once; that a channel is constant or missing only where it holds throughout."""
+    constant = old.minimum == old.maximum == new.minimum == new.maximum
+    missing = old.missing_share == new.missing_share == 1.0
+    kept: dict[str, str] = {}
+    for remark in (*old.remarks, *new.remarks):
+        throughout = remark.startswith(("constant at", "every sample is missing", "holds a single sample"))
+        if not throughout or constant or missing:
+            kept.setdefault(remark.split(":")[0].rstrip("0123456789. %sHz"), remark)
+    return tuple(kept.values())

@@ -1,0 +1,232 @@
+"""Run a monitor over a recording of any length, and put together what it found."""
+
+from __future__ import annotations
+
+import dataclasses
+import datetime
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tierod import __version__
+from tierod.decimation import Decimator
+from tierod.derive import complete, ingredients
+from tierod.errors import InputError, ParameterError, nearest
+from tierod.findings import Diagnosis
+from tierod.graph import Memory, scan, trace
+from tierod.monitors.quality_over_chunks import QualityOverChunks
+from tierod.monitors.session import Conclusion, Monitor, Session, Variant
+from tierod.recording import Recording
+from tierod.vehicles import Vehicle, load
+
+CHUNK = 600.0
+"""Seconds of recording in memory at a time."""
+
+OVERLAP = 1.0
+"""Seconds kept of the piece before: longer than any sample may be old and any derived signal looks back."""
+
+
+def diagnose(
+    source: Recording | str | Path,
+    vehicle: Vehicle | str | Path,
+    monitor: str = "friction",
+    variant: str | None = None,
+    *,
+    dbc: Any = None,
+    channel_map: Any = None,
+    command: str = "",
+    progress: Callable[[float], None] | None = None,
+) -> Diagnosis:
+    """What a monitor finds in a recording.
+
+    Args:
+        source: a recording, or the path of one; a file is read and judged piece by piece
+        vehicle: parameter set, its name, or the path of its file
+        monitor: name of the monitor
+        variant: name of the variant; the monitor's default where not given
+        dbc: path(s) of CAN databases; the vehicle's own where not given
+        channel_map: path of a channel map; the vehicle's own where not given
+        command: what the user typed, for the report
+        progress: called with the share done, 0 to 1
+
+    Raises:
+        InputError: the recording cannot be read, or lacks what the monitor needs
+        ParameterError: no such vehicle, monitor or variant
+    """
+    car = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)
+    definition, chosen = find(monitor, variant)
+    run = Run(definition, chosen, car)
+    for piece in _pieces(source, run.needs, car, dbc, channel_map):
+        run.add(piece)
+        if progress:
+            progress(_share(piece))
+    return run.finish(command)
+
+
+def find(monitor: str, variant: str | None = None) -> tuple[Monitor, Variant]:
+    """The monitor and variant of these names.
+
+    Raises:
+        ParameterError: there is none; the message names the nearest
+    """
+    from tierod.monitors.registry import MONITORS
+
+    if monitor not in MONITORS:
+        raise ParameterError(f"there is no monitor '{monitor}'{nearest(monitor, MONITORS)}")
+    definition = MONITORS[monitor]
+    if variant is None:
+        return definition, next(iter(definition.variants.values()))
+    if variant not in definition.variants:
+        raise ParameterError(
+            f"the monitor '{monitor}' has no variant '{variant}'{nearest(variant, definition.variants)}"
+        )
+    return definition, definition.variants[variant]
+
+
+class Run:
+    """One monitor over one recording, piece by piece; the result does not depend on how the recording is cut."""
+
+    def __init__(self, monitor: Monitor, variant: Variant, vehicle: Vehicle):
+        self.monitor, self.variant, self.vehicle = monitor, variant, vehicle
+        self.session: Session = variant.open(vehicle, monitor.rate)
+        self.signals = trace(self.session.block).sample
+        self.needs = ingredients([*monitor.required, *monitor.optional])
+        self._quality = QualityOverChunks(self.needs)
+        self._memory: Memory | None = None
+        self._before: Recording | None = None
+        self._start: float | None = None
+        self._steps = 0
+        self._metadata: dict[str, Any] = {}
+        self._traces = {output: Decimator(name, unit) for output, (name, unit) in self.session.traces.items()} | {
+            signal: Decimator(signal, "") for signal in self.signals
+        }
+
+    def add(self, piece: Recording) -> None:
+        """The next piece of the recording.
+
+        Raises:
+            InputError: the piece lacks a signal that the monitor needs, or brings it too slowly
+        """
+        wanted = [*self.monitor.required, *self.monitor.optional]
+        complete_piece = complete(piece, wanted)
+        self._quality.add(complete_piece)
+        self._metadata = dict(piece.metadata) | self._metadata
+        if self._start is None:
+            self._check(complete_piece)
+            self._start = complete_piece.slice().span[0]
+        joined = complete(_joined(self._before, piece), wanted)
+        last = piece.span[1]
+        aligned = joined.align(
+            self.signals,
+            self.monitor.rate,
+            maximum_age=self.monitor.maximum_age,
+            start=self._start + self._steps / self.monitor.rate,
+            stop=last + 0.5 / self.monitor.rate,
+        )
+        self._before = piece.slice(last - OVERLAP)
+        if not len(aligned.time):
+            return
+        result = scan(self.session.block, aligned, self._memory)
+        self._memory, self._steps = result.state, result.state.count
+        self.session.absorb(aligned.time, aligned.values, result)
+        self._collect(aligned.time, aligned.values, result)
+
+    def finish(self, command: str = "") -> Diagnosis:
+        """The diagnosis over all pieces.
+
+        Raises:
+            InputError: there was no sample, or a signal that the monitor needs was constant or missing throughout
+        """
+        if self._memory is None:
+            raise InputError("the recording holds no samples; check that the file is whole and the channel map fits it")
+        self._quality.refuse_unusable(self.monitor.required)
+        conclusion = self.session.conclude()
+        units = self._quality.units
+        traces = {key: decimator.trace() for key, decimator in self._traces.items()}
+        for name in self.signals:
+            traces[name] = _with_unit(traces[name], units.get(name, ""))
+        finding = _with_warnings(conclusion, (*self._metadata.get("warnings", ()), *self._quality.sign_warnings()))
+        return Diagnosis(
+            findings=(finding,),
+            traces=traces,
+            histograms=dict(conclusion.histograms),
+            loops=dict(conclusion.loops),
+            consistency=dict(conclusion.consistency),
+            quality=self._quality.rows(),
+            parameters=(*self.vehicle.rows(), *conclusion.parameters),
+            recording=self._metadata | {"duration_s": self._steps / self.monitor.rate, "start_s": self._start},
+            vehicle={
+                "name": self.vehicle.name,
+                "description": self.vehicle.description,
+                "source": self.vehicle.source,
+                "not_good_for": list(self.vehicle.not_good_for),
+                "torque_unit": self.vehicle.torque_unit,
+            },
+            version=__version__,
+            command=command,
+            created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        )
+
+    def _check(self, piece: Recording) -> None:
+        missing = [name for name in self.monitor.required if name not in piece]
+        if missing:
+            raise InputError(
+                f"the monitor '{self.monitor.name}' needs {', '.join(missing)}, which the recording does not have"
+                f"{nearest(missing[0], piece.names)} Give a channel map that names it; "
+                "'tierod inspect' shows what the recording has"
+            )
+        self._quality.refuse_slow(self.monitor.required, self.monitor.minimum_rate)
+
+    def _collect(self, time: np.ndarray, values: np.ndarray, result: Any) -> None:
+        for output in self.session.traces:
+            self._traces[output].add(time, result[output])
+        for column, name in enumerate(self.signals):
+            self._traces[name].add(time, values[:, column])
+
+
+def _pieces(
+    source: Recording | str | Path, needs: Iterable[str], vehicle: Vehicle, dbc: Any, channel_map: Any
+) -> Iterator[Recording]:
+    if isinstance(source, Recording):
+        yield source
+        return
+    from tierod.readers import open_chunks
+
+    yield from open_chunks(
+        source,
+        seconds=CHUNK,
+        names=needs,
+        dbc=vehicle.database if dbc is None else dbc,
+        channel_map=vehicle.channel_map if channel_map is None else channel_map,
+    )
+
+
+def _share(piece: Recording) -> float:
+    return float(piece.metadata.get("share_read", 1.0))
+
+
+def _joined(before: Recording | None, piece: Recording) -> Recording:
+    """The piece with the end of the one before in front of it."""
+    if before is None:
+        return piece
+    channels = dict(piece.channels)
+    for name, old in before.channels.items():
+        new = channels.get(name)
+        if new is None:
+            channels[name] = old
+        else:
+            channels[name] = dataclasses.replace(
+                new, time=np.concatenate([old.time, new.time]), values=np.concatenate([old.values, new.values])
+            )
+    return Recording(channels, piece.metadata)
+
+
+def _with_unit(trace_: Any, unit: str) -> Any:
+    return dataclasses.replace(trace_, unit=unit)
+
+
+def _with_warnings(conclusion: Conclusion, warnings: Iterable[str]) -> Any:
+    finding = conclusion.finding
+    return dataclasses.replace(finding, warnings=tuple(dict.fromkeys([*finding.warnings, *warnings])))

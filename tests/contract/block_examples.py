@@ -1,0 +1,72 @@
+"""One example of every block of the package; a block without one fails the contract test."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from models.friction_paper import CAR
+from tierod.detectors.counter import GatedCounter
+from tierod.detectors.cusum import Cusum
+from tierod.detectors.moments import BatchMoments, ExponentialMoments, MovingMoments
+from tierod.detectors.threshold import Debounce, Hysteresis
+from tierod.estimators.kalman import KalmanFilter
+from tierod.estimators.luenberger import Luenberger
+from tierod.estimators.stationary import StationaryFilter
+from tierod.estimators.unscented import UnscentedFilter
+from tierod.filters.butterworth import Butterworth
+from tierod.filters.delay import Delay
+from tierod.filters.first_order import Differentiator, FirstOrderLowPass
+from tierod.filters.hold import InputHold
+from tierod.filters.play import Play
+from tierod.models.friction_estimation import FrictionEstimation as EstimatedFriction
+from tierod.monitors.friction.baseline import BaselineFrictionMonitor, BaselineParameters
+from tierod.monitors.friction.conditioning import SteeringConditioning, SteeringSample
+from tierod.monitors.friction.presliding import PreslidingFrictionFilter
+from tierod.monitors.friction.refined import RefinedFrictionMonitor, consistent
+from tierod.monitors.friction.rolling_variance import RollingVariance
+from tierod.monitors.friction.unscented import unscented
+from tierod.vehicles import load
+
+DT = 0.01
+GAIN = tuple(tuple(0.3 * (row == column) for column in range(3)) for row in range(5))
+"""Of a stable observer of three measured states among five."""
+
+BASES = {"GaussianFilter", "EachSignal"}
+"""What several blocks share; they are exercised through those."""
+
+PARTS = {"AngleObserver"}
+"""Steps with arguments of their own, used inside one block and exercised through it."""
+
+
+def examples() -> dict[type, Callable[[], Any]]:
+    """Class -> a function that builds an example."""
+    return {
+        GatedCounter: lambda: GatedCounter(DT),
+        Cusum: lambda: Cusum(0.5, 4.0, 20.0),
+        BatchMoments: lambda: BatchMoments(50),
+        ExponentialMoments: lambda: ExponentialMoments(1.0, DT),
+        MovingMoments: lambda: MovingMoments(50),
+        Debounce: lambda: Debounce(0.05, 0.1, DT),
+        Hysteresis: lambda: Hysteresis(0.4, 0.1, 0.05, DT),
+        KalmanFilter: lambda: replace(consistent(CAR).filter, hold_missing_input=True),
+        UnscentedFilter: lambda: replace(unscented(CAR).filter, hold_missing_input=True),
+        Butterworth: lambda: Butterworth(SteeringSample, DT, 0.0, 5.0),
+        Delay: lambda: Delay(SteeringSample, 7),
+        FirstOrderLowPass: lambda: FirstOrderLowPass(SteeringSample, DT, 0.05, 0.2),
+        Differentiator: lambda: Differentiator(SteeringSample, DT, 0.05, 0.02),
+        InputHold: lambda: InputHold(SteeringSample, DT, 0.05),
+        Play: lambda: Play(SteeringSample, DT, 0.05, 0.1),
+        SteeringConditioning: SteeringConditioning,
+        PreslidingFrictionFilter: lambda: PreslidingFrictionFilter(CAR),
+        RefinedFrictionMonitor: lambda: consistent(CAR),
+        RollingVariance: lambda: RollingVariance(50, 40),
+        BaselineFrictionMonitor: lambda: BaselineFrictionMonitor(
+            load("midsize-eps").parameters_for(BaselineParameters), threshold=1000.0, gate=None
+        ),
+        Luenberger: lambda: Luenberger(EstimatedFriction, CAR, (0.0,) * 5, GAIN),
+        StationaryFilter: lambda: StationaryFilter(
+            EstimatedFriction, CAR, (0.0,) * 5, GAIN, (1.0,) * 15, (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)
+        ),
+    }

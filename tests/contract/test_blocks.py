@@ -1,0 +1,113 @@
+"""What every block of the package promises; a new one gets these tests free."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import inspect
+import pkgutil
+
+import numpy as np
+import pytest
+
+import tierod
+from contract.block_examples import BASES, PARTS, examples
+from tierod.block import leaves, rebuild, skeleton, tuning, units, with_tuning
+from tierod.graph import Stream, batch, scan, trace
+
+EXAMPLES = examples()
+COUNT = 600
+
+
+def blocks() -> list[type]:
+    """Every block class of the package, the plants left out (they are run in tests of their own)."""
+    found = []
+    for info in pkgutil.walk_packages(tierod.__path__, "tierod."):
+        if ".cli." in info.name or ".proving_ground." in info.name:
+            continue
+        module = importlib.import_module(info.name)
+        for name, member in vars(module).items():
+            own = inspect.isclass(member) and member.__module__ == info.name and dataclasses.is_dataclass(member)
+            if own and hasattr(member, "init") and hasattr(member, "step") and name not in BASES | PARTS:
+                found.append(member)
+    return found
+
+
+def example(kind: type):
+    assert kind in EXAMPLES, f"add an example of {kind.__name__} to tests/contract/block_examples.py"
+    return EXAMPLES[kind]()
+
+
+def samples_of(block) -> np.ndarray:
+    random = np.random.default_rng(3)
+    width = len(list(leaves(skeleton(block.Sample))))
+    values = random.normal(size=(COUNT, width)).cumsum(axis=0) * 0.05 + random.normal(size=(COUNT, width)) * 0.3
+    values[random.random(values.shape) < 0.03] = np.nan
+    values[200:230] = np.nan
+    return values
+
+
+@pytest.fixture(params=blocks(), ids=lambda kind: kind.__name__)
+def block(request):
+    return example(request.param)
+
+
+def test_it_is_frozen_and_its_signals_are_named(block):
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        block.anything = 1.0
+    names = [name for name, _ in leaves(skeleton(block.Sample))]
+    assert len(names) == len(set(names)) == len(units(block.Sample))
+    assert all(
+        np.isfinite(value) or not np.isnan(value) for _, value in leaves(block.init()) if isinstance(value, float)
+    )
+
+
+def test_every_driver_gives_the_same_numbers(block):
+    samples = samples_of(block)
+    offline = scan(block, samples)
+    live = Stream(block)
+    pushed = np.empty_like(offline.values)
+    for row, out in zip(samples, pushed, strict=True):
+        live.inputs[:] = row
+        live.advance()
+        out[:] = live.outputs
+    np.testing.assert_array_equal(pushed, offline.values)
+    for lane in batch(block, [samples, samples[:300]]):
+        np.testing.assert_array_equal(lane.values, offline.values[: len(lane)])
+
+
+def test_plain_floats_and_the_virtual_machine_agree_with_compiled_code(block):
+    samples = samples_of(block)[:250]
+    compiled = scan(block, samples)
+    interpreted = scan(block, samples, engine="virtual machine")
+    np.testing.assert_allclose(interpreted.values, compiled.values, rtol=1e-6, atol=1e-9)
+    if trace(block).rings:
+        return  # plain floats need a driver that turns the delay lines: tests/graph/test_drivers.py
+    state, sample = block.init(), skeleton(block.Sample)
+    for row, expected in zip(samples[:60], compiled.values, strict=False):
+        state, output = block.step(state, rebuild(sample, row.tolist()))
+        np.testing.assert_allclose([value for _, value in leaves(output)], expected, rtol=1e-6, atol=1e-9)
+
+
+def test_missing_samples_never_reach_the_state(block):
+    clean = np.nan_to_num(samples_of(block))
+    holed = clean.copy()
+    holed[100:130] = np.nan
+    holed[200:260, 0] = np.nan
+    holed[0:3] = np.inf
+    after = scan(block, holed).values[-100:]
+    assert (np.isfinite(after) | ~np.isfinite(scan(block, clean).values[-100:])).all()
+    nothing = scan(block, np.full_like(clean, np.nan))
+    assert np.isfinite(scan(block, clean, nothing.state).values[-1]).any()
+
+
+def test_tuning_does_not_shape_the_graph(block):
+    other = with_tuning(block, [1.01 * value for _, value in tuning(block)])
+    assert trace(other) is trace(block)
+
+
+def test_a_run_can_be_cut_anywhere(block):
+    samples = samples_of(block)
+    whole, first = scan(block, samples), scan(block, samples[:211])
+    second = scan(block, samples[211:], first.state)
+    np.testing.assert_array_equal(np.vstack([first.values, second.values]), whole.values)
