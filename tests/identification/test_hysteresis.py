@@ -9,6 +9,7 @@ import pytest
 from identification.lock_to_lock import DAMPING, GEAR, INERTIA, lock_to_lock
 from tierod.errors import InputError, ParameterError
 from tierod.identification.hysteresis import HysteresisIdentification, friction_increase
+from tierod.proving_ground import lock_to_lock as virtual_turn
 from tierod.recording import Channel, Recording
 
 IDENTIFICATION = HysteresisIdentification(GEAR, INERTIA, DAMPING, damping_deviation=0.2)
@@ -36,6 +37,19 @@ def test_added_friction_within_three_tenths(added, support):
     assert abs(increase.value - added) < 4.0 * increase.standard_deviation + 0.05
     if support == "hoist":
         assert faulted.friction_torque == pytest.approx(HEALTHY + added, abs=0.3)
+
+
+@pytest.mark.parametrize("support", ["hoist", "ground"])
+@pytest.mark.parametrize("added", [0.0, 1.5, 4.0, 8.5])
+def test_added_friction_of_the_virtual_car_within_three_tenths(added, support):
+    hoist = support == "hoist"
+    unfaulted = IDENTIFICATION.identify(virtual_turn(HEALTHY, hoist, seed=1), support)
+    faulted = IDENTIFICATION.identify(virtual_turn(HEALTHY + added, hoist, seed=2), support)
+    assert friction_increase(faulted, unfaulted).value == pytest.approx(added, abs=0.3)
+    if support == "hoist":
+        assert faulted.friction_torque == pytest.approx(HEALTHY + added, abs=0.3)
+        assert faulted.pre_sliding is not None
+        assert math.degrees(faulted.pre_sliding.angle) == pytest.approx(1.0, abs=0.2)
 
 
 def test_the_work_balance_closes_term_by_term():

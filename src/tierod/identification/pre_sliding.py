@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -56,7 +57,7 @@ def pre_sliding(
     if len(angle) < 11:
         return None
     smooth = savgol_filter(angle, 11, 2)
-    found: list[float] = []
+    found: list[_Fit] = []
     for begin, end in pairwise(corners[1:]):
         direction = 1.0 if angle[end] > angle[begin] else -1.0
         around = slice(max(begin - 15, 0), begin + 15)
@@ -66,24 +67,44 @@ def pre_sliding(
         if count < 12 or motion[count - 1] < 0.5 * window:
             continue
         fitted = _fit(motion[:count], direction * torque[begin : begin + count], smallest, largest)
-        if fitted is not None and abs(fitted[1] / (2.0 * friction_torque) - 1.0) < 0.3:
-            found.append(fitted[0])
+        if fitted is not None and abs(fitted.jump / (2.0 * friction_torque) - 1.0) < 0.3:
+            found.append(fitted)
     if not found:
         return None
-    spread = float(np.std(found, ddof=1)) / math.sqrt(len(found)) if len(found) > 1 else 0.5 * found[0]
-    return PreSliding(float(np.mean(found)), spread, len(found))
+    angles = [fit.angle for fit in found]
+    spread = float(np.std(angles, ddof=1)) if len(found) > 1 else 0.0
+    within = float(np.sqrt(np.mean([fit.deviation**2 for fit in found])))
+    return PreSliding(float(np.mean(angles)), max(spread, within) / math.sqrt(len(found)), len(found))
 
 
-def _fit(motion: np.ndarray, torque: np.ndarray, smallest: float, largest: float) -> tuple[float, float] | None:
-    """(Dahl angle, height of the jump) of the best fit, None where it lies on a bound."""
+class _Fit(NamedTuple):
+    angle: float
+    deviation: float
+    jump: float
+
+
+def _fit(motion: np.ndarray, torque: np.ndarray, smallest: float, largest: float) -> _Fit | None:
+    """The best fit, None where it lies on a bound."""
     candidates = np.geomspace(smallest, largest, 60)
-    errors, jumps = [], []
-    for candidate in candidates:
-        columns = np.column_stack([np.ones_like(motion), motion, -np.exp(-motion / candidate)])
-        solution, *_ = np.linalg.lstsq(columns, torque, rcond=None)
-        errors.append(float(np.sum((columns @ solution - torque) ** 2)))
-        jumps.append(float(solution[2]))
+    errors = [_at(motion, torque, candidate)[0] for candidate in candidates]
     best = int(np.argmin(errors))
     if best in (0, len(candidates) - 1):
         return None
-    return float(candidates[best]), jumps[best]
+    finer = np.geomspace(candidates[best - 1], candidates[best + 1], 41)
+    angle = float(finer[int(np.argmin([_at(motion, torque, candidate)[0] for candidate in finer]))])
+    error, jump = _at(motion, torque, angle)
+    slope = -jump * np.exp(-motion / angle) * motion / angle**2
+    columns = np.column_stack([_columns(motion, angle), slope])
+    inverse = np.linalg.pinv(columns.T @ columns)
+    return _Fit(angle, math.sqrt(error / max(len(motion) - 4, 1) * float(inverse[3, 3])), jump)
+
+
+def _columns(motion: np.ndarray, angle: float) -> np.ndarray:
+    return np.column_stack([np.ones_like(motion), motion, -np.exp(-motion / angle)])
+
+
+def _at(motion: np.ndarray, torque: np.ndarray, angle: float) -> tuple[float, float]:
+    """(sum of squared residuals, height of the jump) at one Dahl angle."""
+    columns = _columns(motion, angle)
+    solution, *_ = np.linalg.lstsq(columns, torque, rcond=None)
+    return float(np.sum((columns @ solution - torque) ** 2)), float(solution[2])
