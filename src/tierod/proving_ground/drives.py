@@ -15,7 +15,8 @@ from tierod.errors import ParameterError
 from tierod.graph import scan
 from tierod.graph.runtime import Memory
 from tierod.physics.single_track import steady_road_wheel_angle
-from tierod.proving_ground.car import EpsCar, Output
+from tierod.proving_ground.car import EpsCar
+from tierod.proving_ground.car_signals import Output
 from tierod.proving_ground.friction_course import FrictionCourse
 from tierod.proving_ground.road import MIXED, Road, RoadKind, random_road
 from tierod.proving_ground.scatter import Scatter
@@ -116,21 +117,7 @@ def lock_to_lock(
     course = FrictionCourse.constant(float(friction))
     car = vehicle or EpsCar()
     person = replace(car.driver, correction=0.0, persistence=3.0, restlessness=0.0)
-    targets = np.array([0.0, -lock_angle, lock_angle, 0.0])
-    turning = 0.5 * math.pi * np.abs(np.diff(targets)) / rate
-    ends = np.cumsum(turning + _REST)
-
-    def inputs(time: np.ndarray) -> np.ndarray:
-        columns = np.zeros((len(time), 5))
-        stroke = np.minimum(np.searchsorted(ends, time), len(turning) - 1)
-        share = np.clip((time - (ends - turning)[stroke]) / turning[stroke], 0.0, 1.0)
-        columns[:, 2] = targets[stroke] + (targets[stroke + 1] - targets[stroke]) * (
-            0.5 - 0.5 * np.cos(math.pi * share)
-        )
-        columns[:, 3] = course.at(time)
-        columns[:, 4] = 0.0 if hoist else 1.0
-        return columns
-
+    inputs, seconds = _turning(course, lock_angle, rate, hoist)
     metadata = {
         "origin": "tierod virtual lock-to-lock turn",
         "seed": seed,
@@ -138,7 +125,7 @@ def lock_to_lock(
         "friction": dataclasses.asdict(course),
     }
     sensors = noise or SensorNoise()
-    return _recorded(replace(car, driver=person), inputs, float(ends[-1] + _REST), sensors, seed, metadata)
+    return _recorded(replace(car, driver=person), inputs, seconds, sensors, seed, metadata)
 
 
 def _generator(seed: int, stream: int, part: int = 0) -> np.random.Generator:
@@ -159,6 +146,23 @@ def _driving(car: EpsCar, road: Road, course: FrictionCourse, restless: Inputs) 
         return np.column_stack([speed, road.curvature_at(time), demand, course.at(time), ground])
 
     return inputs
+
+
+def _turning(course: FrictionCourse, lock_angle: float, rate: float, hoist: bool) -> tuple[Inputs, float]:
+    """What acts on the standing car that is turned from lock to lock, and how long [s]; a rest before every stroke."""
+    targets = np.array([0.0, -lock_angle, lock_angle, 0.0])
+    turning = 0.5 * math.pi * np.abs(np.diff(targets)) / rate
+    ends = np.cumsum(turning + _REST)
+
+    def inputs(time: np.ndarray) -> np.ndarray:
+        stroke = np.minimum(np.searchsorted(ends, time), len(turning) - 1)
+        share = np.clip((time - (ends - turning)[stroke]) / turning[stroke], 0.0, 1.0)
+        shape = 0.5 - 0.5 * np.cos(math.pi * share)
+        standing, ground = np.zeros(len(time)), np.full(len(time), 0.0 if hoist else 1.0)
+        demand = targets[stroke] + (targets[stroke + 1] - targets[stroke]) * shape
+        return np.column_stack([standing, standing, demand, course.at(time), ground])
+
+    return inputs, float(ends[-1] + _REST)
 
 
 def _restlessness(car: EpsCar, seconds: float, generator: np.random.Generator) -> Inputs:
@@ -188,12 +192,14 @@ def _recorded(
             kept[column].append(values[-start % stride :: stride, column].copy())
     channels = {}
     noisy = dict(sensors.items())
+    times: dict[int, np.ndarray] = {}
     for column, (name, stride, unit) in enumerate(zip(names, strides, units(Output), strict=True)):
-        truth = np.concatenate(kept[column])
-        time = np.arange(len(truth)) * (stride * car.step_time)
+        values = np.concatenate(kept[column])
+        kept[column].clear()
+        time = times.setdefault(stride, np.arange(len(values)) * (stride * car.step_time))
         if name in noisy:
-            truth = noisy[name].measure(truth, _generator(seed, _SENSORS, column))
-        channels[name] = Channel(name, time, truth, SIGNALS[name].unit if name in SIGNALS else unit, "virtual car")
+            values = noisy[name].measure(values, _generator(seed, _SENSORS, column))
+        channels[name] = Channel(name, time, values, SIGNALS[name].unit if name in SIGNALS else unit, "virtual car")
     described = {"vehicle": dict(tuning(car)), "sensors": dataclasses.asdict(sensors)}
     return Recording(channels, metadata | described)
 
