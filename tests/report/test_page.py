@@ -1,0 +1,175 @@
+import dataclasses
+import json
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from diagnosis_examples import EXAMPLES, friction_fault, trace
+from tierod.errors import OutputError
+from tierod.findings import Status
+from tierod.report import write_html
+from tierod.report.page import render
+from tierod.report.status import appearance
+
+
+class Page(HTMLParser):
+    """What a browser would see: elements, identifiers, and whether every element is closed."""
+
+    VOID = frozenset({"meta", "link", "br", "hr", "img", "input", "line", "circle"})
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.identifiers, self.attributes, self.texts = [], [], [], []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        self.attributes.append((tag, dict(attrs)))
+        self.identifiers += [value for key, value in attrs if key == "id"]
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.attributes.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if not self.open or self.open[-1] not in ("script", "style"):
+            self.texts.append(data)
+
+
+def charts(text):
+    found = re.findall(r'<script type="application/json" class="figure">(.*?)</script>', text, re.DOTALL)
+    return {chart["name"]: chart for chart in map(json.loads, found)}
+
+
+@pytest.fixture(scope="module")
+def fault_page():
+    return render(friction_fault())
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_every_page_is_whole_and_needs_no_network(name):
+    text = render(EXAMPLES[name]())
+    page = Page(text)
+    assert page.open == []
+    assert len(set(page.identifiers)) == len(page.identifiers)
+    for tag, attributes in page.attributes:
+        assert "src" not in attributes, f"{tag} loads {attributes['src']}"
+        assert not attributes.get("href", "").startswith(("http", "//"))
+    assert "@import" not in text.split("</style>")[0]
+    assert ("html", {"lang": "en"}) in page.attributes
+
+
+def test_the_verdict_stands_before_everything_else(fault_page):
+    said = " ".join(" ".join(Page(fault_page).texts).split())
+    order = [
+        "fault",
+        "rose to three times",
+        "12.43 Nm",
+        "95 % interval 12.21 to 12.65 Nm",
+        "Why:",
+        "What to do:",
+        "To know:",
+    ]
+    order += ["Friction over time", "Hysteresis", "Stretch by stretch", "Can the estimator be trusted", "NIS within"]
+    order += [
+        "What was recorded",
+        "Data quality",
+        "Parameters and where they come from",
+        "tierod diagnose drive.parquet",
+    ]
+    places = [said.index(each) for each in order]
+    assert places == sorted(places)
+
+
+def test_every_chart_has_a_place_a_sentence_and_a_table(fault_page):
+    page = Page(fault_page)
+    places = {attributes["id"]: attributes for tag, attributes in page.attributes if attributes.get("class") == "chart"}
+    assert set(places) == {f"chart-{name}" for name in charts(fault_page)}
+    assert set(charts(fault_page)) == {"estimate-friction", "loops", "histograms", "innovations", "signals"}
+    for attributes in places.values():
+        assert attributes["role"] == "img"
+        assert len(attributes["aria-label"]) > 20
+    assert sum(tag == "details" for tag, _ in page.attributes) == len(places)
+
+
+def test_levels_truth_and_enabled_stretches_are_drawn(fault_page):
+    chart = charts(fault_page)["estimate-friction"]
+    names = [series.get("name") for series in chart["data"]]
+    assert names == ["95 % interval", "lowest to highest", "estimate", "truth of the simulation", "enabled share"]
+    levels = [shape["y0"] for shape in chart["layout"]["shapes"] if shape.get("xref") == "paper"]
+    assert levels == [4.0, 4.05, 4.8, 7.5]
+    labels = [note["text"] for note in chart["layout"]["annotations"]]
+    assert "nominal 4, learnt level 4.05 Nm" in labels
+    assert "fault since here" in labels
+
+
+def test_a_gap_stays_a_gap(fault_page):
+    chart = charts(fault_page)["signals"]
+    yaw = next(series for series in chart["data"] if series.get("name") == "Yaw rate")
+    assert None in yaw["y"]
+    outline = next(
+        series for series in chart["data"] if series["yaxis"] == yaw["yaxis"] and series.get("fill") == "toself"
+    )
+    assert outline["y"].count(None) == 1
+
+
+def test_names_cannot_break_out_of_the_page():
+    evil = "</script><script>alert(1)</script>"
+    diagnosis = friction_fault(bins=20)
+    finding = dataclasses.replace(diagnosis.findings[0], headline=evil, monitor=evil)
+    loops = {evil: diagnosis.loops["before"]}
+    text = render(
+        dataclasses.replace(diagnosis, findings=(finding,), loops=loops, recording={"name": evil}, command=evil)
+    )
+    assert evil not in text
+    assert Page(text).open == []
+    assert charts(text)["loops"]["data"][0]["name"].lower() == evil
+
+
+def test_a_ten_hour_drive_stays_below_ten_megabytes(tmp_path):
+    bins = 40_000
+    path = write_html(friction_fault(duration=36_000.0, bins=bins), tmp_path / "report.html")
+    assert path.stat().st_size < 10e6
+    signals = charts(path.read_text(encoding="utf-8"))["signals"]
+    assert max(len(series["y"]) for series in signals["data"]) < 2.1 * 4000
+
+
+def test_merging_hides_no_peak():
+    diagnosis = friction_fault(bins=30)
+    time = np.arange(20_001) * 0.01
+    values = np.zeros(20_001)
+    values[12_345] = 77.0
+    chart = charts(
+        render(dataclasses.replace(diagnosis, traces={"driver_torque": trace("driver_torque", "N*m", time, values)}))
+    )
+    assert max(value for value in chart["signals"]["data"][0]["y"] if value is not None) == 77.0
+
+
+@pytest.mark.parametrize("status", Status)
+def test_every_status_is_told_in_words_and_by_a_symbol(status):
+    finding = dataclasses.replace(friction_fault(bins=20).findings[0], status=status)
+    text = render(dataclasses.replace(friction_fault(bins=20), findings=(finding,), traces={}, loops={}, histograms={}))
+    assert f"</span> {status}</span>" in text
+    assert appearance(status).symbol in text
+
+
+def test_an_all_missing_estimate_is_drawn_without_warnings():
+    diagnosis = friction_fault(bins=50)
+    nothing = np.full(50, np.nan)
+    traces = {
+        name: trace(name, "N*m", np.arange(50.0), nothing)
+        for name in ("friction", "friction_standard_deviation", "enabled")
+    }
+    text = render(dataclasses.replace(diagnosis, traces=traces, loops={"none": (nothing, nothing)}, histograms={}))
+    assert "no value in the whole recording" in text
+
+
+def test_a_page_that_cannot_be_written_says_so(tmp_path):
+    with pytest.raises(OutputError, match="create the folder first"):
+        write_html(EXAMPLES["nothing"](), tmp_path / "absent" / "report.html")

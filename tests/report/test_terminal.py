@@ -1,0 +1,35 @@
+import io
+
+import pytest
+from rich.console import Console
+
+from diagnosis_examples import EXAMPLES
+from tierod.report import print_table
+
+
+def printed(name):
+    console = Console(file=io.StringIO(), width=200)
+    print_table(EXAMPLES[name](), console)
+    return console.file.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        (
+            "friction_fault",
+            ["✕ FAULT", "12.43 Nm  (95 %: 12.21 to 12.65)", "fault level 7.5 Nm", "21 min 50 s", "Remarks on the data"],
+        ),
+        ("healthy", ["✓ HEALTHY", "as it should be"]),
+        ("not_identifiable", ["? NOT IDENTIFIABLE", "<lane keeping> was active", "what to do", "raw counts"]),
+        ("nothing", ["not available: no monitor ran"]),
+    ],
+)
+def test_says_what_was_found(name, expected):
+    text = printed(name)
+    for each in expected:
+        assert each in text
+
+
+def test_square_brackets_of_a_recording_are_no_markup():
+    assert "[/" not in printed("friction_fault")
