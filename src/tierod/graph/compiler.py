@@ -60,7 +60,9 @@ def load(source: str, name: str) -> ctypes.PyDLL:
             "no C compiler was found (looked for cc, gcc, clang and the wheel ziglang); install one, "
             "or pip install 'tierod[compiler]', or run with engine='virtual machine'"
         )
-    key = hashlib.sha256("\0".join([*command, _identity(command[0]), _machine(), *FLAGS, *NATIVE, *SCHEDULED, source]).encode())
+    key = hashlib.sha256(
+        "\0".join([*command, _identity(command[0]), _machine(), *FLAGS, *NATIVE, *SCHEDULED, source]).encode()
+    )
     folder = _writable(cache_folder())
     library = folder / f"{name}-{key.hexdigest()[:24]}.so"
     if not library.exists():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import os
 from functools import lru_cache
-from typing import Literal, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from tierod.graph.virtual_machine import VirtualMachine
 
 Engine = Literal["auto", "compiled", "virtual machine"]
 
-_DOUBLES = ctypes.POINTER(ctypes.c_double)
+_LOOP = (ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_long)
 
 
 class Kernel(Protocol):
@@ -39,12 +39,11 @@ class CompiledKernel:
         self.name = prefix(self.graph)
         self.carried = _prepare(self.library, self.name, block)
         self._scan = getattr(self.library, f"{self.name}_scan")
-        self._scan.argtypes = [ctypes.c_long, _VECTOR, _MATRIX, _MATRIX, _VECTOR, ctypes.c_long]
-        self._scan.restype = None
+        self._scan.argtypes, self._scan.restype = _LOOP, None
 
     def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
         """Run over samples (n, inputs) into outputs (n, outputs); `memory` is carried on, `count` steps came before."""
-        self._scan(len(samples), memory, samples, outputs, self.carried, count)
+        _run(self._scan, memory, samples, outputs, self.carried, count)
 
 
 class LaneKernel:
@@ -61,12 +60,11 @@ class LaneKernel:
             columns += [columns[0]] * (LANES - len(columns))
         self.carried = np.ascontiguousarray(np.stack(columns, axis=1)).ravel()
         self._lanes = getattr(library, f"{name}_lanes")
-        self._lanes.argtypes = [ctypes.c_long, _TILE, _TILE, _TILE, _VECTOR, ctypes.c_long]
-        self._lanes.restype = None
+        self._lanes.argtypes, self._lanes.restype = _LOOP, None
 
     def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
         """Run over samples (n, inputs, 64) into outputs (n, outputs, 64); `memory` (numbers, 64) is carried on."""
-        self._lanes(len(samples), memory, samples, outputs, self.carried, count)
+        _run(self._lanes, memory, samples, outputs, self.carried, count)
 
 
 def kernel(block: Block, engine: Engine = "auto") -> Kernel:
@@ -97,9 +95,17 @@ def is_interpreted(engine: str = "auto") -> bool:
     return engine == "virtual machine" or (engine == "auto" and compiler() is None)
 
 
-_VECTOR = np.ctypeslib.ndpointer(np.float64, ndim=1, flags="C_CONTIGUOUS")
-_MATRIX = np.ctypeslib.ndpointer(np.float64, ndim=2, flags="C_CONTIGUOUS")
-_TILE = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
+def _run(
+    loop: Any, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, carried: np.ndarray, count: int
+) -> None:
+    addresses = map(_address, (memory, samples, outputs, carried))
+    loop(len(samples), *addresses, count)
+
+
+def _address(array: np.ndarray) -> int:
+    if array.dtype != np.float64 or not array.flags.c_contiguous:
+        raise ValueError(f"a kernel needs float64 in C order, not {array.dtype} with strides {array.strides}")
+    return array.ctypes.data
 
 
 @lru_cache(maxsize=256)
@@ -117,6 +123,6 @@ def _prepare(library: ctypes.PyDLL, name: str, block: Block) -> np.ndarray:
     values = np.array([value for _, value in tuning(block)], dtype=float)
     carried = np.zeros(ctypes.c_long.in_dll(library, f"{name}_carried").value)
     prepare = getattr(library, f"{name}_prepare")
-    prepare.argtypes, prepare.restype = [_VECTOR, _VECTOR], None
-    prepare(values, carried)
+    prepare.argtypes, prepare.restype = (ctypes.c_void_p, ctypes.c_void_p), None
+    prepare(_address(values), _address(carried))
     return carried

@@ -1,0 +1,68 @@
+"""The whole command on an hour of driving: process start to JSON, and what ten hours add to its memory."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.filterpy_peer import nanoseconds_per_step
+from benchmarks.filters import EnabledFilter, matrices
+from tierod.models.friction_estimation import FrictionParameters
+from tierod.monitors.friction.refined import printed
+from tierod.proving_ground import drive
+from tierod.vehicles import load
+from tierod.writers import write
+
+RATE = 100.0
+REPEATS = 5
+
+
+def run() -> list[dict]:
+    """One row: seconds for an hour, against filterpy's filter alone over as many samples that it need not read."""
+    with tempfile.TemporaryDirectory() as folder:
+        hour, ten = Path(folder, "hour.parquet"), Path(folder, "ten-hours.parquet")
+        write(drive(minutes=60.0, seed=1), hour)
+        write(drive(minutes=600.0, seed=2), ten)
+        _timed(hour, folder)
+        hours = [_timed(hour, folder) for _ in range(REPEATS)]
+        with_report = [_timed(hour, folder, "--report") for _ in range(REPEATS)]
+        long = _timed(ten, folder)
+    seconds, megabytes = (float(np.median(column)) for column in zip(*hours, strict=True))
+    monitor = printed(load("midsize-eps").parameters_for(FrictionParameters))
+    samples = np.random.default_rng(0).normal(size=(20_000, 6)) * 0.3
+    step = nanoseconds_per_step(samples, matrices(EnabledFilter(monitor.filter, monitor.gate)))
+    peer = step * 1e-9 * 3600.0 * RATE
+    return [
+        {
+            "name": "diagnose-1h",
+            "value": seconds,
+            "unit": "s",
+            "peer": "filterpy, filter alone",
+            "peer_value": peer,
+            "ratio": peer / seconds,
+            "with_html_report_s": float(np.median([time_ for time_, _ in with_report])),
+            "memory_mb": megabytes,
+            "ten_hours_s": long[0],
+            "ten_hours_memory_mb": long[1],
+        }
+    ]
+
+
+def _timed(recording: Path, folder: str, report: str = "--no-report") -> tuple[float, float]:
+    """Seconds from process start to its end, and its largest resident memory [MB]."""
+    command = [
+        sys.executable, "-m", "tierod", "diagnose", str(recording), "--vehicle", "midsize-eps", "--json", report,
+    ]  # fmt: skip
+    start = time.perf_counter()
+    with subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode not in (0, 1):
+        raise RuntimeError(f"'{' '.join(command)}' ended with {process.returncode}")
+    return time.perf_counter() - start, usage.ru_maxrss / 1024.0
