@@ -76,12 +76,11 @@ def linearise(model: Any, parameters: Any, state: Tree, inputs: Tree) -> LinearS
     C = jacobian(lambda x: model.output(x, given, parameters), at)
     B = jacobian(lambda u: equation(at, u, parameters), given) if m else []
     D = jacobian(lambda u: model.output(at, u, parameters), given) if m else []
-    matrices = [
-        np.array(rows, float).reshape(shape) for rows, shape in ((A, (n, n)), (B, (n, m)), (C, (p, n)), (D, (p, m)))
-    ]
+    wanted: list[tuple[Any, tuple[int, int]]] = [(A, (n, n)), (B, (n, m)), (C, (p, n)), (D, (p, m))]
+    matrices = [np.array(rows, float).reshape(shape) for rows, shape in wanted]
     if not all(np.isfinite(matrix).all() for matrix in matrices):
         raise ParameterError(f"{model.__name__} has no finite Jacobian at {at}; choose another operating point")
-    return LinearSystem(*matrices, *shapes)
+    return LinearSystem(*matrices, *shapes)  # type: ignore[arg-type]
 
 
 def sampled(system: LinearSystem, sample_time: float) -> LinearSystem:

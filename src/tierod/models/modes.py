@@ -16,7 +16,7 @@ class Mode(NamedTuple):
 
     Args:
         eigenvalue: of A
-        direction: state direction that is seen least at this eigenvalue, unit length in scaled states, (n,)
+        direction: state direction that is seen least at this eigenvalue, in the states' own units, largest entry 1, (n,)
         margin: smallest singular value of [A - eigenvalue I; C], both scaled to size 1: 0 is unobservable
     """
 
@@ -25,25 +25,30 @@ class Mode(NamedTuple):
     margin: float
 
 
-def scaled(
-    system: LinearSystem, state_scale: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+class Scaled(NamedTuple):
+    """A and C of a system in scaled states, the state scale, and the size by which A was divided."""
+
+    A: np.ndarray
+    C: np.ndarray
+    scale: np.ndarray
+    size: float
+
+
+def scaled(system: LinearSystem, state_scale: np.ndarray | None = None) -> Scaled:
     """A and C in scaled states, each output of size 1, A without its mean eigenvalue and of size 1.
 
     Shifting and scaling A does not change what is observable, but it separates the modes of a finely sampled system,
     whose A is nearly the identity.
-
-    Returns:
-        A scaled, C scaled, state scale, and the size by which A was divided
     """
     n = len(system.A)
     shifted = system.A - np.trace(system.A) / n * np.eye(n)
     scale = balance(shifted) if state_scale is None else np.asarray(state_scale, float)
     A = shifted * scale / scale[:, None]
-    size = max(np.linalg.norm(A, 2), np.finfo(float).tiny)
+    size = float(np.linalg.norm(A, 2))
+    size = size if size > 1e-12 * np.linalg.norm(system.A, 2) else 1.0
     C = system.C * scale
     rows = np.linalg.norm(C, axis=1, keepdims=True)
-    return A / size, C / np.where(rows > 0.0, rows, 1.0), scale, size
+    return Scaled(A / size, C / np.where(rows > 0.0, rows, 1.0), scale, size)
 
 
 def balance(matrix: np.ndarray) -> np.ndarray:
@@ -56,19 +61,20 @@ def balance(matrix: np.ndarray) -> np.ndarray:
 
 def modes(system: LinearSystem, state_scale: np.ndarray | None = None) -> list[Mode]:
     """Every eigenvalue with its margin (Popov-Belevitch-Hautus test), the least visible first."""
-    A, C, _, size = scaled(system, state_scale)
+    A, C, scale, size = scaled(system, state_scale)
     shift = np.trace(system.A) / len(A)
     found = []
     for eigenvalue in np.linalg.eigvals(A):
         _, values, rows = np.linalg.svd(np.vstack([A - eigenvalue * np.eye(len(A)), C]))
-        found.append(Mode(complex(eigenvalue * size + shift), _phased(rows[-1].conj()), float(values[len(A) - 1])))
+        found.append(
+            Mode(complex(eigenvalue * size + shift), _phased(scale * rows[-1].conj()), float(values[len(A) - 1]))
+        )
     return sorted(found, key=lambda mode: mode.margin)
 
 
 def _phased(vector: np.ndarray) -> np.ndarray:
-    """The vector turned so that its largest entry is positive; real where it can be."""
-    largest = vector[np.argmax(np.abs(vector))]
-    turned = vector * (abs(largest) / largest)
+    """The vector divided by its largest entry; real where it can be."""
+    turned = vector / vector[np.argmax(np.abs(vector))]
     return turned.real if np.allclose(turned.imag, 0.0, atol=1e-9) else turned
 
 

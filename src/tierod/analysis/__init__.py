@@ -1,0 +1,1 @@
+"""Analysis of models and of finished runs: observability, consistency."""

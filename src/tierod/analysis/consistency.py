@@ -1,0 +1,234 @@
+"""Whether a filter's errors are as large as it says: NIS, whiteness, NEES, over a whole run or chunk by chunk."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tierod.errors import InputError
+
+CONFIDENCE = 0.95  # of every band here; the share that textbooks and reviewers expect
+
+
+@dataclass(frozen=True, eq=False)
+class Consistency:
+    """Figures of a run. A figure that cannot be had from the run is NaN.
+
+    Args:
+        samples: samples with at least one measurement
+        measurements: how many measurements these held
+        nis: mean normalised innovation squared per measurement; 1 is consistent, more is overconfident, less cautious
+        nis_band: 95 % band for `nis` of a consistent filter
+        outside: share of samples whose NIS lies above the 95 % quantile of its chi-square distribution; 0.05 is right
+        whiteness: largest autocorrelation of the normalised innovations over lags and outputs
+        whiteness_band: its 95 % limit for white innovations
+        lags: autocorrelation, (outputs, lags)
+        nees: mean normalised estimation error squared per state, where the truth was given
+        nees_band: 95 % band for `nees`, as if the errors of different samples were independent: they are not, the true
+            band is wider
+    """
+
+    samples: int
+    measurements: int
+    nis: float
+    nis_band: tuple[float, float]
+    outside: float
+    whiteness: float
+    whiteness_band: float
+    lags: np.ndarray
+    nees: float
+    nees_band: tuple[float, float]
+
+    @property
+    def consistent(self) -> bool | None:
+        """Whether mean NIS lies in its band; None without measurements."""
+        if not self.measurements:
+            return None
+        return self.nis_band[0] <= self.nis <= self.nis_band[1]
+
+    @property
+    def white(self) -> bool | None:
+        """Whether the innovations are white at every lag; None where that is not known."""
+        return None if math.isnan(self.whiteness) else self.whiteness <= self.whiteness_band
+
+
+def chi_square_quantile(probability: float, degrees: Any) -> Any:
+    """Quantile of the chi-square distribution."""
+    from scipy.special import gammaincinv
+
+    return 2.0 * gammaincinv(np.asarray(degrees, float) / 2.0, probability)
+
+
+def mean_band(degrees: int, count: int | None = None) -> tuple[float, float]:
+    """95 % band of a chi-square sum with this many degrees, per degree (or per `count`)."""
+    if not degrees:
+        return (math.nan, math.nan)
+    low, high = (1.0 - CONFIDENCE) / 2.0, (1.0 + CONFIDENCE) / 2.0
+    per = degrees if count is None else count
+    return (float(chi_square_quantile(low, degrees)) / per, float(chi_square_quantile(high, degrees)) / per)
+
+
+class ConsistencyAccumulator:
+    """Consistency of a run that comes in chunks; memory does not grow with the run.
+
+    Args:
+        lags: how many lags of autocorrelation are looked at
+
+    `add` takes arrays of consecutive samples, in order; `result` may be asked at any time.
+    """
+
+    def __init__(self, lags: int = 20):
+        self.lag_count = lags
+        self.samples = self.measurements = self.above = 0
+        self.nis_sum = 0.0
+        self.error_sum, self.error_degrees = 0.0, 0
+        self._tail: np.ndarray | None = None
+        self._square = self._pairs = self._products = np.zeros(0)
+        self._count = self._sum = np.zeros(0)
+
+    def add(self, nis: np.ndarray, present: np.ndarray, innovation: Any = None, variance: Any = None) -> None:
+        """One more chunk of a filter's estimate.
+
+        Args:
+            nis, present: fields of the estimate over time, (n,)
+            innovation, variance: its `innovation` and `innovation_variance`, (n, outputs); NaN where missing
+
+        Raises:
+            InputError: arrays of different length
+        """
+        nis, present = np.asarray(nis, float), np.asarray(present, float)
+        if nis.shape != present.shape or nis.ndim != 1:
+            raise InputError(f"nis has the shape {nis.shape} and present {present.shape}; expected (n,) for both")
+        used = (present > 0.5) & np.isfinite(nis)
+        degrees = present[used]
+        self.samples += int(used.sum())
+        self.measurements += int(degrees.sum())
+        self.nis_sum += float(nis[used].sum())
+        limits = {number: chi_square_quantile(CONFIDENCE, number) for number in np.unique(degrees)}
+        self.above += int(sum((nis[used][degrees == number] > limit).sum() for number, limit in limits.items()))
+        if innovation is not None and variance is not None:
+            self._add_innovations(np.asarray(innovation, float), np.asarray(variance, float), len(nis))
+
+    def add_error(self, error: np.ndarray, covariance: np.ndarray) -> None:
+        """One more chunk of errors against a known truth.
+
+        Args:
+            error: estimate minus truth, (n, states)
+            covariance: packed covariance (n, states (states + 1) / 2), or variances (n, states), which neglects
+                correlation between the errors of different states
+
+        Raises:
+            InputError: shapes that do not fit together
+        """
+        squares = normalised_error_squared(error, covariance)
+        used = np.isfinite(squares)
+        self.error_sum += float(squares[used].sum())
+        self.error_degrees += int(used.sum()) * np.shape(error)[1]
+
+    def result(self) -> Consistency:
+        """The figures so far."""
+        lags = self._autocorrelation()
+        seen = np.isfinite(lags)
+        pairs = self._pairs[seen] if seen.any() else np.zeros(0)
+        return Consistency(
+            self.samples,
+            self.measurements,
+            self.nis_sum / self.measurements if self.measurements else math.nan,
+            mean_band(self.measurements),
+            self.above / self.samples if self.samples else math.nan,
+            float(np.abs(lags[seen]).max()) if seen.any() else math.nan,
+            _whiteness_limit(pairs),
+            lags,
+            self.error_sum / self.error_degrees if self.error_degrees else math.nan,
+            mean_band(self.error_degrees),
+        )
+
+    def _add_innovations(self, innovation: np.ndarray, variance: np.ndarray, length: int) -> None:
+        if innovation.shape != variance.shape or innovation.ndim != 2 or len(innovation) != length:
+            raise InputError(
+                f"innovation has the shape {innovation.shape} and its variance {variance.shape}; "
+                f"expected ({length}, outputs) for both"
+            )
+        with np.errstate(invalid="ignore", divide="ignore"):
+            normal = innovation / np.sqrt(variance)
+        outputs = normal.shape[1]
+        if self._tail is None:
+            self._tail = np.full((self.lag_count, outputs), np.nan)
+            self._square, self._count, self._sum = np.zeros(outputs), np.zeros(outputs), np.zeros(outputs)
+            self._products, self._pairs = np.zeros((outputs, self.lag_count)), np.zeros((outputs, self.lag_count))
+        there = np.isfinite(normal)
+        clean = np.where(there, normal, 0.0)
+        self._square = self._square + (clean**2).sum(axis=0)
+        self._count = self._count + there.sum(axis=0)
+        self._sum = self._sum + clean.sum(axis=0)
+        joined = np.vstack([self._tail, normal])
+        for lag in range(1, self.lag_count + 1):
+            product = normal * joined[self.lag_count - lag : len(joined) - lag]
+            known = np.isfinite(product)
+            self._products[:, lag - 1] += np.where(known, product, 0.0).sum(axis=0)
+            self._pairs[:, lag - 1] += known.sum(axis=0)
+        self._tail = joined[len(joined) - self.lag_count :]
+
+    def _autocorrelation(self) -> np.ndarray:
+        if self._tail is None:
+            return np.zeros((0, self.lag_count))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            power = self._square / self._count
+            return np.where(self._pairs > 0.0, self._products / self._pairs / power[:, None], np.nan)
+
+
+def normalised_error_squared(error: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """e' P^-1 e of every sample, (n,); NaN where an error or a covariance is not finite or not positive.
+
+    Args:
+        error: estimate minus truth, (n, states)
+        covariance: packed covariance (n, states (states + 1) / 2), or variances (n, states)
+    """
+    error, covariance = np.asarray(error, float), np.asarray(covariance, float)
+    if error.ndim != 2 or covariance.ndim != 2 or len(error) != len(covariance):
+        raise InputError(f"error has the shape {error.shape} and covariance {covariance.shape}; expected (n, ...) both")
+    n = error.shape[1]
+    if covariance.shape[1] == n:
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.where((covariance > 0.0).all(axis=1), (error**2 / covariance).sum(axis=1), np.nan)
+    if covariance.shape[1] != n * (n + 1) // 2:
+        raise InputError(
+            f"covariance has {covariance.shape[1]} columns for {n} states; expected {n} variances or "
+            f"{n * (n + 1) // 2} packed entries"
+        )
+    full = np.empty((len(error), n, n))
+    rows, columns = np.triu_indices(n)
+    full[:, rows, columns] = full[:, columns, rows] = covariance
+    result = np.full(len(error), np.nan)
+    good = np.isfinite(full).all(axis=(1, 2)) & np.isfinite(error).all(axis=1)
+    good[good] &= np.linalg.eigvalsh(full[good])[:, 0] > 0.0
+    solved = np.linalg.solve(full[good], error[good][:, :, None])[:, :, 0]
+    result[good] = (error[good] * solved).sum(axis=1)
+    return result
+
+
+def _whiteness_limit(pairs: np.ndarray) -> float:
+    """Limit for the largest of several autocorrelations of white noise (Bonferroni), 95 %."""
+    from scipy.special import ndtri
+
+    if not len(pairs):
+        return math.nan
+    return float(ndtri(1.0 - (1.0 - CONFIDENCE) / (2.0 * len(pairs))) / math.sqrt(pairs.min()))
+
+
+def consistency(result: Any, lags: int = 20) -> Consistency:
+    """Consistency of a whole run of a filter.
+
+    Args:
+        result: what `tierod.graph.scan` gave for a `KalmanFilter`, `UnscentedFilter` or `StationaryFilter`
+        lags: how many lags of autocorrelation are looked at
+    """
+    accumulator = ConsistencyAccumulator(lags)
+    names = [name for name in result.names if name.startswith("innovation.")]
+    spreads = [name.replace("innovation.", "innovation_variance.", 1) for name in names]
+    columns = [np.column_stack([result[name] for name in group]) for group in (names, spreads)]
+    accumulator.add(result["nis"], result["present"], *columns)
+    return accumulator.result()
