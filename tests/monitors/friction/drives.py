@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from tierod.monitors.friction.refined import FrictionSample
+from tierod.monitors.friction.refined_signals import FrictionSample
 from tierod.proving_ground import EpsCar, FrictionCourse, SensorNoise, drive
 from tierod.recording import Aligned
 

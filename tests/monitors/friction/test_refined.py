@@ -12,17 +12,9 @@ from tierod.errors import ParameterError
 from tierod.graph import scan
 from tierod.models.friction_estimation import FrictionEstimation
 from tierod.monitors.friction.gate import FrictionGate
-from tierod.monitors.friction.refined import (
-    FrictionSample,
-    FrictionSampleWithSpeed,
-    RefinedFrictionMonitor,
-    Sticking,
-    consistent,
-    equal_low_pass,
-    joint_filter,
-    printed,
-    printed_open,
-)
+from tierod.monitors.friction.joint_filter import equal_low_pass, joint_filter
+from tierod.monitors.friction.refined import RefinedFrictionMonitor, Sticking, consistent, printed, printed_open
+from tierod.monitors.friction.refined_signals import FrictionSample, FrictionSampleWithSpeed
 from tierod.monitors.friction.unscented import unscented
 from tierod.proving_ground import FrictionCourse
 
@@ -144,6 +136,29 @@ def test_nothing_but_missing_samples_leaves_the_start(low_pass):
     assert np.all(run["friction_torque"] == 3.0)
     assert np.all(run["present"] == 0.0)
     assert np.all(np.isfinite(run["self_aligning_torque"]))
+
+
+@pytest.mark.parametrize("seconds", [10, 300])
+@pytest.mark.parametrize("columns", [slice(None), [0, 1, 4]])
+@pytest.mark.parametrize("preset", PRESETS)
+def test_a_long_gap_costs_nothing(preset, columns, seconds):
+    samples = driven(8.0).values[:, :6].copy()
+    gap = slice(21_500, 21_500 + 100 * seconds)
+    hole = samples[gap]
+    hole[:, columns] = np.nan
+    samples[gap] = hole
+    kept = scan(PRESETS[preset](CAR), samples)["friction_torque"]
+    assert np.max(np.abs(kept[gap.stop : gap.stop + 1000] - kept[gap.start])) < 0.5
+
+
+def test_without_a_new_start_a_long_gap_spoils_the_estimate():
+    changes = []
+    for start in (20_000, 21_500, 23_456, 30_000):
+        samples = driven(8.0).values[:, :6].copy()
+        samples[start : start + 30_000, [0, 1, 4]] = np.nan
+        kept = scan(replace(consistent(CAR), longest_gap=math.inf), samples)["friction_torque"]
+        changes.append(np.max(np.abs(kept[start + 30_000 : start + 33_000] - kept[start])))
+    assert max(changes) > 2.0
 
 
 def test_sticking_takes_friction_out_of_the_balance():

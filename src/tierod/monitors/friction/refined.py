@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Literal, NamedTuple
+from math import inf
+from typing import Any, Literal, NamedTuple
 
-from tierod.block import leaves
+from tierod.block import leaves, rebuild, skeleton
 from tierod.errors import ParameterError
 from tierod.estimators.gaussian import GaussianFilter
-from tierod.estimators.kalman import KalmanFilter
-from tierod.filters.butterworth import Butterworth
+from tierod.estimators.shapes import Belief
 from tierod.filters.each import EachSignal
-from tierod.graph.maths import absolute, all_of, present, sign, sqrt, where
+from tierod.graph.maths import absolute, all_of, both, present, sign, sqrt, where
 from tierod.models.friction_estimation import FrictionEstimation, FrictionParameters
 from tierod.monitors.friction.gate import FrictionGate
+from tierod.monitors.friction.joint_filter import VirtualNoise, joint_filter
+from tierod.monitors.friction.refined_signals import (
+    FrictionEstimate,
+    FrictionSample,
+    FrictionSampleWithSpeed,
+    Innovation,
+    InnovationVariance,
+)
 
 OperatingPoint = Literal["measurement", "estimate"]
-VirtualNoise = Literal["scaled by sample time", "per sample"]
-CovarianceUpdate = Literal["printed", "schmidt"]
 
 
 @dataclass(frozen=True)
@@ -38,69 +44,6 @@ class Sticking:
     torque_deviation: float = 4.0
 
 
-class FrictionSample(NamedTuple):
-    """Signals of one sample; NaN where one is missing."""
-
-    steering_wheel_angle: Annotated[float, "rad"]
-    steering_wheel_rate: Annotated[float, "rad/s"]
-    driver_torque: Annotated[float, "N*m"]
-    motor_torque: Annotated[float, "N*m"]
-    yaw_rate: Annotated[float, "rad/s"]
-    lateral_acceleration: Annotated[float, "m/s**2"]
-
-
-class FrictionSampleWithSpeed(NamedTuple):
-    """Signals of one sample with the speed that the gate looks at."""
-
-    steering_wheel_angle: Annotated[float, "rad"]
-    steering_wheel_rate: Annotated[float, "rad/s"]
-    driver_torque: Annotated[float, "N*m"]
-    motor_torque: Annotated[float, "N*m"]
-    yaw_rate: Annotated[float, "rad/s"]
-    lateral_acceleration: Annotated[float, "m/s**2"]
-    vehicle_speed: Annotated[float, "m/s"]
-
-
-class Innovation(NamedTuple):
-    """Measured less expected, NaN where not measured."""
-
-    steering_wheel_angle: Annotated[float, "rad"]
-    steering_wheel_rate: Annotated[float, "rad/s"]
-    yaw_rate: Annotated[float, "rad/s"]
-
-
-class InnovationVariance(NamedTuple):
-    """Variance that the filter expects of each innovation."""
-
-    steering_wheel_angle: Annotated[float, "rad**2"]
-    steering_wheel_rate: Annotated[float, "rad**2/s**2"]
-    yaw_rate: Annotated[float, "rad**2/s**2"]
-
-
-class FrictionEstimate(NamedTuple):
-    """What the refined monitor knows after a sample.
-
-    Args:
-        friction_torque: at the steering wheel axis
-        friction_deviation: standard deviation the filter gives itself; the true error is 5 to 20 times larger in the
-            printed tuning, since Q holds nothing for errors of the friction model (errata)
-        enabled: 1 where the sample corrected the friction torque
-        self_aligning_torque: about the kingpins
-        innovation, innovation_variance: of the three measurements
-        nis: normalised innovation squared over the measurements that were present
-        present: how many measurements were present
-    """
-
-    friction_torque: Annotated[float, "N*m"]
-    friction_deviation: Annotated[float, "N*m"]
-    enabled: Annotated[float, ""]
-    self_aligning_torque: Annotated[float, "N*m"]
-    innovation: Innovation
-    innovation_variance: InnovationVariance
-    nis: Annotated[float, ""]
-    present: Annotated[float, ""]
-
-
 @dataclass(frozen=True)
 class RefinedFrictionMonitor:
     """Estimate steering friction jointly with the self-aligning torque, and only while it can be seen.
@@ -117,6 +60,10 @@ class RefinedFrictionMonitor:
         sticking: treatment of the standing wheel; None as printed
         low_pass: one filter for all signals alike, the gate's included, so that none is delayed against another; None
             as printed. Needed where the rate's noise comes near the lower limit of the gate (`equal_low_pass`)
+        longest_gap: after missing signals for longer, motion and self-aligning torque start anew from the measurement
+            and only the friction torque is kept [s]; inf never does. Without it the held inputs drive the prediction
+            away, and a gap of 10 s in a turn costs 1 to 2 N m, one of 300 s up to 10 N m
+        settling_time: the gate stays closed for so long after such a start [s]
 
     Validity: vehicle_speed above 3 m/s, dry friction. With pre-sliding (Dahl) friction the estimate is 4 to 25 %
     low for Dahl angles of 0.3 to 3 degrees, whatever the tuning.
@@ -128,15 +75,16 @@ class RefinedFrictionMonitor:
     operating_point: OperatingPoint = "measurement"
     sticking: Sticking | None = None
     low_pass: EachSignal | None = None
+    longest_gap: float = 0.2
+    settling_time: float = 0.5
 
     class State(NamedTuple):
-        """Belief of the filter, inputs and rate of the sample before, and memory of the low-pass."""
+        """Belief, sample before (missing signals held), times since the last whole sample and start, low-pass."""
 
-        belief: Any
-        driver_torque: Any
-        motor_torque: Any
-        lateral_acceleration: Any
-        rate: Any
+        belief: Belief
+        before: Any
+        missing_time: Any
+        running_time: Any
         low_pass: Any
 
     def __post_init__(self) -> None:
@@ -160,27 +108,22 @@ class RefinedFrictionMonitor:
 
     def init(self) -> State:
         """At rest, with the filter's initial belief."""
-        return self.State(self.filter.init(), 0.0, 0.0, 0.0, 0.0, self.low_pass.init() if self.low_pass else ())
+        before = skeleton(self.Sample)
+        return self.State(self.filter.init(), before, 0.0, inf, self.low_pass.init() if self.low_pass else ())
 
     def step(self, state: State, sample: Any) -> tuple[State, FrictionEstimate]:
         """One sample on (Table 3)."""
         memory, sample = self._filtered(state.low_pass, sample)
-        enabled = all_of(
-            self.gate.opened(
-                sample.driver_torque,
-                sample.motor_torque,
-                sample.steering_wheel_rate,
-                getattr(sample, "vehicle_speed", None),
-            ),
-            *(present(value) for _, value in leaves(sample)),
-        )
-        rate = state.rate if self.operating_point == "measurement" else state.belief.mean.steering_wheel_rate
+        whole = all_of(*(present(value) for _, value in leaves(sample)))
+        belief, before, running_time = self._restarted(state, sample, whole)
+        enabled = all_of(self._gated(sample), whole, running_time >= self.settling_time)
+        rate = before.steering_wheel_rate if self.operating_point == "measurement" else belief.mean.steering_wheel_rate
         direction, noise = self._operate(rate)
         belief, estimate = self.filter.step(
-            state.belief,
+            belief,
             self.filter.Sample(
                 FrictionEstimation.Input(
-                    state.driver_torque, state.motor_torque, state.lateral_acceleration, direction
+                    before.driver_torque, before.motor_torque, before.lateral_acceleration, direction
                 ),
                 FrictionEstimation.Output(sample.steering_wheel_angle, sample.steering_wheel_rate, sample.yaw_rate),
                 (enabled,),
@@ -189,10 +132,9 @@ class RefinedFrictionMonitor:
         )
         after = self.State(
             belief,
-            _held(sample.driver_torque, state.driver_torque),
-            _held(sample.motor_torque, state.motor_torque),
-            _held(sample.lateral_acceleration, state.lateral_acceleration),
-            _held(sample.steering_wheel_rate, state.rate),
+            type(sample)(*(where(present(a), a, b) for a, b in zip(sample, before, strict=True))),
+            where(whole, 0.0, state.missing_time + self.filter.parameters.sample_time),
+            running_time + self.filter.parameters.sample_time,
             memory,
         )
         return after, FrictionEstimate(
@@ -205,6 +147,25 @@ class RefinedFrictionMonitor:
             estimate.nis,
             estimate.present,
         )
+
+    def _gated(self, sample: Any) -> Any:
+        speed = getattr(sample, "vehicle_speed", None)
+        return self.gate.opened(sample.driver_torque, sample.motor_torque, sample.steering_wheel_rate, speed)
+
+    def _restarted(self, state: State, sample: Any, whole: Any) -> tuple[Belief, Any, Any]:
+        """Belief, sample before and running time; after a long gap those of a start that keeps the friction torque."""
+        anew = both(whole, state.missing_time > self.longest_gap)
+        start, known = self.filter.init(), state.belief
+        mean = FrictionEstimation.State(
+            sample.steering_wheel_angle,
+            sample.steering_wheel_rate,
+            sample.yaw_rate,
+            start.mean.self_aligning_torque,
+            known.mean.friction_torque,
+        )
+        covariance = (*start.covariance[:-1], known.covariance[-1])
+        belief = Belief(_chosen(anew, mean, known.mean), _chosen(anew, covariance, known.covariance))
+        return belief, _chosen(anew, sample, state.before), where(anew, 0.0, state.running_time)
 
     def _filtered(self, memory: Any, sample: Any) -> tuple[Any, Any]:
         """The signals after the low-pass; what is missing stays missing."""
@@ -223,69 +184,8 @@ class RefinedFrictionMonitor:
         return where(stands, 0.0, sign(rate)), (where(stands, driver + extra, driver), *others)
 
 
-def _held(value: Any, before: Any) -> Any:
-    return where(present(value), value, before)
-
-
-def equal_low_pass(cutoff: float, sample_time: float = 0.01) -> Butterworth:
-    """The low-pass that the monitors of six signals take where the rate is noisy.
-
-    Args:
-        cutoff: 5 Hz restores the estimate at a rate noise of 0.05 rad/s (errata) [Hz]
-        sample_time: dt [s]
-    """
-    return Butterworth(FrictionSample, sample_time, maximum_gap=0.1, cutoff=cutoff)
-
-
-def joint_filter(
-    parameters: FrictionParameters,
-    *,
-    input_variance: tuple[float, float, float],
-    virtual_variance: tuple[float, float],
-    virtual_noise: VirtualNoise,
-    covariance_update: CovarianceUpdate,
-    initial_friction_variance: float,
-    initial_friction: float = 3.0,
-    measurement_variance: float = 1e-4,
-    estimator: type[GaussianFilter] = KalmanFilter,
-    model: Any = FrictionEstimation,
-) -> GaussianFilter:
-    """The filter of the joint model with Q and R named as in eqs (11) and (12).
-
-    Args:
-        parameters: of the joint model
-        input_variance: Q of driver torque [(N m)^2], motor torque [(N m)^2], lateral acceleration [(m/s^2)^2]
-        virtual_variance: Q of self-aligning torque and friction torque [(N m)^2]
-        virtual_noise: reading of the last two rows of G: "scaled by sample time" (printed, eq 8: dt) or "per sample"
-            (1 in place of dt)
-        covariance_update: "printed" (Table 3) or "schmidt" (consistent with the enabled gain)
-        initial_friction_variance: P_T [(N m)^2], not printed; it decides how fast the estimate leaves its start.
-            With the printed covariance it is forgotten before the gate first opens, whatever it was
-        initial_friction: [N m]; 3 as printed
-        measurement_variance: of angle [rad^2], rate and yaw rate [rad^2/s^2]; 1e-4 as printed
-        estimator: kind of filter
-        model: the joint model, linear in its direction or smooth
-
-    The rest of P0 is not printed either: 1e-2 for the motions, 100 (N m)^2 for the self-aligning torque [assumed].
-    """
-    if virtual_noise not in ("scaled by sample time", "per sample"):
-        raise ParameterError(
-            f"virtual_noise is '{virtual_noise}'; "
-            "expected 'scaled by sample time' (dt in G, as printed) or 'per sample' (1)"
-        )
-    scale = parameters.sample_time**2 if virtual_noise == "scaled by sample time" else 1.0
-    return estimator(
-        model=model,
-        parameters=parameters,
-        initial_mean=(0.0, 0.0, 0.0, 0.0, initial_friction),
-        initial_variance=(1e-2, 1e-2, 1e-2, 100.0, initial_friction_variance),
-        process_noise=(None, None, None, scale * virtual_variance[0], scale * virtual_variance[1]),
-        measurement_noise=(measurement_variance,) * 3,
-        input_noise=(*input_variance, None),
-        maskable=("friction_torque",),
-        covariance_update=covariance_update,
-        hold_missing_input=False,
-    )
+def _chosen(condition: Any, taken: Any, otherwise: Any) -> Any:
+    return rebuild(otherwise, [where(condition, a, b) for a, b in zip(taken, otherwise, strict=True)])
 
 
 def printed(

@@ -6,7 +6,8 @@ import dataclasses
 
 from tierod.estimators.unscented import UnscentedFilter
 from tierod.models.friction_estimation import FrictionParameters, SmoothFrictionEstimation, SmoothFrictionParameters
-from tierod.monitors.friction.refined import RefinedFrictionMonitor, joint_filter
+from tierod.monitors.friction.joint_filter import joint_filter
+from tierod.monitors.friction.refined import RefinedFrictionMonitor
 
 
 def unscented(

@@ -1,0 +1,68 @@
+"""What the refined friction monitor takes and gives."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+
+class FrictionSample(NamedTuple):
+    """Signals of one sample; NaN where one is missing."""
+
+    steering_wheel_angle: Annotated[float, "rad"]
+    steering_wheel_rate: Annotated[float, "rad/s"]
+    driver_torque: Annotated[float, "N*m"]
+    motor_torque: Annotated[float, "N*m"]
+    yaw_rate: Annotated[float, "rad/s"]
+    lateral_acceleration: Annotated[float, "m/s**2"]
+
+
+class FrictionSampleWithSpeed(NamedTuple):
+    """Signals of one sample with the speed that the gate looks at."""
+
+    steering_wheel_angle: Annotated[float, "rad"]
+    steering_wheel_rate: Annotated[float, "rad/s"]
+    driver_torque: Annotated[float, "N*m"]
+    motor_torque: Annotated[float, "N*m"]
+    yaw_rate: Annotated[float, "rad/s"]
+    lateral_acceleration: Annotated[float, "m/s**2"]
+    vehicle_speed: Annotated[float, "m/s"]
+
+
+class Innovation(NamedTuple):
+    """Measured less expected, NaN where not measured."""
+
+    steering_wheel_angle: Annotated[float, "rad"]
+    steering_wheel_rate: Annotated[float, "rad/s"]
+    yaw_rate: Annotated[float, "rad/s"]
+
+
+class InnovationVariance(NamedTuple):
+    """Variance that the filter expects of each innovation."""
+
+    steering_wheel_angle: Annotated[float, "rad**2"]
+    steering_wheel_rate: Annotated[float, "rad**2/s**2"]
+    yaw_rate: Annotated[float, "rad**2/s**2"]
+
+
+class FrictionEstimate(NamedTuple):
+    """What the refined monitor knows after a sample.
+
+    Args:
+        friction_torque: at the steering wheel axis
+        friction_deviation: standard deviation the filter gives itself; the true error is 5 to 20 times larger in the
+            printed tuning, since Q holds nothing for errors of the friction model (errata)
+        enabled: 1 where the sample corrected the friction torque
+        self_aligning_torque: about the kingpins
+        innovation, innovation_variance: of the three measurements
+        nis: normalised innovation squared over the measurements that were present
+        present: how many measurements were present
+    """
+
+    friction_torque: Annotated[float, "N*m"]
+    friction_deviation: Annotated[float, "N*m"]
+    enabled: Annotated[float, ""]
+    self_aligning_torque: Annotated[float, "N*m"]
+    innovation: Innovation
+    innovation_variance: InnovationVariance
+    nis: Annotated[float, ""]
+    present: Annotated[float, ""]
