@@ -135,12 +135,11 @@ def _saturation_remark(channel: Channel, seen: np.ndarray, limits: QualityLimits
 
 
 def _is_clipped(seen: np.ndarray, extreme: float) -> bool:
-    """Whether values pile up at the extreme: a free signal visits its extreme less often than what lies beside it."""
-    spread = seen.max() - seen.min()
-    near = np.abs(seen - extreme)
-    at_end = np.count_nonzero(near == 0.0)
-    beside = np.count_nonzero((near > 0.0) & (near <= 0.05 * spread))
-    return bool(at_end > 2 * np.maximum(beside, 1))
+    """Whether values pile up at the extreme: a free signal stays there no longer than on the levels beside it."""
+    levels, counts = np.unique(seen, return_counts=True)
+    if extreme == levels[0]:
+        counts = counts[::-1]
+    return bool(counts[-1] > 4 * counts[-4:-1].max(initial=1))
 
 
 @dataclass(frozen=True)
@@ -148,18 +147,20 @@ class SignLimits:
     """When a sign counts as wrong.
 
     Args:
-        rate: of the comparison [Hz]; vehicle motion follows the wheel within a tenth of a second below 1 Hz
+        rate: of the comparison [Hz]
+        smoothing: time [s] that is averaged first: below 1 Hz a car follows its wheel without delay, above it shakes
         slowest: speed [m/s] below which lateral acceleration and steering say little about the turn
         correlation: magnitude from which a pair agrees or contradicts
         seconds: of driving that must be common to a pair
-        yaw_rate: rms yaw rate [rad/s] without which there were no turns to compare; five times the noise of a gyro
+        yaw_rate: spread of the smoothed yaw rate [rad/s] below which there were no turns; five times its noise
     """
 
     rate: float = 20.0
+    smoothing: float = 1.0
     slowest: float = 2.0
     correlation: float = 0.6
     seconds: float = 5.0
-    yaw_rate: float = 0.01
+    yaw_rate: float = 0.002
 
 
 def sign_warnings(recording: Recording, limits: SignLimits | None = None) -> tuple[str, ...]:
@@ -180,23 +181,31 @@ def sign_warnings(recording: Recording, limits: SignLimits | None = None) -> tup
     if not any(name in recording and len(recording[name].time) for name in names):
         return ()
     aligned = recording.align(names, limits.rate, maximum_age=0.2)
-    columns = dict(zip(names, aligned.values.T, strict=True))
-    speed = columns.pop("vehicle_speed")
-    moving = np.isnan(speed) | (np.abs(speed) > limits.slowest)
-    yaw = columns["yaw_rate"]
-    turns = {
-        "steering_wheel_angle": np.where(moving, columns["steering_wheel_angle"], np.nan),
-        "yaw_rate": np.where(moving, yaw / np.where(np.isnan(speed), 1.0, speed), np.nan),
-        "lateral_acceleration": np.where(
-            moving, columns["lateral_acceleration"] / np.where(np.isnan(speed), 1.0, speed) ** 2, np.nan
-        ),
-    }
-    turning = yaw[np.isfinite(yaw)]
-    warnings = []
-    if not len(turning) or np.sqrt(np.mean((turning - np.median(turning)) ** 2)) > limits.yaw_rate:
-        warnings += _odd_ones(turns, limits, "in turns")
+    columns = {name: _smooth(column, limits) for name, column in zip(names, aligned.values.T, strict=True)}
     torques = {name: columns[name] for name in ("driver_torque", "motor_torque")}
-    return tuple(warnings + _odd_ones(torques, limits, "of the torques"))
+    return (*_odd_ones(_turns(columns, limits), limits, "in turns"), *_odd_ones(torques, limits, "of the torques"))
+
+
+def _smooth(values: np.ndarray, limits: SignLimits) -> np.ndarray:
+    width = max(int(limits.smoothing * limits.rate), 1)
+    return np.convolve(values, np.full(width, 1.0 / width), mode="same" if len(values) < width else "valid")
+
+
+def _turns(columns: Mapping[str, np.ndarray], limits: SignLimits) -> dict[str, np.ndarray]:
+    """Steering angle, yaw rate and lateral acceleration as lateral accelerations, up to a positive factor."""
+    speed, yaw = columns["vehicle_speed"], columns["yaw_rate"]
+    known = np.isfinite(speed).any()
+    speed = speed if known else np.ones(len(yaw))
+    moving = np.abs(speed) > (limits.slowest if known else 0.0)
+    turning = yaw[np.isfinite(yaw)]
+    if len(turning) and np.std(turning) < limits.yaw_rate:
+        return {}
+    scales = {
+        "steering_wheel_angle": speed * np.abs(speed),
+        "yaw_rate": speed,
+        "lateral_acceleration": np.ones(len(yaw)),
+    }
+    return {name: np.where(moving, columns[name] * scale, np.nan) for name, scale in scales.items()}
 
 
 def _correlation(a: np.ndarray, b: np.ndarray, limits: SignLimits) -> float:

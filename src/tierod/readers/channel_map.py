@@ -1,0 +1,135 @@
+"""The channel map: which column of a file is which canonical signal, in TOML.
+
+[signals.driver_torque]
+source = "EPS.DriverTorque"   # or a list, whose sum is taken
+unit = "deg"                  # of the source; what the file says where not given; "count" stays a raw count
+sign = -1                     # 1 where not given
+factor = 1.0
+offset = 0.0                  # value = sign * factor * source + offset, in `unit`
+optional = false              # true: no error where the file lacks the source
+note = "why"
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tierod.errors import InputError, nearest
+from tierod.signals import SIGNALS
+
+
+@dataclass(frozen=True)
+class Entry:
+    """How one canonical signal is made from columns of a file.
+
+    Args:
+        source: names of the columns, which are summed
+        unit: of the columns; None where the file says it
+        sign: 1 or -1
+        factor: multiplies the source
+        offset: added after sign and factor, in `unit`
+        optional: whether the file may lack the source
+        note: why
+    """
+
+    source: tuple[str, ...]
+    unit: str | None = None
+    sign: float = 1.0
+    factor: float = 1.0
+    offset: float = 0.0
+    optional: bool = False
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class ChannelMap:
+    """Entries by canonical signal, and the file they come from, for messages."""
+
+    entries: dict[str, Entry]
+    path: str = "the channel map"
+
+
+_KEYS: dict[str, tuple[type, ...]] = {
+    "source": (str, list),
+    "unit": (str,),
+    "sign": (int, float),
+    "factor": (int, float),
+    "offset": (int, float),
+    "optional": (bool,),
+    "note": (str,),
+}
+
+
+def load_channel_map(path: str | Path) -> ChannelMap:
+    """The channel map of a TOML file.
+
+    Raises:
+        InputError: the file cannot be read, or a key or signal is not known; the nearest names are given
+    """
+    path = Path(path)
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(
+            f"the channel map {path} cannot be read ({error.strerror or error}); check path and rights"
+        ) from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"the channel map {path} is not valid TOML: {error}; correct that line") from None
+    return parse_channel_map(document, str(path))
+
+
+def parse_channel_map(document: dict[str, Any], path: str = "the channel map") -> ChannelMap:
+    """The channel map of a TOML document that was parsed already.
+
+    Raises:
+        InputError: a key or signal is not known, or a value is of the wrong kind
+    """
+    for key in document:
+        if key not in ("signals", "title", "notes"):
+            raise InputError(f"{path}: the key '{key}' is not known{nearest(key, ('signals', 'title', 'notes'))}")
+    signals = document.get("signals", {})
+    if not isinstance(signals, dict) or not signals:
+        raise InputError(
+            f'{path}: no signals; write a table [signals.NAME] with source = "column of the file" for each'
+        )
+    entries = {}
+    for name, table in signals.items():
+        where = f"{path}: [signals.{name}]"
+        if name not in SIGNALS:
+            raise InputError(f"{where} '{name}' is not a canonical signal{nearest(name, SIGNALS)}")
+        if not isinstance(table, dict):
+            raise InputError(f'{where} must be a table with source = "column of the file"')
+        entries[name] = _entry(table, where)
+    return ChannelMap(entries, path)
+
+
+def _entry(table: dict[str, Any], where: str) -> Entry:
+    for key, value in table.items():
+        if key not in _KEYS:
+            raise InputError(f"{where} the key '{key}' is not known{nearest(key, _KEYS)}")
+        if not isinstance(value, _KEYS[key]) or (isinstance(value, bool) and key != "optional"):
+            raise InputError(f"{where} {key} = {value!r} is not {_kind(key)}")
+    source = table.get("source")
+    sources = (source,) if isinstance(source, str) else tuple(source or ())
+    if not sources or not all(isinstance(part, str) and part for part in sources):
+        raise InputError(f'{where} needs source = "column of the file"')
+    if abs(table.get("sign", 1)) != 1:
+        raise InputError(f"{where} sign = {table['sign']} must be 1 or -1; use factor for a scale")
+    return Entry(
+        sources,
+        table.get("unit"),
+        float(table.get("sign", 1)),
+        float(table.get("factor", 1.0)),
+        float(table.get("offset", 0.0)),
+        table.get("optional", False),
+        table.get("note", ""),
+    )
+
+
+def _kind(key: str) -> str:
+    return {"source": "a name or a list of names", "unit": "a text", "note": "a text", "optional": "true or false"}.get(
+        key, "a number"
+    )

@@ -1,0 +1,87 @@
+"""Which columns of a table tell the time, and of which others."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tierod.errors import InputError
+from tierod.readers.source import Column
+from tierod.signals import plain
+from tierod.units import scale, split_suffix
+
+_NAMES = ("time", "t", "timestamp", "timestamps", "zeit", "time_s", "times", "seconds", "sec", "ts", "date", "datetime")
+
+
+@dataclass(frozen=True)
+class Clock:
+    """A time column and the columns that it times.
+
+    Args:
+        column: its name
+        unit: of its stamps
+        columns: the columns timed by it
+    """
+
+    column: str
+    unit: str
+    columns: tuple[str, ...]
+
+
+def is_time(name: str) -> bool:
+    """Whether a column's title says that it holds the time."""
+    base = split_suffix(name)[0]
+    words = [word for word in re.split(r"[^a-z]+", name.lower()) if word]
+    return plain(name) in _NAMES or plain(base) in _NAMES or bool({"time", "timestamp"} & set(words))
+
+
+def find_clocks(columns: Sequence[Column], increasing: Sequence[str] = ()) -> tuple[Clock, ...]:
+    """The clocks of a table: its first time column and every repetition ("time.2"), each for what follows it.
+
+    Args:
+        columns: in the order of the file
+        increasing: columns that count up throughout, the resort where no title tells the time
+
+    Raises:
+        InputError: no column can be the time
+    """
+    first = next((column for column in columns if is_time(column.title or column.name)), None)
+    if first is None:
+        first = next((column for column in columns if column.name in increasing), None)
+    if first is None:
+        names = ", ".join(f"'{column.name}'" for column in list(columns)[:8])
+        raise InputError(f"no column tells the time (there are {names}); name one of them 'time', in seconds")
+    base = re.sub(r"[._ ]?\d+$", "", first.title or first.name)
+    clocks: list[tuple[Column, list[str]]] = [(first, [])]
+    for column in columns:
+        if column.name == first.name:
+            continue
+        if re.sub(r"[._ ]?\d+$", "", column.title or column.name) == base:
+            clocks.append((column, []))
+        else:
+            clocks[-1][1].append(column.name)
+    return tuple(Clock(column.name, unit_of(column), tuple(members)) for column, members in clocks)
+
+
+def unit_of(column: Column) -> str:
+    """The unit of a time column as written or as its name ends; seconds where neither says it."""
+    return column.unit or split_suffix(column.name)[1] or "s"
+
+
+def seconds(stamps: np.ndarray, unit: str, column: str) -> np.ndarray:
+    """Time stamps in seconds.
+
+    Raises:
+        InputError: the unit is not one of time
+    """
+    if stamps.dtype.kind == "M":
+        missing = np.isnat(stamps)
+        whole = stamps.astype("datetime64[ns]").astype(np.int64)
+        return np.where(missing, np.nan, (whole // 1_000_000_000) + (whole % 1_000_000_000) * 1e-9)
+    try:
+        return scale(unit, "s")(np.asarray(stamps, dtype=float))
+    except InputError as error:
+        raise InputError(f"the time column '{column}': {error}") from None

@@ -1,0 +1,147 @@
+"""Text tables (CSV) through pyarrow: any delimiter, decimal comma, vendor headers, units in titles or in a row."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tierod.errors import InputError
+from tierod.readers.clocks import Clock, find_clocks, seconds, unit_of
+from tierod.readers.csv_layout import MISSING, Layout, find_layout
+from tierod.readers.source import Column, Source
+from tierod.recording import Channel
+
+
+def open_csv(path: Path, data: bytes) -> Source:
+    """A text table.
+
+    Args:
+        path: for messages
+        data: the whole file
+
+    Raises:
+        InputError: no table of numbers with a time column is in it
+    """
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        data = data.decode("utf-16").encode()
+    try:
+        layout = find_layout(data)
+    except InputError as error:
+        raise InputError(f"{path} {error}") from None
+    usable = {*layout.numeric, *layout.dates}
+    columns = [column for column in layout.columns if column.name in usable]
+    clocks = find_clocks(columns, _increasing(data, layout))
+    members = tuple(
+        column
+        for column in columns
+        if any(column.name in clock.columns for clock in clocks) and column.name in layout.numeric
+    )
+    if not members:
+        raise InputError(f"{path} holds a time column but no other column of numbers; export it with signals")
+    broken = _count_broken(data, layout)
+
+    def load(names: Sequence[str]) -> list[Channel]:
+        return _channels(data, layout, clocks, {column.name: column for column in columns}, names)
+
+    about = layout.about
+    metadata = {**about.get("metadata", {}), "format": "CSV"}
+    return Source(members, load, metadata, float(about.get("origin", 0.0)), tuple(filter(None, [broken])))
+
+
+def _table(data: bytes, layout: Layout, names: Sequence[str], kind: Any, broken: list[int]) -> Any:
+    import pyarrow as pa
+    import pyarrow.csv as text
+
+    def skip(row: Any) -> str:
+        broken.append(row.actual_columns)
+        return "skip"
+
+    kinds = {name: kind for name in names if kind is not None and name not in layout.dates}
+    return text.read_csv(
+        pa.BufferReader(pa.py_buffer(data).slice(layout.begin)),
+        read_options=text.ReadOptions(column_names=[column.name for column in layout.columns], block_size=1 << 22),
+        parse_options=text.ParseOptions(delimiter=layout.delimiter, invalid_row_handler=skip),
+        convert_options=text.ConvertOptions(
+            column_types=kinds,
+            include_columns=list(names),
+            decimal_point=layout.decimal,
+            null_values=[*MISSING, *(f" {word}" for word in MISSING if word)],
+            strings_can_be_null=True,
+        ),
+    )
+
+
+def _read(data: bytes, layout: Layout, names: Sequence[str]) -> tuple[Any, dict[str, np.ndarray], dict[str, int]]:
+    """(table, columns as floats, cells per column that are no number)."""
+    import pyarrow as pa
+
+    try:
+        table = _table(data, layout, names, pa.float64(), [])
+        return table, {name: table[name].to_numpy() for name in names if name not in layout.dates}, {}
+    except pa.ArrowInvalid:
+        table = _table(data, layout, names, pa.string(), [])
+    columns, bad = {}, {}
+    for name in names:
+        if name not in layout.dates:
+            columns[name], bad[name] = _tolerant(table[name].to_pylist(), layout.decimal)
+    return table, columns, bad
+
+
+def _tolerant(cells: list[str | None], decimal: str) -> tuple[np.ndarray, int]:
+    values, bad = np.full(len(cells), np.nan), 0
+    for place, cell in enumerate(cells):
+        if cell is not None and cell.strip():
+            try:
+                values[place] = float(cell.replace(",", ".") if decimal == "," else cell)
+            except ValueError:
+                bad += 1
+    return values, bad
+
+
+def _channels(
+    data: bytes, layout: Layout, clocks: tuple[Clock, ...], columns: dict[str, Column], names: Sequence[str]
+) -> list[Channel]:
+    timed = {name: clock for clock in clocks for name in clock.columns}
+    needed = list(dict.fromkeys([*(timed[name].column for name in names), *names]))
+    table, values, bad = _read(data, layout, needed)
+    stamps: dict[str, np.ndarray] = {}
+    padded: dict[str, np.ndarray | None] = {}
+    made = []
+    for name in names:
+        clock = timed[name]
+        if clock.column not in stamps:
+            time = values[clock.column] if clock.column in values else table[clock.column].to_numpy()
+            time = seconds(time, unit_of(columns[clock.column]), clock.column)
+            padded[clock.column] = np.isfinite(time) if len(clocks) > 1 and not np.isfinite(time).all() else None
+            kept = padded[clock.column]
+            stamps[clock.column] = time if kept is None else time[kept]
+        kept = padded[clock.column]
+        column = values[name] if kept is None else values[name][kept]
+        about = layout.about.get("channels", {}).get(name, {})
+        unit = about.get("unit", columns[name].unit)
+        channel = Channel(name, stamps[clock.column], column, unit, about.get("source", name), about.get("note", ""))
+        made.append(channel.noted(f"{bad[name]} cells are no numbers" if bad.get(name) else ""))
+    return made
+
+
+def _increasing(data: bytes, layout: Layout) -> tuple[str, ...]:
+    """The columns of numbers that count up without a break at the beginning of the file."""
+    part = data[: layout.begin + (1 << 16)]
+    part = part[: part.rfind(b"\n") + 1] if len(part) < len(data) else part
+    if len(part) <= layout.begin:
+        return ()
+    _, columns, _ = _read(part, layout, layout.numeric)
+    return tuple(name for name, column in columns.items() if len(column) > 2 and bool((np.diff(column) > 0.0).all()))
+
+
+def _count_broken(data: bytes, layout: Layout) -> str:
+    """The note on lines that have another number of cells than the table has columns."""
+    lines = data.count(b"\n", layout.begin) + (not data.endswith(b"\n"))
+    broken: list[int] = []
+    table = _table(data, layout, layout.numeric[:1] or layout.dates[:1], None, broken)
+    if not broken:
+        return ""
+    return f"{len(broken)} of {max(lines, len(table))} lines are broken and were left out"

@@ -1,0 +1,200 @@
+"""Databases of CAN messages (DBC), and which of their messages a log holds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tierod.errors import InputError, MissingExtra
+from tierod.readers.bits import Payloads, span
+from tierod.readers.frames import EXTENDED, Frames, identifier_text, messages
+from tierod.readers.source import Column, Source
+from tierod.recording import Channel
+
+_PGN_WITH_ADDRESS = 240
+"""J1939-21: below this PDU format the next byte is the address of the receiver, not part of the parameter group."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A message of the database that a log holds.
+
+    Args:
+        message: as cantools describes it
+        prefix: of the names of its signals
+        rows: of the frames
+        where: identifier and bus, for the source of a channel
+    """
+
+    message: Any
+    prefix: str
+    rows: np.ndarray
+    where: str
+
+
+def load_databases(paths: Sequence[str | Path]) -> list[Any]:
+    """The messages of one or several databases.
+
+    Raises:
+        MissingExtra: cantools is not installed
+        InputError: a file that cannot be read or is no database
+    """
+    try:
+        import cantools
+    except ImportError:
+        raise MissingExtra("cantools", "can", "decoding a CAN log") from None
+    found: list[Any] = []
+    for path in paths:
+        try:
+            database = cantools.database.load_file(str(path), strict=False)
+        except OSError as error:
+            raise InputError(
+                f"the CAN database {path} cannot be read ({error.strerror or error}); check the path"
+            ) from None
+        except Exception as error:
+            reason = " ".join(str(error).split())[:200]
+            raise InputError(f"{path} is not a CAN database that can be read: {reason}; give a DBC file") from None
+        found += getattr(database, "messages", [])
+    if not found:
+        raise InputError(f"{', '.join(map(str, paths))} describes no CAN message; give the DBC of this vehicle")
+    return found
+
+
+def match_messages(frames: Frames, database: Sequence[Any]) -> list[Found]:
+    """The messages of a database that a log holds, one per message, bus and sender.
+
+    Raises:
+        InputError: the log holds none of them; identifiers of both sides are named
+    """
+    exact = {message.frame_id | (EXTENDED if message.is_extended_frame else 0): message for message in database}
+    groups = {parameter_group(message.frame_id): message for message in database if message.protocol == "j1939"}
+    found, seen = [], set()
+    ids: dict[int, int] = {}
+    for identifier, bus, rows in messages(frames):
+        ids[identifier] = ids.get(identifier, 0) + len(rows)
+        message = exact.get(identifier)
+        if message is None and identifier & EXTENDED:
+            message = groups.get(parameter_group(identifier & ~EXTENDED))
+        if message is None or message.is_container:
+            continue
+        where = f"{identifier_text(identifier)} on {frames.buses[bus]}"
+        prefix = message.name
+        if message.name in seen:
+            prefix = f"{frames.buses[bus]}:{identifier_text(identifier)}:{message.name}"
+        seen.add(message.name)
+        found.append(Found(message, prefix, rows, where))
+    if not found:
+        raise InputError(_no_match(ids, exact))
+    return found
+
+
+def parameter_group(identifier: int) -> int:
+    """The parameter group number (PGN) in a 29-bit identifier of J1939-21."""
+    group = (identifier >> 8) & 0x3FFFF
+    return group & 0x3FF00 if (group >> 8) & 0xFF < _PGN_WITH_ADDRESS else group
+
+
+def _no_match(log: dict[int, int], database: dict[int, Any]) -> str:
+    def some(ids: list[int]) -> str:
+        text = ", ".join(identifier_text(identifier) for identifier in ids[:6])
+        return text + (f" and {len(ids) - 6} more" if len(ids) > 6 else "")
+
+    frequent = sorted(log, key=lambda identifier: -log[identifier])
+    return (
+        f"the DBC matches no frame of the log: the log holds {some(frequent)}, the DBC {some(sorted(database))}; "
+        "give the DBC of this vehicle and bus"
+    )
+
+
+def bus_source(frames: Frames, database: Sequence[Any], metadata: dict[str, Any]) -> Source:
+    """A CAN log with its database as a source of columns named "Message.Signal".
+
+    A message that several buses or senders carry keeps its plain name for the first and gets a prefix for the others.
+    """
+    found = match_messages(frames, database)
+    places = {f"{entry.prefix}.{item.name}": (entry, item) for entry in found for item in entry.message.signals}
+    columns = tuple(Column(name, item.unit or "", item.name) for name, (_, item) in places.items())
+
+    def load(names: Sequence[str]) -> list[Channel]:
+        rows: dict[str, Rows] = {}
+        channels = []
+        for name in names:
+            entry, item = places[name]
+            if entry.prefix not in rows:
+                rows[entry.prefix] = Rows.of(frames, entry)
+            channels.append(_channel(name, entry, item, rows[entry.prefix]))
+        return channels
+
+    metadata = {**metadata, "frames": len(frames), "messages": len(found), "buses": frames.buses}
+    return Source(columns, load, metadata, frames.origin, frames.notes)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The frames of one message.
+
+    Args:
+        time: [s], shape (n,)
+        payloads: their bytes
+        length: bytes of each payload, shape (n,)
+        shortest: the least of them
+    """
+
+    time: np.ndarray
+    payloads: Payloads
+    length: np.ndarray
+    shortest: int
+
+    @staticmethod
+    def of(frames: Frames, entry: Found) -> Rows:
+        """The rows of a message that was found in a log."""
+        length = frames.length[entry.rows]
+        return Rows(frames.time[entry.rows], Payloads(frames.payload[entry.rows]), length, int(length.min()))
+
+
+def _channel(name: str, entry: Found, item: Any, rows: Rows) -> Channel:
+    time, values = rows.time, physical(entry.message, item, rows)
+    chosen = selected(entry.message, item, rows)
+    if chosen is not None:
+        time, values = time[chosen], values[chosen]
+    return Channel(name, time, values, item.unit or "", f"{name} ({entry.where})")
+
+
+def selected(message: Any, item: Any, rows: Rows) -> np.ndarray | None:
+    """Which frames carry a multiplexed signal; None where all do. Multiplexers may be multiplexed themselves."""
+    if not item.multiplexer_ids or not item.multiplexer_signal:
+        return None
+    selector = message.get_signal_by_name(item.multiplexer_signal)
+    mask = np.isin(_raw(selector, rows), np.array(item.multiplexer_ids, dtype=np.uint64))
+    mask &= rows.length >= _bytes(selector)
+    above = selected(message, selector, rows)
+    return mask if above is None else mask & above
+
+
+def physical(message: Any, item: Any, rows: Rows) -> np.ndarray:
+    """The values of a signal; NaN where the frame is too short for it, or a J1939 sender has none to give."""
+    raw = _raw(item, rows)
+    values = raw.astype(float)
+    if item.scale != 1:
+        values *= float(item.scale)
+    if item.offset != 0:
+        values += float(item.offset)
+    if rows.shortest < _bytes(item):
+        values[rows.length < _bytes(item)] = np.nan
+    if message.protocol == "j1939" and item.length >= 8 and not item.is_signed and not item.is_float:
+        values[raw >= np.uint64(0xFE << (item.length - 8))] = np.nan
+    return values
+
+
+def _raw(item: Any, rows: Rows) -> np.ndarray:
+    big_endian = item.byte_order == "big_endian"
+    return rows.payloads.raw(item.start, item.length, big_endian, bool(item.is_signed), bool(item.is_float))
+
+
+def _bytes(item: Any) -> int:
+    """How many bytes a frame needs to hold a signal."""
+    return -(-span(item.start, item.length, item.byte_order == "big_endian")[1] // 8)

@@ -1,0 +1,250 @@
+"""From the columns of a file to canonical signals in SI: by the channel map, and by name where there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tierod.derive import ingredients
+from tierod.errors import InputError, nearest
+from tierod.readers.channel_map import ChannelMap, Entry
+from tierod.readers.source import Column
+from tierod.recording import Channel
+from tierod.signals import SIGNALS, Signal, match, plain
+from tierod.units import COUNT, Scale, scale, split_suffix, tidy
+
+
+@dataclass(frozen=True)
+class Pick:
+    """One channel to be made.
+
+    Args:
+        name: canonical, or that of the column
+        columns: of the file, summed
+        unit: of the channel made
+        entry: sign, factor and offset
+        scale: from the unit of the columns
+        notes: what was guessed
+        assumed: the file says no unit, and the canonical one was taken
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    unit: str
+    entry: Entry
+    scale: Scale
+    notes: tuple[str, ...] = ()
+    assumed: bool = False
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What to load from a file."""
+
+    picks: tuple[Pick, ...]
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The columns to load."""
+        return tuple(dict.fromkeys(column for pick in self.picks for column in pick.columns))
+
+
+def plan(columns: Sequence[Column], channel_map: ChannelMap | None, names: Iterable[str] | None) -> Plan:
+    """Which columns become which channels.
+
+    Args:
+        columns: of the file
+        channel_map: decides for the signals it names; the others are guessed by name
+        names: the signals or columns wanted; all where not given
+
+    Raises:
+        InputError: a wanted name or a source that nobody knows, or a wanted unit that cannot be read
+    """
+    by_name = {column.name: column for column in columns}
+    wanted = None if names is None else _wanted(tuple(names), by_name)
+    picks, warnings = [], []
+    entries = channel_map.entries if channel_map else {}
+    taken: set[str] = set()
+    for name, entry in entries.items():
+        pick = _mapped(name, entry, by_name, channel_map, wanted is None or name in wanted)
+        if pick is not None:
+            taken.update(pick.columns)
+            if wanted is None or name in wanted:
+                picks.append(pick)
+    guesses, doubles = _guesses(columns, set(entries), taken)
+    warnings += [text for name, text in doubles.items() if wanted is None or name in wanted]
+    for column in columns:
+        found = guesses.get(column.name)
+        if wanted is None or (found and found.name in wanted) or column.name in wanted:
+            asked = wanted is not None and found is not None and found.name in wanted
+            pick, warning = _guessed(column, found, asked)
+            if column.name not in taken or (wanted is not None and column.name in wanted):
+                picks.append(pick)
+            warnings.append(warning)
+    return Plan(tuple(picks), tuple(filter(None, warnings)))
+
+
+def _wanted(names: tuple[str, ...], columns: dict[str, Column]) -> set[str]:
+    for name in names:
+        if name not in SIGNALS and name not in columns:
+            raise InputError(
+                f"'{name}' is neither a signal nor a column of the file{nearest(name, [*SIGNALS, *columns])}"
+            )
+    return set(ingredients(names))
+
+
+def _mapped(
+    name: str, entry: Entry, columns: dict[str, Column], origin: ChannelMap | None, needed: bool
+) -> Pick | None:
+    where = f"{origin.path if origin else 'the channel map'}: [signals.{name}]"
+    sources = []
+    for source in entry.source:
+        found = _find(source, columns)
+        if found is None:
+            if entry.optional or not needed:
+                return None
+            raise InputError(f"{where} source '{source}' is not in the file{nearest(source, columns)}")
+        sources.append(found)
+    written = entry.unit if entry.unit is not None else sources[0].unit or split_suffix(sources[0].name)[1]
+    try:
+        unit, conversion = _conversion(written, SIGNALS[name])
+    except InputError as error:
+        raise InputError(f"{where} {error}") from None
+    notes = [entry.note, _turned(entry), _raw(unit)]
+    assumed = not written and bool(SIGNALS[name].unit)
+    if assumed:
+        notes.append(f"unit not given, taken as {unit}")
+    return Pick(name, tuple(column.name for column in sources), unit, entry, conversion, tuple(notes), assumed)
+
+
+def _find(source: str, columns: dict[str, Column]) -> Column | None:
+    if source in columns:
+        return columns[source]
+    alike = [column for column in columns.values() if plain(source) in (plain(column.name), plain(column.title))]
+    return alike[0] if len(alike) == 1 else None
+
+
+def _guesses(columns: Sequence[Column], mapped: set[str], taken: set[str]) -> tuple[dict[str, Signal], dict[str, str]]:
+    """The signal of every column that has one, and by signal what to say where several columns could be it."""
+    candidates: dict[str, list[Column]] = {}
+    for column in columns:
+        found = SIGNALS.get(column.name) or match(column.title or column.name) or match(split_suffix(column.name)[0])
+        if found is not None and found.name not in mapped and column.name not in taken:
+            candidates.setdefault(found.name, []).append(column)
+    chosen, doubles = {}, {}
+    for name, alike in candidates.items():
+        best = next((column for column in alike if column.name == name), alike[0])
+        chosen[best.name] = SIGNALS[name]
+        if len(alike) > 1:
+            others = ", ".join(f"'{column.name}'" for column in alike if column is not best)
+            doubles[name] = f"{name} is taken from '{best.name}'; {others} could be it too: decide in a channel map"
+    return chosen, doubles
+
+
+def _guessed(column: Column, found: Signal | None, asked: bool) -> tuple[Pick, str]:
+    written = column.unit or split_suffix(column.name)[1]
+    entry = Entry((column.name,))
+    if found is None:
+        return _as_found(column, entry, column.unit), ""
+    try:
+        unit, conversion = _conversion(written, found)
+    except InputError as error:
+        sentence = f"'{column.name}' could be {found.name}, but {error}: give its unit in a channel map"
+        if asked:
+            raise InputError(sentence) from None
+        return _as_found(column, entry, column.unit), sentence
+    notes = [_raw(unit)]
+    assumed = not written and bool(found.unit)
+    if assumed:
+        notes.append(f"unit not given, taken as {unit}")
+    return Pick(found.name, (column.name,), unit, entry, conversion, tuple(notes), assumed), ""
+
+
+def _as_found(column: Column, entry: Entry, written: str) -> Pick:
+    try:
+        return Pick(column.name, (column.name,), tidy(written), entry, Scale(1.0))
+    except InputError:
+        note = f"the unit '{written}' is not known"
+        return Pick(column.name, (column.name,), written.strip(), entry, Scale(1.0), (note,))
+
+
+def _conversion(written: str, found: Signal) -> tuple[str, Scale]:
+    if not written:
+        return found.unit, Scale(1.0)
+    if tidy(written, found.unit) == COUNT:
+        return COUNT, Scale(1.0)
+    return found.unit, scale(written, found.unit)
+
+
+def _raw(unit: str) -> str:
+    return "raw counts, not calibrated" if unit == COUNT else ""
+
+
+def _turned(entry: Entry) -> str:
+    parts = ["sign turned" if entry.sign < 0.0 else ""]
+    parts.append(f"times {entry.factor:g}" if entry.factor != 1.0 else "")
+    parts.append(f"offset {entry.offset:+g} {entry.unit or ''}".strip() if entry.offset else "")
+    return ", ".join(part for part in parts if part)
+
+
+def apply(made: Plan, loaded: Sequence[Channel]) -> tuple[list[Channel], tuple[str, ...]]:
+    """The channels of a plan from the columns loaded, and warnings on what they show."""
+    by_name = {channel.name: channel for channel in loaded}
+    channels, warnings = [], []
+    for pick in made.picks:
+        parts = [by_name[column] for column in pick.columns if column in by_name]
+        if len(parts) < len(pick.columns):
+            continue
+        channel = _made(pick, parts)
+        channels.append(channel)
+        if pick.assumed:
+            warnings.append(_doubt(pick, channel))
+    return channels, tuple(filter(None, warnings))
+
+
+def _made(pick: Pick, parts: list[Channel]) -> Channel:
+    values = parts[0].values
+    for part in parts[1:]:
+        if len(part.time) != len(parts[0].time) or not np.array_equal(part.time, parts[0].time):
+            raise InputError(
+                f"'{pick.name}': the sources {', '.join(pick.columns)} have different time stamps and cannot be summed"
+            )
+        values = values + part.values
+    values = np.asarray(values, dtype=float)
+    gain = pick.entry.sign * pick.entry.factor
+    if gain != 1.0:
+        values = gain * values
+    if pick.entry.offset:
+        values = values + pick.entry.offset
+    source = " + ".join(part.source or part.name for part in parts)
+    channel = Channel(pick.name, parts[0].time, pick.scale(values), pick.unit, source, parts[0].note)
+    return channel.noted(*pick.notes)
+
+
+def _doubt(pick: Pick, channel: Channel) -> str:
+    """What to say of a signal without a unit whose values do not look like its SI unit."""
+    known = SIGNALS[pick.name]
+    finite = channel.values[np.isfinite(channel.values)]
+    if not len(finite):
+        return ""
+    most = float(np.abs(finite).max())
+    low, high = known.plausible
+    angular = known.unit.startswith("rad")
+    place = f"{pick.name} ('{pick.columns[0]}') has no unit in the file and was taken as {known.unit}"
+    if most > max(abs(low), abs(high)):
+        guess = known.unit.replace("rad", "deg")
+        looks = f'looks like {guess}: give unit = "{guess}"' if angular else "is not plausible: give its unit"
+        return f"{place}, but reaches {most:.4g} and {looks} in a channel map"
+    return f"{place}: confirm it in a channel map" if angular else ""
+
+
+def shifted(channels: Sequence[Channel], origin: float) -> list[Channel]:
+    """The channels with their time counted from `origin` [s]; stamps that are shared stay shared."""
+    moved: dict[int, np.ndarray] = {}
+    for channel in channels:
+        if id(channel.time) not in moved:
+            moved[id(channel.time)] = np.asarray(channel.time, dtype=float) - origin
+    return [replace(channel, time=moved[id(channel.time)]) for channel in channels]

@@ -1,0 +1,137 @@
+"""Parquet files through pyarrow: tierod's own layout (see tierod.writers.parquet), and any table with a time column."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tierod.errors import InputError
+from tierod.readers.clocks import Clock, find_clocks, seconds, unit_of
+from tierod.readers.source import Column, Source
+from tierod.recording import Channel
+
+LAYOUT = b"tierod"
+"""Key of the schema metadata that holds clocks, units, sources and notes of tierod's own layout, as JSON."""
+
+_BATCH = 1 << 17
+
+
+def open_parquet(path: Path) -> Source:
+    """A Parquet file.
+
+    Raises:
+        InputError: the file is damaged, or holds no time column
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        file = pq.ParquetFile(path, memory_map=True)
+    except (pa.ArrowException, OSError) as error:
+        reason = " ".join(str(error).split())[:120]
+        raise InputError(
+            f"{path} is damaged or cut off and cannot be read as Parquet ({reason}); write it again"
+        ) from None
+    if not file.metadata.num_rows:
+        raise InputError(f"{path} holds columns but no samples; record again")
+    layout = json.loads((file.schema_arrow.metadata or {}).get(LAYOUT, b"{}"))
+    return _source(path, file, layout, find_clocks_of(file, layout))
+
+
+def find_clocks_of(file: Any, layout: dict[str, Any]) -> tuple[Clock, ...]:
+    """The clocks that the layout names, or those that the columns' names tell."""
+    if layout:
+        return tuple(Clock(clock["time"], "s", tuple(clock["channels"])) for clock in layout["clocks"])
+    return find_clocks([column for column in _columns(file, {}) if not column.name.startswith("__index")])
+
+
+def _columns(file: Any, layout: dict[str, Any]) -> list[Column]:
+    import pyarrow.types as types
+
+    found = []
+    for item in file.schema_arrow:
+        if _is_number(types, item.type) or types.is_timestamp(item.type):
+            notes = {key.decode().lower(): value.decode() for key, value in (item.metadata or {}).items()}
+            unit = layout.get("channels", {}).get(item.name, {}).get("unit", notes.get("unit", notes.get("units", "")))
+            found.append(Column(item.name, unit))
+    return found
+
+
+def _is_number(types: Any, kind: Any) -> bool:
+    return types.is_integer(kind) or types.is_floating(kind) or types.is_boolean(kind)
+
+
+def _source(path: Path, file: Any, layout: dict[str, Any], clocks: tuple[Clock, ...]) -> Source:
+    import pyarrow as pa
+
+    columns = {column.name: column for column in _columns(file, layout)}
+    numbers = {name for name in columns if _is_number(pa.types, file.schema_arrow.field(name).type)}
+    timed = {name: clock for clock in clocks for name in clock.columns if name in numbers}
+    units = {clock.column: "s" if layout else unit_of(columns[clock.column]) for clock in clocks}
+    notes = layout.get("channels", {})
+
+    def channels(table: Any, names: Sequence[str]) -> list[Channel]:
+        stamps: dict[str, tuple[np.ndarray, np.ndarray | None]] = {}
+        made = []
+        for name in names:
+            clock = timed[name].column
+            if clock not in stamps:
+                stamps[clock] = _stamps(table[clock], units[clock], clock)
+            time, kept = stamps[clock]
+            values = _floats(table[name])
+            about = notes.get(name, {})
+            values = values if kept is None else values[kept]
+            made.append(
+                Channel(name, time, values, columns[name].unit, about.get("source", name), about.get("note", ""))
+            )
+        return made
+
+    def load(names: Sequence[str]) -> list[Channel]:
+        return _guarded(path, lambda: channels(file.read(columns=_needed(names, timed)), names))
+
+    def pieces(names: Sequence[str]) -> Iterator[list[Channel]]:
+        needed = _needed(names, timed)
+        if len(clocks) > 1:
+            for group in range(file.num_row_groups):
+                yield _guarded(path, lambda group=group: channels(file.read_row_group(group, columns=needed), names))
+        else:
+            for batch in file.iter_batches(_BATCH, columns=needed):
+                yield channels(batch, names)
+
+    metadata = {**layout.get("metadata", {}), "format": "Parquet"}
+    return Source(tuple(columns[name] for name in timed), load, metadata, float(layout.get("origin", 0.0)), (), pieces)
+
+
+def _needed(names: Sequence[str], timed: dict[str, Clock]) -> list[str]:
+    return list(dict.fromkeys([*(timed[name].column for name in names), *names]))
+
+
+def _guarded(path: Path, work: Any) -> Any:
+    import pyarrow as pa
+
+    try:
+        return work()
+    except (pa.ArrowException, OSError) as error:
+        reason = " ".join(str(error).split())[:120]
+        raise InputError(f"{path} is damaged and cannot be read to its end ({reason}); write it again") from None
+
+
+def _stamps(column: Any, unit: str, name: str) -> tuple[np.ndarray, np.ndarray | None]:
+    """(time [s], rows kept): rows without a stamp are padding."""
+    kept = None
+    if column.null_count:
+        kept = np.asarray(column.is_valid())
+        column = column.drop_null()
+    return seconds(column.to_numpy(), unit, name), kept
+
+
+def _floats(column: Any) -> np.ndarray:
+    import pyarrow as pa
+
+    if column.type != pa.float64():
+        column = column.cast(pa.float64())
+    return column.to_numpy(zero_copy_only=False) if isinstance(column, pa.Array) else column.to_numpy()
