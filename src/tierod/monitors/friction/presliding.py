@@ -163,10 +163,12 @@ class PreslidingFrictionFilter:
         share = self.conditioning.sample_time / self.tuning.excitation_memory
         power = _followed(state.innovation_power, innovation * innovation, share, enabled)
         excitation = _followed(state.excitation, absolute(regressors.exponential), share, enabled)
+        misfit = self._misfit(power)
         after = self.State(conditioning, *laws, low_pass, mean, covariance, power, excitation)
         return after, FrictionTorque(
             friction_torque=mean.friction_torque,
-            friction_deviation=_deviation(covariance) * self._surprise(power),
+            friction_deviation=_deviation(covariance) * misfit,
+            misfit=misfit,
             enabled=enabled,
             hands_on=conditions.hands_on,
             same_direction=conditions.same_direction,
@@ -232,7 +234,7 @@ class PreslidingFrictionFilter:
             add(correction.covariance, growth),
         )
 
-    def _surprise(self, innovation_power: Any) -> Any:
+    def _misfit(self, innovation_power: Any) -> Any:
         """Factor on the standard deviation where the balance fits worse than the tuning expects."""
         expected = self.tuning.error_density / self.tuning.error_time
         return sqrt(maximum(1.0, innovation_power / expected))

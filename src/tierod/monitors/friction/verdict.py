@@ -1,0 +1,254 @@
+"""The running verdict on friction: against the vehicle's nominal friction and against its own learnt level."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+from tierod.detectors import Cusum
+from tierod.errors import ParameterError
+from tierod.graph.maths import all_of, both, either, maximum, negated, sqrt, where
+from tierod.monitors.friction.conditioning import SAMPLE_TIME
+from tierod.monitors.friction.verdict_state import (
+    HEALTHY,
+    NOT_IDENTIFIABLE,
+    NOT_READY,
+    FrictionFigures,
+    LearntLevel,
+    Onset,
+    VerdictSample,
+)
+
+
+@dataclass(frozen=True)
+class FrictionLimits:
+    """What a car's friction is judged against, named as in a vehicle file.
+
+    Args:
+        nominal_friction: of the sound steering [N*m]
+        rising_friction: from here on friction is reported as rising [N*m]
+        fault_friction: from here on as a fault [N*m]
+    """
+
+    nominal_friction: Annotated[float, "N*m"]
+    rising_friction: Annotated[float, "N*m"]
+    fault_friction: Annotated[float, "N*m"]
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.nominal_friction < self.rising_friction < self.fault_friction:
+            raise ParameterError(
+                f"friction limits must rise: 0 < nominal_friction < rising_friction < fault_friction; given "
+                f"{self.nominal_friction}, {self.rising_friction}, {self.fault_friction} N*m"
+            )
+
+
+UNKNOWN_LIMITS = FrictionLimits(1e6, 2e6, 3e6)
+"""For a car whose torques are not in N*m: no absolute limit is ever reached, the ratio alone speaks."""
+
+
+@dataclass(frozen=True)
+class AlarmTuning:
+    """When an excess becomes an alarm.
+
+    Args:
+        ready_time: enabled time before any verdict [s]; 50 as printed by Mohtat et al., section 5
+        learning_time: enabled time over which the own level is learnt, after ready_time [s]; it averages the wander of
+            the estimate (1 to 2 % over a drive, simulated) and is over after six minutes of mixed driving
+        shortest_learning: the ratio speaks from here on [s]; one time constant of the estimator
+        learning_tolerance: while friction is above the learnt level by more than this share, nothing is learnt [-];
+            twice what healthy drives with scatter reached
+        rising_ratio, fault_ratio: of friction to the own level [-]; 1.2 and 1.6 (errata). Healthy drives with scatter
+            stayed within 0.96 to 1.05
+        excess: how long times how far a limit must be exceeded, as a share of the limit [s]: 0.25 is 10 % for 2.5 s or
+            50 % for 0.5 s. Larger alarms later and rides out longer excursions; healthy drives reach none of it
+        ceiling: the excess counted is held to this [s], so an alarm ends that soon after friction is back
+        gain_deviation: standard deviation of the torques' common gain, relative [-]; two torques of 10 % each, the
+            motor with the larger share. An absolute limit must be exceeded by `confidence` of it
+        confidence: standard deviations that friction must be above an absolute limit, and that a level handed in is
+            raised by [-]. 1 keeps one car in 30 000 from a false "rising" at a gain deviation of 8 %
+        onset_ratio: a change is said to have begun when friction was last below this multiple of the level [-]
+        largest_deviation: standard deviation over friction above which the value is withheld [-]; half of the smallest
+            change to be seen is 0.1, with a reserve for poor roads
+        smallest_excitation: mean build-up of friction below which it cannot be told from stiffness [-]; simulated
+            strokes shorter than the Dahl angle give 0.3, usual roads 0.8 to 0.95
+    """
+
+    ready_time: Annotated[float, "s"] = 50.0
+    learning_time: Annotated[float, "s"] = 100.0
+    shortest_learning: Annotated[float, "s"] = 20.0
+    learning_tolerance: float = 0.1
+    rising_ratio: float = 1.2
+    fault_ratio: float = 1.6
+    excess: Annotated[float, "s"] = 0.25
+    ceiling: Annotated[float, "s"] = 1.0
+    gain_deviation: float = 0.08
+    confidence: float = 1.0
+    onset_ratio: float = 1.05
+    largest_deviation: float = 0.15
+    smallest_excitation: float = 0.5
+
+
+class VerdictOutput(NamedTuple):
+    """The verdict after a sample; code 0 not ready, 1 not identifiable, 2 healthy, 3 rising, 4 fault.
+
+    Args:
+        code: index into `tierod.monitors.friction.verdict_state.STATUSES`
+        ratio: friction to the own learnt level; 1 until that is known
+        level: own learnt level, 0 until known
+        since: time at which the present alarm's change began, -1 without alarm or where it was there from the start
+        enabled_seconds: enabled time so far
+    """
+
+    code: Annotated[Any, ""]
+    ratio: Annotated[Any, ""]
+    level: Annotated[Any, "N*m"]
+    since: Annotated[Any, "s"]
+    enabled_seconds: Annotated[Any, "s"]
+
+
+@dataclass(frozen=True)
+class FrictionVerdict:
+    """Judge a friction estimate while it runs; works for every friction estimator.
+
+    An alarm is a sum of excess over time (Page's CUSUM with the limit itself as drift) on four limits: rising and
+    fault, absolute and relative. The relative ones see a change of this car whatever the gain of its torque sensors;
+    the absolute ones see a car that was bad from the start.
+
+    Args:
+        limits: the vehicle's
+        tuning: of the alarms
+        sample_time: time between two samples [s]
+        learnt_level: own level from earlier drives [N*m]; None learns it in this recording
+        learnt_deviation: its standard deviation [N*m]
+
+    False alarms: none in the healthy hours reported in docs/friction.md. The estimate wanders slowly, so the run length
+    of white noise in `Cusum` does not apply; the distance of the limits from the healthy range does.
+    """
+
+    limits: FrictionLimits
+    tuning: AlarmTuning = field(default_factory=AlarmTuning)
+    sample_time: Annotated[float, "s"] = SAMPLE_TIME
+    learnt_level: float | None = None
+    learnt_deviation: float = 0.0
+    alarm: Cusum = field(init=False, repr=False)
+
+    Sample = VerdictSample
+
+    class State(NamedTuple):
+        """Learnt level, the sums of excess, when the change began, and figures of the run."""
+
+        own: LearntLevel
+        sums: tuple[Any, Any, Any, Any]
+        onset: Onset
+        figures: FrictionFigures
+
+    def __post_init__(self) -> None:
+        if self.learnt_level is not None and not self.learnt_level > 0.0:
+            raise ParameterError(f"learnt_level is {self.learnt_level} N*m; expected a positive torque, or None")
+        alarm = Cusum(0.0, self.tuning.excess, self.tuning.ceiling, "upper")
+        object.__setattr__(self, "alarm", alarm)
+
+    def init(self) -> State:
+        """Nothing seen, nothing learnt but what was handed in."""
+        own = LearntLevel(0.0, 0.0, 0.0)
+        if self.learnt_level is not None:
+            own = LearntLevel(self.learnt_level, self.learnt_deviation, self.tuning.learning_time)
+        zeros = FrictionFigures(*[0.0] * len(FrictionFigures._fields))
+        return self.State(own, (self.alarm.init(),) * 4, Onset(-1.0, -1.0, 0.0), zeros)
+
+    def step(self, state: State, sample: VerdictSample) -> tuple[State, VerdictOutput]:
+        """One sample on."""
+        tuning, friction = self.tuning, sample.friction_torque
+        figures = self._count(state.figures, sample)
+        ready = figures.enabled_seconds > tuning.ready_time
+        deviation = sample.friction_deviation / sample.misfit
+        identifiable = all_of(
+            friction > 0.0,
+            deviation < tuning.largest_deviation * friction,
+            sample.excitation > tuning.smallest_excitation,
+        )
+        judged = all_of(sample.enabled > 0.5, ready, identifiable)
+        own = self._learn(state.own, friction, deviation, judged)
+        known = own.seconds > tuning.shortest_learning - 0.5 * self.sample_time
+        ratio = where(known, friction / where(known, own.level, 1.0), 1.0)
+        gain = tuning.gain_deviation * friction
+        cautious = friction - tuning.confidence * sqrt(deviation * deviation + gain * gain)
+        sums, relative, absolute = self._alarms(state.sums, own, where(known, friction, 0.0), cautious, judged)
+        alarm = maximum(relative, absolute)
+        onset = self._onset(state.onset, ratio, cautious, relative, absolute, judged, figures.seconds)
+        figures = figures._replace(
+            alarm_seconds=figures.alarm_seconds + where(both(judged, alarm > 0.0), self.sample_time, 0.0),
+            worst_alarm=maximum(figures.worst_alarm, alarm),
+        )
+        code = where(ready, where(identifiable, HEALTHY + alarm, NOT_IDENTIFIABLE), NOT_READY)
+        since = where(onset.kind > 1.5, onset.absolute, where(onset.kind > 0.5, onset.relative, -1.0))
+        level = where(known, own.level, 0.0)
+        return self.State(own, sums, onset, figures), VerdictOutput(code, ratio, level, since, figures.enabled_seconds)
+
+    def _count(self, figures: FrictionFigures, sample: VerdictSample) -> FrictionFigures:
+        """The figures one sample on."""
+        settled = sample.settled > 0.5
+        hands_on, moving, rolling = sample.hands_on > 0.5, sample.moving > 0.5, sample.rolling > 0.5
+        enabled = sample.enabled > 0.5
+        worked = all_of(settled, hands_on, moving, rolling)
+        now = {
+            "seconds": 1.0,
+            "settled_seconds": settled,
+            "enabled_seconds": enabled,
+            "left_seconds": both(enabled, sample.build_up > 0.0),
+            "hands_off_seconds": both(settled, negated(hands_on)),
+            "still_seconds": both(settled, negated(moving)),
+            "slow_seconds": both(settled, negated(rolling)),
+            "worked_seconds": worked,
+            "opposed_seconds": both(worked, negated(sample.same_direction > 0.5)),
+        }
+        counted = {name: getattr(figures, name) + where(held, self.sample_time, 0.0) for name, held in now.items()}
+        return figures._replace(**counted)
+
+    def _learn(self, own: LearntLevel, friction: Any, deviation: Any, judged: Any) -> LearntLevel:
+        """The own level one sample on: a mean, frozen while friction is suspicious and once enough is learnt."""
+        tuning = self.tuning
+        unsuspicious = either(
+            own.seconds < tuning.shortest_learning, friction < (1.0 + tuning.learning_tolerance) * own.level
+        )
+        learning = all_of(judged, unsuspicious, own.seconds < tuning.learning_time)
+        seconds = own.seconds + where(learning, self.sample_time, 0.0)
+        share = where(learning, self.sample_time / maximum(seconds, self.sample_time), 0.0)
+        return LearntLevel(
+            own.level + where(learning, share * (friction - own.level), 0.0),
+            own.deviation + where(learning, share * (deviation - own.deviation), 0.0),
+            seconds,
+        )
+
+    def _alarms(
+        self, sums: tuple[Any, ...], own: LearntLevel, friction: Any, cautious: Any, judged: Any
+    ) -> tuple[tuple[Any, ...], Any, Any]:
+        """Sums of excess, and the alarms by the own level and by the absolute limits: 0 none, 1 rising, 2 fault."""
+        tuning, limits = self.tuning, self.limits
+        level = own.level if self.learnt_level is None else own.level + tuning.confidence * self.learnt_deviation
+        excesses = (
+            friction / where(level > 0.0, tuning.rising_ratio * level, 1.0),
+            friction / where(level > 0.0, tuning.fault_ratio * level, 1.0),
+            cautious / limits.rising_friction,
+            cautious / limits.fault_friction,
+        )
+        after, raised = [], []
+        for total, excess in zip(sums, excesses, strict=True):
+            total, output = self.alarm.step(total, (excess - 1.0) * self.sample_time, judged)
+            after.append(total)
+            raised.append(output.alarm)
+        relative = where(raised[1] > 0.5, 2.0, raised[0])
+        absolute = where(raised[3] > 0.5, 2.0, raised[2])
+        return tuple(after), relative, absolute
+
+    def _onset(
+        self, onset: Onset, ratio: Any, cautious: Any, relative: Any, absolute: Any, judged: Any, now: Any
+    ) -> Onset:
+        """When friction was last unsuspicious by either measure, and which of them alarms."""
+        near = both(judged, ratio < self.tuning.onset_ratio)
+        below = both(judged, cautious < self.limits.rising_friction)
+        return Onset(
+            where(near, now, onset.relative),
+            where(below, now, onset.absolute),
+            where(relative > 0.0, 1.0, where(absolute > 0.0, 2.0, 0.0)),
+        )
