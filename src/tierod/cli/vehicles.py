@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tierod.cli.terminal import output, print_json
+from tierod.cli.terminal import output, print_json, rows
 
 if TYPE_CHECKING:
     from tierod.vehicles import Vehicle
@@ -52,34 +52,25 @@ def _document(vehicle: Vehicle) -> dict[str, Any]:
 
 
 def _list(found: list[Vehicle]) -> None:
-    from rich.table import Table
-
-    table = Table("vehicle", "what it is", "torques in", box=None, pad_edge=False, header_style="bold")
-    for vehicle in found:
-        table.add_row(vehicle.name, vehicle.description, vehicle.torque_unit)
-    output().print(table)
-    output().print(
+    console = output()
+    console.print(
+        rows(("vehicle", "what it is", "torques in"), [(v.name, v.description, v.torque_unit) for v in found])
+    )
+    console.print(
         "\nShow one with 'tierod vehicles NAME'; begin your own with 'tierod vehicles NAME --toml > car.toml'."
     )
 
 
 def _show(vehicle: Vehicle) -> None:
-    from rich.table import Table
+    from rich.text import Text
 
     console = output()
-    console.print(f"[bold]{vehicle.name}[/bold]: {vehicle.description}", vehicle.source, sep="\n")
+    console.print(f"[bold]{vehicle.name}[/bold]: {vehicle.description}", Text(vehicle.source), sep="\n")
     for title, lines in (("Good for", vehicle.good_for), ("Not good for", vehicle.not_good_for)):
-        console.print(f"\n[bold]{title}[/bold]", *(f"  - {line}" for line in lines), sep="\n")
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for title, side in (
-        ("parameter", "left"),
-        ("value", "right"),
-        ("+-", "right"),
-        ("unit", "left"),
-        ("source", "left"),
-    ):
-        table.add_column(title, justify=side)  # type: ignore[arg-type]
-    for name, value, unit, spread, source in vehicle.rows():
-        table.add_row(name, f"{value:.6g}", "" if spread is None else f"{spread:.6g}", unit, source)
+        console.print(f"\n[bold]{title}[/bold]", *(Text(f"  - {line}") for line in lines), sep="\n")
+    cells = [
+        (name, f"{value:.6g}", "" if spread is None else f"{spread:.6g}", unit, source)
+        for name, value, unit, spread, source in vehicle.rows()
+    ]
     console.print()
-    console.print(table)
+    console.print(rows(("parameter", "value", "+-", "unit", "source"), cells, right=(1, 2)))

@@ -1,0 +1,67 @@
+"""List what tierod can watch: the signals that each monitor needs, its variants, and their sources."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from tierod.cli.terminal import output, print_json, rows
+
+if TYPE_CHECKING:
+    from tierod.monitors.session import Monitor
+
+
+def monitors(
+    name: Annotated[str | None, typer.Argument(help="a monitor, to see its signals and variants")] = None,
+    json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
+) -> None:
+    """List the monitors, or show one: the signals it needs, its variants, and where they come from."""
+    from tierod.errors import ParameterError, nearest
+    from tierod.monitors.registry import MONITORS
+
+    if name is not None and name not in MONITORS:
+        raise ParameterError(f"there is no monitor '{name}'{nearest(name, MONITORS)}")
+    chosen = list(MONITORS.values()) if name is None else [MONITORS[name]]
+    if json:
+        print_json({"monitors": [_document(monitor) for monitor in chosen]})
+        return
+    for monitor in chosen:
+        _show(monitor)
+
+
+def _document(monitor: Monitor) -> dict[str, Any]:
+    return {
+        "name": monitor.name,
+        "title": monitor.title,
+        "summary": monitor.summary,
+        "source": monitor.source,
+        "required": list(monitor.required),
+        "optional": list(monitor.optional),
+        "minimum_rate": monitor.minimum_rate,
+        "variants": [
+            {"name": each.name, "summary": each.summary, "source": each.source} for each in monitor.variants.values()
+        ],
+    }
+
+
+def _show(monitor: Monitor) -> None:
+    from tierod.signals import SIGNALS
+
+    console = output()
+    console.print(
+        f"[bold]{monitor.name}[/bold]: {monitor.title}", monitor.summary, f"Source: {monitor.source}", sep="\n"
+    )
+    console.print("\n[bold]Signals[/bold]")
+    signals = [
+        (name, use, SIGNALS[name].unit, SIGNALS[name].meaning)
+        for use, names in (("needed", monitor.required), ("helps", monitor.optional))
+        for name in names
+    ]
+    console.print(rows(("signal", "use", "unit", "meaning"), signals))
+    console.print(f"Needed signals at {monitor.minimum_rate:g} Hz or faster.")
+    console.print("\n[bold]Variants[/bold], the default first")
+    console.print(
+        rows(("variant", "what it does", "source"), [(v.name, v.summary, v.source) for v in monitor.variants.values()])
+    )
+    console.print()
