@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from tierod.block import rebuild
-from tierod.graph.runtime import Memory
+from tierod.errors import InputError
+from tierod.findings import Finding
+from tierod.graph.runtime import Memory, Result
 from tierod.monitors.friction.conditioning import SAMPLE_TIME, SteeringSample
+from tierod.monitors.friction.judgement import FrictionRun, judge
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
 from tierod.monitors.friction.presliding_tuning import FrictionTorque
 from tierod.monitors.friction.verdict import UNKNOWN_LIMITS, FrictionLimits, FrictionVerdict, VerdictOutput
 from tierod.monitors.friction.verdict_state import VerdictSample
 from tierod.vehicles import Vehicle
+
+NAME = "friction, pre-sliding estimator"
 
 
 @dataclass(frozen=True)
@@ -76,6 +82,39 @@ class FrictionMonitor:
         seen = VerdictSample(*(getattr(estimate, name) for name in VerdictSample._fields))
         verdict_state, verdict = self.verdict.step(state.verdict, seen)
         return self.State(filter_state, verdict_state), self.Output(estimate, verdict)
+
+    def finding(self, result: Result, calibrated: bool = True, start_time: float = 0.0) -> Finding:
+        """The finding of a run.
+
+        Args:
+            result: of `scan` over the whole recording, or its last part
+            calibrated: whether the torques are in N*m (`Vehicle.calibrated`)
+            start_time: time of the first sample that the monitor saw, in the recording [s]
+
+        Raises:
+            InputError: no samples
+        """
+        if not len(result):
+            raise InputError("the friction monitor saw no samples; check that the signals overlap in time")
+        return judge(self.run_of(result.at(len(result) - 1), result.state, calibrated, start_time))
+
+    def run_of(self, last: Output, memory: Memory, calibrated: bool, start_time: float = 0.0) -> FrictionRun:
+        """What is known after a last output and the memory that came with it, of a scan or a stream."""
+        estimate = last.estimate
+        seen = VerdictSample(*(getattr(estimate, name) for name in VerdictSample._fields))
+        evidence = {
+            "dahl_angle_deg": math.degrees(estimate.dahl_angle),
+            "aligning_gain": estimate.aligning_gain,
+            "trail_drop_per_Nm": estimate.trail_drop,
+            "load_share": estimate.load_share,
+            "torque_offset_Nm": estimate.offset,
+            "damping_Nms_per_rad": estimate.damping,
+            "inertia_kgm2": estimate.inertia,
+        }
+        state = self.state_of(memory).verdict
+        return FrictionRun(
+            NAME, self.verdict, state, seen, last.verdict, calibrated, start_time, estimate.aligning_gain, evidence
+        )
 
     def state_of(self, memory: Memory) -> State:
         """The state of a run by name: `state_of(result.state).verdict.figures`."""

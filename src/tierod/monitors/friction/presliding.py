@@ -26,6 +26,9 @@ from tierod.physics.friction_build_up import (
 from tierod.physics.steering_ratio import column_torque_of_motor, torque_at_steering_wheel
 from tierod.vehicles import Vehicle
 
+COUNTS_OF_HANDS_ON = 10.0
+"""Driver's torque that opens the gate where torques are raw counts; errata, the RAV4 minute."""
+
 
 class _Regressors(NamedTuple):
     """Everything that is low-passed once more before it meets the torque balance."""
@@ -116,7 +119,9 @@ class PreslidingFrictionFilter:
             ParameterError: the vehicle file lacks a parameter; the message names it
         """
         parameters = replace(vehicle.parameters_for(FrictionParameters), sample_time=sample_time)
-        return cls(parameters, conditioning=SteeringConditioning(sample_time))
+        driver_torque = FrictionGate().minimum_driver_torque if vehicle.calibrated else COUNTS_OF_HANDS_ON
+        gate = FrictionGate(driver_torque, maximum_rate=math.inf, minimum_speed=3.0)
+        return cls(parameters, conditioning=SteeringConditioning(sample_time), gate=gate)
 
     def init(self) -> State:
         """Nothing learnt yet: the priors."""

@@ -56,7 +56,7 @@ class AlarmTuning:
             the estimate (1 to 2 % over a drive, simulated) and is over after six minutes of mixed driving
         shortest_learning: the ratio speaks from here on [s]; one time constant of the estimator
         learning_tolerance: while friction is above the learnt level by more than this share, nothing is learnt [-];
-            twice what healthy drives with scatter reached
+            twice what healthy drives with scatter reached. Nor is anything learnt above the limit of rising friction
         rising_ratio, fault_ratio: of friction to the own level [-]; 1.2 and 1.6 (errata). Healthy drives with scatter
             stayed within 0.96 to 1.05
         excess: how long times how far a limit must be exceeded, as a share of the limit [s]: 0.25 is 10 % for 2.5 s or
@@ -168,11 +168,11 @@ class FrictionVerdict:
             sample.excitation > tuning.smallest_excitation,
         )
         judged = all_of(sample.enabled > 0.5, ready, identifiable)
-        own = self._learn(state.own, friction, deviation, judged)
-        known = own.seconds > tuning.shortest_learning - 0.5 * self.sample_time
-        ratio = where(known, friction / where(known, own.level, 1.0), 1.0)
         gain = tuning.gain_deviation * friction
         cautious = friction - tuning.confidence * sqrt(deviation * deviation + gain * gain)
+        own = self._learn(state.own, friction, deviation, both(judged, cautious < self.limits.rising_friction))
+        known = own.seconds > tuning.shortest_learning - 0.5 * self.sample_time
+        ratio = where(known, friction / where(known, own.level, 1.0), 1.0)
         sums, relative, absolute = self._alarms(state.sums, own, where(known, friction, 0.0), cautious, judged)
         alarm = maximum(relative, absolute)
         onset = self._onset(state.onset, ratio, cautious, relative, absolute, judged, figures.seconds)
@@ -205,13 +205,19 @@ class FrictionVerdict:
         counted = {name: getattr(figures, name) + where(held, self.sample_time, 0.0) for name, held in now.items()}
         return figures._replace(**counted)
 
-    def _learn(self, own: LearntLevel, friction: Any, deviation: Any, judged: Any) -> LearntLevel:
-        """The own level one sample on: a mean, frozen while friction is suspicious and once enough is learnt."""
+    def _learn(self, own: LearntLevel, friction: Any, deviation: Any, sound: Any) -> LearntLevel:
+        """The own level one sample on: a mean, frozen while friction is suspicious and once enough is learnt.
+
+        Args:
+            own: so far
+            friction, deviation: of this sample [N*m]
+            sound: whether friction is judged, and below the absolute limit
+        """
         tuning = self.tuning
         unsuspicious = either(
             own.seconds < tuning.shortest_learning, friction < (1.0 + tuning.learning_tolerance) * own.level
         )
-        learning = all_of(judged, unsuspicious, own.seconds < tuning.learning_time)
+        learning = all_of(sound, unsuspicious, own.seconds < tuning.learning_time)
         seconds = own.seconds + where(learning, self.sample_time, 0.0)
         share = where(learning, self.sample_time / maximum(seconds, self.sample_time), 0.0)
         return LearntLevel(
