@@ -87,6 +87,13 @@ def test_the_rav4_does_not_pretend_to_be_calibrated():
     assert any("N*m" in warning for warning in vehicle.not_good_for)
 
 
+def test_the_rav4_brings_its_database_and_its_channel_map():
+    vehicle = load("rav4")
+    assert vehicle.database.name == "rav4.dbc"
+    assert vehicle.channel_map.name == "rav4.channels.toml"
+    assert "rav4.channels" not in shipped()
+
+
 def test_converts_value_and_spread_to_si(write):
     vehicle = load(write(WHOLE))
     assert vehicle["mass"] == pytest.approx(1600.0)
