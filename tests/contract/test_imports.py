@@ -1,0 +1,151 @@
+"""Who may import whom: downwards only, libraries behind their one door, and nothing heavy before it is needed."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import tierod
+
+ROOT = Path(tierod.__file__).parent
+
+BASE = "base"
+LAYERS = (
+    {"cli", "report"},
+    {"studies"},
+    {"monitors"},
+    {"diagnosis"},
+    {"estimators", "detectors", "filters", "identification", "analysis", "readers", "writers", "vehicles"},
+    {"models"},
+    {"physics"},
+    {"graph"},
+    {BASE},
+)
+"""Highest first; neighbours in one layer may use each other."""
+
+GROUND = "proving_ground"
+GROUND_USES = {GROUND, "physics", "graph", "vehicles", BASE}
+USES_GROUND = {GROUND, "studies", "cli"}
+
+HEAVY = {
+    "asammdf",
+    "can",
+    "cantools",
+    "casadi",
+    "jinja2",
+    "pandas",
+    "pint",
+    "plotly",
+    "pyarrow",
+    "rich",
+    "typer",
+}
+HEAVY_PARTS = {"scipy.signal", "scipy.optimize"}
+
+FILES = sorted(ROOT.rglob("*.py"))
+
+
+def part_of(module):
+    """The package below tierod that a dotted name belongs to; the files beside the packages are the base."""
+    names = module.split(".")
+    if names[1:] == ["__main__"]:
+        return "cli"
+    return names[1] if len(names) > 1 and (ROOT / names[1]).is_dir() else BASE
+
+
+def module_of(path):
+    return ".".join(("tierod", *path.relative_to(ROOT).with_suffix("").parts)).removesuffix(".__init__")
+
+
+def imports(tree, path):
+    """(absolute name, whether it is taken on import of the module, line) of every import."""
+    late = {id(inner) for node in ast.walk(tree) if is_late(node) for inner in ast.walk(node) if inner is not node}
+    package = module_of(path).split(".")
+    package = package if path.name == "__init__.py" else package[:-1]
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield alias.name, id(node) not in late, node.lineno
+        elif isinstance(node, ast.ImportFrom):
+            base = ".".join(package[: len(package) - node.level + 1]) if node.level else ""
+            stem = ".".join(filter(None, (base, node.module)))
+            for alias in node.names:
+                yield f"{stem}.{alias.name}", id(node) not in late, node.lineno
+
+
+def is_late(node):
+    """Functions run later, and TYPE_CHECKING never."""
+    if isinstance(node, ast.If):
+        return "TYPE_CHECKING" in ast.dump(node.test)
+    return isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+
+
+def allowed(importer, imported):
+    if GROUND in (importer, imported):
+        return imported in GROUND_USES if importer == GROUND else importer in USES_GROUND
+    depth = {part: depth for depth, layer in enumerate(LAYERS) for part in layer}
+    return depth[importer] <= depth[imported]
+
+
+@pytest.mark.parametrize("path", FILES, ids=module_of)
+def test_a_module_imports_downwards_only_and_hides_what_is_heavy(path):
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    here = part_of(module_of(path))
+    for name, at_once, line in imports(tree, path):
+        place = f"{path.relative_to(ROOT)}:{line} imports {name}"
+        if name.split(".")[0] == "tierod":
+            there = part_of(name)
+            assert allowed(here, there), f"{place}: {here} may not use {there}"
+        if name.split(".")[0] == "casadi":
+            assert here == "graph", f"{place}: only tierod.graph may"
+        heavy = name.split(".")[0] in HEAVY or any(name.startswith(part) for part in HEAVY_PARTS)
+        if heavy and at_once:
+            assert (here, name.split(".")[0]) == ("cli", "typer"), f"{place} at its top: move it into the function"
+
+
+def test_every_package_has_its_place():
+    packages = {path.name for path in ROOT.iterdir() if path.is_dir() and list(path.glob("*.py"))}
+    assert packages <= set().union(*LAYERS) | {GROUND}
+
+
+@pytest.mark.parametrize(
+    ("importer", "imported", "right"),
+    [
+        ("monitors", "estimators", True),
+        ("estimators", "monitors", False),
+        ("models", BASE, True),
+        (BASE, "graph", False),
+        ("readers", "vehicles", True),
+        (GROUND, "physics", True),
+        (GROUND, "models", False),
+        ("monitors", GROUND, False),
+        ("cli", GROUND, True),
+    ],
+)
+def test_the_rule_itself(importer, imported, right):
+    assert allowed(importer, imported) is right
+
+
+def loaded_after(statement):
+    """The modules that a fresh interpreter has loaded after a statement."""
+    code = f"import sys\n{statement}\nprint('\\n'.join(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return set(done.stdout.split())
+
+
+@pytest.mark.parametrize(
+    ("statement", "more"),
+    [
+        ("import tierod", {"numpy", "scipy", "pydantic"}),
+        ("from tierod.cli import main; main(['--version'])", {"numpy", "scipy", "pydantic"}),
+        ("from tierod.cli import main; main(['--help'])", {"numpy", "scipy", "pydantic"}),
+        ("import tierod.monitors.run", {"scipy.signal", "scipy.optimize"}),
+        ("import tierod.report", set()),
+        ("import tierod.readers", set()),
+    ],
+)
+def test_nothing_heavy_is_loaded_before_it_is_needed(statement, more):
+    needed = {"typer", "rich"} if "--help" in statement else set()
+    assert not loaded_after(statement) & ((HEAVY | HEAVY_PARTS | more) - needed)
