@@ -1,0 +1,98 @@
+"""The friction monitor and its variants, as users see them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from tierod.models.friction_estimation import FrictionParameters
+from tierod.monitors.friction.judged import JudgedEstimator
+from tierod.monitors.friction.monitor import FrictionMonitor
+from tierod.monitors.friction.refined import RefinedFrictionMonitor, consistent, printed, printed_open
+from tierod.monitors.friction.session import FrictionSession, acting_by_balance, acting_by_build_up
+from tierod.monitors.friction.unscented import unscented
+from tierod.monitors.friction.verdict import UNKNOWN_LIMITS, FrictionLimits, FrictionVerdict
+from tierod.monitors.session import Monitor, Session, Variant
+from tierod.vehicles import Vehicle
+
+PAPER = "Mohtat et al., Steering friction monitoring by joint state-parameter estimation"
+
+_LEARNT = {
+    "estimate.dahl_angle": "dahl_angle_rad",
+    "estimate.aligning_gain": "aligning_gain",
+    "estimate.offset": "torque_offset_Nm",
+    "estimate.damping": "damping_Nms_per_rad",
+    "estimate.inertia": "inertia_kgm2",
+}
+
+
+def _presliding(vehicle: Vehicle, rate: float) -> Session:
+    block = FrictionMonitor.of_vehicle(vehicle, 1.0 / rate)
+    return FrictionSession("friction, pre-sliding", block, vehicle, rate, "estimate", acting_by_build_up, _LEARNT)
+
+
+def _paper(name: str, build: Callable[[Any], RefinedFrictionMonitor]) -> Callable[[Vehicle, float], Session]:
+    def open_(vehicle: Vehicle, rate: float) -> Session:
+        parameters = replace(vehicle.parameters_for(FrictionParameters), sample_time=1.0 / rate)
+        limits = vehicle.parameters_for(FrictionLimits) if vehicle.calibrated else UNKNOWN_LIMITS
+        block = JudgedEstimator(build(parameters), FrictionVerdict(limits, sample_time=1.0 / rate))
+        acting = acting_by_balance(parameters)
+        return FrictionSession(f"friction, {name}", block, vehicle, rate, "seen", acting, {})
+
+    return open_
+
+
+_VARIANTS = (
+    Variant(
+        "pre-sliding",
+        "Regression on friction as it builds up over an angle that is learnt: no bias from pre-sliding.",
+        f"beyond {PAPER}; docs/friction.md",
+        _presliding,
+    ),
+    Variant(
+        "refined",
+        "Enabled Kalman filter of motion, self-aligning torque and friction, with the consistent covariance.",
+        f"{PAPER}, eqs (5) to (14), corrected",
+        _paper("refined", consistent),
+    ),
+    Variant(
+        "refined-printed",
+        "The same filter exactly as printed: literal noise, covariance that ignores the enabling.",
+        f"{PAPER}, eqs (5) to (14) and Table 3",
+        _paper("refined as printed", printed),
+    ),
+    Variant(
+        "refined-open",
+        "As printed, with the virtual noise of the self-aligning torque opened so that it is tracked.",
+        f"{PAPER}, eqs (5) to (14), second reading of Q",
+        _paper("refined, open", printed_open),
+    ),
+    Variant(
+        "unscented",
+        "The same model without linearisation, friction smoothed by tanh.",
+        f"{PAPER}, appendix B",
+        _paper("unscented", unscented),
+    ),
+)
+
+FRICTION = Monitor(
+    name="friction",
+    title="Friction of the steering",
+    summary="Detects and quantifies rising dry friction of column, gear and rack in natural driving.",
+    source=PAPER,
+    required=(
+        "steering_wheel_angle",
+        "steering_wheel_rate",
+        "driver_torque",
+        "motor_torque",
+        "yaw_rate",
+        "lateral_acceleration",
+        "vehicle_speed",
+    ),
+    optional=(),
+    rate=100.0,
+    minimum_rate=20.0,
+    maximum_age=0.1,
+    variants={variant.name: variant for variant in _VARIANTS},
+)

@@ -1,0 +1,150 @@
+"""A friction monitor over one recording: what it collects on the way, and its finding at the end."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from tierod.analysis.consistency import ConsistencyAccumulator
+from tierod.block import Block, rebuild, tuning
+from tierod.graph import Result
+from tierod.models.eps_column import driving_torque
+from tierod.monitors.friction.judged import JudgedEstimator
+from tierod.monitors.friction.judgement import FrictionRun, judge
+from tierod.monitors.friction.monitor import FrictionMonitor
+from tierod.monitors.friction.over_drive import EstimateOverDrive, HysteresisOverDrive
+from tierod.monitors.friction.verdict_state import HEALTHY, VerdictSample
+from tierod.monitors.session import Conclusion
+from tierod.physics.friction import viscous
+from tierod.vehicles import Vehicle
+
+Acting = Callable[[Mapping[str, np.ndarray], Result], np.ndarray]
+"""Friction torque that acts at each sample, from the signals by name and the outputs."""
+
+
+class FrictionSession:
+    """Runs an estimator with its running verdict, and collects what a report shows.
+
+    Args:
+        name: of monitor and variant
+        block: estimator and judge
+        vehicle: whose friction it is
+        rate: of the samples [Hz]
+        seen: prefix of the outputs that the verdict reads
+        acting: friction torque that acts, for the hysteresis view
+        evidence: outputs whose last value is named in the finding: output -> name with unit
+    """
+
+    block: Block
+    traces: Mapping[str, tuple[str, str]]
+
+    def __init__(
+        self,
+        name: str,
+        block: FrictionMonitor | JudgedEstimator,
+        vehicle: Vehicle,
+        rate: float,
+        seen: str,
+        acting: Acting,
+        evidence: Mapping[str, str],
+    ):
+        self.name, self.block, self._judged, self.vehicle = name, block, block, vehicle
+        self._seen, self._acting, self._evidence = seen, acting, evidence
+        self._signals = block.Sample._fields  # type: ignore[attr-defined]
+        unit = vehicle.torque_unit
+        self.traces = {
+            "estimate.friction_torque": ("friction_torque", unit),
+            "estimate.friction_deviation": ("friction_torque_standard_deviation", unit),
+            "estimate.enabled": ("enabled", ""),
+            "estimate.nis": ("nis", ""),
+            "verdict.ratio": ("ratio_to_own_level", ""),
+        }
+        self._estimates, self._hysteresis = EstimateOverDrive(rate), HysteresisOverDrive()
+        self._consistency = ConsistencyAccumulator()
+        self._start: float | None = None
+        self._last: Result | None = None
+
+    def absorb(self, time: np.ndarray, samples: np.ndarray, result: Result) -> None:
+        """One more piece: time [s] (n,), samples (n, signals), outputs."""
+        self._start = float(time[0]) if self._start is None else self._start
+        self._last = result
+        signals = dict(zip(self._signals, samples.T, strict=True))
+        enabled = result["estimate.enabled"] > 0.5
+        self._estimates.add(time, result["estimate.friction_torque"], result["verdict.code"] >= HEALTHY)
+        self._hysteresis.add(time, signals["steering_wheel_angle"], self._acting(signals, result), enabled)
+        present = result["estimate.present"] if "estimate.present" in result.names else np.ones(len(result))
+        self._consistency.add(result["estimate.nis"][enabled], present[enabled])
+
+    def conclude(self) -> Conclusion:
+        """The finding, and what a report shows beside it."""
+        if self._last is None or self._start is None:
+            raise RuntimeError("a session concludes after at least one piece")
+        output = self._last.at(-1)
+        finding = judge(
+            FrictionRun(
+                monitor=self.name,
+                verdict=self._judged.verdict,
+                state=rebuild(self.block.init(), self._last.state.values.tolist()).verdict,
+                last=VerdictSample(*(self._last[f"{self._seen}.{name}"][-1].item() for name in VerdictSample._fields)),
+                output=output.verdict,
+                calibrated=self.vehicle.calibrated,
+                start_time=self._start,
+                aligning_gain=getattr(output.estimate, "aligning_gain", 1.0),
+                evidence={name: self._last[source][-1].item() for source, name in self._evidence.items()},
+            )
+        )
+        consistency = self._consistency.result()
+        return Conclusion(
+            finding,
+            self._estimates.histograms(finding.since),
+            self._hysteresis.views(finding.since),
+            {
+                "nis_mean": consistency.nis,
+                "nis_band_low": consistency.nis_band[0],
+                "nis_band_high": consistency.nis_band[1],
+                "nis_outside_95_share": consistency.outside,
+                "enabled_samples": float(consistency.samples),
+            },
+            tuple(_tuning_rows(self.block)),
+        )
+
+
+def acting_by_build_up(signals: Mapping[str, np.ndarray], result: Result) -> np.ndarray:
+    """Friction that acts, as the pre-sliding estimator sees it: its model's, and what is left of the balance."""
+    return result["estimate.friction_torque"] * result["estimate.build_up"] + result["estimate.innovation"]
+
+
+def acting_by_balance(parameters: Any) -> Acting:
+    """Friction that acts, as what the torque balance of eq (2) leaves beside inertia."""
+
+    def acting(signals: Mapping[str, np.ndarray], result: Result) -> np.ndarray:
+        aligning = result["estimate.self_aligning_torque"]
+        driving = driving_torque(signals["driver_torque"], signals["motor_torque"], aligning, parameters)
+        return driving - viscous(signals["steering_wheel_rate"], parameters.column_damping)
+
+    return acting
+
+
+def _tuning_rows(block: Any) -> list[tuple[str, float, str, float | None, str]]:
+    """Every float of the monitor's own tuning, with its unit where its field says it."""
+    rows = []
+    for path, value in tuning(block):
+        if ".parameters." not in path and not path.startswith("verdict.limits.") and math.isfinite(value):
+            rows.append((path, value, _unit_of(block, path), None, f"tuning of {type(block).__name__}"))
+    return rows
+
+
+def _unit_of(block: Any, path: str) -> str:
+    """The unit of a float field, from the annotation of its dataclass or NamedTuple."""
+    *way, name = path.split(".")
+    holder = block
+    for step in way:
+        holder = holder[int(step)] if step.isdigit() else getattr(holder, step)
+    if not (dataclasses.is_dataclass(holder) or hasattr(holder, "_fields")):
+        return ""
+    hint = get_type_hints(type(holder), include_extras=True).get(name)
+    return str(get_args(hint)[1]) if get_origin(hint) is Annotated else ""

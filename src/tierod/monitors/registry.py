@@ -1,0 +1,11 @@
+"""Every monitor there is, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from tierod.monitors.friction.definition import FRICTION
+from tierod.monitors.session import Monitor
+
+MONITORS: Mapping[str, Monitor] = {monitor.name: monitor for monitor in (FRICTION,)}
+"""By name, as given on the command line."""
