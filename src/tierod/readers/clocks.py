@@ -77,10 +77,6 @@ def seconds(stamps: np.ndarray, unit: str, column: str) -> np.ndarray:
     Raises:
         InputError: the unit is not one of time
     """
-    if stamps.dtype.kind == "M":
-        missing = np.isnat(stamps)
-        whole = stamps.astype("datetime64[ns]").astype(np.int64)
-        return np.where(missing, np.nan, (whole // 1_000_000_000) + (whole % 1_000_000_000) * 1e-9)
     try:
         return scale(unit, "s")(np.asarray(stamps, dtype=float))
     except InputError as error:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from tierod.arrow import calendar_seconds, floats
 from tierod.errors import InputError
 from tierod.readers.clocks import Clock, find_clocks, seconds, unit_of
 from tierod.readers.csv_layout import MISSING, Layout, find_layout
@@ -80,7 +81,7 @@ def _read(data: bytes, layout: Layout, names: Sequence[str]) -> tuple[Any, dict[
 
     try:
         table = _table(data, layout, names, pa.float64(), [])
-        return table, {name: table[name].to_numpy() for name in names if name not in layout.dates}, {}
+        return table, {name: floats(table[name]) for name in names if name not in layout.dates}, {}
     except pa.ArrowInvalid:
         table = _table(data, layout, names, pa.string(), [])
     columns, bad = {}, {}
@@ -107,24 +108,36 @@ def _channels(
     timed = {name: clock for clock in clocks for name in clock.columns}
     needed = list(dict.fromkeys([*(timed[name].column for name in names), *names]))
     table, values, bad = _read(data, layout, needed)
+    about = {told["name"]: told for told in layout.about.get("channels", {}).values()}
     stamps: dict[str, np.ndarray] = {}
     padded: dict[str, np.ndarray | None] = {}
     made = []
     for name in names:
         clock = timed[name]
         if clock.column not in stamps:
-            time = values[clock.column] if clock.column in values else table[clock.column].to_numpy()
-            time = seconds(time, unit_of(columns[clock.column]), clock.column)
+            if clock.column in values:
+                time = seconds(values[clock.column], unit_of(columns[clock.column]), clock.column)
+            else:
+                time = _calendar(table[clock.column], clock.column)
             padded[clock.column] = np.isfinite(time) if len(clocks) > 1 and not np.isfinite(time).all() else None
             kept = padded[clock.column]
             stamps[clock.column] = time if kept is None else time[kept]
         kept = padded[clock.column]
         column = values[name] if kept is None else values[name][kept]
-        about = layout.about.get("channels", {}).get(name, {})
-        unit = about.get("unit", columns[name].unit)
-        channel = Channel(name, stamps[clock.column], column, unit, about.get("source", name), about.get("note", ""))
+        told = about.get(name, {})
+        unit = columns[name].unit
+        channel = Channel(name, stamps[clock.column], column, unit, told.get("source", name), told.get("note", ""))
         made.append(channel.noted(f"{bad[name]} cells are no numbers" if bad.get(name) else ""))
     return made
+
+
+def _calendar(column: Any, name: str) -> np.ndarray:
+    import pyarrow as pa
+
+    try:
+        return calendar_seconds(column)
+    except pa.ArrowException:
+        raise InputError(f"the time column '{name}' is written in no way that is known; give it in seconds") from None
 
 
 def _increasing(data: bytes, layout: Layout) -> tuple[str, ...]:

@@ -129,7 +129,8 @@ def _layout(lines: list[tuple[int, str]], delimiter: str, decimal: str, about: d
         (at for at in range(len(body)) if _is_data(body, at, width, [*numeric, *dates], decimal)),
         len(body) - 1,
     )
-    columns = _columns([cells for cells in body[:first] if 1 < len(cells) <= width or width == len(cells)], width)
+    columns = _columns([cells for cells in body[:first] if 1 < len(cells) <= width], width)
+    columns = tuple(_as_written(column, about) for column in columns)
     return Layout(
         delimiter,
         decimal,
@@ -139,6 +140,12 @@ def _layout(lines: list[tuple[int, str]], delimiter: str, decimal: str, about: d
         tuple(columns[place].name for place in dates),
         about,
     )
+
+
+def _as_written(column: Column, about: dict[str, Any]) -> Column:
+    """The column under the name that the CSV writer of tierod gave it, else as it is."""
+    told = about.get("channels", {}).get(column.name)
+    return column if told is None else Column(told["name"], told["unit"], told["name"])
 
 
 def _mostly(rows: list[list[str]], place: int, test: Any) -> bool:

@@ -88,7 +88,7 @@ def _source(file: Any, places: dict[str, tuple[int, int, Any]], notes: tuple[str
 
     start = file.header.start_time
     metadata = {"format": f"MDF {file.version}", "start_time": start.isoformat() if start else ""}
-    return Source(columns, load, metadata, 0.0, notes)
+    return Source(columns, load, metadata, start.timestamp() if start else 0.0, notes)
 
 
 def _unit(item: Any) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from tierod.arrow import calendar_seconds, floats
 from tierod.errors import InputError
 from tierod.readers.clocks import Clock, find_clocks, seconds, unit_of
 from tierod.readers.source import Column, Source
@@ -18,6 +19,8 @@ LAYOUT = b"tierod"
 """Key of the schema metadata that holds clocks, units, sources and notes of tierod's own layout, as JSON."""
 
 _BATCH = 1 << 17
+_BUFFER = 1 << 20
+"""Bytes read at once: a mapped file or a read-ahead would count its whole length as memory."""
 
 
 def open_parquet(path: Path) -> Source:
@@ -30,7 +33,7 @@ def open_parquet(path: Path) -> Source:
     import pyarrow.parquet as pq
 
     try:
-        file = pq.ParquetFile(path, memory_map=True)
+        file = pq.ParquetFile(path, pre_buffer=False, buffer_size=_BUFFER)
     except (pa.ArrowException, OSError) as error:
         reason = " ".join(str(error).split())[:120]
         raise InputError(
@@ -82,7 +85,7 @@ def _source(path: Path, file: Any, layout: dict[str, Any], clocks: tuple[Clock, 
             if clock not in stamps:
                 stamps[clock] = _stamps(table[clock], units[clock], clock)
             time, kept = stamps[clock]
-            values = _floats(table[name])
+            values = floats(table[name])
             about = notes.get(name, {})
             values = values if kept is None else values[kept]
             made.append(
@@ -122,16 +125,10 @@ def _guarded(path: Path, work: Any) -> Any:
 
 def _stamps(column: Any, unit: str, name: str) -> tuple[np.ndarray, np.ndarray | None]:
     """(time [s], rows kept): rows without a stamp are padding."""
-    kept = None
-    if column.null_count:
-        kept = np.asarray(column.is_valid())
-        column = column.drop_null()
-    return seconds(column.to_numpy(), unit, name), kept
+    import pyarrow.types as types
 
-
-def _floats(column: Any) -> np.ndarray:
-    import pyarrow as pa
-
-    if column.type != pa.float64():
-        column = column.cast(pa.float64())
-    return column.to_numpy(zero_copy_only=False) if isinstance(column, pa.Array) else column.to_numpy()
+    time = calendar_seconds(column) if types.is_timestamp(column.type) else seconds(floats(column), unit, name)
+    if not column.null_count:
+        return time, None
+    kept = np.isfinite(time)
+    return time[kept], kept

@@ -1,0 +1,63 @@
+"""NumPy arrays from and to Arrow columns by their memory: the library's own conversions import pandas."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+_PER_SECOND = {"s": 1, "ms": 1_000, "us": 1_000_000, "ns": 1_000_000_000}
+
+
+def floats(column: Any) -> np.ndarray:
+    """A column of numbers or truth values as floats; nulls become NaN.
+
+    Args:
+        column: pyarrow Array or ChunkedArray, shape (n,)
+    """
+    import pyarrow as pa
+
+    if pa.types.is_boolean(column.type):
+        column = column.cast(pa.int8())
+    if column.type != pa.float64():
+        column = column.cast(pa.float64(), safe=False)
+    if column.null_count:
+        column = column.fill_null(float("nan"))
+    parts = [_memory(chunk, np.float64) for chunk in _chunks(column)]
+    return parts[0] if len(parts) == 1 else np.concatenate(parts or [np.empty(0)])
+
+
+def calendar_seconds(column: Any) -> np.ndarray:
+    """A column of calendar times in seconds since 1970; nulls become NaN."""
+    import pyarrow as pa
+
+    if not pa.types.is_timestamp(column.type):
+        column = column.cast(pa.timestamp("ns"))
+    per = _PER_SECOND[column.type.unit]
+    missing = ~floats(column.is_valid()).astype(bool) if column.null_count else None
+    whole = column.cast(pa.int64()).fill_null(0)
+    ticks = np.concatenate([_memory(chunk, np.int64) for chunk in _chunks(whole)] or [np.empty(0, np.int64)])
+    time = ticks // per + (ticks % per) / per
+    return time if missing is None else np.where(missing, np.nan, time)
+
+
+def _chunks(column: Any) -> list[Any]:
+    return column.chunks if hasattr(column, "chunks") else [column]
+
+
+def _memory(chunk: Any, kind: Any) -> np.ndarray:
+    values = chunk.buffers()[1]
+    if values is None:
+        return np.empty(0, dtype=kind)
+    return np.frombuffer(values, dtype=kind)[chunk.offset : chunk.offset + len(chunk)]
+
+
+def column_of(values: np.ndarray, length: int | None = None) -> Any:
+    """Floats as an Arrow column; padded with nulls to a length."""
+    import pyarrow as pa
+
+    dense = np.ascontiguousarray(values, dtype=np.float64)
+    made = pa.Array.from_buffers(pa.float64(), len(dense), [None, pa.py_buffer(dense)])
+    if length is None or length <= len(dense):
+        return made
+    return pa.concat_arrays([made, pa.nulls(length - len(dense), pa.float64())])

@@ -1,0 +1,63 @@
+"""MF4 through asammdf: one channel group per group of channels with common time stamps."""
+
+from __future__ import annotations
+
+import datetime
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from tierod.errors import MissingExtra, OutputError
+from tierod.recording import Channel, Recording
+from tierod.writers.atomic import atomic
+from tierod.writers.layout import groups
+
+
+def write_mf4(recording: Recording, path: str | Path) -> None:
+    """Write a recording to an MF4 file; sources and notes go into the comments of the channels.
+
+    Args:
+        recording: with at least one channel
+        path: the file; replaced as a whole
+
+    Raises:
+        MissingExtra: asammdf is not installed
+        OutputError: nothing to write, or the file cannot be written
+    """
+    try:
+        from asammdf import MDF, Signal
+    except ImportError:
+        raise MissingExtra("asammdf", "mdf", "writing an MF4 file") from None
+    found = groups(recording)
+    with atomic(path) as temporary, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        file = MDF(version="4.10")
+        origin = recording.metadata.get("origin") or 0.0
+        if origin:
+            file.header.start_time = datetime.datetime.fromtimestamp(float(origin), datetime.UTC)
+        try:
+            for number, group in enumerate(found):
+                signals = [
+                    Signal(
+                        np.ascontiguousarray(channel.values, dtype=float),
+                        np.ascontiguousarray(group.time, dtype=float),
+                        unit=channel.unit,
+                        name=channel.name,
+                        comment=_comment(channel),
+                    )
+                    for channel in group.channels
+                ]
+                file.append(signals, acq_name=f"group {number}", comment="tierod", common_timebase=True)
+            file.save(temporary, overwrite=True)
+        except OSError:
+            raise
+        except Exception as error:
+            reason = " ".join(str(error).split())[:160] or type(error).__name__
+            raise OutputError(f"{path} cannot be written as MF4: {reason}") from None
+        finally:
+            file.close()
+
+
+def _comment(channel: Channel) -> str:
+    return f"tierod: {channel.source} | {channel.note}" if channel.source or channel.note else ""
