@@ -81,6 +81,8 @@ def _call(verb: str, arguments: Sequence[str]) -> int:
     except usage_error as error:
         sentence = error.format_message().rstrip(".")  # type: ignore[attr-defined]
         raise _Usage(f"{sentence}; see 'tierod {verb} --help'") from error
+    if code == INTERRUPTED:
+        raise KeyboardInterrupt  # typer has made an exit of it
     return code if isinstance(code, int) else HEALTHY
 
 

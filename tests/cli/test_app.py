@@ -1,0 +1,118 @@
+import errno
+import json
+import subprocess
+import sys
+import types
+
+import pytest
+
+from tierod import __version__
+from tierod.cli import app, main
+from tierod.errors import InputError
+
+
+@pytest.fixture
+def verb(monkeypatch):
+    """A command that does what the test says."""
+
+    def install(function):
+        function.__name__ = "vehicles"
+        module = types.ModuleType("tierod.cli.vehicles", "Do what the test says.")
+        module.vehicles = function
+        monkeypatch.setitem(sys.modules, "tierod.cli.vehicles", module)
+        return lambda *arguments: main(["vehicles", *arguments])
+
+    return install
+
+
+def raising(error):
+    def function():
+        raise error
+
+    return function
+
+
+@pytest.mark.parametrize("flag", ["--version", "-V"])
+def test_says_its_version(flag, capsys):
+    assert main([flag]) == 0
+    assert capsys.readouterr().out == f"tierod {__version__}\n"
+
+
+def test_help_lists_every_command_with_its_summary(capsys):
+    assert main(["--help"]) == 0
+    printed = capsys.readouterr().out
+    for command in app.commands():
+        assert any(line.split()[:1] == [command] and len(line.split()) > 3 for line in printed.splitlines())
+
+
+def test_no_command_is_a_usage_error_that_shows_the_help(capsys):
+    assert main([]) == 3
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert "Usage: tierod COMMAND" in captured.err
+
+
+def test_an_unknown_command_names_the_nearest(capsys):
+    assert main(["vehicels"]) == 3
+    assert "did you mean 'vehicles'?" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("given", "code"), [(0, 0), (1, 1), (2, 2), (None, 0)])
+def test_a_command_decides_the_exit_code(verb, given, code):
+    assert verb(lambda: given)() == code
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "sentence"),
+    [
+        (InputError("the file is\nhalf; give the whole"), 3, "tierod: the file is half; give the whole\n"),
+        (MemoryError(), 3, "the memory is not enough"),
+        (
+            PermissionError(errno.EACCES, "Permission denied", "a.csv"),
+            3,
+            "a.csv: permission denied; check the permissions",
+        ),
+        (OSError(errno.ENOSPC, "No space left on device"), 3, "no space left on device; make room"),
+        (ZeroDivisionError("division by zero"), 4, "a defect of tierod itself: ZeroDivisionError"),
+        (KeyboardInterrupt(), 130, "stopped"),
+    ],
+)
+def test_what_goes_wrong_becomes_one_line(verb, capsys, error, code, sentence):
+    assert verb(raising(error))() == code
+    captured = capsys.readouterr()
+    assert sentence in captured.err
+    assert captured.err.count("\n") == 1
+    assert captured.out == ""
+
+
+def test_debug_shows_the_traceback(verb):
+    with pytest.raises(ZeroDivisionError):
+        verb(raising(ZeroDivisionError()))("--debug")
+
+
+def test_usage_errors_end_with_three_not_two(capsys):
+    assert main(["vehicles", "--jsn"]) == 3
+    assert main(["vehicles", "one", "two"]) == 3
+    assert capsys.readouterr().err.count("see 'tierod vehicles --help'") == 2
+
+
+def test_a_reader_that_goes_away_ends_quietly():
+    command = f"{sys.executable} -c 'from tierod.cli import main; raise SystemExit(main())' vehicles --json | head -c 1"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=True)
+    assert done.stdout == "{"
+    assert done.stderr == ""
+
+
+def test_the_entry_point_exits_with_the_code():
+    done = subprocess.run(
+        [sys.executable, "-m", "tierod", "vehicles", "none"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 3
+    assert done.stderr.startswith("tierod: no vehicle is called 'none'")
+
+
+def test_json_is_one_document_on_stdout(capsys):
+    assert main(["vehicles", "--json"]) == 0
+    captured = capsys.readouterr()
+    assert {vehicle["name"] for vehicle in json.loads(captured.out)["vehicles"]} >= {"midsize-eps", "rav4"}
+    assert captured.err == ""

@@ -1,0 +1,52 @@
+import json
+
+import pytest
+
+from tierod.cli import main
+from tierod.vehicles import load, shipped
+
+
+def test_lists_what_is_shipped(capsys):
+    assert main(["vehicles"]) == 0
+    printed = capsys.readouterr().out
+    for name in shipped():
+        assert name in printed
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_shows_sources_and_what_it_is_not_good_for(name, capsys):
+    assert main(["vehicles", name]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    vehicle = load(name)
+    assert "Not good for" in printed
+    for line in vehicle.not_good_for:
+        assert line in printed
+    for parameter in vehicle.parameters:
+        assert parameter in printed
+
+
+def test_prints_a_file_to_begin_with(capsys, tmp_path):
+    assert main(["vehicles", "midsize-eps", "--toml"]) == 0
+    mine = tmp_path / "mine.toml"
+    mine.write_text(capsys.readouterr().out, encoding="utf-8")
+    assert load(mine).rows() == load("midsize-eps").rows()
+
+
+def test_tells_one_vehicle_as_json(capsys):
+    assert main(["vehicles", "rav4", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["torque_unit"] == "count"
+    assert document["parameters"][0].keys() == {"name", "value", "unit", "standard_deviation", "source"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["--toml"], "--toml needs a vehicle"),
+        (["rav4", "--toml", "--json"], "exclude each other"),
+        (["rav5"], "did you mean 'rav4'"),
+    ],
+)
+def test_wrong_use_is_told(arguments, sentence, capsys):
+    assert main(["vehicles", *arguments]) == 3
+    assert sentence in capsys.readouterr().err

@@ -1,0 +1,149 @@
+"""What every public name, command and parameter set of the package promises; new files are found by themselves."""
+
+import dataclasses
+import importlib
+import inspect
+import pkgutil
+import typing
+from typing import Annotated
+
+import pint
+import pytest
+
+import tierod
+from tierod.cli import main
+from tierod.cli.app import commands
+from tierod.units import known
+from tierod.vehicles import QUANTITIES, load, shipped
+
+MODULES = sorted(
+    module.name for module in pkgutil.walk_packages(tierod.__path__, "tierod.") if not module.name.endswith("__main__")
+)
+
+
+def public(module):
+    """The classes and functions that a module itself defines for others, nested classes and methods included."""
+    for name, value in vars(module).items():
+        own = getattr(value, "__module__", None) == module.__name__
+        if own and not name.startswith("_") and (inspect.isclass(value) or inspect.isfunction(value)):
+            yield name, value
+            if inspect.isclass(value):
+                yield from members(name, value)
+
+
+def members(path, owner):
+    for name, value in vars(owner).items():
+        inner = getattr(value, "__func__", getattr(value, "fget", value))
+        if name.startswith("_") or getattr(inner, "__module__", None) != owner.__module__:
+            continue
+        if inspect.isclass(inner) and inner.__qualname__ == f"{owner.__qualname__}.{name}":
+            yield f"{path}.{name}", inner
+            yield from members(f"{path}.{name}", inner)
+        elif inspect.isfunction(inner) and not inner.__code__.co_filename.startswith("<"):
+            yield f"{path}.{name}", inner
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_every_module_and_public_name_is_explained(name):
+    module = importlib.import_module(name)
+    bare = [] if (module.__doc__ or "").strip() else [name]
+    for path, value in public(module):
+        said = (value.__doc__ or "").strip()
+        generated = inspect.isclass(value) and said.startswith(f"{value.__name__}(")
+        if not said or generated:
+            bare.append(f"{name}.{path}")
+    assert not bare, f"without a docstring: {', '.join(bare)}"
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_every_exported_name_exists(name):
+    module = importlib.import_module(name)
+    absent = [each for each in getattr(module, "__all__", ()) if not hasattr(module, each)]
+    assert not absent
+
+
+SAME_UNIT = "unit of the signal"
+"""What a block says that works on any signal, such as a low-pass or a stopping rule."""
+
+
+def tuned():
+    """Every dataclass whose floats become inputs of a graph: blocks, `Parameters`, and what they are made of."""
+    found = {}
+    for name in MODULES:
+        for path, value in public(importlib.import_module(name)):
+            if inspect.isclass(value) and dataclasses.is_dataclass(value):
+                block = hasattr(value, "step") and hasattr(value, "init")
+                if block or path.endswith(("Parameters", "Tuning", "Limits")):
+                    collect(value, found)
+    return found
+
+
+def collect(owner, found):
+    key = f"{owner.__module__}.{owner.__qualname__}"
+    if key in found:
+        return
+    found[key] = owner
+    for hint in typing.get_type_hints(owner).values():
+        for part in (hint, *typing.get_args(hint)):
+            if inspect.isclass(part) and dataclasses.is_dataclass(part) and part.__module__.startswith("tierod."):
+                collect(part, found)
+
+
+TUNED = tuned()
+
+
+def unit_of(hint):
+    """The unit that `Annotated[float, unit]` declares; None where a float has none, "" where it is no float."""
+    if typing.get_origin(hint) is Annotated:
+        inner, *notes = typing.get_args(hint)
+        return notes[0] if float in (inner, *typing.get_args(inner)) else ""
+    return None if float in (hint, *typing.get_args(hint)) and typing.get_origin(hint) is not tuple else ""
+
+
+def readable(unit):
+    return unit == SAME_UNIT or pint.get_application_registry().parse_units(unit) is not None
+
+
+@pytest.mark.parametrize("name", TUNED)
+def test_every_number_that_tunes_has_a_unit(name):
+    owner = TUNED[name]
+    hints = typing.get_type_hints(owner, include_extras=True)
+    units = {field.name: unit_of(hints[field.name]) for field in dataclasses.fields(owner)}
+    bare = [field for field, unit in units.items() if unit is None]
+    assert not bare, f'write Annotated[float, "N*m"] (or "{SAME_UNIT}") for {", ".join(bare)}'
+    for unit in filter(None, units.values()):
+        assert readable(unit)
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_every_shipped_vehicle_loads(name):
+    vehicle = load(name)
+    for parameter in vehicle.parameters.values():
+        quantity = QUANTITIES[parameter.name]
+        low, high = quantity.plausible
+        assert low <= parameter.value <= high
+        assert parameter.unit == (vehicle.torque_unit if quantity.torque else quantity.unit)
+
+
+@pytest.mark.parametrize("name", QUANTITIES)
+def test_every_quantity_has_a_unit_a_meaning_and_a_range(name):
+    quantity = QUANTITIES[name]
+    assert known(quantity.unit)
+    assert quantity.meaning
+    assert quantity.plausible[0] < quantity.plausible[1]
+
+
+@pytest.mark.parametrize("verb", commands())
+def test_every_command_answers_help(verb, capsys):
+    assert main([verb, "--help"]) == 0
+    printed = capsys.readouterr().out
+    assert f"tierod {verb}" in printed
+
+
+@pytest.mark.parametrize("verb", commands())
+def test_every_command_refuses_an_unknown_option_in_one_line(verb, capsys):
+    assert main([verb, "--no-such-option"]) == 3
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    assert "--no-such-option" in captured.err
