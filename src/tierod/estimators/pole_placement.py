@@ -146,7 +146,7 @@ def _require_observable(system: LinearSystem) -> None:
     raise ParameterError(
         f"the outputs {', '.join(system.outputs)} do not show the direction "
         f"{describe(weakest.direction, system.states)} "
-        f"(eigenvalue {weakest.eigenvalue:.6g}), so its pole cannot be placed; measure it, or take it out of the state"
+        f"(eigenvalue {weakest.number}), so its pole cannot be placed; measure it, or take it out of the state"
     )
 
 

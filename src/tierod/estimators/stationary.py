@@ -99,7 +99,7 @@ def _require_detectable(system: LinearSystem) -> None:
         if mode.margin < TOLERANCE and abs(mode.eigenvalue) >= 1.0 - 1e-9:
             raise ParameterError(
                 f"there is no stationary gain: the outputs {', '.join(system.outputs)} do not show the direction "
-                f"{describe(mode.direction, system.states)} (eigenvalue {mode.eigenvalue:.6g}), which does not decay; "
+                f"{describe(mode.direction, system.states)} (eigenvalue {mode.number}), which does not decay; "
                 "measure it, or take it out of the state"
             )
 

@@ -174,7 +174,7 @@ def _combined(shape: type, *parts: tuple[Any, Tree]) -> Tree:
     rows = []
     for k in range(len(parts[0][0])):
         terms = [
-            value if coefficient == 1 and isinstance(coefficient, int) else coefficient * value
+            value if isinstance(coefficient, int) else coefficient * value
             for matrix, values in flat
             for coefficient, value in zip(matrix[k], values, strict=True)
             if coefficient is not None

@@ -16,13 +16,19 @@ class Mode(NamedTuple):
 
     Args:
         eigenvalue: of A
-        direction: state direction that is seen least at this eigenvalue, in the states' own units, largest entry 1, (n,)
+        direction: state direction that is seen least at it, in the states' own units, largest entry 1, (n,)
         margin: smallest singular value of [A - eigenvalue I; C], both scaled to size 1: 0 is unobservable
     """
 
     eigenvalue: complex
     direction: np.ndarray
     margin: float
+
+    @property
+    def number(self) -> str:
+        """The eigenvalue in short."""
+        real = abs(self.eigenvalue.imag) < 1e-9 * max(abs(self.eigenvalue), 1.0)
+        return f"{self.eigenvalue.real:.6g}" if real else f"{self.eigenvalue:.6g}"
 
 
 class Scaled(NamedTuple):
