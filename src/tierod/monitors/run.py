@@ -144,9 +144,8 @@ class Run:
         self._quality.refuse_unusable(self.monitor.required)
         conclusion = self.session.conclude()
         units = self._quality.units
-        traces = {key: decimator.trace() for key, decimator in self._traces.items()}
-        for name in self.signals:
-            traces[name] = _with_unit(traces[name], units.get(name, ""))
+        traces = {decimator.name: decimator.trace() for decimator in self._traces.values()}
+        traces |= {name: dataclasses.replace(traces[name], unit=units.get(name, "")) for name in self.signals}
         finding = _with_warnings(conclusion, (*self._metadata.get("warnings", ()), *self._quality.sign_warnings()))
         return Diagnosis(
             findings=(finding,),
@@ -221,10 +220,6 @@ def _joined(before: Recording | None, piece: Recording) -> Recording:
                 new, time=np.concatenate([old.time, new.time]), values=np.concatenate([old.values, new.values])
             )
     return Recording(channels, piece.metadata)
-
-
-def _with_unit(trace_: Any, unit: str) -> Any:
-    return dataclasses.replace(trace_, unit=unit)
 
 
 def _with_warnings(conclusion: Conclusion, warnings: Iterable[str]) -> Any:

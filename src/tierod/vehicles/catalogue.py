@@ -45,6 +45,12 @@ _CATALOGUE = (
     Quantity("nominal_friction", "N*m", "friction of the sound steering at the wheel axis", (0.1, 50.0), torque=True),
     Quantity("rising_friction", "N*m", "friction from which it is reported as rising", (0.1, 100.0), torque=True),
     Quantity("fault_friction", "N*m", "friction from which it is reported as a fault", (0.1, 100.0), torque=True),
+    Quantity(
+        "baseline_variance",
+        "N**2*m**2",
+        "variance of self-aligning torques that means a fault",
+        (1.0, 1e7),
+    ),
     Quantity("noticeable_friction", "N*m", "friction from which a driver feels it", (0.1, 100.0), torque=True),
 )
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 from tierod.models.friction_estimation import FrictionParameters
+from tierod.monitors.friction.baseline import BaselineFrictionMonitor, BaselineGate, BaselineParameters
+from tierod.monitors.friction.baseline_session import BaselineSession
 from tierod.monitors.friction.judged import JudgedEstimator
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.refined import RefinedFrictionMonitor, consistent, printed, printed_open
@@ -43,6 +46,17 @@ def _paper(name: str, build: Callable[[Any], RefinedFrictionMonitor]) -> Callabl
     return open_
 
 
+def _baseline(name: str, gate: BaselineGate | None) -> Callable[[Vehicle, float], Session]:
+    def open_(vehicle: Vehicle, rate: float) -> Session:
+        parameters = replace(vehicle.parameters_for(BaselineParameters), sample_time=1.0 / rate)
+        known = vehicle.parameters.get("baseline_variance")
+        threshold = known.value if known else math.inf
+        block = BaselineFrictionMonitor(parameters, threshold, gate, block_samples=round(rate))
+        return BaselineSession(f"friction, {name}", block, rate)
+
+    return open_
+
+
 _VARIANTS = (
     Variant(
         "pre-sliding",
@@ -73,6 +87,18 @@ _VARIANTS = (
         "The same model without linearisation, friction smoothed by tanh.",
         f"{PAPER}, appendix B",
         _paper("unscented", unscented),
+    ),
+    Variant(
+        "baseline",
+        "Variance between two self-aligning torques, with the printed conditions.",
+        f"{PAPER}, eqs (1) and (2), section 4.1, after Lin and Ghoneim",
+        _baseline("baseline", BaselineGate()),
+    ),
+    Variant(
+        "baseline-ungated",
+        "The same on every sample: the printed conditions rarely hold together.",
+        f"{PAPER}, eqs (1) and (2), section 4.1, after Lin and Ghoneim",
+        _baseline("baseline, ungated", None),
     ),
 )
 

@@ -232,8 +232,11 @@ class PreslidingFrictionFilter:
         mean = Coefficients(*add(state.mean, correction.shift))
         smallest, largest = log(tuning.smallest_dahl_angle), log(tuning.largest_dahl_angle)
         wander = tuning.error_density / (tuning.memory * tuning.memory)
-        shares = Coefficients(*tuning.process)._replace(finite=wander, exponential=wander, long=wander)
-        growth = from_diagonal([where(enabled, rate * sample_time, 0.0) for rate in shares])
+        process = tuning.process
+        gained = process._replace(
+            finite=wander * process.finite, exponential=wander * process.exponential, long=wander * process.long
+        )
+        growth = from_diagonal([where(enabled, rate * sample_time, 0.0) for rate in gained])
         return (
             mean._replace(log_dahl_angle=limit(mean.log_dahl_angle, smallest, largest)),
             add(correction.covariance, growth),

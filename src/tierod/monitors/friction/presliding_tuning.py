@@ -82,9 +82,9 @@ class FrictionTorque(NamedTuple):
 
 
 PROCESS = Coefficients(
-    finite=0.0,
-    exponential=0.0,
-    long=0.0,
+    finite=1.0,
+    exponential=1.0,
+    long=1.0,
     log_dahl_angle=1e-6,
     aligning_gain=1e-7,
     trail_drop=1e-10,
@@ -93,7 +93,8 @@ PROCESS = Coefficients(
     damping=1e-8,
     inertia=1e-10,
 )
-"""Variance that each coefficient gains per enabled second; the friction torque's shares take theirs from `memory`."""
+"""Variance that each coefficient gains per enabled second; for the three shares of friction, in multiples of what the
+memory of the tuning gives."""
 
 DEVIATIONS = Coefficients(
     finite=2.0,
@@ -121,7 +122,8 @@ class PreslidingTuning:
             standard deviation given out grows with them
         memory: time constant of the friction torque in enabled time [s]; errata: 20. Shorter sees a fault sooner and
             scatters more: 10 s halves the delay for 1.3 times the scatter
-        process: variance gained per enabled second by each coefficient beyond the friction torque's shares (errata)
+        process: variance gained per enabled second by each coefficient (errata); for the shares of friction in
+            multiples of error_density / memory**2
         deviations: standard deviations before the first sample. Shares of exponent 1/2 and 2: 2 N*m, so that they learn
             another law within 50 s and cost nothing where it is exponential (simulated); the vehicle's own constants as
             in the errata

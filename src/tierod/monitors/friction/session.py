@@ -109,7 +109,7 @@ class FrictionSession:
                 "nis_outside_95_share": consistency.outside,
                 "enabled_samples": float(consistency.samples),
             },
-            tuple(_tuning_rows(self.block)),
+            tuple(tuning_rows(self.block)),
         )
 
 
@@ -129,9 +129,9 @@ def acting_by_balance(parameters: Any) -> Acting:
     return acting
 
 
-def _tuning_rows(block: Any) -> list[tuple[str, float, str, float | None, str]]:
+def tuning_rows(block: Any) -> list[tuple[str, float, str, float | None, str]]:
     """Every float of the monitor's own tuning, with its unit where its field says it."""
-    rows = []
+    rows: list[tuple[str, float, str, float | None, str]] = []
     for path, value in tuning(block):
         if ".parameters." not in path and not path.startswith("verdict.limits.") and math.isfinite(value):
             rows.append((path, value, _unit_of(block, path), None, f"tuning of {type(block).__name__}"))

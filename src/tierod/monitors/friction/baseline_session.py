@@ -1,0 +1,104 @@
+"""The baseline monitor over one recording: windows of variance, and a verdict where a threshold is known."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from tierod.block import Block
+from tierod.findings import Estimate, Finding, Status
+from tierod.graph import Result
+from tierod.monitors.friction.baseline import BaselineFrictionMonitor
+from tierod.monitors.friction.over_drive import EstimateOverDrive
+from tierod.monitors.friction.session import tuning_rows
+from tierod.monitors.session import Conclusion
+
+QUANTITY = "variance between two self-aligning torques about the kingpins"
+
+NEEDED_WINDOWS = 4
+"""Windows without which there is no verdict: one alone may hold one manoeuvre."""
+
+
+class BaselineSession:
+    """Collects the variance of every full window.
+
+    Args:
+        name: of monitor and variant
+        block: the monitor, with its threshold; inf where none is known
+        rate: of the samples [Hz]
+    """
+
+    block: Block
+    traces: Mapping[str, tuple[str, str]]
+
+    def __init__(self, name: str, block: BaselineFrictionMonitor, rate: float):
+        self.name, self.block, self.threshold = name, block, block.threshold
+        self.traces = {
+            "variance": ("variance", "N**2*m**2"),
+            "external_torque": ("self_aligning_torque_from_motion", "N*m"),
+            "internal_torque": ("self_aligning_torque_from_column", "N*m"),
+            "enabled": ("enabled", ""),
+        }
+        self._window = block.block_samples * block.blocks
+        self._spread = EstimateOverDrive(rate)
+        self._seen = 0
+        self._enabled = 0
+        self._times: list[np.ndarray] = []
+        self._variances: list[np.ndarray] = []
+
+    def absorb(self, time: np.ndarray, samples: np.ndarray, result: Result) -> None:
+        """One more piece."""
+        ready = result["ready"] > 0.5
+        self._spread.add(time, result["variance"], ready)
+        chosen = np.arange(-self._seen % self._window, len(time), self._window)
+        self._seen += len(time)
+        self._enabled += int(np.count_nonzero(result["enabled"] > 0.5))
+        chosen = chosen[ready[chosen]]
+        self._times.append(time[chosen])
+        self._variances.append(result["variance"][chosen])
+
+    def conclude(self) -> Conclusion:
+        """The finding: the median of the later half of the windows against the threshold, so that a late fault shows."""
+        variances = np.concatenate(self._variances or [np.empty(0)])
+        share = self._enabled / max(self._seen, 1)
+        evidence = {"windows": float(len(variances)), "enabled_share": share}
+        finding = self._withheld(len(variances), evidence) or self._judged(variances, evidence)
+        return Conclusion(finding, self._spread.histograms(finding.since), parameters=tuple(tuning_rows(self.block)))
+
+    def _withheld(self, windows: int, evidence: dict[str, float]) -> Finding | None:
+        if windows >= NEEDED_WINDOWS and math.isfinite(self.threshold):
+            return None
+        if windows < NEEDED_WINDOWS:
+            status = Status.NOT_ENABLED if not windows else Status.NOT_READY
+            cause = f"its conditions held for {evidence['enabled_share']:.1%} of the drive: {windows} full windows"
+            action = "record a longer drive with more curves, or use the variant 'pre-sliding'"
+        else:
+            status, cause = Status.NOT_TESTABLE, "the vehicle file gives no threshold for the variance"
+            action = "take baseline_variance from healthy drives of this car, or use the variant 'pre-sliding'"
+        headline = f"Friction of the steering by the baseline method: {status.value}; {cause}."
+        return Finding(self.name, status, headline, evidence=evidence, cause=cause, action=action)
+
+    def _judged(self, variances: np.ndarray, evidence: dict[str, float]) -> Finding:
+        later = variances[len(variances) // 2 :]
+        median = float(np.median(later))
+        above = variances > self.threshold
+        evidence |= {"windows_above_share": float(np.mean(above))}
+        fault = median > self.threshold
+        status = Status.FAULT if fault else Status.HEALTHY
+        times = np.concatenate(self._times)
+        kept = np.flatnonzero(~above)
+        since = float(times[kept[-1]]) if fault and len(kept) and kept[-1] + 1 < len(times) else None
+        deviation = float(1.2533 * np.std(later) / math.sqrt(len(later)))
+        return Finding(
+            self.name,
+            status,
+            f"Variance of the self-aligning torques {median:.0f} (N·m)², limit {self.threshold:.0f}: {status.value}.",
+            since,
+            Estimate(QUANTITY, median, deviation, "N**2*m**2", {"fault": self.threshold}),
+            evidence,
+            "the two self-aligning torques differ more than on the healthy car" if fault else "the two torques agree",
+            "judge again with the variant 'pre-sliding', which gives a torque" if fault else "none",
+            ("the variance depends on tyres and parameters of the car as much as on friction",),
+        )
