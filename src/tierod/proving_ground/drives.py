@@ -74,7 +74,7 @@ def drive(
     route = random_road(seconds, _generator(seed, _ROAD), road)
     inputs = _driving(nominal, route, course, _restlessness(nominal, seconds, _generator(seed, _DRIVER)))
     metadata = {
-        "origin": "tierod virtual drive",
+        "source": "tierod virtual drive",
         "seed": seed,
         "minutes": minutes,
         "friction": dataclasses.asdict(course),
@@ -119,7 +119,7 @@ def lock_to_lock(
     person = replace(car.driver, correction=0.0, persistence=3.0, restlessness=0.0)
     inputs, seconds = _turning(course, lock_angle, rate, hoist)
     metadata = {
-        "origin": "tierod virtual lock-to-lock turn",
+        "source": "tierod virtual lock-to-lock turn",
         "seed": seed,
         "hoist": hoist,
         "friction": dataclasses.asdict(course),
