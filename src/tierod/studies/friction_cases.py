@@ -18,7 +18,7 @@ from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
 from tierod.monitors.friction.presliding_tuning import DEVIATIONS, PROCESS, PreslidingTuning
 from tierod.monitors.friction.refined import consistent, printed
-from tierod.proving_ground import EpsCar, FrictionCourse, SensorNoise, drive
+from tierod.proving_ground import EpsCar, FrictionCourse, Scatter, SensorNoise, drive
 from tierod.recording import Aligned, Recording
 from tierod.studies.unknown_friction import LoadedCar, StribeckCar
 from tierod.vehicles import load
@@ -39,6 +39,13 @@ CARS: Mapping[str, Any] = {
 }
 _EXPONENTS = {"Dahl, exponent 0.5": 0.5, "Dahl, exponent 2": 2.0}
 
+SCATTERS: Mapping[str, Scatter | bool] = {
+    "none": False,
+    "usual": Scatter(),
+    "hard": Scatter(tyre_stiffness=0.2, mass=0.08, torque_delay=0.05),
+}
+"""Spreads of car and sensors: those of the errata's scatter study, and its harder form with late torques."""
+
 
 @dataclass(frozen=True)
 class Case:
@@ -51,7 +58,7 @@ class Case:
         dahl_angle: of the friction [rad]; 0.01 degrees is Coulomb friction
         law: of the friction, a name in `CARS`
         rate_noise: of the steering wheel rate [rad/s]
-        scatter: whether car and sensors are drawn at random
+        scatter: how widely car and sensors are drawn at random, a name in `SCATTERS`
         minutes: duration [min]
     """
 
@@ -61,7 +68,7 @@ class Case:
     dahl_angle: float = math.radians(1.0)
     law: str = "Dahl"
     rate_noise: float = 0.01
-    scatter: bool = False
+    scatter: str = "none"
     minutes: float = 13.0
 
     def recording(self) -> Recording:
@@ -76,7 +83,7 @@ class Case:
         course: FrictionCourse | float = self.level
         if self.changed_level is not None:
             course = FrictionCourse.step(self.level, self.changed_level, at=30.0 * self.minutes)
-        return drive(car, self.minutes, course, seed=self.seed, scatter=self.scatter, noise=sensors)
+        return drive(car, self.minutes, course, seed=self.seed, scatter=SCATTERS[self.scatter], noise=sensors)
 
 
 def parameters() -> FrictionParameters:
