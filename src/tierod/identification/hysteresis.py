@@ -28,7 +28,7 @@ class HysteresisFriction:
     Args:
         support: "hoist" (internal friction only) or "ground" (tyre scrub included)
         friction_torque: mean over the loops [N m]
-        standard_deviation: of the mean: damping, closing gap and scatter of the loops [N m]
+        standard_deviation: of the mean: damping, closing gap, scatter of the loops, work lost in reversals [N m]
         independent_deviation: the same without the damping, which is common to recordings of one vehicle [N m]
         damping_deviation: standard deviation of the damping used [N m s/rad]
         mean_rate: rate at which the damping acted [rad/s]
@@ -77,6 +77,8 @@ class HysteresisIdentification:
         sampling_rate: of the alignment [Hz]
         maximum_age: longest gap in a channel [s]
         noise_angle: motion below this is no reversal [rad]
+        unseen_build_up: pre-sliding angle assumed in the uncertainty where the reversals show none [rad]; each reversal
+            loses twice its share of the path
 
     Source: Mohtat et al., appendix A, eqs (15) to (17); read as J/2 * (rate_2^2 - rate_1^2) in (16).
     """
@@ -92,6 +94,7 @@ class HysteresisIdentification:
     sampling_rate: float = 100.0
     maximum_age: float = 0.1
     noise_angle: float = math.radians(3.0)
+    unseen_build_up: float = math.radians(1.0)
 
     def identify(self, recording: Recording, support: Support) -> HysteresisFriction:
         """Friction over the closed loops of a recording.
@@ -184,10 +187,17 @@ class HysteresisIdentification:
         count = len(friction)
         closing = np.mean([abs(b.gap) * b.torque_range / b.path for b in balances]) / math.sqrt(count)
         scatter = float(np.std(friction, ddof=1)) / math.sqrt(count) if count > 1 else 0.0
-        independent = math.hypot(float(closing), scatter)
         mean_rate = float(np.mean([balance.mean_rate for balance in balances]))
         mean_friction = float(np.mean(friction))
         corners = sorted({corner for loop in loops for corner in loop.corners})
+        reversed_at = pre_sliding(angle, torque, corners, mean_friction)
+        build_up = 2.0 * (reversed_at.angle if reversed_at else self.unseen_build_up)
+        lost = (
+            mean_friction
+            * build_up
+            * float(np.mean([len(loop.turning_points) / b.path for loop, b in zip(loops, balances, strict=True)]))
+        )
+        independent = math.sqrt(float(closing) ** 2 + scatter**2 + lost**2)
         grid, profile = half_width(angle, torque, corners)
         return HysteresisFriction(
             support=support,
@@ -197,7 +207,7 @@ class HysteresisIdentification:
             damping_deviation=self.damping_deviation,
             mean_rate=mean_rate,
             loops=balances,
-            pre_sliding=pre_sliding(angle, torque, corners, mean_friction),
+            pre_sliding=reversed_at,
             angle=angle,
             torque=torque,
             profile_angle=grid,

@@ -44,7 +44,7 @@ class SmoothFrictionParameters(FrictionParameters):
     """Parameters of the model whose friction is smoothed.
 
     Args:
-        smoothing_rate: rate at which tanh reaches 76 % [rad/s]; errata: 0.02 is sharp, 0.05 makes up for pre-sliding
+        smoothing_rate: rate at which tanh reaches 76 % [rad/s]: 0.02 is sharp, 0.05 makes up for pre-sliding
     """
 
     smoothing_rate: float = 0.02

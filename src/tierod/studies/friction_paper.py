@@ -99,7 +99,7 @@ def _spread(values: list[np.ndarray]) -> str:
 
 def levels(dahl_degrees: float) -> Table:
     """Every estimator at every level of friction, for one Dahl angle of the car."""
-    friction = "Coulomb friction" if dahl_degrees < 0.1 else f"Dahl friction of {dahl_degrees:g} degrees"
+    friction = "Coulomb friction" if dahl_degrees < 0.1 else f"Dahl angle of {dahl_degrees:g}°"
     rows = {name: [name] for name in monitors()}
     for level in LEVELS:
         drives = [_driven(level, seed, dahl_degrees) for seed in SEEDS]

@@ -30,8 +30,8 @@ class GateConditions(NamedTuple):
 class FrictionGate:
     """Open while the steering is worked by driver and motor alike and moves neither too slowly nor too fast.
 
-    A low minimum_rate lets noise of the rate decide the sign of friction; it must stay well above that noise (errata:
-    noise of 0.05 rad/s costs 0.4 to 1.5 N m of bias). Hands off, active return or lane keeping break the second
+    A low minimum_rate lets noise of the rate decide the sign of friction; it must stay well above that noise: in
+    simulation 0.05 rad/s costs 0.4 to 1.5 N m. Hands off, active return or lane keeping break the second
     condition: the gate then says little.
 
     Args:

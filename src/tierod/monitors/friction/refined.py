@@ -37,7 +37,7 @@ class Sticking:
         torque_deviation: standard deviation of the static friction that takes the place of the dynamic one [N m]; the
             healthy friction of the paper's car
 
-    Source: errata of Mohtat et al., remedy after Table 3.
+    Source: an addition to Table 3 of Mohtat et al., see docs/friction.md.
     """
 
     rate: float = 0.05
@@ -225,7 +225,7 @@ def printed_open(
     initial_friction_variance: float = 1.0,
     operating_point: OperatingPoint = "measurement",
 ) -> RefinedFrictionMonitor:
-    """The printed monitor with a self-aligning torque that is free to move: Q of it 1e4 (errata, variant B).
+    """The printed monitor with a self-aligning torque that is free to move: Q of it 1e4.
 
     Args:
         parameters: of the joint model
@@ -251,7 +251,7 @@ def consistent(
     initial_friction_variance: float = 25.0,
     operating_point: OperatingPoint = "measurement",
 ) -> RefinedFrictionMonitor:
-    """The corrected monitor: Schmidt-Joseph covariance, Q = diag(1, 1, 0.1, 1e4, 0.1), sticking (errata, variant C).
+    """The corrected monitor: Schmidt-Joseph covariance, Q = diag(1, 1, 0.1, 1e4, 0.1), sticking.
 
     Q of the torques is 1 (N m)^2 instead of 0.01, which covers the error of the model; the self-aligning torque is
     then known to 6.5 N m and the variance of friction means something.

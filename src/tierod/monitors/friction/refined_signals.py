@@ -50,7 +50,7 @@ class FrictionEstimate(NamedTuple):
     Args:
         friction_torque: at the steering wheel axis
         friction_deviation: standard deviation the filter gives itself; the true error is 5 to 20 times larger in the
-            printed tuning, since Q holds nothing for errors of the friction model (errata)
+            printed tuning, since Q holds nothing for errors of the friction model
         enabled: 1 where the sample corrected the friction torque
         self_aligning_torque: about the kingpins
         innovation, innovation_variance: of the three measurements

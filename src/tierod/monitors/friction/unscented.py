@@ -18,15 +18,15 @@ def unscented(
 ) -> RefinedFrictionMonitor:
     """The unscented variant that the paper names as future work: friction T_f tanh(rate/eps), consistent covariance.
 
-    It gains less than 0.2 N m over the consistent Kalman filter (errata). A wider tanh (0.05 rad/s) reads 5 % higher
-    and makes up for part of the pre-sliding bias, by luck and not by knowledge.
+    In simulation it gains less than 0.2 N m over the consistent Kalman filter. A wider tanh (0.05 rad/s) reads 5 %
+    higher and makes up for part of the pre-sliding bias, by luck and not by knowledge.
 
     Args:
         parameters: of the joint model
         smoothing_rate: eps, rate at which tanh reaches 76 % [rad/s]
         initial_friction_variance: P_T [(N m)^2], as in `refined.consistent`
 
-    Source: Mohtat et al., appendix B and section 6; Q_Mz = 1e4 and Q_Tf = 0.001 as in the errata.
+    Source: Mohtat et al., appendix B and section 6; Q_Mz = 1e4 and Q_Tf = 0.001 [assumed].
     """
     smooth = SmoothFrictionParameters(**dataclasses.asdict(parameters), smoothing_rate=smoothing_rate)
     return RefinedFrictionMonitor(
