@@ -21,7 +21,7 @@ class GatedCounter:
     An unknown condition (NaN) counts as false. Samples are counted, so that the time stays exact over hours.
     """
 
-    sample_time: float
+    sample_time: Annotated[float, "s"]
 
     Sample = Condition
 

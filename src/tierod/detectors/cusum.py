@@ -38,9 +38,9 @@ class Cusum:
     Source: E. S. Page, 1954, doi 10.1093/biomet/41.1-2.100; run length, D. Siegmund, Sequential Analysis, 1985, (2.57).
     """
 
-    drift: float
-    threshold: float
-    ceiling: float
+    drift: Annotated[float, "unit of the signal"]
+    threshold: Annotated[float, "unit of the signal"]
+    ceiling: Annotated[float, "unit of the signal"]
     sides: str = "both"
     restart: bool = False
 

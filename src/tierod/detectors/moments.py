@@ -33,8 +33,8 @@ class ExponentialMoments:
     Source: D. H. D. West, 1979, doi 10.1145/359146.359153 (incremental form, no difference of large sums).
     """
 
-    time_constant: float
-    sample_time: float
+    time_constant: Annotated[float, "s"]
+    sample_time: Annotated[float, "s"]
 
     Sample = Value
     Output = Moments

@@ -26,10 +26,10 @@ class Hysteresis:
     `Debounce` behind it, or a `Cusum` instead, buys orders of magnitude for a little delay.
     """
 
-    on: float
-    off: float
-    hold_time: float
-    sample_time: float
+    on: Annotated[float, "unit of the signal"]
+    off: Annotated[float, "unit of the signal"]
+    hold_time: Annotated[float, "s"]
+    sample_time: Annotated[float, "s"]
 
     Sample = Value
 
@@ -69,7 +69,7 @@ class Hysteresis:
 class Condition(NamedTuple):
     """A logic value: 1.0 or 0.0; NaN where it is not known."""
 
-    condition: float
+    condition: Annotated[float, ""]
 
 
 @dataclass(frozen=True)
@@ -88,9 +88,9 @@ class Debounce:
     An unknown condition, or a sample that is not enabled, neither confirms nor breaks a run.
     """
 
-    on_time: float
-    off_time: float
-    sample_time: float
+    on_time: Annotated[float, "s"]
+    off_time: Annotated[float, "s"]
+    sample_time: Annotated[float, "s"]
 
     Sample = Condition
 

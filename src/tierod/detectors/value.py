@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from tierod.graph.maths import both, present
 
@@ -10,7 +10,7 @@ from tierod.graph.maths import both, present
 class Value(NamedTuple):
     """One sample of a residual, in whatever unit it has; NaN where it is missing."""
 
-    value: float
+    value: Annotated[float, "unit of the signal"]
 
 
 def number(sample: Any) -> Any:

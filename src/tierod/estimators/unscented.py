@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from tierod.block import Tree, rebuild, skeleton
 from tierod.errors import ParameterError
@@ -48,9 +48,9 @@ class UnscentedFilter(GaussianFilter):
     doi 10.1109/ASSPCC.2000.882463.
     """
 
-    alpha: float = 1.0
-    beta: float = 2.0
-    kappa: float = 0.0
+    alpha: Annotated[float, ""] = 1.0
+    beta: Annotated[float, ""] = 2.0
+    kappa: Annotated[float, ""] = 0.0
     redraw: bool = True
 
     def __post_init__(self) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from tierod.errors import ParameterError
 from tierod.filters.each import EachSignal
@@ -43,7 +43,7 @@ class Butterworth(EachSignal):
     Source: S. Butterworth, 1930; A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing, section 7.2.
     """
 
-    cutoff: float
+    cutoff: Annotated[float, "Hz"]
     order: int = 2
 
     def __post_init__(self) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from tierod.block import Tree, leaves, rebuild, skeleton
 from tierod.errors import ParameterError
@@ -54,8 +54,8 @@ class EachSignal:
     """
 
     signals: type
-    sample_time: float
-    maximum_gap: float
+    sample_time: Annotated[float, "s"]
+    maximum_gap: Annotated[float, "s"]
 
     def __post_init__(self) -> None:
         if not list(leaves(skeleton(self.signals))):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from tierod.block import derived
 from tierod.errors import ParameterError
@@ -27,7 +27,7 @@ class FirstOrderLowPass(EachSignal):
     The other arguments are those of `EachSignal`.
     """
 
-    time_constant: float
+    time_constant: Annotated[float, "s"]
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -57,7 +57,7 @@ class Differentiator(EachSignal):
     The other arguments are those of `EachSignal`; the output has the signals' names and their units per second.
     """
 
-    time_constant: float
+    time_constant: Annotated[float, "s"]
 
     def __post_init__(self) -> None:
         super().__post_init__()

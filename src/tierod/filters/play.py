@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from tierod.errors import ParameterError
 from tierod.filters.each import EachSignal
@@ -22,7 +22,7 @@ class Play(EachSignal):
     Source: A. Visintin, Differential Models of Hysteresis, 1994, section III.2.
     """
 
-    half_width: float
+    half_width: Annotated[float, "unit of the signal"]
 
     def __post_init__(self) -> None:
         super().__post_init__()
