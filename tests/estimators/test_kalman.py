@@ -3,6 +3,9 @@ import itertools
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
 from example_models import (
     Cart,
     CartParameters,
@@ -14,16 +17,14 @@ from example_models import (
     random_linear,
     with_gaps,
 )
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from textbook_filters import kalman_step
-
 from tierod.block import units
 from tierod.errors import ParameterError
 from tierod.estimators import KalmanFilter
 from tierod.estimators.linear_algebra import pack
 from tierod.graph import Stream, batch, scan, trace
 from tierod.graph.operations import program
+from tierod.models.linear import LinearSystem, as_model
 
 cart = KalmanFilter(
     Cart,
@@ -37,16 +38,16 @@ cart = KalmanFilter(
 
 def random_filter(rng, n, m, p, maskable=(), update="schmidt"):
     system, model, parameters = random_linear(rng, n, m, p)
-    fields = dict(
-        initial_mean=tuple(rng.normal(size=n).tolist()),
-        initial_variance=tuple(rng.random(n).tolist()),
-        process_noise=tuple(rng.random(n).tolist()),
-        measurement_noise=tuple((0.1 + rng.random(p)).tolist()),
-        input_noise=tuple(None if k == 0 else float(rng.random()) for k in range(m)),
-        maskable=maskable,
-        covariance_update=update,
-        full_covariance=True,
-    )
+    fields = {
+        "initial_mean": tuple(rng.normal(size=n).tolist()),
+        "initial_variance": tuple(rng.random(n).tolist()),
+        "process_noise": tuple(rng.random(n).tolist()),
+        "measurement_noise": tuple((0.1 + rng.random(p)).tolist()),
+        "input_noise": tuple(None if k == 0 else float(rng.random()) for k in range(m)),
+        "maskable": maskable,
+        "covariance_update": update,
+        "full_covariance": True,
+    }
     return system, KalmanFilter(model, parameters, **fields)
 
 
@@ -121,7 +122,9 @@ def test_floats_agree_with_the_textbook_on_random_systems(seed, n, p):
     state = block.init()
     for row, wanted in zip(samples.tolist(), expected, strict=True):
         u, y, mask = row[:1], row[1 : 1 + p], row[1 + p :]
-        sample = block.Sample(block.model.Input(*u), block.model.Output(*y), block.Sample.__annotations__["enabled"](*mask))
+        sample = block.Sample(
+            block.model.Input(*u), block.model.Output(*y), block.Sample.__annotations__["enabled"](*mask)
+        )
         state, estimate = block.step(state, sample)
         np.testing.assert_allclose(estimate.mean, wanted[:n], rtol=1e-7, atol=1e-9)
         np.testing.assert_allclose(estimate.variance, wanted[n : 2 * n], rtol=1e-7, atol=1e-9)
@@ -290,12 +293,8 @@ def test_many_calibrations_share_one_graph():
 
 def test_structure_keeps_the_graph_short():
     """Five states, three outputs: near the hand-written 228 operations, guards and figures included."""
-    from tierod.models.linear import LinearSystem, as_model
-
     A = np.array([[1, 0.01, 0, 0, 0], [0, 0.9, 0, -0.1, 0.2], [0, 0, 1, 0.3, 0], [0, 0, 0, 1, 0], [0, 0, 0, 0, 1]])
     system = LinearSystem.of(A, np.eye(3, 5), np.ones((5, 1)))
-    shapes = [type(tree) for tree in random_linear(np.random.default_rng(0), 5, 1, 3)[1:2]]
-    del shapes
     _, model, _ = random_linear(np.random.default_rng(0), 5, 1, 3)
     linear = as_model(system, model.State, model.Input, model.Output)
     block = KalmanFilter(*linear, (0.0,) * 5, (1.0,) * 5, (None, None, None, 1.0, 1.0), (1.0,) * 3, (0.1,))
