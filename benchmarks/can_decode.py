@@ -1,0 +1,83 @@
+"""How fast whole CAN messages are decoded, against cantools' own loop over the same frames in the same run."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from tierod.readers.candump import read_frames
+from tierod.readers.dbc import bus_source, load_databases
+from tierod.readers.frames import EXTENDED, Frames
+
+_REPEATS = 7
+_ROOT = Path(__file__).resolve().parents[1]
+_DBC = _ROOT / "src" / "tierod" / "vehicles" / "rav4.dbc"
+
+
+def recorded() -> Frames | None:
+    """The frames of the RAV4 log where it is present."""
+    folder = Path(os.environ.get("TIEROD_DATA", _ROOT.parent / "shared" / "data"))
+    path = folder / "rav4_highway_minute" / "can.log"
+    return read_frames(path.read_bytes()) if path.exists() else None
+
+
+def synthetic(seconds: float = 60.0) -> Frames:
+    """A log of the same make: the five messages at their rates, random payloads."""
+    rates = {0x260: 50.0, 0x025: 83.0, 0x024: 83.0, 0x0AA: 83.0, 0x2E4: 100.0}
+    stamps = [np.arange(0.0, seconds, 1.0 / rate) for rate in rates.values()]
+    time_ = np.concatenate(stamps)
+    order = np.argsort(time_, kind="stable")
+    identifier = np.concatenate([np.full(len(s), i, np.uint32) for i, s in zip(rates, stamps, strict=True)])[order]
+    payload = np.random.default_rng(0).integers(0, 256, (len(time_), 8), dtype=np.uint8)
+    return Frames(time_[order], identifier, np.zeros(len(time_), np.uint16), payload, np.full(len(time_), 8), ("can0",))
+
+
+def run() -> list[dict]:
+    """Rows of the benchmark table: messages per second, and the ratio to the peer."""
+    import cantools
+
+    frames = recorded()
+    frames = synthetic() if frames is None else frames
+    database = load_databases([_DBC])
+    peer = cantools.database.load_file(str(_DBC))
+    known = {message.frame_id for message in database}
+    rows = [(int(i & ~np.uint32(EXTENDED)), bytes(p)) for i, p in zip(frames.identifier, frames.payload, strict=True)]
+    rows = [(identifier, payload) for identifier, payload in rows if identifier in known]
+
+    def ours() -> None:
+        source = bus_source(frames, database, {})
+        source.load([column.name for column in source.columns])
+
+    def theirs() -> None:
+        for identifier, payload in rows:
+            peer.decode_message(identifier, payload, decode_choices=False)
+
+    value, peer_value = len(rows) / _best(ours, _REPEATS), len(rows) / _best(theirs, 3)
+    return [
+        {
+            "name": "can-decode",
+            "value": value,
+            "unit": "messages/s",
+            "peer": f"cantools {cantools.__version__} decode_message",
+            "peer_value": peer_value,
+            "ratio": value / peer_value,
+        }
+    ]
+
+
+def _best(work: Callable[[], None], repeats: int) -> float:
+    times = []
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - begin)
+    return min(times)
+
+
+if __name__ == "__main__":
+    print(json.dumps(run(), indent=2))

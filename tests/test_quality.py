@@ -1,0 +1,125 @@
+"""What the data show by themselves: gaps, rates, saturation, and signals of the wrong sign."""
+
+import numpy as np
+import pytest
+
+from tierod.errors import InputError
+from tierod.quality import median_rate, sign_warnings
+from tierod.recording import Channel, Recording
+from tierod.signals import SIGNALS
+
+RANDOM = np.random.default_rng(4)
+TIME = np.arange(0.0, 60.0, 0.01)
+
+
+def quality(values, time=TIME, name="yaw_rate"):
+    channel = Channel(name, time, np.asarray(values, dtype=float), SIGNALS[name].unit)
+    return Recording({name: channel}).quality(name)
+
+
+def remarks(values, time=TIME, name="yaw_rate") -> str:
+    return " | ".join(quality(values, time, name).remarks)
+
+
+def turns(name: str, scale: float, noise: float = 0.0) -> Channel:
+    shape = np.sin(0.7 * TIME) + 0.5 * np.sin(1.9 * TIME)
+    return Channel(name, TIME, scale * shape + noise * RANDOM.normal(size=len(TIME)), SIGNALS[name].unit)
+
+
+def test_a_good_channel_earns_no_remark():
+    found = quality(0.3 * np.sin(TIME) + 0.001 * RANDOM.normal(size=len(TIME)))
+    assert found.remarks == ()
+    assert found.rate == pytest.approx(100.0)
+    assert found.missing_share == 0.0
+    assert found.longest_gap == pytest.approx(0.01)
+
+
+def test_absent_channel():
+    with pytest.raises(InputError, match="no channel"):
+        Recording({}).quality("yaw_rate")
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        (np.full(len(TIME), np.nan), "every sample is missing"),
+        (np.full(len(TIME), 0.25), "constant at 0.25 throughout"),
+        (60.0 * np.sin(TIME), "looks like degrees"),
+        (np.clip(np.sin(TIME), -0.7, 0.7), "saturated"),
+        (np.where(TIME % 10.0 < 1.0, np.nan, np.sin(TIME)), "10 % of the samples are missing"),
+        (np.round(np.sin(TIME), 1), "coarse: 21 distinct values, 0.1 rad/s apart"),
+    ],
+)
+def test_remarks_on_values(values, expected):
+    assert expected in remarks(values)
+
+
+def test_a_turn_that_rests_at_zero_is_not_saturated():
+    assert "saturated" not in remarks(np.maximum(0.5 * np.sin(0.2 * TIME), 0.0))
+
+
+def test_a_free_signal_is_not_saturated():
+    assert "saturated" not in remarks(0.8 * np.sin(0.2 * TIME))
+
+
+def test_a_gap_of_seconds():
+    keep = (TIME < 20.0) | (TIME > 25.0)
+    found = quality(np.sin(TIME)[keep], TIME[keep])
+    assert found.longest_gap == pytest.approx(5.01, abs=0.02)
+    assert any("longest gap lasts 5.0" in remark for remark in found.remarks)
+
+
+def test_one_hertz_is_too_slow():
+    time = np.arange(60.0)
+    assert "1 Hz is too slow for a steering monitor" in remarks(np.sin(time), time)
+
+
+def test_bursts_are_seen():
+    time = 0.05 * np.floor(TIME / 0.05) + 1e-5 * (np.arange(len(TIME)) % 5)
+    assert "arrive in bursts" in remarks(0.3 * np.sin(TIME) + 0.001 * RANDOM.normal(size=len(TIME)), time)
+
+
+def test_no_samples():
+    assert "holds no samples" in remarks(np.empty(0), np.empty(0))
+    assert np.isnan(median_rate(np.empty(0)))
+
+
+def drive(**signs: float) -> Recording:
+    scales = {
+        "steering_wheel_angle": 0.8,
+        "yaw_rate": 0.2,
+        "lateral_acceleration": 3.0,
+        "driver_torque": 2.0,
+        "motor_torque": 1.5,
+    }
+    channels = [turns(name, signs.get(name, 1.0) * scale, 0.1 * scale) for name, scale in scales.items()]
+    channels.append(Channel("vehicle_speed", TIME, np.full(len(TIME), 15.0), "m/s"))
+    return Recording({channel.name: channel for channel in channels})
+
+
+def test_right_signs_earn_no_warning():
+    assert sign_warnings(drive()) == ()
+
+
+@pytest.mark.parametrize("wrong", ["steering_wheel_angle", "yaw_rate", "lateral_acceleration"])
+def test_the_odd_one_is_named(wrong):
+    (warning,) = sign_warnings(drive(**{wrong: -1.0}))
+    assert warning.startswith(f"{wrong} has probably the wrong sign in turns")
+
+
+def test_torques_against_each_other():
+    (warning,) = sign_warnings(drive(motor_torque=-1.0))
+    assert warning.startswith("driver_torque or motor_torque has probably the wrong sign")
+
+
+def test_two_signals_are_both_named():
+    whole = drive(yaw_rate=-1.0)
+    pair = Recording({name: whole[name] for name in ("yaw_rate", "lateral_acceleration")})
+    (warning,) = sign_warnings(pair)
+    assert warning.startswith("yaw_rate or lateral_acceleration has probably the wrong sign")
+
+
+def test_straight_driving_says_nothing():
+    noise = {name: turns(name, 0.0, 0.001) for name in ("yaw_rate", "lateral_acceleration")}
+    assert sign_warnings(Recording(noise)) == ()
+    assert sign_warnings(Recording({})) == ()

@@ -1,0 +1,105 @@
+"""Units as files write them become SI."""
+
+import subprocess
+import sys
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tierod.errors import InputError
+from tierod.units import COUNT, known, scale, split_name, split_suffix, tidy
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        ("°", "deg"),
+        ("Deg", "deg"),
+        ("°/s", "deg/s"),
+        ("DEG/S", "deg/s"),
+        ("KM/H", "km/h"),
+        ("kmh", "km/h"),
+        ("m/s²", "m/s**2"),
+        ("m/s^2", "m/s**2"),
+        ("[m/s]", "m/s"),
+        ("Nm", "N*m"),
+        ("N m", "N*m"),
+        ("U/  min", "rpm"),
+        ("%", "percent"),
+        ("°C", "degC"),
+        ("-", ""),
+        ("", ""),
+        ("raw", COUNT),
+        ("kPa", "kPa"),
+    ],
+)
+def test_spellings(written, meant):
+    assert tidy(written) == meant
+
+
+@pytest.mark.parametrize(
+    ("given_", "wanted", "value", "result"),
+    [
+        ("deg", "rad", 180.0, pi),
+        ("km/h", "m/s", 36.0, 10.0),
+        ("g", "m/s**2", 1.0, 9.80665),
+        ("rpm", "rad/s", 60.0, 2.0 * pi),
+        ("bar", "Pa", 2.0, 2.0e5),
+        ("degC", "K", 20.0, 293.15),
+        ("K", "degC", 293.15, 20.0),
+        ("degF", "K", 32.0, 273.15),
+        ("percent", "", 50.0, 0.5),
+        ("kPa", "Pa", 1.0, 1000.0),
+        ("mph", "m/s", 1.0, 0.44704),
+        ("ms", "s", 5.0, 0.005),
+        ("revolution", "rad", 0.5, pi),
+    ],
+)
+def test_conversions(given_, wanted, value, result):
+    assert scale(given_, wanted)(value) == pytest.approx(result, rel=1e-12)
+
+
+@given(st.sampled_from(["deg", "km/h", "rpm", "bar", "degC", "kPa", "g"]), st.floats(-1e6, 1e6))
+def test_there_and_back(unit, value):
+    wanted = {"deg": "rad", "km/h": "m/s", "rpm": "rad/s", "bar": "Pa", "degC": "K", "kPa": "Pa", "g": "m/s**2"}[unit]
+    there = scale(unit, wanted)
+    back = scale(wanted, "g_0" if unit == "g" else unit)
+    assert back(there(value)) == pytest.approx(value, rel=1e-9, abs=1e-9)
+
+
+def test_values_in_the_wanted_unit_are_not_copied():
+    values = np.arange(3.0)
+    assert scale("m/s", "m/s")(values) is values
+
+
+def test_unknown_unit():
+    with pytest.raises(InputError, match="'newtonmetr' is not known.*did you mean 'newtonmeter'"):
+        tidy("newtonmetr")
+    assert not known("Servo motor speed")
+
+
+def test_another_kind():
+    with pytest.raises(InputError, match=r"'N\*m' cannot become 'rad'"):
+        scale("Nm", "rad")
+
+
+def test_a_raw_count_has_no_size():
+    with pytest.raises(InputError, match="give the factor in the channel map"):
+        scale("count", "N*m")
+
+
+def test_titles_with_units():
+    assert split_name("Speed [km/h]") == ("Speed", "km/h")
+    assert split_name("time (ms)") == ("time", "ms")
+    assert split_name("Droop pulses (by 1 pls.)") == ("Droop pulses (by 1 pls.)", "")
+    assert split_suffix("speed_m_s") == ("speed", "m/s")
+    assert split_suffix("yaw_rate_deg_s") == ("yaw_rate", "deg/s")
+    assert split_suffix("yaw") == ("yaw", "")
+
+
+def test_si_data_does_not_cost_the_unit_library():
+    code = "import sys; from tierod.units import scale; scale('deg', 'rad'); print('pint' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"
