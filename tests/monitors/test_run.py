@@ -1,0 +1,117 @@
+"""Monitors over recordings of any length, and what stops them."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+
+from tierod.errors import InputError, ParameterError
+from tierod.findings import Status
+from tierod.monitors.registry import MONITORS
+from tierod.monitors.run import Run, diagnose, find
+from tierod.proving_ground import FrictionCourse, drive
+from tierod.recording import Channel, Recording
+from tierod.vehicles import load
+
+VARIANTS = [(monitor, variant) for monitor in MONITORS for variant in MONITORS[monitor].variants]
+
+
+@pytest.fixture(scope="module")
+def healthy():
+    return drive(minutes=8.0, seed=3)
+
+
+@pytest.fixture(scope="module")
+def rising():
+    return drive(minutes=13.0, friction=FrictionCourse.step(4.0, 8.0, at=390.0), seed=1)
+
+
+def changed(recording: Recording, name: str, **fields) -> Recording:
+    return recording.with_channels([dataclasses.replace(recording[name], **fields)])
+
+
+@pytest.mark.parametrize(("monitor", "variant"), VARIANTS)
+def test_every_variant_says_something_sound_of_a_healthy_drive(healthy, monitor, variant):
+    diagnosis = diagnose(healthy, "midsize-eps", monitor, variant)
+    finding = diagnosis.findings[0]
+    assert finding.status in (Status.HEALTHY, Status.NOT_ENABLED, Status.NOT_READY), finding.headline
+    assert finding.headline
+    assert finding.cause
+    assert finding.action
+    assert {"enabled", "steering_wheel_angle"} <= set(diagnosis.traces)
+    assert diagnosis.recording["duration_s"] == pytest.approx(480.0)
+
+
+def test_friction_that_rises_half_way_is_a_fault_since_then(rising):
+    finding = diagnose(rising, "midsize-eps").findings[0]
+    assert finding.status is Status.FAULT
+    assert finding.status.exit_code == 1
+    assert finding.since == pytest.approx(390.0, abs=30.0)
+    assert finding.estimate.value == pytest.approx(8.0, abs=0.4)
+
+
+@pytest.mark.parametrize("cuts", [[100.0], [0.5, 0.51, 33.337, 200.0, 477.0]])
+def test_the_result_does_not_depend_on_how_the_recording_is_cut(healthy, cuts):
+    definition, variant = find("friction")
+    run = Run(definition, variant, load("midsize-eps"))
+    edges = [-np.inf, *cuts, np.inf]
+    for low, high in itertools.pairwise(edges):
+        run.add(healthy.slice(low, high))
+    pieces, whole = run.finish(), diagnose(healthy, "midsize-eps")
+    assert pieces.findings[0].evidence == whole.findings[0].evidence
+    assert pieces.findings[0].estimate == whole.findings[0].estimate
+    assert pieces.quality[0].samples == whole.quality[0].samples
+
+
+def test_what_is_missing_is_named_with_the_nearest_name(healthy):
+    channels = dict(healthy.channels)
+    channels["motor_torqe"] = dataclasses.replace(channels.pop("motor_torque"), name="motor_torqe")
+    with pytest.raises(InputError, match="needs motor_torque.*did you mean 'motor_torqe'.*channel map"):
+        diagnose(Recording(channels), "midsize-eps")
+
+
+def test_slow_data_are_refused(healthy):
+    slow = healthy["yaw_rate"]
+    with pytest.raises(InputError, match="yaw_rate comes at 1 Hz; at least 20 Hz"):
+        diagnose(changed(healthy, "yaw_rate", time=slow.time[::100], values=slow.values[::100]), "midsize-eps")
+
+
+@pytest.mark.parametrize(
+    ("values", "sentence"),
+    [
+        (lambda v: np.full_like(v, np.nan), "every sample of driver_torque is missing"),
+        (lambda v: 0.0 * v + 3.0, "constant at 3"),
+    ],
+)
+def test_a_dead_channel_is_refused(healthy, values, sentence):
+    with pytest.raises(InputError, match=sentence):
+        diagnose(changed(healthy, "driver_torque", values=values(healthy["driver_torque"].values)), "midsize-eps")
+
+
+def test_a_wrong_sign_is_noticed(healthy):
+    wrong = changed(healthy, "lateral_acceleration", values=-healthy["lateral_acceleration"].values)
+    warnings = diagnose(wrong, "midsize-eps").findings[0].warnings
+    assert any("lateral_acceleration has probably the wrong sign" in warning for warning in warnings)
+    assert not any("wrong sign" in warning for warning in diagnose(healthy, "midsize-eps").findings[0].warnings)
+
+
+def test_holes_in_the_data_do_no_harm(healthy):
+    values = healthy["driver_torque"].values.copy()
+    values[10_000:10_700] = np.nan
+    holed = changed(healthy, "driver_torque", values=values)
+    finding = diagnose(holed, "midsize-eps").findings[0]
+    assert finding.status is Status.HEALTHY
+    assert finding.estimate.value == pytest.approx(4.0, abs=0.2)
+
+
+def test_unknown_names_are_refused(healthy):
+    with pytest.raises(ParameterError, match="no monitor 'fricton'; did you mean 'friction'"):
+        diagnose(healthy, "midsize-eps", "fricton")
+    with pytest.raises(ParameterError, match="no variant 'refind'; did you mean 'refined'"):
+        diagnose(healthy, "midsize-eps", "friction", "refind")
+    empty = {name: Channel(name, np.empty(0), np.empty(0), c.unit) for name, c in healthy.channels.items()}
+    with pytest.raises(InputError, match="no samples"):
+        diagnose(Recording(empty), "midsize-eps")
