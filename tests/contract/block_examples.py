@@ -23,10 +23,13 @@ from tierod.filters.play import Play
 from tierod.models.friction_estimation import FrictionEstimation as EstimatedFriction
 from tierod.monitors.friction.baseline import BaselineFrictionMonitor, BaselineParameters
 from tierod.monitors.friction.conditioning import SteeringConditioning, SteeringSample
+from tierod.monitors.friction.judged import JudgedEstimator
+from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
 from tierod.monitors.friction.refined import RefinedFrictionMonitor, consistent
 from tierod.monitors.friction.rolling_variance import RollingVariance
 from tierod.monitors.friction.unscented import unscented
+from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 from tierod.vehicles import load
 
 DT = 0.01
@@ -60,6 +63,11 @@ def examples() -> dict[type, Callable[[], Any]]:
         Play: lambda: Play(SteeringSample, DT, 0.05, 0.1),
         SteeringConditioning: SteeringConditioning,
         PreslidingFrictionFilter: lambda: PreslidingFrictionFilter(CAR),
+        FrictionMonitor: lambda: FrictionMonitor.of_vehicle(load("midsize-eps")),
+        FrictionVerdict: lambda: FrictionVerdict(FrictionLimits(0.01, 0.02, 0.03)),
+        JudgedEstimator: lambda: JudgedEstimator(
+            consistent(CAR), FrictionVerdict(FrictionLimits(4.0, 4.8, 7.5), sample_time=DT)
+        ),
         RefinedFrictionMonitor: lambda: consistent(CAR),
         RollingVariance: lambda: RollingVariance(50, 40),
         BaselineFrictionMonitor: lambda: BaselineFrictionMonitor(
