@@ -1,8 +1,8 @@
 """How exact the friction estimators are, how soon the verdict comes, and how seldom it is false.
 
 Everything is simulated: virtual drives of `tierod.proving_ground`, whose car shares no equation above `physics` with
-the estimators. Tuning was done on other seeds (below 1000), and on a plant of our own that is not
-part of tierod, than what is reported here.
+the estimators. The default estimator was tuned on another plant and on seeds below 1000 of this one; what is reported
+here comes from other seeds.
 """
 
 from __future__ import annotations

@@ -1,0 +1,158 @@
+import dataclasses
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tierod.block import leaves, rebuild
+from tierod.errors import ParameterError
+from tierod.graph import scan
+from tierod.monitors.friction.conditioning import SteeringConditioning, SteeringSample
+from tierod.monitors.friction.presliding import PreslidingFrictionFilter
+from tierod.studies.friction_cases import Case
+from tierod.vehicles import load
+
+VEHICLE = load("midsize-eps")
+FILTER = PreslidingFrictionFilter.of_vehicle(VEHICLE)
+SEED = 1001
+
+
+@cache
+def signals(case):
+    return case.recording().align(SteeringSample._fields, 100.0).values
+
+
+def settled(samples, block=FILTER, rate=100.0):
+    result = scan(block, samples)
+    estimates = result["friction_torque"][np.cumsum(result["enabled"]) / rate > 50.0]
+    assert len(estimates) > 60.0 * rate
+    return estimates
+
+
+@pytest.mark.parametrize("degrees", [0.3, 1.0, 3.0])
+@pytest.mark.parametrize("level", [4.0, 8.0, 12.5])
+def test_dahl_friction_of_unknown_angle(degrees, level):
+    estimates = settled(signals(Case(SEED, level, dahl_angle=math.radians(degrees))))
+    assert abs(estimates.mean() - level) <= 0.1
+    assert estimates.std() <= 0.1
+
+
+@pytest.mark.parametrize(("degrees", "level"), [(0.3, 4.0), (3.0, 4.0), (0.3, 12.5), (3.0, 12.5)])
+def test_a_noisy_rate_costs_little(degrees, level):
+    estimates = settled(signals(Case(SEED, level, dahl_angle=math.radians(degrees), rate_noise=0.05)))
+    assert abs(estimates.mean() - level) <= 0.2
+
+
+@pytest.mark.parametrize("level", [4.0, 12.5])
+def test_coulomb_friction(level):
+    estimates = settled(signals(Case(SEED, level, dahl_angle=math.radians(0.01))))
+    assert abs(estimates.mean() - level) <= 0.15
+
+
+@pytest.mark.parametrize("law", ["Dahl, exponent 0.5", "Dahl, exponent 2"])
+def test_another_law_of_build_up_is_learnt(law):
+    estimates = settled(signals(Case(SEED, 12.5, law=law)))
+    assert abs(estimates.mean() - 12.5) <= 0.02 * 12.5
+
+
+@pytest.mark.parametrize(("law", "share"), [("Stribeck 20 %", 0.06), ("load-dependent 40 %", 0.06)])
+def test_laws_outside_the_model_cost_a_few_percent(law, share):
+    estimates = settled(signals(Case(SEED, 4.0, law=law)))
+    assert abs(estimates.mean() - 4.0) <= share * 4.0
+
+
+def test_learns_the_dahl_angle():
+    result = scan(FILTER, signals(Case(SEED, 8.0, dahl_angle=math.radians(3.0))))
+    assert math.degrees(result["dahl_angle"][-1]) == pytest.approx(3.0, rel=0.15)
+
+
+def test_a_mirrored_drive_gives_the_same_friction():
+    samples = signals(Case(SEED))
+    mirrored = samples * np.array([-1.0] * 6 + [1.0])
+    assert scan(FILTER, mirrored)["friction_torque"] == pytest.approx(
+        scan(FILTER, samples)["friction_torque"], abs=1e-9
+    )
+
+
+def test_a_common_torque_gain_scales_the_estimate_and_nothing_shows_it():
+    samples = signals(Case(SEED, 8.0))
+    scaled = samples * np.array([1.0, 1.0, 1.1, 1.1, 1.0, 1.0, 1.0])
+    plain, gained = scan(FILTER, samples), scan(FILTER, scaled)
+    assert gained["friction_torque"][-1] / plain["friction_torque"][-1] == pytest.approx(1.1, abs=0.01)
+    assert gained["misfit"][-1] == pytest.approx(plain["misfit"][-1], abs=0.05)
+
+
+def test_float_steps_agree_with_the_scan():
+    samples = signals(Case(SEED))[6000:6400]
+    scanned = scan(FILTER, samples)
+    state = FILTER.init()
+    for row, expected in zip(samples, scanned.values, strict=True):
+        state, output = FILTER.step(state, SteeringSample(*row.tolist()))
+        assert [float(value) for _, value in leaves(output)] == pytest.approx(expected.tolist(), rel=1e-9, abs=1e-12)
+
+
+def test_nothing_is_learnt_while_the_gate_is_closed():
+    samples = signals(Case(SEED))[:20000].copy()
+    learning = scan(FILTER, samples)
+    samples[:, 6] = 2.0
+    before = scan(FILTER, samples[:50], learning.state)
+    after = scan(FILTER, samples[50:], before.state)
+    assert learning["enabled"].any()
+    assert not after["enabled"].any()
+    learnt = [rebuild(FILTER.init(), memory.values.tolist()) for memory in (before.state, after.state)]
+    assert learnt[0].mean == learnt[1].mean
+    assert learnt[0].covariance == learnt[1].covariance
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e300])
+def test_missing_samples_do_no_harm(bad):
+    samples = signals(Case(SEED, 8.0)).copy()
+    generator = np.random.default_rng(5)
+    samples[generator.random(samples.shape) < 0.02] = bad
+    samples[20000:23000] = bad
+    samples[30000:33000, 2] = bad
+    result = scan(FILTER, samples)
+    assert np.isfinite(result.values).all()
+    assert result["friction_torque"][-1] == pytest.approx(8.0, abs=0.15)
+    assert not result["enabled"][20000:23100].any()
+    assert result["enabled"][23300:30000].any()
+
+
+def test_one_wild_sample_hardly_moves_the_estimate():
+    samples = signals(Case(SEED, 4.0)).copy()
+    enabled = scan(FILTER, samples)["enabled"]
+    wild = np.flatnonzero(enabled[40000:])[100] + 40000
+    samples[wild, 2] = 30.0
+    before, after = (scan(FILTER, samples)["friction_torque"][wild + offset] for offset in (-1, 50))
+    assert abs(after - before) < 0.15
+
+
+def test_a_missing_signal_never_enables():
+    samples = signals(Case(SEED))[:5000].copy()
+    samples[:, 4] = np.nan
+    result = scan(FILTER, samples)
+    assert np.isfinite(result.values).all()
+    assert not result["enabled"].any()
+    assert (result["friction_torque"] == FILTER.tuning.initial_friction).all()
+
+
+def test_other_sample_times_give_the_same_friction():
+    samples = Case(SEED, 8.0).recording().align(SteeringSample._fields, 50.0).values
+    estimates = settled(samples, PreslidingFrictionFilter.of_vehicle(VEHICLE, 0.02), 50.0)
+    assert abs(estimates.mean() - 8.0) <= 0.2
+
+
+def test_the_deviation_widens_where_the_balance_fits_badly():
+    samples = signals(Case(SEED, 4.0)).copy()
+    time = np.arange(len(samples)) * 0.01
+    samples[:, 2] += 3.0 * np.sin(2.0 * math.pi * 0.7 * time)
+    disturbed, plain = scan(FILTER, samples), scan(FILTER, signals(Case(SEED, 4.0)))
+    assert plain["misfit"][-1] == pytest.approx(1.0, abs=0.1)
+    assert disturbed["misfit"][-1] > 3.0
+    assert disturbed["friction_deviation"][-1] > 3.0 * plain["friction_deviation"][-1]
+
+
+def test_two_sample_times_are_refused():
+    with pytest.raises(ParameterError, match="same sample_time"):
+        dataclasses.replace(FILTER, conditioning=SteeringConditioning(0.02))
