@@ -51,7 +51,7 @@ def friction_fault(duration=3600.0, bins=2000, seed=1):
         vehicle={"name": "midsize-eps", "torque_unit": "N*m", "not_good_for": ["a friction in N*m of a real car"]},
         version="0.1.0",
         command="tierod diagnose drive.parquet --vehicle midsize-eps",
-        created="2026-11-21 10:00:00 UTC",
+        created="2026-11-21T10:00:00+00:00",
     )
 
 

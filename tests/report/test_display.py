@@ -43,12 +43,12 @@ def test_durations_read_like_a_clock(seconds, text):
 @pytest.mark.parametrize(
     ("value", "spread", "expected"),
     [
-        (12.43, 0.11, ("12.43", "12.21", "12.65", "Nm")),
-        (4.0, 1.0, ("4.0", "2.0", "6.0", "Nm")),
-        (400.0, 100.0, ("400", "204", "596", "Nm")),
-        (4.0, math.nan, ("4.00", "–", "–", "Nm")),
-        (math.nan, 0.1, ("–", "–", "–", "Nm")),
-        (4.0, 0.0, ("4.00", "4.00", "4.00", "Nm")),
+        (12.43, 0.11, ("12.43", "12.21", "12.65", "N·m")),
+        (4.0, 1.0, ("4.0", "2.0", "6.0", "N·m")),
+        (400.0, 100.0, ("400", "204", "596", "N·m")),
+        (4.0, math.nan, ("4.00", "–", "–", "N·m")),
+        (math.nan, 0.1, ("–", "–", "–", "N·m")),
+        (4.0, 0.0, ("4.00", "4.00", "4.00", "N·m")),
     ],
 )
 def test_an_estimate_is_rounded_by_its_own_uncertainty(value, spread, expected):
@@ -68,7 +68,7 @@ def test_angles_are_shown_in_degrees():
         ("enabled_share", 0.364, ("Enabled share", "36 %")),
         ("mean_nis", 0.9712, ("Mean NIS", "0.9712")),
         ("rate_hz", 100.0, ("Rate", "100 Hz")),
-        ("bias_nm", 0.5, ("Bias", "0.5 Nm")),
+        ("bias_nm", 0.5, ("Bias", "0.5 N·m")),
         ("samples", 12, ("Samples", "12")),
         ("path", "a.csv", ("Path", "a.csv")),
         ("share", float("nan"), ("Share", "–")),

@@ -70,8 +70,8 @@ def test_the_verdict_stands_before_everything_else(fault_page):
     order = [
         "fault",
         "rose to three times",
-        "12.43 Nm",
-        "95 % interval 12.21 to 12.65 Nm",
+        "12.43 N·m",
+        "95 % interval 12.21 to 12.65 N·m",
         "Why:",
         "What to do:",
         "To know:",
@@ -105,7 +105,7 @@ def test_levels_truth_and_enabled_stretches_are_drawn(fault_page):
     levels = [shape["y0"] for shape in chart["layout"]["shapes"] if shape.get("xref") == "paper"]
     assert levels == [4.0, 4.05, 4.8, 7.5]
     labels = [note["text"] for note in chart["layout"]["annotations"]]
-    assert "nominal 4, learnt level 4.05 Nm" in labels
+    assert "nominal 4, learnt level 4.05 N·m" in labels
     assert "fault since here" in labels
 
 

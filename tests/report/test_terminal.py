@@ -18,7 +18,13 @@ def printed(name):
     [
         (
             "friction_fault",
-            ["✕ FAULT", "12.43 Nm  (95 %: 12.21 to 12.65)", "fault level 7.5 Nm", "21 min 50 s", "Remarks on the data"],
+            [
+                "✕ FAULT",
+                "12.43 N·m  (95 %: 12.21 to 12.65)",
+                "fault level 7.5 N·m",
+                "21 min 50 s",
+                "Remarks on the data",
+            ],
         ),
         ("healthy", ["✓ HEALTHY", "as it should be"]),
         ("not_identifiable", ["? NOT IDENTIFIABLE", "<lane keeping> was active", "what to do", "raw counts"]),

@@ -84,7 +84,7 @@ def test_the_rav4_does_not_pretend_to_be_calibrated():
     vehicle = load("rav4")
     assert not vehicle.calibrated
     assert "nominal_friction" not in vehicle
-    assert any("N*m" in warning for warning in vehicle.not_good_for)
+    assert any("N·m" in warning for warning in vehicle.not_good_for)
 
 
 def test_the_rav4_brings_its_database_and_its_channel_map():

@@ -6,7 +6,7 @@ All three are made from a `tierod.findings.Diagnosis` alone. Names in it decide 
   of the decisive finding where the units agree; a trace ``true_X`` beside it is drawn as the truth of a simulation;
 - a trace ``enabled`` is the share of each bin in which the monitor learnt, drawn beneath the estimate;
 - traces that begin with ``innovation``, ``normalised_innovation``, ``nis`` or ``nees`` stand with the consistency;
-- every other trace is a signal of the drive.
+- traces that are canonical signals show the drive, and all others are further results.
 """
 
 from __future__ import annotations

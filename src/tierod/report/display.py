@@ -18,8 +18,19 @@ _SHOWN = {
 
 _CAPITALS = {"nis", "nees", "eps", "can", "rms", "dbc", "csv", "mf4"}
 
-_ENDINGS = {"hz": "Hz", "nm": "Nm", "n": "N", "deg": "°", "rad": "rad", "m": "m", "mps": "m/s"}
-"""Last words of a figure's name that are its unit."""
+_ENDINGS = {
+    "nms_per_rad": "N*m*s/rad",
+    "nm_per_rad": "N*m/rad",
+    "kgm2": "kg*m**2",
+    "rad_per_s": "rad/s",
+    "rad": "rad",
+    "nm": "N*m",
+    "hz": "Hz",
+    "deg": "°",
+    "n": "N",
+    "m": "m",
+}
+"""Last words of a figure's name that are its unit, the longer ones first."""
 
 INTERVAL = 1.96
 """Standard deviations on each side that hold 95 % of a normal distribution."""
@@ -27,7 +38,7 @@ INTERVAL = 1.96
 
 def shown(unit: str) -> tuple[float, str]:
     """(factor, label) with which a value in this unit is shown: angles in degrees, speeds in km/h."""
-    return _SHOWN.get(unit, (1.0, unit.replace("**2", "²").replace("**3", "³").replace("N*m", "Nm").replace("*", "·")))
+    return _SHOWN.get(unit, (1.0, unit.replace("**2", "²").replace("**3", "³").replace("*", "·")))
 
 
 def bracketed(title: str, label: str) -> str:
@@ -37,7 +48,9 @@ def bracketed(title: str, label: str) -> str:
 
 def words(name: str) -> str:
     """A name as words that begin with a capital letter."""
-    text = " ".join(part.upper() if part in _CAPITALS else part for part in name.replace("_", " ").split())
+    text = " ".join(
+        part.upper() if part in _CAPITALS else part for part in name.replace("_", " ").replace(".", ": ").split()
+    )
     return text[:1].upper() + text[1:]
 
 
@@ -98,11 +111,12 @@ def evidence(name: str, value: Any) -> tuple[str, str]:
     """(label, text) of one figure whose unit is in its name."""
     if not isinstance(value, int | float):
         return words(name), str(value)
+    value = float(value)
+    for ending, unit in _ENDINGS.items():
+        if name.lower().endswith(f"_{ending}"):
+            factor, label = shown(unit)
+            return words(name[: -len(ending) - 1]), f"{number(value * factor)} {label}"
     stem, _, ending = name.rpartition("_")
-    if stem and ending in ("s", "seconds") and not stem.endswith("_per"):
-        return words(stem), duration(float(value))
-    if ending == "share":
-        return words(name), share(float(value))
-    if stem and ending in _ENDINGS:
-        return words(stem), f"{number(float(value))} {_ENDINGS[ending]}"
-    return words(name), number(float(value))
+    if stem and ending in ("s", "seconds"):
+        return words(stem), duration(value)
+    return words(name), share(value) if ending == "share" else number(value)

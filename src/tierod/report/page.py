@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from datetime import datetime
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -12,7 +14,7 @@ from tierod.findings import Diagnosis, Finding
 from tierod.report.charts.figure import Figure
 from tierod.report.charts.histograms import histogram_figure
 from tierod.report.charts.loops import loop_figure
-from tierod.report.charts.over_time import estimate_figures, innovation_figure, signal_figure
+from tierod.report.charts.over_time import estimate_figures, innovation_figure, result_figure, signal_figure
 from tierod.report.display import duration, evidence, interval, number, share, shown, words
 from tierod.report.gauge import gauge
 from tierod.report.status import appearance, overall
@@ -41,6 +43,7 @@ def render(diagnosis: Diagnosis) -> str:
         "loops": loop_figure(diagnosis),
         "histograms": histogram_figure(diagnosis),
         "innovations": innovation_figure(diagnosis),
+        "results": result_figure(diagnosis),
         "signals": signal_figure(diagnosis),
     }
     return _template().render(
@@ -50,9 +53,13 @@ def render(diagnosis: Diagnosis) -> str:
         figures=figures,
         charts=[_chart(figure) for figure in _all(figures)],
         quality=[_quality_row(row) for row in diagnosis.quality],
-        parameters=[_parameter_row(row) for row in diagnosis.parameters],
+        parameters=[_parameter_row(row) for row in diagnosis.parameters if not _is_tuning(row)],
+        tuning=[_parameter_row(row) for row in diagnosis.parameters if _is_tuning(row)],
         consistency=[evidence(name, value) for name, value in diagnosis.consistency.items()],
+        name=_name(diagnosis),
+        created=_moment(diagnosis.created),
         recording=_facts(diagnosis.recording),
+        details=[row for key, value in diagnosis.recording.items() if _is_nested(value) for row in _flat(key, value)],
         vehicle=_facts(diagnosis.vehicle),
         library=_library() if _all(figures) else "",
         style=(TEMPLATES / "report.css").read_text(encoding="utf-8"),
@@ -70,8 +77,30 @@ def verdict(finding: Finding) -> Verdict:
         spread = f"{low} to {high} {unit}".strip() if low != "–" else "not known"
         picture = gauge(finding.estimate)
     figures = [evidence(name, figure) for name, figure in finding.evidence.items()]
+    finding = replace(
+        finding,
+        headline=_sentence(finding.headline),
+        cause=_sentence(finding.cause),
+        action=_sentence(finding.action),
+        warnings=tuple(map(_sentence, finding.warnings)),
+    )
     since = "" if finding.since is None else duration(finding.since) if finding.since > 0.0 else "the start"
     return Verdict(finding, looks.symbol, looks.kind, since, value, spread, picture, figures)
+
+
+def _sentence(text: str) -> str:
+    """The text with a capital letter and a full stop."""
+    text = text.strip()
+    return f"{text[:1].upper()}{text[1:]}{'' if text.endswith(('.', '!', '?')) else '.'}" if text else ""
+
+
+def _moment(text: str) -> str:
+    """A time stamp as people write it; the text itself where it is none."""
+    try:
+        moment = datetime.fromisoformat(text)
+    except ValueError:
+        return text
+    return f"{moment:%Y-%m-%d %H:%M} {moment.tzname() or ''}".strip()
 
 
 def _all(figures: dict[str, Any]) -> list[Figure]:
@@ -102,22 +131,42 @@ def _quality_row(row: Any) -> dict[str, Any]:
 
 def _parameter_row(row: tuple[str, float, str, float | None, str]) -> tuple[str, str, str, str, str]:
     name, value, unit, spread, source = row
-    _, label = (
-        shown(unit) if unit == "count" else (1.0, unit.replace("N*m", "Nm").replace("**2", "²").replace("*", "·"))
-    )
+    # Parameters stay in SI, as in the vehicle file: an angle in degrees would not be found there again.
+    label = unit.replace("**2", "²").replace("*", "·")
     return words(name), number(value, 5), label, "" if spread is None else number(spread, 3), source
 
 
 def _facts(facts: dict[str, Any]) -> list[tuple[str, str]]:
+    """What is known of something, less what is empty or nested."""
     rows = []
     for name, value in facts.items():
-        if isinstance(value, list | tuple):
+        if isinstance(value, list | tuple) and value and not _is_nested(value):
             rows.append((words(name), "; ".join(map(str, value))))
-        elif isinstance(value, dict):
-            rows.append((words(name), "; ".join(f"{words(str(key)).lower()} {entry}" for key, entry in value.items())))
-        elif value is not None and value != "":
+        elif value not in (None, "") and not isinstance(value, list | tuple | dict):
             rows.append(evidence(name, value))
     return rows
+
+
+def _is_nested(value: Any) -> bool:
+    inside = value.values() if isinstance(value, dict) else value if isinstance(value, list | tuple) else ()
+    return isinstance(value, dict) or any(isinstance(entry, dict | list | tuple) for entry in inside)
+
+
+def _flat(name: str, value: Any) -> Iterator[tuple[str, str]]:
+    """(dotted name, value) of everything in nested metadata."""
+    if isinstance(value, dict):
+        for key, entry in value.items():
+            yield from _flat(f"{name}.{key}", entry)
+    else:
+        yield name, number(value, 6) if isinstance(value, float) else str(value)
+
+
+def _is_tuning(row: tuple[str, float, str, float | None, str]) -> bool:
+    return row[4].startswith("tuning of")
+
+
+def _name(diagnosis: Diagnosis) -> str:
+    return str(diagnosis.recording.get("name") or Path(str(diagnosis.recording.get("path", "recording"))).name)
 
 
 @cache

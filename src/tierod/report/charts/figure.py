@@ -51,7 +51,7 @@ def layout(height: int, **more: Any) -> dict[str, Any]:
     return {
         "height": height,
         "autosize": True,
-        "margin": {"l": 62, "r": 14, "t": 30, "b": 44},
+        "margin": {"l": 62, "r": 14, "t": 30 if more.get("showlegend") is False else 58, "b": 44},
         "paper_bgcolor": "white",
         "plot_bgcolor": "white",
         "font": {"family": "system-ui, sans-serif", "size": 13, "color": TEXT},

@@ -2,41 +2,39 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from tierod.findings import Diagnosis
-from tierod.report.charts.figure import AMBER, BLUE, GREEN, GREY, RED, Figure, axis, layout, rounded
+from tierod.report.charts.figure import BLUE, Figure, axis, layout, rounded, strip_title
 from tierod.report.display import bracketed, number, shown, words
 
-_COLOURS = (BLUE, AMBER, RED, GREEN, GREY)
-_DASHES = ("solid", "dash", "dot", "dashdot")
+_PANEL = 250
 
 
 def loop_figure(diagnosis: Diagnosis) -> Figure | None:
-    """All hysteresis views of the diagnosis in one chart; None where there is none."""
+    """All hysteresis views of the diagnosis above each other on common scales; None where there is none."""
     if not diagnosis.loops:
         return None
     _, torque_label = shown(str(diagnosis.vehicle.get("torque_unit", "N*m")))
     to_degrees, angle_label = shown("rad")
-    data, rows = [], []
+    count = len(diagnosis.loops)
+    height = 70 + _PANEL * count
+    data: list[dict[str, Any]] = []
+    axes: dict[str, Any] = {}
+    titles, rows = [], []
     for index, (name, (angle, torque)) in enumerate(diagnosis.loops.items()):
         angle, torque = np.asarray(angle, float) * to_degrees, np.asarray(torque, float)
-        looks = {"color": _COLOURS[index % len(_COLOURS)], "width": 1.1, "dash": _DASHES[index % len(_DASHES)]}
-        data.append(
-            {
-                "type": "scatter",
-                "mode": "lines",
-                "name": words(name),
-                "x": rounded(angle),
-                "y": rounded(torque),
-                "line": looks,
-                "opacity": 0.8,
-                "hovertemplate": "%{x:.4g}°, %{y:.4g} " + torque_label + f"<extra>{words(name)}</extra>",
-            }
-        )
-        rows.append(
-            (words(name), _range(angle, angle_label), _range(torque, torque_label), _width(angle, torque, torque_label))
-        )
+        suffix = "" if index == 0 else str(index + 1)
+        domain = [1.0 - (index + 1) / count, 1.0 - index / count - 26.0 / height]
+        same_scale = {"matches": "y"} if index else {}
+        axes[f"yaxis{suffix}"] = axis(bracketed("torque", torque_label), domain=domain, **same_scale)
+        data.append(_loop(words(name), angle, torque, f"y{suffix}", torque_label))
+        titles.append(strip_title(words(name), domain[1]))
+        width = _half_height(angle, torque, torque_label)
+        rows.append((words(name), _range(angle, angle_label), _range(torque, torque_label), width))
+    axes["xaxis"] = axis(bracketed("steering wheel angle", angle_label), anchor=f"y{count}" if count > 1 else "y")
     return Figure(
         name="loops",
         title="Hysteresis",
@@ -44,16 +42,25 @@ def loop_figure(diagnosis: Diagnosis) -> Figure | None:
         "about the friction. A closed line means that there was none, or that the stroke was too small to see it.",
         alternative=f"Torque over angle for {', '.join(map(words, diagnosis.loops))}; sizes in the table beneath.",
         data=data,
-        layout=layout(
-            430,
-            xaxis=axis(bracketed("steering wheel angle", angle_label)),
-            yaxis=axis(bracketed("steering torque", torque_label)),
-            showlegend=True,
-        ),
-        height=430,
+        layout=layout(height, showlegend=False, annotations=titles, **axes),
+        height=height,
         summary=rows,
         columns=("loop", "angle", "torque", "half height in the middle"),
     )
+
+
+def _loop(name: str, angle: np.ndarray, torque: np.ndarray, axis_name: str, label: str) -> dict[str, Any]:
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "name": name,
+        "x": rounded(angle),
+        "y": rounded(torque),
+        "yaxis": axis_name,
+        "line": {"color": BLUE, "width": 1.0},
+        "opacity": 0.7,
+        "hovertemplate": "%{x:.4g}°, %{y:.4g} " + label + f"<extra>{name}</extra>",
+    }
 
 
 def _range(values: np.ndarray, label: str) -> str:
@@ -61,7 +68,7 @@ def _range(values: np.ndarray, label: str) -> str:
     return f"{number(float(seen.min()), 3)} to {number(float(seen.max()), 3)} {label}" if len(seen) else "–"
 
 
-def _width(angle: np.ndarray, torque: np.ndarray, label: str) -> str:
+def _half_height(angle: np.ndarray, torque: np.ndarray, label: str) -> str:
     """Half the distance between the way there and the way back, in the middle third of the angle."""
     step = np.gradient(angle) if len(angle) > 1 else np.zeros(len(angle))
     low, high = (np.nanmin(angle), np.nanmax(angle)) if np.isfinite(angle).any() else (0.0, 0.0)

@@ -26,6 +26,7 @@ from tierod.report.charts.figure import (
     summary,
 )
 from tierod.report.display import INTERVAL, bracketed, number, shown, time_scale, words
+from tierod.signals import SIGNALS
 
 DEVIATION = "_standard_deviation"
 _INNOVATIONS = ("innovation", "normalised_innovation", "nis", "nees")
@@ -43,15 +44,26 @@ def estimate_figures(diagnosis: Diagnosis) -> list[Figure]:
 
 def signal_figure(diagnosis: Diagnosis) -> Figure | None:
     """All signals of the drive, one strip each above a common time axis."""
-    mains = main_names(diagnosis)
-    taken = {"enabled", *mains, *(name + DEVIATION for name in mains), *(f"true_{name}" for name in mains)}
-    names = [name for name in diagnosis.traces if name not in taken and not name.startswith(_INNOVATIONS)]
     return _strips(
         diagnosis,
-        names,
+        [name for name in diagnosis.traces if name in SIGNALS and name not in main_names(diagnosis)],
         "signals",
         "The drive",
         "Line: mean of each bin. Shading: lowest to highest value, so that no peak is hidden. Gaps: missing samples.",
+    )
+
+
+def result_figure(diagnosis: Diagnosis) -> Figure | None:
+    """What else the monitor computed, one strip each."""
+    mains = main_names(diagnosis)
+    taken = {"enabled", *mains, *(name + DEVIATION for name in mains), *(f"true_{name}" for name in mains)}
+    others = [name for name in diagnosis.traces if name not in taken and name not in SIGNALS]
+    return _strips(
+        diagnosis,
+        [name for name in others if not name.startswith(_INNOVATIONS)],
+        "results",
+        "Further results over time",
+        "Line: mean of each bin. Shading: lowest to highest value. Gaps: not known.",
     )
 
 
@@ -62,8 +74,8 @@ def innovation_figure(diagnosis: Diagnosis) -> Figure | None:
         [name for name in diagnosis.traces if name.startswith(_INNOVATIONS)],
         "innovations",
         "Innovations over time",
-        "Measured less predicted. A consistent estimator's normalised innovations lie between the dashed lines 95 % of "
-        "the time and show no pattern.",
+        "Measured less predicted, over its own standard deviation (squared: NIS, whose mean is then the number of "
+        "measurements). Above its band the estimator claims to know more than it does, below it claims less.",
     )
 
 

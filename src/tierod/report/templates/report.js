@@ -1,6 +1,7 @@
 "use strict";
 (() => {
-  const PRINTED = { width: 680, height: 0.68, low: 250 }; // A4 and Letter less their margins
+  const PRINTED_WIDTH = 680; // A4 and Letter less their margins
+  const printed = (height) => (height < 250 ? height : Math.round(height * (height > 600 ? 0.82 : 0.68)));
   const charts = [];
   // A finger that scrolls the page must not zoom the chart under it.
   const touch = window.matchMedia("(pointer: coarse)").matches;
@@ -40,13 +41,13 @@
     chart.style.height = height + "px";
     Plotly.relayout(chart, { width, height, autosize: width === null });
   }
+  const folded = document.querySelectorAll("details.keep:not([open])");
   window.addEventListener("beforeprint", () => {
-    for (const chart of charts) {
-      const height = Number(chart.dataset.height);
-      resize(chart, PRINTED.width, height > PRINTED.low ? Math.round(PRINTED.height * height) : height);
-    }
+    for (const each of folded) each.open = true;
+    for (const chart of charts) resize(chart, PRINTED_WIDTH, printed(Number(chart.dataset.height)));
   });
   window.addEventListener("afterprint", () => {
+    for (const each of folded) each.open = false;
     for (const chart of charts) resize(chart, null, Number(chart.dataset.height));
   });
 })();
