@@ -48,11 +48,11 @@ class EpsColumn:
             steering_ratio: road wheel angle per steering wheel angle, rho []
         """
 
-        column_inertia: float
-        column_damping: float
-        nominal_friction: float
-        motor_ratio: float
-        steering_ratio: float
+        column_inertia: Annotated[float, "kg*m**2"]
+        column_damping: Annotated[float, "N*m*s/rad"]
+        nominal_friction: Annotated[float, "N*m"]
+        motor_ratio: Annotated[float, ""]
+        steering_ratio: Annotated[float, ""]
 
     @staticmethod
     def derivative(x: State, u: Input, p: Parameters) -> State:

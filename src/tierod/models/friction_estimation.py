@@ -27,16 +27,16 @@ class FrictionParameters:
         sample_time: dt [s]
     """
 
-    mass: float
-    yaw_inertia: float
-    front_distance: float
-    rear_distance: float
-    trail: float
-    steering_ratio: float
-    column_inertia: float
-    column_damping: float
-    motor_ratio: float
-    sample_time: float = 0.01
+    mass: Annotated[float, "kg"]
+    yaw_inertia: Annotated[float, "kg*m**2"]
+    front_distance: Annotated[float, "m"]
+    rear_distance: Annotated[float, "m"]
+    trail: Annotated[float, "m"]
+    steering_ratio: Annotated[float, ""]
+    column_inertia: Annotated[float, "kg*m**2"]
+    column_damping: Annotated[float, "N*m*s/rad"]
+    motor_ratio: Annotated[float, ""]
+    sample_time: Annotated[float, "s"] = 0.01
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class SmoothFrictionParameters(FrictionParameters):
         smoothing_rate: rate at which tanh reaches 76 % [rad/s]: 0.02 is sharp, 0.05 makes up for pre-sliding
     """
 
-    smoothing_rate: float = 0.02
+    smoothing_rate: Annotated[float, "rad/s"] = 0.02
 
 
 class FrictionEstimation:

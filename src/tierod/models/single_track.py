@@ -47,12 +47,12 @@ class SingleTrack:
             rear_cornering_stiffness: both rear tyres together [N/rad]
         """
 
-        mass: float
-        yaw_inertia: float
-        front_distance: float
-        rear_distance: float
-        front_cornering_stiffness: float
-        rear_cornering_stiffness: float
+        mass: Annotated[float, "kg"]
+        yaw_inertia: Annotated[float, "kg*m**2"]
+        front_distance: Annotated[float, "m"]
+        rear_distance: Annotated[float, "m"]
+        front_cornering_stiffness: Annotated[float, "N/rad"]
+        rear_cornering_stiffness: Annotated[float, "N/rad"]
 
     @staticmethod
     def derivative(x: State, u: Input, p: Parameters) -> State:

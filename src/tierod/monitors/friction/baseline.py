@@ -37,18 +37,18 @@ class BaselineParameters:
         sample_time: dt [s]
     """
 
-    mass: float
-    front_distance: float
-    rear_distance: float
-    front_cornering_stiffness: float
-    rear_cornering_stiffness: float
-    trail: float
-    steering_ratio: float
-    column_inertia: float
-    column_damping: float
-    motor_ratio: float
-    nominal_friction: float
-    sample_time: float = 0.01
+    mass: Annotated[float, "kg"]
+    front_distance: Annotated[float, "m"]
+    rear_distance: Annotated[float, "m"]
+    front_cornering_stiffness: Annotated[float, "N/rad"]
+    rear_cornering_stiffness: Annotated[float, "N/rad"]
+    trail: Annotated[float, "m"]
+    steering_ratio: Annotated[float, ""]
+    column_inertia: Annotated[float, "kg*m**2"]
+    column_damping: Annotated[float, "N*m*s/rad"]
+    motor_ratio: Annotated[float, ""]
+    nominal_friction: Annotated[float, "N*m"]
+    sample_time: Annotated[float, "s"] = 0.01
 
 
 @dataclass(frozen=True)
@@ -63,10 +63,10 @@ class BaselineGate:
         maximum_slip: slip angle of the front tyres [rad]; 5 degrees as printed
     """
 
-    minimum_angle: float = math.radians(10.0)
-    minimum_acceleration: float = 0.1
-    maximum_acceleration: float = 0.5
-    maximum_slip: float = math.radians(5.0)
+    minimum_angle: Annotated[float, "rad"] = math.radians(10.0)
+    minimum_acceleration: Annotated[float, "m/s**2"] = 0.1
+    maximum_acceleration: Annotated[float, "m/s**2"] = 0.5
+    maximum_slip: Annotated[float, "rad"] = math.radians(5.0)
 
     def opened(self, steering_wheel_angle: Any, lateral_acceleration: Any, front_slip: Any) -> Any:
         """Whether the sample counts; a missing signal closes the gate."""
@@ -144,14 +144,14 @@ class BaselineFrictionMonitor:
     """
 
     parameters: BaselineParameters
-    threshold: float
+    threshold: Annotated[float, "N**2*m**2"]
     gate: BaselineGate | None
     literal_sign: bool = False
-    pole_rate: float = 15.0
-    minimum_speed: float = 3.0
+    pole_rate: Annotated[float, "1/s"] = 15.0
+    minimum_speed: Annotated[float, "m/s"] = 3.0
     block_samples: int = 100
     blocks: int = 15
-    minimum_samples: float = 300.0
+    minimum_samples: Annotated[float, ""] = 300.0
 
     Sample = BaselineSample
 

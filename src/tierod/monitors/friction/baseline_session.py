@@ -60,7 +60,7 @@ class BaselineSession:
         self._variances.append(result["variance"][chosen])
 
     def conclude(self) -> Conclusion:
-        """The finding: the median of the later half of the windows against the threshold, so that a late fault shows."""
+        """The finding: the median of the later half of the windows, so that a late fault shows."""
         variances = np.concatenate(self._variances or [np.empty(0)])
         share = self._enabled / max(self._seen, 1)
         evidence = {"windows": float(len(variances)), "enabled_share": share}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from tierod.graph.maths import absolute, all_of
 
@@ -44,10 +44,10 @@ class FrictionGate:
     Source: Mohtat et al., eq (14).
     """
 
-    minimum_driver_torque: float = 0.5
-    minimum_rate: float = 0.05
-    maximum_rate: float = 1.0
-    minimum_speed: float | None = None
+    minimum_driver_torque: Annotated[float, "N*m"] = 0.5
+    minimum_rate: Annotated[float, "rad/s"] = 0.05
+    maximum_rate: Annotated[float, "rad/s"] = 1.0
+    minimum_speed: Annotated[float, "m/s"] | None = None
 
     def opened(self, driver_torque: Any, motor_torque: Any, steering_wheel_rate: Any, vehicle_speed: Any = None) -> Any:
         """Whether the sample enables the estimate of friction; a missing signal closes the gate.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from math import inf
-from typing import Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 from tierod.block import leaves, rebuild, skeleton
 from tierod.errors import ParameterError
@@ -40,8 +40,8 @@ class Sticking:
     Source: an addition to Table 3 of Mohtat et al., see docs/friction.md.
     """
 
-    rate: float = 0.05
-    torque_deviation: float = 4.0
+    rate: Annotated[float, "rad/s"] = 0.05
+    torque_deviation: Annotated[float, "N*m"] = 4.0
 
 
 @dataclass(frozen=True)
@@ -75,8 +75,8 @@ class RefinedFrictionMonitor:
     operating_point: OperatingPoint = "measurement"
     sticking: Sticking | None = None
     low_pass: EachSignal | None = None
-    longest_gap: float = 0.2
-    settling_time: float = 0.5
+    longest_gap: Annotated[float, "s"] = 0.2
+    settling_time: Annotated[float, "s"] = 0.5
 
     class State(NamedTuple):
         """Belief, sample before (missing signals held), times since the last whole sample and start, low-pass."""
