@@ -21,6 +21,7 @@ _REMEDIES = {
     errno.ENOENT: "create the folder first",
     errno.ENOTDIR: "name a file in a folder that exists",
     errno.EISDIR: "name a file, not a folder",
+    errno.ENAMETOOLONG: "shorten its name",
 }
 
 
@@ -39,6 +40,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
     try:
         temporary = _beside(target)
         yield temporary
+        _settle(temporary)
         os.replace(temporary, target)
     except OSError as error:
         _forget(temporary)
@@ -65,9 +67,15 @@ def _beside(target: Path) -> Path:
     if target.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
     # Not tempfile: its files are the owner's alone, but a report is read by others as any new file is.
-    path = target.with_name(f".{target.stem}.{secrets.token_hex(6)}{target.suffix}")
+    path = target.with_name(f".{target.stem[:100]}.{secrets.token_hex(6)}{target.suffix}")
     os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
     return path
+
+
+def _settle(temporary: Path) -> None:
+    """On the disk before it gets its name, so that a power cut leaves the old file or the whole new one."""
+    with temporary.open("rb+") as file:
+        os.fsync(file.fileno())
 
 
 def _forget(temporary: Path | None) -> None:

@@ -6,9 +6,8 @@ from pathlib import Path
 
 from tierod.errors import OutputError, nearest
 from tierod.recording import Recording
-from tierod.writers.atomic import atomic, write_text
 
-__all__ = ["atomic", "write", "write_text"]
+__all__ = ["write"]
 
 _ENDINGS = (".parquet", ".pq", ".csv", ".mf4")
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from tierod.arrow import column_of
 from tierod.errors import OutputError
+from tierod.files import replacing
 from tierod.recording import Recording
-from tierod.writers.atomic import atomic
 from tierod.writers.layout import Group, description, groups
 
 
@@ -39,7 +39,7 @@ def write_csv(recording: Recording, path: str | Path) -> None:
     about = description(recording, found)
     about["channels"] = {title: about["channels"][name] | {"name": name} for name, title in _named(found)}
     try:
-        with atomic(path) as temporary, temporary.open("wb") as file:
+        with replacing(path) as temporary, temporary.open("wb") as file:
             file.write(f"# tierod {json.dumps(about)}\n".encode())
             file.write((",".join(_quoted(title) for title in titles) + "\n").encode())
             text.write_csv(table, file, text.WriteOptions(include_header=False))

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from tierod.errors import MissingExtra, OutputError
+from tierod.files import replacing
 from tierod.recording import Channel, Recording
-from tierod.writers.atomic import atomic
 from tierod.writers.layout import groups
 
 
@@ -30,7 +30,7 @@ def write_mf4(recording: Recording, path: str | Path) -> None:
     except ImportError:
         raise MissingExtra("asammdf", "mdf", "writing an MF4 file") from None
     found = groups(recording)
-    with atomic(path) as temporary, warnings.catch_warnings():
+    with replacing(path) as temporary, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         file = MDF(version="4.10")
         origin = recording.metadata.get("origin") or 0.0

@@ -15,8 +15,8 @@ import numpy as np
 
 from tierod.arrow import column_of
 from tierod.errors import OutputError
+from tierod.files import replacing
 from tierod.recording import Recording
-from tierod.writers.atomic import atomic
 from tierod.writers.layout import Group, description, groups
 
 SLICE = 60.0
@@ -49,7 +49,7 @@ def write_parquet(recording: Recording, path: str | Path, slice_seconds: float =
         metadata={"tierod": json.dumps(about)},
     )
     try:
-        with atomic(path) as temporary, pq.ParquetWriter(temporary, schema, use_dictionary=False) as writer:
+        with replacing(path) as temporary, pq.ParquetWriter(temporary, schema, use_dictionary=False) as writer:
             for rows in _slices(found, slice_seconds):
                 writer.write_table(_table(pa, schema, found, rows), row_group_size=1 << 26)
     except pa.ArrowException as error:
