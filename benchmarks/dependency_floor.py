@@ -23,7 +23,7 @@ CHAINS = {
     "sqrt": "x = sqrt(x);",
     "fma": "x = fma(x, a, b);",
 }
-"""Each line depends on itself alone. `select` counts comparison and choice together, and an addition that is taken off."""
+"""Each line depends on itself alone. `select`: comparison and choice, with an addition that is taken off again."""
 
 UNROLLED, ROUNDS = 100, 20_000
 

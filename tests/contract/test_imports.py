@@ -110,7 +110,7 @@ def test_a_module_imports_downwards_only_and_hides_what_is_heavy(path):
 
 def test_the_front_imports_nothing_at_once():
     loaded = subprocess.run(
-        [sys.executable, "-c", "import sys, tierod; print([name for name in sys.modules if name.startswith('tierod.')])"],
+        [sys.executable, "-c", "import sys, tierod; print([m for m in sys.modules if m.startswith('tierod.')])"],
         capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert loaded.stdout.strip() == "[]"

@@ -25,7 +25,9 @@ def demo(
 
     terminal = console()
     course = FrictionCourse.step(healthy, risen, at=30.0 * minutes)
-    terminal.print(f"simulating {minutes:g} minutes of driving; friction {healthy:g} N·m, from half-way on {risen:g} N·m")
+    terminal.print(
+        f"simulating {minutes:g} minutes of driving; friction {healthy:g} N·m, from half-way on {risen:g} N·m"
+    )
     with progress("driving") as advance:
         recording = drive(minutes=minutes, friction=course, seed=seed)
         advance(1.0)

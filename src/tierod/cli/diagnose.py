@@ -11,8 +11,12 @@ import typer
 
 
 def diagnose(
-    recording: Annotated[Path, typer.Argument(help="MF4, Parquet, CSV, MATLAB 5, or a CAN log (candump, ASC, BLF, TRC).")],
-    vehicle: Annotated[str, typer.Option(help="A vehicle's name (see 'tierod vehicles') or the path of its TOML file.")],
+    recording: Annotated[
+        Path, typer.Argument(help="MF4, Parquet, CSV, MATLAB 5, or a CAN log (candump, ASC, BLF, TRC).")
+    ],
+    vehicle: Annotated[
+        str, typer.Option(help="A vehicle's name (see 'tierod vehicles') or the path of its TOML file.")
+    ],
     monitor: Annotated[str, typer.Option(help="What to watch (see 'tierod monitors').")] = "friction",
     variant: Annotated[str | None, typer.Option(help="How to watch it; the monitor's default where not given.")] = None,
     dbc: Annotated[list[Path] | None, typer.Option(help="CAN database; may be given more than once.")] = None,
@@ -21,6 +25,12 @@ def diagnose(
     ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Where the HTML report goes; beside you where not given.")
+    ] = None,
+    own_level: Annotated[
+        Path | None,
+        typer.Option(
+            help="File with this car's own level; written by the first healthy recording, then judged against."
+        ),
     ] = None,
     report: Annotated[bool, typer.Option(help="Write the HTML report.")] = True,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
@@ -38,6 +48,7 @@ def diagnose(
             variant,
             dbc=dbc or None,
             channel_map=channel_map,
+            own_level=own_level,
             command=shlex.join(["tierod", *sys.argv[1:]]),
             progress=advance,
         )

@@ -14,8 +14,9 @@ from tierod import __version__
 from tierod.decimation import Decimator
 from tierod.derive import complete, ingredients
 from tierod.errors import InputError, ParameterError, nearest
-from tierod.findings import Diagnosis
+from tierod.findings import Diagnosis, Status
 from tierod.graph import Memory, scan, trace
+from tierod.monitors.own_level import OwnLevel, load_own_level, refuse_foreign, store_own_level
 from tierod.monitors.quality_over_chunks import QualityOverChunks
 from tierod.monitors.session import Conclusion, Monitor, Session, Variant
 from tierod.recording import Recording
@@ -36,6 +37,7 @@ def diagnose(
     *,
     dbc: Any = None,
     channel_map: Any = None,
+    own_level: OwnLevel | str | Path | None = None,
     command: str = "",
     progress: Callable[[float], None] | None = None,
 ) -> Diagnosis:
@@ -48,21 +50,37 @@ def diagnose(
         variant: name of the variant; the monitor's default where not given
         dbc: path(s) of CAN databases; the vehicle's own where not given
         channel_map: path of a channel map; the vehicle's own where not given
+        own_level: what was learnt of this vehicle from earlier recordings. A path of a file that does not exist yet is
+            written where the vehicle is healthy; an existing one is never changed, lest a slow fault creep into it
         command: what the user typed, for the report
         progress: called with the share done, 0 to 1
 
     Raises:
-        InputError: the recording cannot be read, or lacks what the monitor needs
+        InputError: the recording cannot be read, or lacks what the monitor needs; or the own level is another vehicle's
+        OutputError: the own level cannot be written
         ParameterError: no such vehicle, monitor or variant
     """
     car = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)
     definition, chosen = find(monitor, variant)
-    run = Run(definition, chosen, car)
+    known = own_level if isinstance(own_level, OwnLevel) else _stored(own_level)
+    run = Run(definition, chosen, car, known)
     for piece in _pieces(source, run.needs, car, dbc, channel_map):
         run.add(piece)
         if progress:
             progress(_share(piece))
-    return run.finish(command)
+    diagnosis = run.finish(command)
+    if (
+        isinstance(own_level, str | Path)
+        and known is None
+        and run.learnt
+        and diagnosis.findings[0].status is Status.HEALTHY
+    ):
+        store_own_level(dataclasses.replace(run.learnt, learnt=diagnosis.created), own_level)
+    return diagnosis
+
+
+def _stored(path: str | Path | None) -> OwnLevel | None:
+    return load_own_level(path) if path is not None and Path(path).exists() else None
 
 
 def find(monitor: str, variant: str | None = None) -> tuple[Monitor, Variant]:
@@ -88,9 +106,12 @@ def find(monitor: str, variant: str | None = None) -> tuple[Monitor, Variant]:
 class Run:
     """One monitor over one recording, piece by piece; the result does not depend on how the recording is cut."""
 
-    def __init__(self, monitor: Monitor, variant: Variant, vehicle: Vehicle):
+    def __init__(self, monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: OwnLevel | None = None):
         self.monitor, self.variant, self.vehicle = monitor, variant, vehicle
-        self.session: Session = variant.open(vehicle, monitor.rate)
+        if own_level is not None:
+            refuse_foreign(own_level, vehicle.name, f"{monitor.name}, {variant.name}")
+        self.session: Session = variant.open(vehicle, monitor.rate, own_level)
+        self.learnt: OwnLevel | None = None
         self.signals = trace(self.session.block).sample
         self.needs = ingredients([*monitor.required, *monitor.optional])
         self._quality = QualityOverChunks(self.needs)
@@ -143,6 +164,7 @@ class Run:
             raise InputError("the recording holds no samples; check that the file is whole and the channel map fits it")
         self._quality.refuse_unusable(self.monitor.required)
         conclusion = self.session.conclude()
+        self.learnt = conclusion.own_level
         units = self._quality.units
         traces = {decimator.name: decimator.trace() for decimator in self._traces.values()}
         traces |= {name: dataclasses.replace(traces[name], unit=units.get(name, "")) for name in self.signals}

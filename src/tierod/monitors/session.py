@@ -11,6 +11,7 @@ import numpy as np
 from tierod.block import Block
 from tierod.findings import Finding
 from tierod.graph import Result
+from tierod.monitors.own_level import OwnLevel
 from tierod.vehicles import Vehicle
 
 
@@ -24,6 +25,7 @@ class Conclusion:
         loops: name -> (angle [rad], torque)
         consistency: figures of the innovations by name
         parameters: rows (name, value, unit, standard deviation, source) of the monitor's own tuning
+        own_level: what was learnt of this vehicle, to be kept for the next recording; None where nothing was
     """
 
     finding: Finding
@@ -31,6 +33,7 @@ class Conclusion:
     loops: Mapping[str, Any] = field(default_factory=dict)
     consistency: Mapping[str, float] = field(default_factory=dict)
     parameters: tuple[tuple[str, float, str, float | None, str], ...] = ()
+    own_level: OwnLevel | None = None
 
 
 class Session(Protocol):
@@ -57,13 +60,13 @@ class Variant:
         name: as given on the command line
         summary: one sentence
         source: paper and equations
-        open: builds the session for a vehicle and a rate [Hz]
+        open: builds the session for a vehicle, a rate [Hz], and the vehicle's own level from earlier recordings
     """
 
     name: str
     summary: str
     source: str
-    open: Callable[[Vehicle, float], Session]
+    open: Callable[[Vehicle, float, OwnLevel | None], Session]
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,13 @@ from tierod.monitors.friction.refined import RefinedFrictionMonitor, consistent,
 from tierod.monitors.friction.session import FrictionSession, acting_by_balance, acting_by_build_up
 from tierod.monitors.friction.unscented import unscented
 from tierod.monitors.friction.verdict import UNKNOWN_LIMITS, FrictionLimits, FrictionVerdict
+from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.session import Monitor, Session, Variant
 from tierod.vehicles import Vehicle
 
 PAPER = "Mohtat et al., Steering friction monitoring by joint state-parameter estimation"
+
+Opener = Callable[[Vehicle, float, OwnLevel | None], Session]
 
 _LEARNT = {
     "estimate.dahl_angle": "dahl_angle_rad",
@@ -30,24 +33,28 @@ _LEARNT = {
 }
 
 
-def _presliding(vehicle: Vehicle, rate: float) -> Session:
-    block = FrictionMonitor.of_vehicle(vehicle, 1.0 / rate)
+def _presliding(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
+    level, deviation = (own_level.value, own_level.deviation) if own_level else (None, 0.0)
+    block = FrictionMonitor.of_vehicle(vehicle, 1.0 / rate, level, deviation)
     return FrictionSession("friction, pre-sliding", block, vehicle, rate, "estimate", acting_by_build_up, _LEARNT)
 
 
-def _paper(name: str, build: Callable[[Any], RefinedFrictionMonitor]) -> Callable[[Vehicle, float], Session]:
-    def open_(vehicle: Vehicle, rate: float) -> Session:
+def _paper(name: str, build: Callable[[Any], RefinedFrictionMonitor]) -> Opener:
+    def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
         parameters = replace(vehicle.parameters_for(FrictionParameters), sample_time=1.0 / rate)
         limits = vehicle.parameters_for(FrictionLimits) if vehicle.calibrated else UNKNOWN_LIMITS
-        block = JudgedEstimator(build(parameters), FrictionVerdict(limits, sample_time=1.0 / rate))
+        level, deviation = (own_level.value, own_level.deviation) if own_level else (None, 0.0)
+        verdict = FrictionVerdict(limits, sample_time=1.0 / rate, learnt_level=level, learnt_deviation=deviation)
+        block = JudgedEstimator(build(parameters), verdict)
         acting = acting_by_balance(parameters)
         return FrictionSession(f"friction, {name}", block, vehicle, rate, "seen", acting, {})
 
     return open_
 
 
-def _baseline(name: str, gate: BaselineGate | None) -> Callable[[Vehicle, float], Session]:
-    def open_(vehicle: Vehicle, rate: float) -> Session:
+def _baseline(name: str, gate: BaselineGate | None) -> Opener:
+    def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
+        # The variance is judged against a threshold: an own level of friction says nothing about it.
         parameters = replace(vehicle.parameters_for(BaselineParameters), sample_time=1.0 / rate)
         known = vehicle.parameters.get("baseline_variance")
         threshold = known.value if known else math.inf
@@ -74,13 +81,13 @@ _VARIANTS = (
         "refined-printed",
         "The same filter exactly as printed: literal noise, covariance that ignores the enabling.",
         f"{PAPER}, eqs (5) to (14) and Table 3",
-        _paper("refined as printed", printed),
+        _paper("refined-printed", printed),
     ),
     Variant(
         "refined-open",
         "As printed, with the virtual noise of the self-aligning torque opened so that it is tracked.",
         f"{PAPER}, eqs (5) to (14), second reading of Q",
-        _paper("refined, open", printed_open),
+        _paper("refined-open", printed_open),
     ),
     Variant(
         "unscented",
@@ -98,7 +105,7 @@ _VARIANTS = (
         "baseline-ungated",
         "The same on every sample: the printed conditions rarely hold together.",
         f"{PAPER}, eqs (1) and (2), section 4.1, after Lin and Ghoneim",
-        _baseline("baseline, ungated", None),
+        _baseline("baseline-ungated", None),
     ),
 )
 

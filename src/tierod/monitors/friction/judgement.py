@@ -177,6 +177,8 @@ def _warnings(run: FrictionRun) -> tuple[str, ...]:
     left = figures.left_seconds / figures.enabled_seconds
     if not 0.2 < left < 0.8:
         warnings.append(f"{left:.0%} of the enabled time turned left: one-sided, offsets may leak into friction")
+    if run.evidence.get("inertia_kgm2", 0.0) < 0.0:
+        warnings.append("the learnt inertia is negative: the torques are probably late against the angle")
     if figures.worked_seconds > 0.0 and figures.opposed_seconds > 0.1 * figures.worked_seconds:
         warnings.append("driver and motor opposed each other at times: was lane keeping active?")
     return tuple(warnings)

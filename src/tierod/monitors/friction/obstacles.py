@@ -55,7 +55,7 @@ def _uncalibrated(calibrated: bool) -> Obstacle | None:
         return None
     return Obstacle(
         Status.NOT_IDENTIFIABLE,
-        "the torques are raw counts, not N*m, so friction has no unit and no nominal value",
+        "the torques are raw counts, not N·m, so friction has no unit and no nominal value",
         "give the torque per count in the channel map (calibrate against a torque wrench or a lock-to-lock recording)",
     )
 

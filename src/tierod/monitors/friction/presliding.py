@@ -29,6 +29,10 @@ from tierod.vehicles import Vehicle
 COUNTS_OF_HANDS_ON = 10.0
 """Driver's torque that opens the gate where torques are raw counts; errata, the RAV4 minute."""
 
+FASTEST_STEERING = 15.0
+"""Rate of the steering wheel above which the gate closes [rad/s]: faster than people turn it even in an emergency, so a
+fault of the signal or a car out of control."""
+
 
 class _Regressors(NamedTuple):
     """Everything that is low-passed once more before it meets the torque balance."""
@@ -65,8 +69,8 @@ class PreslidingFrictionFilter:
         parameters: the vehicle's; `sample_time` of them is that of the samples
         tuning: noises and priors
         conditioning: of the signals
-        gate: eq (14) without the upper limit on the rate (the law is valid at any rate, and the limit biases by -0.2 to
-            -0.7 N*m, errata), with a lower limit on speed for tyre scrub
+        gate: eq (14) with an upper limit on the rate that no driver reaches (the law is valid at any rate, and the
+            printed limit biases by -0.2 to -0.7 N*m, errata), and a lower limit on speed for tyre scrub
         regressor_cutoff: of the low-pass on both sides of the balance [Hz]; 5, as in the errata
 
     Validity: torques calibrated together: a common factor on both scales everything learnt and is seen by no signal.
@@ -78,7 +82,7 @@ class PreslidingFrictionFilter:
     parameters: FrictionParameters
     tuning: PreslidingTuning = field(default_factory=PreslidingTuning)
     conditioning: SteeringConditioning = field(default_factory=SteeringConditioning)
-    gate: FrictionGate = field(default_factory=lambda: FrictionGate(maximum_rate=math.inf, minimum_speed=3.0))
+    gate: FrictionGate = field(default_factory=lambda: FrictionGate(maximum_rate=FASTEST_STEERING, minimum_speed=3.0))
     regressor_cutoff: Annotated[float, "Hz"] = 5.0
     low_pass: Butterworth = field(init=False, repr=False)
 
@@ -120,7 +124,7 @@ class PreslidingFrictionFilter:
         """
         parameters = replace(vehicle.parameters_for(FrictionParameters), sample_time=sample_time)
         driver_torque = FrictionGate().minimum_driver_torque if vehicle.calibrated else COUNTS_OF_HANDS_ON
-        gate = FrictionGate(driver_torque, maximum_rate=math.inf, minimum_speed=3.0)
+        gate = FrictionGate(driver_torque, maximum_rate=FASTEST_STEERING, minimum_speed=3.0)
         return cls(parameters, conditioning=SteeringConditioning(sample_time), gate=gate)
 
     def init(self) -> State:

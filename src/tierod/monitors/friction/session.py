@@ -17,7 +17,8 @@ from tierod.monitors.friction.judged import JudgedEstimator
 from tierod.monitors.friction.judgement import FrictionRun, judge
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.over_drive import EstimateOverDrive, HysteresisOverDrive
-from tierod.monitors.friction.verdict_state import HEALTHY, VerdictSample
+from tierod.monitors.friction.verdict_state import HEALTHY, LearntLevel, VerdictSample
+from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.session import Conclusion
 from tierod.physics.friction import viscous
 from tierod.vehicles import Vehicle
@@ -84,11 +85,12 @@ class FrictionSession:
         if self._last is None or self._start is None:
             raise RuntimeError("a session concludes after at least one piece")
         output = self._last.at(-1)
+        state = rebuild(self.block.init(), self._last.state.values.tolist()).verdict
         finding = judge(
             FrictionRun(
                 monitor=self.name,
                 verdict=self._judged.verdict,
-                state=rebuild(self.block.init(), self._last.state.values.tolist()).verdict,
+                state=state,
                 last=VerdictSample(*(self._last[f"{self._seen}.{name}"][-1].item() for name in VerdictSample._fields)),
                 output=output.verdict,
                 calibrated=self.vehicle.calibrated,
@@ -110,7 +112,13 @@ class FrictionSession:
                 "enabled_samples": float(consistency.samples),
             },
             tuple(tuning_rows(self.block)),
+            self._own_level(output.verdict.level, state.own),
         )
+
+    def _own_level(self, level: float, own: LearntLevel) -> OwnLevel | None:
+        if level <= 0.0 or not self.vehicle.calibrated:
+            return None
+        return OwnLevel(self.vehicle.name, self.name, own.level, own.deviation, self.vehicle.torque_unit, own.seconds)
 
 
 def acting_by_build_up(signals: Mapping[str, np.ndarray], result: Result) -> np.ndarray:
