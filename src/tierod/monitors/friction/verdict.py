@@ -76,16 +76,16 @@ class AlarmTuning:
     ready_time: Annotated[float, "s"] = 50.0
     learning_time: Annotated[float, "s"] = 100.0
     shortest_learning: Annotated[float, "s"] = 20.0
-    learning_tolerance: float = 0.1
-    rising_ratio: float = 1.2
-    fault_ratio: float = 1.6
+    learning_tolerance: Annotated[float, ""] = 0.1
+    rising_ratio: Annotated[float, ""] = 1.2
+    fault_ratio: Annotated[float, ""] = 1.6
     excess: Annotated[float, "s"] = 0.25
     ceiling: Annotated[float, "s"] = 1.0
-    gain_deviation: float = 0.08
-    confidence: float = 1.0
-    onset_ratio: float = 1.05
-    largest_deviation: float = 0.15
-    smallest_excitation: float = 0.5
+    gain_deviation: Annotated[float, ""] = 0.08
+    confidence: Annotated[float, ""] = 1.0
+    onset_ratio: Annotated[float, ""] = 1.05
+    largest_deviation: Annotated[float, ""] = 0.15
+    smallest_excitation: Annotated[float, ""] = 0.5
 
 
 class VerdictOutput(NamedTuple):
@@ -128,8 +128,8 @@ class FrictionVerdict:
     limits: FrictionLimits
     tuning: AlarmTuning = field(default_factory=AlarmTuning)
     sample_time: Annotated[float, "s"] = SAMPLE_TIME
-    learnt_level: float | None = None
-    learnt_deviation: float = 0.0
+    learnt_level: Annotated[float | None, "N*m"] = None
+    learnt_deviation: Annotated[float, "N*m"] = 0.0
     alarm: Cusum = field(init=False, repr=False)
 
     Sample = VerdictSample
