@@ -16,7 +16,7 @@ SIDES = ("both", "upper", "lower")
 class Cusum:
     """Alarm when a residual has been above (or below) zero by more than `drift` for long enough.
 
-    up <- max(0, up + value - drift), down <- max(0, down - value - drift); alarm while one exceeds `threshold`.
+    up <- max(0, up + value - drift), down <- max(0, down - value - drift); alarm while one is at `threshold` or above.
 
     Args:
         drift: what is forgiven per sample [unit of the residual]: half of the smallest change worth an alarm. Larger
@@ -30,7 +30,7 @@ class Cusum:
 
     For white Gaussian residuals of standard deviation sigma, one side, with k = drift / sigma and
     b = threshold / sigma + 1.166, the expected number of samples between false alarms is about
-    (exp(2 k b) - 2 k b - 1) / (2 k^2): 930 for k = 0.5, threshold 5 sigma; half of it for both sides. Correlated
+    (exp(2 k b) - 2 k b - 1) / (2 k^2): 938 for k = 0.5, threshold 5 sigma; half of it for both sides. Correlated
     residuals alarm far more often. `tierod.detectors.design` gives the threshold for a wanted number.
 
     A missing value, or one that is not enabled, leaves the sums as they are.
@@ -53,7 +53,7 @@ class Cusum:
         down: float
 
     class Output(NamedTuple):
-        """Sums (0 on a side that is not watched), and whether one exceeds the threshold (1.0) or not (0.0)."""
+        """Sums (0 on a side that is not watched), and whether one has reached the threshold (1.0) or not (0.0)."""
 
         up: Annotated[float, ""]
         down: Annotated[float, ""]
@@ -81,10 +81,10 @@ class Cusum:
         alarm: Any = 0.0
         if self.sides != "lower":
             up = where(use, minimum(maximum(0.0, up + value - self.drift), self.ceiling), up)
-            alarm = up > self.threshold
+            alarm = up >= self.threshold
         if self.sides != "upper":
             down = where(use, minimum(maximum(0.0, down - value - self.drift), self.ceiling), down)
-            alarm = either(alarm, down > self.threshold) if self.sides == "both" else down > self.threshold
+            alarm = either(alarm, down >= self.threshold) if self.sides == "both" else down >= self.threshold
         alarm = where(alarm, 1.0, 0.0)
         after = self.State(up, down)
         if self.restart:

@@ -27,7 +27,10 @@ def run_length(drift: float, threshold: float, change: float = 0.0, sides: str =
     up, down = _one_sided(change - drift, threshold), _one_sided(-change - drift, threshold)
     if sides == "upper":
         return up
-    return down if sides == "lower" else 1.0 / (1.0 / up + 1.0 / down)
+    if sides == "lower":
+        return down
+    rate = 1.0 / up + 1.0 / down
+    return 1.0 / rate if rate > 0.0 else math.inf
 
 
 def threshold_for(drift: float, samples: float, sides: str = "both") -> float:
