@@ -51,9 +51,12 @@ FILES = sorted(ROOT.rglob("*.py"))
 
 
 def part_of(module):
-    """The package below tierod that a dotted name belongs to; the files beside the packages are the base."""
+    """The package below tierod that a dotted name belongs to; the files beside the packages are the base.
+
+    `tierod` itself only offers names from everywhere, and `__main__` is the command line.
+    """
     names = module.split(".")
-    if names[1:] == ["__main__"]:
+    if names[1:] in ([], ["__main__"]):
         return "cli"
     return names[1] if len(names) > 1 and (ROOT / names[1]).is_dir() else BASE
 

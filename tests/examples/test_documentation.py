@@ -1,0 +1,155 @@
+"""Every block of README, docs and docstrings runs.
+
+```python blocks of a page run one after another, in one namespace, in a folder that holds the drives below.
+```console blocks run through the command line where `<!-- run -->` stands before them; everywhere their commands exist.
+"""
+
+import doctest
+import importlib
+import importlib.util
+import json
+import pkgutil
+import re
+import shlex
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import tierod
+from tierod.cli import main
+from tierod.cli.app import commands
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]
+MODULES = sorted(
+    module.name for module in pkgutil.walk_packages(tierod.__path__, "tierod.") if not module.name.endswith("__main__")
+)
+BLOCK = re.compile(r"(<!-- run -->\n)?```(\w+)\n(.*?)```", re.DOTALL)
+
+
+def blocks(text, language):
+    """(first line, code, marked to be run) of every fenced block in a language."""
+    for found in BLOCK.finditer(text):
+        if found[2] == language:
+            yield text[: found.start(3)].count("\n") + 1, found[3], bool(found[1])
+
+
+@pytest.fixture(scope="session")
+def drives(tmp_path_factory):
+    """A folder with the recordings that the pages speak of."""
+    from tierod.proving_ground import FrictionCourse, drive
+    from tierod.writers import write
+
+    folder = tmp_path_factory.mktemp("drives")
+    recording = drive(minutes=4.0, friction=FrictionCourse.step(4.0, 8.0, at=120.0), seed=1)
+    for ending in ("parquet", "mf4", "csv"):
+        write(recording, folder / f"drive.{ending}")
+    return folder
+
+
+@pytest.fixture
+def folder(drives, tmp_path, monkeypatch):
+    for path in drives.iterdir():
+        (tmp_path / path.name).symlink_to(path)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+WITH_PYTHON = [page for page in PAGES if list(blocks(page.read_text(encoding="utf-8"), "python"))]
+
+
+@pytest.mark.parametrize("page", WITH_PYTHON, ids=lambda path: path.name)
+def test_python_of_a_page_runs(page, folder):
+    run_page(page.read_text(encoding="utf-8"), str(page))
+
+
+def run_page(text, name):
+    module = type(sys)("example")
+    sys.modules["example"] = module
+    try:
+        for line, code, _ in blocks(text, "python"):
+            exec(compile("\n" * line + code, name, "exec"), vars(module))
+    finally:
+        del sys.modules["example"]
+
+
+def commands_of(page):
+    for language in ("console", "sh"):
+        for line, code, marked in blocks(page.read_text(encoding="utf-8"), language):
+            for offset, row in enumerate(code.splitlines()):
+                command = row.removeprefix("$ ").partition(" #")[0].strip()
+                if command.startswith("tierod"):
+                    yield line + offset, command, marked
+
+
+COMMANDS = [(page, *each) for page in PAGES for each in commands_of(page)]
+
+
+@pytest.mark.parametrize(
+    ("page", "line", "command", "marked"), COMMANDS, ids=[f"{page.name}:{line}" for page, line, _, _ in COMMANDS]
+)
+def test_commands_of_a_page_exist_and_run_where_marked(page, line, command, marked, folder, capsys):
+    verb, *arguments = shlex.split(command)[1:]
+    assert verb in commands()
+    if not marked:
+        options = {argument for argument in arguments if argument.startswith("--")}
+        assert main([verb, "--help"]) == 0
+        known = set(re.findall(r"--[a-z-]+", capsys.readouterr().out))
+        assert options <= known
+        return
+    assert main([verb, *arguments]) in (0, 1, 2)
+    printed = capsys.readouterr().out
+    assert printed
+    if "--json" in arguments:
+        json.loads(printed)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
+def test_toml_of_a_page_is_valid(page):
+    for _, code, _ in blocks(page.read_text(encoding="utf-8"), "toml"):
+        tomllib.loads(code)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
+def test_links_of_a_page_lead_somewhere(page):
+    text = page.read_text(encoding="utf-8")
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if target.startswith(("http://", "https://", "mailto:")):
+            continue
+        name, _, heading = target.partition("#")
+        there = (page.parent / name).resolve() if name else page
+        assert there.exists(), f"{page.name} links to {target}"
+        if heading:
+            assert heading in anchors(there.read_text(encoding="utf-8")), f"{page.name} links to {target}"
+
+
+def anchors(text):
+    headings = re.findall(r"^#+ (.+)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize(
+    "target", re.findall(r"^make (\w+)", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE)
+)
+def test_make_targets_of_the_readme_exist(target):
+    assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_examples_in_docstrings_run(name, folder):
+    module = importlib.import_module(name)
+    results = doctest.testmod(module, optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
+    assert results.failed == 0
+    for value in [module, *vars(module).values()]:
+        if getattr(value, "__module__", name) == name and isinstance(getattr(value, "__doc__", None), str):
+            run_page(value.__doc__, name)
+
+
+def test_generated_pages_are_up_to_date():
+    path = ROOT / "scripts" / "docs.py"
+    specification = importlib.util.spec_from_file_location("generated_docs", path)
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    assert module.stale() == [], "run: make docs"
