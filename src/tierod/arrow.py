@@ -21,9 +21,10 @@ def floats(column: Any) -> np.ndarray:
         column = column.cast(pa.int8())
     if column.type != pa.float64():
         column = column.cast(pa.float64(), safe=False)
-    if column.null_count:
-        column = column.fill_null(float("nan"))
-    parts = [_memory(chunk, np.float64) for chunk in _chunks(column)]
+    parts = [
+        np.where(_valid(chunk), _memory(chunk, np.float64), np.nan) if chunk.null_count else _memory(chunk, np.float64)
+        for chunk in _chunks(column)
+    ]
     return parts[0] if len(parts) == 1 else np.concatenate(parts or [np.empty(0)])
 
 
@@ -34,11 +35,11 @@ def calendar_seconds(column: Any) -> np.ndarray:
     if not pa.types.is_timestamp(column.type):
         column = column.cast(pa.timestamp("ns"))
     per = _PER_SECOND[column.type.unit]
-    missing = ~floats(column.is_valid()).astype(bool) if column.null_count else None
-    whole = column.cast(pa.int64()).fill_null(0)
-    ticks = np.concatenate([_memory(chunk, np.int64) for chunk in _chunks(whole)] or [np.empty(0, np.int64)])
-    time = ticks // per + (ticks % per) / per
-    return time if missing is None else np.where(missing, np.nan, time)
+    parts = []
+    for chunk in _chunks(column.cast(pa.int64())):
+        ticks = _memory(chunk, np.int64)
+        parts.append(np.where(_valid(chunk), ticks // per + (ticks % per) / per, np.nan))
+    return np.concatenate(parts or [np.empty(0)])
 
 
 def _chunks(column: Any) -> list[Any]:
@@ -50,6 +51,14 @@ def _memory(chunk: Any, kind: Any) -> np.ndarray:
     if values is None:
         return np.empty(0, dtype=kind)
     return np.frombuffer(values, dtype=kind)[chunk.offset : chunk.offset + len(chunk)]
+
+
+def _valid(chunk: Any) -> np.ndarray:
+    bitmap = chunk.buffers()[0]
+    if bitmap is None:
+        return np.full(len(chunk), chunk.null_count == 0)
+    bits = np.unpackbits(np.frombuffer(bitmap, dtype=np.uint8), bitorder="little")
+    return bits[chunk.offset : chunk.offset + len(chunk)].astype(bool)
 
 
 def column_of(values: np.ndarray, length: int | None = None) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -26,10 +27,10 @@ class QualityLimits:
         steps: distinct values below which the quantisation is worth a remark
     """
 
-    slow: float = 30.0
-    gap: float = 0.1
-    missing: float = 0.01
-    saturation: float = 0.3
+    slow: Annotated[float, "Hz"] = 30.0
+    gap: Annotated[float, "s"] = 0.1
+    missing: Annotated[float, "1"] = 0.01
+    saturation: Annotated[float, "s"] = 0.3
     saturation_samples: int = 10
     steps: int = 50
 
@@ -155,12 +156,12 @@ class SignLimits:
         yaw_rate: spread of the smoothed yaw rate [rad/s] below which there were no turns; five times its noise
     """
 
-    rate: float = 20.0
-    smoothing: float = 1.0
-    slowest: float = 2.0
-    correlation: float = 0.6
-    seconds: float = 5.0
-    yaw_rate: float = 0.002
+    rate: Annotated[float, "Hz"] = 20.0
+    smoothing: Annotated[float, "s"] = 1.0
+    slowest: Annotated[float, "m/s"] = 2.0
+    correlation: Annotated[float, "1"] = 0.6
+    seconds: Annotated[float, "s"] = 5.0
+    yaw_rate: Annotated[float, "rad/s"] = 0.002
 
 
 def sign_warnings(recording: Recording, limits: SignLimits | None = None) -> tuple[str, ...]:

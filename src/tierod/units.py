@@ -129,9 +129,11 @@ def _registry() -> Any:
 
 def _by_pint(bare: str) -> str:
     spelled = bare.replace("²", "**2").replace("³", "**3").replace("°", "deg").replace("·", "*").replace("^", "**")
+    spelled = re.sub(r"\bNm\b", "N*m", spelled)
     for candidate in (spelled, spelled.lower()):
         try:
-            return f"{_registry().parse_units(candidate):~C}"
+            _registry().parse_units(candidate)
+            return candidate
         except Exception:
             continue
     known = [word for words in _SPELLINGS.values() for word in words.split()]
@@ -196,9 +198,9 @@ def split_name(name: str) -> tuple[str, str]:
     Returns:
         (name without the unit, unit as written); the unit is "" where the title holds none
     """
-    found = re.match(r"^(.*?)\s*[\[(<]([^\[\]()<>]*)[\])>]\s*$", name)
-    if found and found[1] and known(found[2]):
-        return found[1].strip(), found[2].strip()
+    found = re.match(r"^(.*?)\s*([\[(<])([^\[\]()<>]*)[\])>]\s*$", name)
+    if found and found[1] and (found[2] == "[" or known(found[3])):
+        return found[1].strip(), found[3].strip()
     return name.strip(), ""
 
 

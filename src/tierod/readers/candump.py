@@ -108,7 +108,7 @@ def _makes(text: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> np.ndarray
     dot, close, mark = (_first(text, starts, ends, code, 0) for code in (_DOT, _CLOSE, _MARK))
     space = _first(text, starts, ends, _SPACE, 1)
     after = text[np.minimum(starts + mark + 1, len(text) - 1)] if len(text) else mark
-    flexible = (mark >= 0) & (after == _MARK)
+    flexible = (mark >= 0) & (after == _MARK) & (starts + mark + 1 < ends)
     opened = text[starts] == _OPEN
     makes = np.stack([np.where(opened, dot, -1), close, space, mark, ends - starts, flexible], axis=1)
     return np.minimum(makes, 400)

@@ -54,16 +54,20 @@ def find_clocks(columns: Sequence[Column], increasing: Sequence[str] = ()) -> tu
     if first is None:
         names = ", ".join(f"'{column.name}'" for column in list(columns)[:8])
         raise InputError(f"no column tells the time (there are {names}); name one of them 'time', in seconds")
-    base = re.sub(r"[._ ]?\d+$", "", first.title or first.name)
+    base = _without_number(first)
     clocks: list[tuple[Column, list[str]]] = [(first, [])]
     for column in columns:
         if column.name == first.name:
             continue
-        if re.sub(r"[._ ]?\d+$", "", column.title or column.name) == base:
+        if is_time(base) and _without_number(column) == base:
             clocks.append((column, []))
         else:
             clocks[-1][1].append(column.name)
     return tuple(Clock(column.name, unit_of(column), tuple(members)) for column, members in clocks)
+
+
+def _without_number(column: Column) -> str:
+    return re.sub(r"[._ ]?\d+$", "", column.title or column.name)
 
 
 def unit_of(column: Column) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -50,18 +52,32 @@ def load_databases(paths: Sequence[str | Path]) -> list[Any]:
     found: list[Any] = []
     for path in paths:
         try:
-            database = cantools.database.load_file(str(path), strict=False)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                found += getattr(_database(cantools, path), "messages", [])
         except OSError as error:
-            raise InputError(
-                f"the CAN database {path} cannot be read ({error.strerror or error}); check the path"
-            ) from None
+            reason = error.strerror or str(error)
+            raise InputError(f"the CAN database {path} cannot be read ({reason}); check the path") from None
         except Exception as error:
             reason = " ".join(str(error).split())[:200]
             raise InputError(f"{path} is not a CAN database that can be read: {reason}; give a DBC file") from None
-        found += getattr(database, "messages", [])
     if not found:
         raise InputError(f"{', '.join(map(str, paths))} describes no CAN message; give the DBC of this vehicle")
     return found
+
+
+def _database(cantools: Any, path: str | Path) -> Any:
+    """A database; entries on signals that it does not describe, which cantools refuses, are left out of a DBC."""
+    try:
+        return cantools.database.load_file(str(path), strict=False)
+    except cantools.database.UnsupportedDatabaseFormatError as error:
+        orphans = re.findall(r"(VAL_|SIG_VALTYPE_) (\d+) (\w+)", str(error))
+        if "unused" not in str(error) or not orphans:
+            raise
+    text = Path(path).read_text(encoding="cp1252", errors="replace")
+    for kind, identifier, name in orphans:
+        text = re.sub(rf'\b{kind}\s+{identifier}\s+{name}\b(?:"(?:[^"\\]|\\.)*"|[^;"])*;', "", text)
+    return cantools.database.load_string(text, "dbc", strict=False)
 
 
 def match_messages(frames: Frames, database: Sequence[Any]) -> list[Found]:
@@ -178,11 +194,12 @@ def selected(message: Any, item: Any, rows: Rows) -> np.ndarray | None:
 def physical(message: Any, item: Any, rows: Rows) -> np.ndarray:
     """The values of a signal; NaN where the frame is too short for it, or a J1939 sender has none to give."""
     raw = _raw(item, rows)
-    values = raw.astype(float)
-    if item.scale != 1:
-        values *= float(item.scale)
-    if item.offset != 0:
-        values += float(item.offset)
+    with np.errstate(all="ignore"):
+        values = raw.astype(float)
+        if item.scale != 1:
+            values *= float(item.scale)
+        if item.offset != 0:
+            values += float(item.offset)
     if rows.shortest < _bytes(item):
         values[rows.length < _bytes(item)] = np.nan
     if message.protocol == "j1939" and item.length >= 8 and not item.is_signed and not item.is_float:

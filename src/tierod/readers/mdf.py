@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
+import gc
+import sys
+import traceback
 import warnings
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,17 +35,29 @@ def open_mdf(path: Path) -> Source | Frames:
         from asammdf import MDF
     except ImportError:
         raise MissingExtra("asammdf", "mdf", "reading an MDF file") from None
+    with _quiet():
+        try:
+            return _opened(MDF(path))
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+        except Exception as error:
+            reason = " ".join(str(error).split())[:160] or type(error).__name__
+            traceback.clear_frames(error.__traceback__)
+        gc.collect()
+    raise InputError(f"{path} is damaged or cut off and cannot be read as MDF ({reason}); export it again")
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Without the warnings of asammdf, and without the traceback that its half-made file objects print when they go."""
+    hook = sys.unraisablehook
+    sys.unraisablehook = lambda _: None
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return _opened(MDF(path))
-    except InputError:
-        raise
-    except Exception as error:
-        reason = " ".join(str(error).split())[:160] or type(error).__name__
-        raise InputError(
-            f"{path} is damaged or cut off and cannot be read as MDF ({reason}); export it again"
-        ) from None
+            yield
+    finally:
+        sys.unraisablehook = hook
 
 
 def _opened(file: Any) -> Source | Frames:
@@ -80,8 +96,7 @@ def _source(file: Any, places: dict[str, tuple[int, int, Any]], notes: tuple[str
 
     def load(names: Sequence[str]) -> list[Channel]:
         picks = [(None, *places[name][:2]) for name in names]
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with _quiet():
             signals = file.select(picks, copy_master=False, ignore_value2text_conversions=True)
         made = [_channel(name, signal) for name, signal in zip(names, signals, strict=True)]
         return [channel for channel in made if channel is not None]
@@ -105,8 +120,10 @@ def _channel(name: str, signal: Any) -> Channel | None:
     if invalid is not None:
         values = np.where(np.asarray(invalid, dtype=bool), np.nan, values)
     comment = " ".join(str(signal.comment or "").split())
-    source, _, note = comment.partition(" | ") if comment.startswith("tierod: ") else (name, "", "")
-    return Channel(name, signal.timestamps, values, signal.unit or "", source.removeprefix("tierod: "), note)
+    source, _, note = comment.partition(" |") if comment.startswith("tierod:") else (name, "", "")
+    return Channel(
+        name, signal.timestamps, values, signal.unit or "", source.removeprefix("tierod:").strip(), note.strip()
+    )
 
 
 def _frames(file: Any) -> Frames | None:

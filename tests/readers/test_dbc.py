@@ -1,0 +1,184 @@
+"""Decoding whole messages agrees with cantools, frame by frame, on any database and payload."""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tierod.errors import InputError, MissingExtra
+from tierod.readers.dbc import bus_source, load_databases, parameter_group
+from tierod.readers.frames import EXTENDED, Frames
+
+cantools = pytest.importorskip("cantools")
+
+HEADER = 'VERSION ""\n\nNS_ :\n\nBS_:\n\nBU_: A B\n\n'
+
+
+def frames_of(
+    payloads: list[bytes], identifier: int = 0x100, bus: int = 0, buses: tuple[str, ...] = ("can0",)
+) -> Frames:
+    width = max(8, max(map(len, payloads)))
+    data = np.frombuffer(b"".join(payload.ljust(width, b"\0") for payload in payloads), np.uint8).reshape(-1, width)
+    count = len(payloads)
+    length = np.array([len(payload) for payload in payloads])
+    time = 0.01 * np.arange(count)
+    return Frames(time, np.full(count, identifier, np.uint32), np.full(count, bus, np.uint16), data, length, buses)
+
+
+def decoded(database: str, frames: Frames, tmp_path) -> dict:
+    path = tmp_path / "some.dbc"
+    path.write_text(HEADER + database)
+    source = bus_source(frames, load_databases([path]), {})
+    return {channel.name: channel for channel in source.load([column.name for column in source.columns])}
+
+
+@st.composite
+def signals(draw):
+    """One signal of a DBC that fits into a frame of eight bytes, or of 64 of CAN FD."""
+    size = draw(st.sampled_from([8, 8, 8, 64]))
+    real = draw(st.booleans()) and draw(st.booleans())
+    length = draw(st.sampled_from([32, 64])) if real else draw(st.integers(1, 64))
+    big = draw(st.booleans())
+    begin = draw(st.integers(0, 8 * size - length))
+    start = 8 * (begin // 8) + 7 - begin % 8 if big else begin
+    signed = True if real else draw(st.booleans())
+    factor = draw(st.sampled_from([1.0, 0.1, 0.244, -2.0, 1e-3]))
+    offset = draw(st.sampled_from([0.0, -125.0, 3.5]))
+    return size, start, length, big, signed, real, factor, offset
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(signals(), st.data())
+def test_any_signal_agrees_with_cantools(tmp_path, made, data):
+    size, start, length, big, signed, real, factor, offset = made
+    text = f"BO_ 256 M: {size} A\n SG_ S : {start}|{length}@{0 if big else 1}{'-' if signed else '+'} "
+    text += f'({factor},{offset}) [0|0] "" B\n'
+    text += f"\nSIG_VALTYPE_ 256 S : {1 if length == 32 else 2};\n" if real else ""
+    payloads = data.draw(st.lists(st.binary(min_size=size, max_size=size), min_size=1, max_size=5))
+    ours = decoded(text, frames_of(payloads), tmp_path)["M.S"].values
+    peer = cantools.database.load_string(HEADER + text)
+    theirs = [float(peer.decode_message(256, payload)["S"]) for payload in payloads]
+    np.testing.assert_allclose(ours, np.array(theirs), rtol=1e-12, atol=1e-12 * abs(factor) + 1e-12)
+
+
+SIMPLE = 'BO_ 256 M: 8 A\n SG_ HEAD : 0|8@1+ (1,0) [0|0] "m" B\n SG_ TAIL : 48|16@1- (0.5,1) [0|0] "deg" B\n'
+
+
+def test_a_short_frame_gives_missing_values_not_garbage(tmp_path):
+    ours = decoded(SIMPLE, frames_of([bytes(8), b"\x07\x01"]), tmp_path)
+    assert ours["M.HEAD"].values.tolist() == [0.0, 7.0]
+    assert ours["M.TAIL"].values[0] == 1.0
+    assert np.isnan(ours["M.TAIL"].values[1])
+
+
+MULTIPLEXED = """BO_ 256 M: 8 A
+ SG_ WHICH M : 0|4@1+ (1,0) [0|0] "" B
+ SG_ ONE m1 : 8|16@1+ (1,0) [0|0] "" B
+ SG_ TWO m2 : 8|16@1- (0.1,0) [0|0] "" B
+ SG_ ALWAYS : 32|8@1+ (1,0) [0|0] "" B
+"""
+
+EXTENDED_MULTIPLEXED = """BO_ 256 M: 8 A
+ SG_ WHICH M : 0|4@1+ (1,0) [0|0] "" B
+ SG_ INNER m3M : 4|4@1+ (1,0) [0|0] "" B
+ SG_ DEEP m2 : 8|8@1+ (1,0) [0|0] "" B
+ SG_ RANGE m5 : 8|8@1+ (1,0) [0|0] "" B
+
+SG_MUL_VAL_ 256 INNER WHICH 3-3;
+SG_MUL_VAL_ 256 DEEP INNER 2-2;
+SG_MUL_VAL_ 256 RANGE WHICH 5-7;
+"""
+
+
+@pytest.mark.parametrize("database", [MULTIPLEXED, EXTENDED_MULTIPLEXED])
+def test_multiplexed_signals_agree_with_cantools(database, tmp_path):
+    payloads = [bytes([first, 10 * number % 256, number, 0, 9, 0, 0, 0]) for number, first in enumerate(range(256))]
+    peer = cantools.database.load_string(HEADER + database)
+    frames = frames_of(payloads)
+    ours = decoded(database, frames, tmp_path)
+    theirs: dict[str, list] = {}
+    for time, payload in zip(frames.time, payloads, strict=True):
+        try:
+            values = peer.decode_message(256, payload, decode_choices=False)
+        except cantools.database.errors.DecodeError:
+            continue
+        for name, value in values.items():
+            theirs.setdefault(f"M.{name}", []).append((time, float(value)))
+    assert set(theirs) == set(ours)
+    for name, rows in theirs.items():
+        if name not in ("M.WHICH", "M.INNER", "M.ALWAYS"):
+            assert list(zip(ours[name].time, ours[name].values, strict=True)) == rows
+
+
+def test_choices_are_numbers(tmp_path):
+    text = SIMPLE + '\nVAL_ 256 HEAD 1 "on" 0 "off";\n'
+    assert decoded(text, frames_of([b"\x01" + bytes(7)]), tmp_path)["M.HEAD"].values.tolist() == [1.0]
+
+
+def test_the_same_message_on_two_buses_is_told_apart(tmp_path):
+    one, two = frames_of([bytes(8)]), frames_of([b"\x05" + bytes(7)])
+    both = Frames(
+        np.array([0.0, 0.1]),
+        np.concatenate((one.identifier, two.identifier)),
+        np.array([0, 1], np.uint16),
+        np.concatenate((one.payload, two.payload)),
+        np.array([8, 8]),
+        ("can0", "can1"),
+    )
+    ours = decoded(SIMPLE, both, tmp_path)
+    assert ours["M.HEAD"].values.tolist() == [0.0]
+    assert ours["can1:0x100:M.HEAD"].values.tolist() == [5.0]
+    assert ours["M.HEAD"].source == "M.HEAD (0x100 on can0)"
+
+
+def test_a_standard_identifier_is_not_an_extended_one(tmp_path):
+    with pytest.raises(InputError, match="matches no frame"):
+        decoded(SIMPLE, frames_of([bytes(8)], 0x100 | EXTENDED), tmp_path)
+
+
+J1939 = """BO_ 2364540158 EEC1: 8 A
+ SG_ SPEED : 24|16@1+ (0.125,0) [0|8031.875] "rpm" B
+
+BA_DEF_ BO_ "VFrameFormat" ENUM "StandardCAN","ExtendedCAN","reserved","J1939PG";
+BA_DEF_ "ProtocolType" STRING ;
+BA_DEF_DEF_ "VFrameFormat" "J1939PG";
+BA_DEF_DEF_ "ProtocolType" "";
+BA_ "ProtocolType" "J1939";
+BA_ "VFrameFormat" BO_ 2364540158 3;
+"""
+
+
+def test_a_parameter_group_matches_any_sender_and_priority(tmp_path):
+    frames = frames_of([b"\0\0\0\x40\x1f\0\0\0", b"\0\0\0\xff\xff\0\0\0"], 0x18F00400 | EXTENDED)
+    values = decoded(J1939, frames, tmp_path)["EEC1.SPEED"].values
+    assert values[0] == 1000.0
+    assert np.isnan(values[1]), "all bits set means not available"
+
+
+def test_parameter_groups():
+    assert parameter_group(0x18FEF100) == parameter_group(0x0CFEF1AA) == 0xFEF1
+    assert parameter_group(0x18EA00F9) == parameter_group(0x18EAFFF9) == 0xEA00
+
+
+def test_a_database_of_another_car_names_both_sides(tmp_path):
+    with pytest.raises(InputError, match="the log holds 0x321, the DBC 0x100; give the DBC of this vehicle"):
+        decoded(SIMPLE, frames_of([bytes(8)], 0x321), tmp_path)
+
+
+def test_no_database(tmp_path):
+    with pytest.raises(InputError, match="cannot be read"):
+        load_databases([tmp_path / "absent.dbc"])
+    broken = tmp_path / "broken.dbc"
+    broken.write_text("this is no database")
+    with pytest.raises(InputError, match="is not a CAN database"):
+        load_databases([broken])
+    empty = tmp_path / "empty.dbc"
+    empty.write_text(HEADER)
+    with pytest.raises(InputError, match="describes no CAN message"):
+        load_databases([empty])
+
+
+def test_without_cantools(tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "cantools", None)
+    with pytest.raises(MissingExtra, match=r"pip install 'tierod\[can\]'"):
+        load_databases([tmp_path / "some.dbc"])
