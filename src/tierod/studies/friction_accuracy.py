@@ -11,15 +11,15 @@ import math
 import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
 
-from tierod.errors import ParameterError
-from tierod.studies.friction_cases import CARS, ESTIMATORS, Case, settled_estimates, verdict_of
+from tierod.errors import ParameterError, nearest
+from tierod.studies.friction_cases import CARS, ESTIMATORS, VARIANTS, Case, settled_estimates, verdict_of
 
 LEVELS = (4.0, 8.0, 12.5)
 """Levels of friction [N*m]: healthy, and the middles of two of the injected ranges of Mohtat et al., Table 1."""
@@ -29,6 +29,7 @@ SEEDS = (1001, 1002, 1003)
 SCATTER_LEVELS = (4.0, 5.5, 8.0, 12.5)
 STEPS = (12.5, 5.5)
 KINDS_OF_SCATTER = ("usual", "hard")
+TABLES = ("accuracy", "laws", "changes", "scatter", "steps", "healthy")
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,11 @@ class Row:
     figures: dict[str, float]
 
 
+TRUTH = "truth [N*m]"
+"""Figure of the rows that compare an estimate with the truth."""
+
 Progress = Callable[[str], None]
+Map = Callable[..., Iterable[Any]]
 
 
 def run(
@@ -58,10 +63,11 @@ def run(
     stepped: int = 12,
     healthy_drives: int = 40,
     estimators: Sequence[str] = tuple(ESTIMATORS),
+    tables: Sequence[str] = TABLES,
     processes: int | None = None,
     progress: Progress = lambda table: None,
 ) -> list[Row]:
-    """The whole study.
+    """The study, or some of its tables.
 
     Args:
         minutes: duration of each drive [min]; at least six, to have 50 s enabled
@@ -70,33 +76,38 @@ def run(
         stepped: drives per step of friction
         healthy_drives: healthy drives per kind of scatter, for false verdicts
         estimators: names in `ESTIMATORS`
+        tables: names in `TABLES`
         processes: worker processes; all cores if None
         progress: called with the name of each table before it is worked on
 
     Raises:
-        ParameterError: no seeds, or an estimator that is not known
+        ParameterError: no seeds, or an estimator or table that is not known
     """
-    unknown = [name for name in estimators if name not in ESTIMATORS]
-    if unknown or not seeds:
-        raise ParameterError(
-            f"the study needs seeds and estimators out of {', '.join(ESTIMATORS)}; given {list(seeds)}, {unknown}"
-        )
-    count = processes or os.cpu_count() or 1
-    with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
-        rows: list[Row] = []
-        for name, work in (
-            ("accuracy", partial(_accuracy, minutes=minutes, seeds=seeds, estimators=tuple(estimators))),
-            ("laws", partial(_laws, minutes=minutes, seeds=seeds, estimators=tuple(estimators))),
-            ("scatter", partial(_scatter, minutes=minutes, count=scattered, estimators=tuple(estimators))),
-            ("steps", partial(_steps, minutes=minutes, count=stepped)),
-            ("healthy", partial(_healthy, minutes=minutes, count=healthy_drives)),
-        ):
+    _require("estimator", estimators, ESTIMATORS)
+    _require("table", tables, TABLES)
+    if not seeds:
+        raise ParameterError("the study was given no seeds; give at least one")
+    compared = tuple(estimators)
+    work: dict[str, Callable[[Map], list[Row]]] = {
+        "accuracy": partial(_accuracy, minutes=minutes, seeds=seeds, estimators=compared),
+        "laws": partial(_laws, minutes=minutes, seeds=seeds, estimators=compared),
+        "changes": partial(_changes, minutes=minutes, seeds=seeds),
+        "scatter": partial(_scatter, minutes=minutes, count=scattered, estimators=compared),
+        "steps": partial(_steps, minutes=minutes, count=stepped),
+        "healthy": partial(_healthy, minutes=minutes, count=healthy_drives),
+    }
+    rows: list[Row] = []
+    with ProcessPoolExecutor(processes or os.cpu_count() or 1, mp_context=get_context("spawn")) as pool:
+        for name in tables:
             progress(name)
-            rows += work(pool.map)
-        return rows
+            rows += work[name](pool.map)
+    return rows
 
 
-Map = Callable[..., Iterable[Any]]
+def _require(what: str, names: Sequence[str], known: Iterable[str]) -> None:
+    for name in names:
+        if name not in known:
+            raise ParameterError(f"the study has no {what} '{name}'{nearest(name, known)}")
 
 
 def _accuracy(spread: Map, minutes: float, seeds: Sequence[int], estimators: tuple[str, ...]) -> list[Row]:
@@ -125,6 +136,19 @@ def _laws(spread: Map, minutes: float, seeds: Sequence[int], estimators: tuple[s
     return _bias_rows("laws", drives, spread, estimators)
 
 
+def _changes(spread: Map, minutes: float, seeds: Sequence[int]) -> list[Row]:
+    """What each change to the errata's estimator brings: the default one with that change taken back."""
+    three = math.radians(3.0)
+    cases = {
+        "Dahl 3 deg": Case(0, 12.5, dahl_angle=three, minutes=minutes),
+        "Dahl 3 deg, rate noise 0.05 rad/s": Case(0, 12.5, dahl_angle=three, rate_noise=0.05, minutes=minutes),
+        "Dahl, exponent 2": Case(0, 12.5, law="Dahl, exponent 2", minutes=minutes),
+        "load-dependent 40 %": Case(0, 12.5, law="load-dependent 40 %", minutes=minutes),
+    }
+    drives = {(name, case.level): [replace(case, seed=seed) for seed in seeds] for name, case in cases.items()}
+    return _bias_rows("changes", drives, spread, ("default", *VARIANTS, "errata's PE-EKF"))
+
+
 def _bias_rows(
     table: str, drives: dict[tuple[str, float], list[Case]], spread: Map, estimators: tuple[str, ...]
 ) -> list[Row]:
@@ -136,7 +160,7 @@ def _bias_rows(
         for estimator in estimators:
             pooled = np.concatenate([values[estimator] for values in found])
             bias, deviation = _moments(pooled, level)
-            figures = {"truth [N*m]": level, "bias [N*m]": bias, "standard deviation [N*m]": deviation}
+            figures = {TRUTH: level, "bias [N*m]": bias, "standard deviation [N*m]": deviation}
             rows.append(Row(table, name, estimator, figures))
     return rows
 
@@ -168,7 +192,7 @@ def _scatter_rows(kind: str, estimator: str, groups: list[list[np.ndarray]]) -> 
     healthy, rows = _last(groups[0]), []
     for level, group in zip(SCATTER_LEVELS, groups, strict=True):
         bias, deviation = _moments(np.concatenate(group), level)
-        figures = {"truth [N*m]": level, "bias [N*m]": bias, "standard deviation [N*m]": deviation}
+        figures = {TRUTH: level, "bias [N*m]": bias, "standard deviation [N*m]": deviation}
         above = _last(group)[:, None] > healthy[None]
         figures["AUC against 4 N*m"] = math.nan if level == SCATTER_LEVELS[0] else float(np.mean(above))
         rows.append(Row("scatter", f"scatter {kind}", estimator, figures))
@@ -225,13 +249,31 @@ def table(rows: Sequence[Row]) -> str:
     blocks = []
     for name in dict.fromkeys(row.table for row in rows):
         chosen = [row for row in rows if row.table == name]
-        columns = list(chosen[0].figures)
-        lines = [f"| case | estimator | {' | '.join(columns)} |", "|---|---|" + "---:|" * len(columns)]
-        for row in chosen:
-            cells = " | ".join(_number(row.figures[column]) for column in columns)
-            lines.append(f"| {row.case} | {row.estimator} | {cells} |")
+        lines = _by_level(chosen) if TRUTH in chosen[0].figures else _by_figure(chosen)
         blocks.append(f"**{name}**\n\n" + "\n".join(lines))
     return "\n\n".join(blocks) + "\n"
+
+
+def _by_figure(rows: list[Row]) -> list[str]:
+    """One line per row, one column per figure."""
+    columns = list(rows[0].figures)
+    lines = [f"| case | {' | '.join(columns)} |", "|---|" + "---:|" * len(columns)]
+    return lines + [f"| {row.case} | {' | '.join(_number(row.figures[c]) for c in columns)} |" for row in rows]
+
+
+def _by_level(rows: list[Row]) -> list[str]:
+    """One line per case and estimator, one column per level: bias and standard deviation."""
+    levels = list(dict.fromkeys(row.figures[TRUTH] for row in rows))
+    head = [
+        f"| case | estimator | {' | '.join(f'{level:g} N·m' for level in levels)} |",
+        "|---|---|" + "---:|" * len(levels),
+    ]
+    cells: dict[tuple[str, str], list[str]] = {}
+    for row in rows:
+        _, bias, deviation, *others = row.figures.values()
+        told_apart = "".join(f", AUC {value:.4f}" for value in others if not math.isnan(value))
+        cells.setdefault((row.case, row.estimator), []).append(f"{bias:+.2f} ± {deviation:.2f}{told_apart}")
+    return head + [f"| {case} | {estimator} | {' | '.join(values)} |" for (case, estimator), values in cells.items()]
 
 
 def _number(value: float) -> str:
@@ -239,4 +281,4 @@ def _number(value: float) -> str:
         return ""
     if math.isinf(value):
         return "never"
-    return f"{value:.0f}" if value == round(value) and abs(value) >= 1.0 else f"{value:.3f}"
+    return f"{value:.0f}" if value == round(value) else f"{value:.2f}"

@@ -99,19 +99,41 @@ def default_monitor() -> FrictionMonitor:
 
 def errata_filter() -> PreslidingFrictionFilter:
     """The estimator as the errata tried it: one exponential law, 5 Hz before the law, a play, six coefficients."""
-    only_one = {"finite": 0.0, "long": 0.0, "trail_drop": 0.0, "load_share": 0.0}
-    tuning = PreslidingTuning(process=PROCESS._replace(**only_one), deviations=DEVIATIONS._replace(**only_one))
-    conditioning = SteeringConditioning(cutoff=5.0, angle=AngleObserver(half_width=3e-4))
-    return PreslidingFrictionFilter(parameters(), tuning, conditioning, regressor_cutoff=0.49 * RATE)
+    tried = without("finite", "long", "trail_drop", "load_share", cutoff=5.0, half_width=3e-4)
+    return replace(tried, regressor_cutoff=0.49 * RATE)
 
 
-ESTIMATORS: Mapping[str, Any] = {
+ESTIMATORS: dict[str, Any] = {
     "default": lambda: PreslidingFrictionFilter.of_vehicle(load(VEHICLE)),
     "errata's PE-EKF": errata_filter,
     "paper, corrected": lambda: consistent(parameters()),
     "paper, printed": lambda: printed(parameters()),
 }
 """Estimators that the study compares: name -> block with outputs `friction_torque` and `enabled`."""
+
+
+def without(*coefficients: str, cutoff: float = 12.0, half_width: float = 0.0) -> PreslidingFrictionFilter:
+    """The default estimator with some coefficients fixed at their priors, or with another conditioning.
+
+    Args:
+        coefficients: names in `Coefficients` that are not learnt
+        cutoff: of the low-pass before the law [Hz]
+        half_width: of the play [rad]
+    """
+    fixed = dict.fromkeys(coefficients, 0.0)
+    tuning = PreslidingTuning(process=PROCESS._replace(**fixed), deviations=DEVIATIONS._replace(**fixed))
+    conditioning = SteeringConditioning(cutoff=cutoff, angle=AngleObserver(half_width=half_width))
+    return PreslidingFrictionFilter(parameters(), tuning, conditioning)
+
+
+VARIANTS: dict[str, Any] = {
+    "one law in place of three": lambda: without("finite", "long"),
+    "no load share": lambda: without("load_share"),
+    "no trail drop": lambda: without("trail_drop"),
+    "5 Hz before the law": lambda: without(cutoff=5.0),
+    "play of 3e-4 rad": lambda: without(half_width=3e-4),
+}
+"""The default estimator with one change to the errata's taken back."""
 
 
 def samples_for(block: Any, recording: Recording) -> Aligned:
@@ -123,7 +145,7 @@ def settled_estimates(case: Case, estimators: tuple[str, ...]) -> dict[str, np.n
     """Estimates after the ready time, one array per estimator; run by worker processes."""
     recording, values = case.recording(), {}
     for name in estimators:
-        block = ESTIMATORS[name]()
+        block = (ESTIMATORS | VARIANTS)[name]()
         result = scan(block, samples_for(block, recording))
         enabled = np.cumsum(result["enabled"]) / RATE
         values[name] = result["friction_torque"][enabled > READY_SECONDS]
