@@ -1,0 +1,27 @@
+import json
+
+import pytest
+
+from tierod.cli import main
+from tierod.monitors.registry import MONITORS
+
+
+@pytest.mark.parametrize("name", MONITORS)
+def test_shows_signals_variants_and_sources(name, capsys):
+    assert main(["monitors", name]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    monitor = MONITORS[name]
+    for text in (monitor.title, monitor.summary, *monitor.required, *monitor.variants):
+        assert text in printed
+
+
+def test_lists_all_as_json(capsys):
+    assert main(["monitors", "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)["monitors"]
+    assert [each["name"] for each in listed] == list(MONITORS)
+    assert all(each["variants"] for each in listed)
+
+
+def test_an_unknown_monitor_names_the_nearest(capsys):
+    assert main(["monitors", "fricton"]) == 3
+    assert "did you mean 'friction'" in capsys.readouterr().err
