@@ -12,7 +12,7 @@ import numpy as np
 from tierod.block import Block, tuning
 from tierod.errors import ParameterError
 from tierod.graph.compiler import compiler, load
-from tierod.graph.printer import LANES, prefix, print_lanes, print_scalar
+from tierod.graph.printer import LANES, TILE_STEPS, prefix, print_lanes, print_scalar
 from tierod.graph.trace import Graph, trace
 from tierod.graph.virtual_machine import VirtualMachine
 
@@ -61,10 +61,24 @@ class LaneKernel:
         self.carried = np.ascontiguousarray(np.stack(columns, axis=1)).ravel()
         self._lanes = getattr(library, f"{name}_lanes")
         self._lanes.argtypes, self._lanes.restype = _LOOP, None
+        self._batch = getattr(library, f"{name}_batch")
+        self._batch.argtypes, self._batch.restype = (*_LOOP, ctypes.c_void_p, ctypes.c_void_p), None
 
     def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
         """Run over samples (n, inputs, 64) into outputs (n, outputs, 64); `memory` (numbers, 64) is carried on."""
         _run(self._lanes, memory, samples, outputs, self.carried, count)
+
+    def batch(
+        self, memory: np.ndarray, samples: list[np.ndarray], outputs: list[np.ndarray], steps: int, count: int
+    ) -> None:
+        """Run 64 lanes over arrays of their own: samples (>= steps, inputs) into outputs (>= steps, outputs) each."""
+        widths = (len(self.graph.sample), len(self.graph.output))
+        tiles = [np.empty(max(1, TILE_STEPS * width * LANES)) for width in widths]
+        pointers = [(ctypes.c_void_p * LANES)(*map(_address, arrays)) for arrays in (samples, outputs)]
+        self._batch(
+            steps, _address(memory), *map(ctypes.addressof, pointers), _address(self.carried), count,
+            *map(_address, tiles),
+        )  # fmt: skip
 
 
 def kernel(block: Block, engine: Engine = "auto") -> Kernel:

@@ -21,6 +21,8 @@ from tierod.graph.operations import (
 from tierod.graph.trace import Graph
 
 LANES = 64
+TILE_STEPS = 64
+"""Samples of one tile: inputs and outputs of 64 vehicles then stay in a core's cache."""
 STATE_IN_LOCALS = 200
 
 HEAD = """\
@@ -128,8 +130,31 @@ class _Printer:
             + "".join(rings)
             + f"#pragma GCC ivdep\n        for (int l = 0; l < {LANES}; l++) {{\n{body}        }}\n    }}\n}}\n"
         )
-        return "".join(
-            [HEAD, FMA, SIGN, self._legend(), self._prepare(), f"void {self.name}_lanes{signature};\n", loop]
+        declaration = f"void {self.name}_lanes{signature};\n"
+        return "".join([HEAD, FMA, SIGN, self._legend(), self._prepare(), declaration, loop, self._batch()])
+
+    def _batch(self) -> str:
+        """Lanes over arrays of their own, moved into tiles that stay in the cache and back."""
+        signature = (
+            f"void {self.name}_batch(long n, real *restrict x, const real *const *u, real *const *y, "
+            "const real *restrict c, long k0, real *restrict tile_u, real *restrict tile_y)"
+        )
+
+        def moved(width: int, line: str) -> str:
+            return (
+                f"        for (long i = 0; i < m * {width}; i++)\n"
+                f"            for (int l = 0; l < {LANES}; l++)\n                {line}\n"
+            )
+
+        n_sample, n_output = len(self.graph.sample), len(self.graph.output)
+        return (
+            f"{signature};\n{signature} {{\n"
+            f"    for (long k = 0; k < n; k += {TILE_STEPS}) {{\n"
+            f"        const long m = n - k < {TILE_STEPS} ? n - k : {TILE_STEPS};\n"
+            + moved(n_sample, f"tile_u[i * {LANES} + l] = u[l][k * {n_sample} + i];")
+            + f"        {self.name}_lanes(m, x, tile_u, tile_y, c, k0 + k);\n"
+            + moved(n_output, f"y[l][k * {n_output} + i] = tile_y[i * {LANES} + l];")
+            + "    }\n}\n"
         )
 
     # -- functions -----------------------------------------------------------------------------------------------

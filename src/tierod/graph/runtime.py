@@ -127,8 +127,10 @@ class Stream:
             InputError: a signal is missing, or the count of numbers is wrong
         """
         try:
-            named = type(sample) is dict or isinstance(sample, Mapping)
-            self._write(self._input_bytes, 0, *(map(sample.__getitem__, self.names) if named else sample))
+            if type(sample) is dict or isinstance(sample, Mapping):
+                self._write(self._input_bytes, 0, *map(sample.__getitem__, self.names))
+            else:
+                self._write(self._input_bytes, 0, *sample)
         except (KeyError, struct.error) as error:
             raise self._refusal(sample, error) from None
         self.advance()
@@ -242,30 +244,45 @@ def _tile(blocks: list[Block], recordings: Sequence[Samples], memories: list[Mem
             scan(block, samples, memory) for block, samples, memory in zip(blocks, recordings, memories, strict=True)
         ]
     runner = LaneKernel(blocks)
-    columns = [_columns(runner.graph, samples) for samples in recordings]
-    lengths = [len(values) for values in columns]
-    samples = np.zeros((max(lengths), len(runner.graph.sample), LANES))
-    for lane, values in enumerate(columns):
-        samples[: len(values), :, lane] = values
-    state = np.zeros((runner.graph.memory, LANES))
-    for lane, memory in enumerate(memories):
-        state[:, lane] = memory.values
-    outputs = np.empty((max(lengths), len(runner.graph.output), LANES))
-    finished: dict[int, np.ndarray] = {}
+    samples = [np.ascontiguousarray(_columns(runner.graph, recording)) for recording in recordings]
+    lengths = [len(values) for values in samples]
+    outputs = [np.empty((length, len(runner.graph.output))) for length in lengths]
+    states = np.zeros((runner.graph.memory, LANES))
+    states[:, : len(memories)] = np.column_stack([memory.values for memory in memories])
+    ended: dict[int, np.ndarray] = {}
     done = 0
     for stop in sorted(set(lengths)):
-        runner.scan(state, samples[done:stop], outputs[done:stop], memories[0].count + done)
+        _advance_lanes(runner, states, samples, outputs, done, stop, memories[0].count)
+        ended |= {lane: states[:, lane].copy() for lane, length in enumerate(lengths) if length == stop}
         done = stop
-        finished |= {lane: state[:, lane].copy() for lane, length in enumerate(lengths) if length == stop}
     return [
         Result(
             runner.graph.output,
-            np.ascontiguousarray(outputs[: lengths[lane], :, lane]),
-            Memory(finished[lane], memories[lane].count + lengths[lane]),
+            values,
+            Memory(ended[lane], memories[lane].count + len(values)),
             runner.graph.output_tree,
         )
-        for lane in range(len(blocks))
+        for lane, values in enumerate(outputs)
     ]
+
+
+def _advance_lanes(
+    runner: LaneKernel,
+    states: np.ndarray,
+    samples: list[np.ndarray],
+    outputs: list[np.ndarray],
+    start: int,
+    stop: int,
+    count: int,
+) -> None:
+    """Samples start to stop of the lanes that reach so far; the others run idle on another lane's input."""
+    running = [lane for lane, values in enumerate(samples) if len(values) >= stop]
+    idle = np.empty((stop - start, outputs[0].shape[1]))
+    lanes = [lane if lane in running else None for lane in range(LANES)]
+    inputs = [samples[running[0] if lane is None else lane][start:] for lane in lanes]
+    runner.batch(
+        states, inputs, [idle if lane is None else outputs[lane][start:] for lane in lanes], stop - start, count + start
+    )
 
 
 def _memory(block: Block, state: Memory | Tree | None) -> Memory:
