@@ -29,7 +29,7 @@ class QualityLimits:
 
     slow: Annotated[float, "Hz"] = 30.0
     gap: Annotated[float, "s"] = 0.1
-    missing: Annotated[float, "1"] = 0.01
+    missing: Annotated[float, ""] = 0.01
     saturation: Annotated[float, "s"] = 0.3
     saturation_samples: int = 10
     steps: int = 50
@@ -159,7 +159,7 @@ class SignLimits:
     rate: Annotated[float, "Hz"] = 20.0
     smoothing: Annotated[float, "s"] = 1.0
     slowest: Annotated[float, "m/s"] = 2.0
-    correlation: Annotated[float, "1"] = 0.6
+    correlation: Annotated[float, ""] = 0.6
     seconds: Annotated[float, "s"] = 5.0
     yaw_rate: Annotated[float, "rad/s"] = 0.002
 

@@ -102,7 +102,8 @@ def _source(path: Path, file: Any, layout: dict[str, Any], clocks: tuple[Clock, 
             for group in range(file.num_row_groups):
                 yield _guarded(path, lambda group=group: channels(file.read_row_group(group, columns=needed), names))
         else:
-            for batch in file.iter_batches(_BATCH, columns=needed):
+            batches = file.iter_batches(_BATCH, columns=needed)
+            while (batch := _guarded(path, lambda: next(batches, None))) is not None:
                 yield channels(batch, names)
 
     metadata = {**layout.get("metadata", {}), "format": "Parquet"}

@@ -1,0 +1,50 @@
+"""Pieces of any length become slices of equal length, with nothing lost."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tierod.errors import InputError
+from tierod.readers.chunks import regrouped
+from tierod.recording import Channel
+
+
+def piece(start: float, stop: float) -> list[Channel]:
+    fast, slow = np.arange(start, stop, 0.5), np.arange(start, stop, 2.0)
+    return [Channel("fast", fast, fast, ""), Channel("slow", slow, slow, "")]
+
+
+@given(st.lists(st.integers(1, 40), min_size=1, max_size=8), st.sampled_from([1.0, 3.0, 10.0, 1000.0]))
+def test_nothing_is_lost_and_slices_have_their_length(lengths, seconds):
+    edges = np.cumsum([0, *lengths]).astype(float)
+    pieces = [piece(a, b) for a, b in itertools.pairwise(edges)]
+    slices = list(regrouped(pieces, seconds))
+    for name, place in (("fast", 0), ("slow", 1)):
+        whole = np.concatenate([part[place].time for part in pieces])
+        assert np.array_equal(np.concatenate([part[name].time for part in slices]), whole)
+    for part in slices:
+        assert (part["fast"].time // seconds == part["fast"].time[0] // seconds).all()
+
+
+def test_channels_with_one_clock_keep_it():
+    time = np.arange(10.0)
+    for part in regrouped([[Channel("a", time, time, ""), Channel("b", time, time, "")]], 4.0):
+        assert part["a"].time is part["b"].time or np.shares_memory(part["a"].time, part["b"].time)
+
+
+def test_a_long_gap_leaves_slices_out():
+    slices = list(regrouped([piece(0.0, 4.0), piece(100.0, 104.0)], 10.0))
+    assert [part["fast"].time[0] for part in slices] == [0.0, 100.0]
+
+
+def test_an_empty_piece_does_no_harm():
+    empty = [Channel("fast", np.empty(0), np.empty(0), ""), Channel("slow", np.empty(0), np.empty(0), "")]
+    assert len(list(regrouped([empty, piece(0.0, 4.0), empty], 2.0))) == 2
+
+
+def test_time_must_go_on():
+    with pytest.raises(InputError, match="jumps back"):
+        list(regrouped([piece(10.0, 20.0), piece(0.0, 5.0)], 5.0))
