@@ -67,14 +67,14 @@ def test_time_that_jumps_back_between_row_groups(tmp_path):
 
 
 def test_damage_in_the_middle(tmp_path):
-    path = saved(
-        tmp_path, pa.table({"time": np.arange(1e5), "yaw_rate": np.random.default_rng(0).normal(size=100_000)})
-    )
+    noise = np.random.default_rng(0).normal(size=100_000)
+    path = saved(tmp_path, pa.table({"time": np.arange(1e5), "yaw_rate": noise}))
     content = bytearray(path.read_bytes())
     content[2000:60000] = bytes(58000)
     path.write_bytes(content)
-    with pytest.raises(InputError, match="is damaged"):
-        read(path)
+    for reading in (lambda: read(path), lambda: list(open_chunks(path))):
+        with pytest.raises(InputError, match="is damaged"):
+            reading()
 
 
 def test_no_rows(tmp_path):
