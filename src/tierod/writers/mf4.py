@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -38,16 +39,7 @@ def write_mf4(recording: Recording, path: str | Path) -> None:
             file.header.start_time = datetime.datetime.fromtimestamp(float(origin), datetime.UTC)
         try:
             for number, group in enumerate(found):
-                signals = [
-                    Signal(
-                        np.ascontiguousarray(channel.values, dtype=float),
-                        np.ascontiguousarray(group.time, dtype=float),
-                        unit=channel.unit,
-                        name=channel.name,
-                        comment=_comment(channel),
-                    )
-                    for channel in group.channels
-                ]
+                signals = [_signal(Signal, channel, group.time) for channel in group.channels]
                 file.append(signals, acq_name=f"group {number}", comment="tierod", common_timebase=True)
             file.save(temporary, overwrite=True)
         except OSError:
@@ -59,5 +51,12 @@ def write_mf4(recording: Recording, path: str | Path) -> None:
             file.close()
 
 
-def _comment(channel: Channel) -> str:
-    return f"tierod: {channel.source} | {channel.note}" if channel.source or channel.note else ""
+def _signal(kind: Any, channel: Channel, time: np.ndarray) -> Any:
+    comment = f"tierod: {channel.source} | {channel.note}" if channel.source or channel.note else ""
+    return kind(
+        np.ascontiguousarray(channel.values, dtype=float),
+        np.ascontiguousarray(time, dtype=float),
+        unit=channel.unit,
+        name=channel.name,
+        comment=comment,
+    )
