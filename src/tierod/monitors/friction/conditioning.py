@@ -56,8 +56,9 @@ class AngleObserver:
     Args:
         correction_time: how fast the integral follows the measured angle [s]; 0.2 is the errata's gain of 0.05 per
             sample of 10 ms. Shorter lets the steps of a coarse angle through, longer the noise of the rate
-        half_width: of the play [rad]; the errata's 3e-4 cost 0.1 N*m of 12.5 in our simulations with a Dahl angle of 3
-            degrees (it delays each reversal) and won nothing, so it is zero here; for rates noisier than 0.05 rad/s
+        half_width: of the play [rad]; zero, since the errata's 3e-4 delays each reversal, cost 0.1 to 0.3 N*m of 12.5 at
+            a Dahl angle of 3 degrees on the plant of the tuning (docs/friction.md), and won nothing. A rate noisier
+            than 0.05 rad/s may need it
 
     Source: errata of Mohtat et al., step 1 of the estimator beyond the paper.
     """
@@ -101,9 +102,9 @@ class SteeringConditioning:
 
     Args:
         sample_time: time between two samples [s]
-        cutoff: of the low-pass on every signal [Hz]. Friction depends on the angle in a way that is not linear, so what
-            is cut from the angle is lost to it: the errata's 5 Hz cost 0.3 N*m of 12.5 at a Dahl angle of 3 degrees,
-            12 Hz 0.08; above 15 Hz noise of the rate of 0.05 rad/s costs 0.2 N*m (simulated)
+        cutoff: of the low-pass on every signal [Hz]. Friction is no linear function of the angle, so what is cut from
+            the angle is lost to it. On the plant of the tuning (docs/friction.md) 5 Hz cost 0.3 N*m of 12.5 at a Dahl
+            angle of 3 degrees and 12 Hz 0.1, while above 15 Hz a rate noise of 0.05 rad/s cost 0.2
         bridged_gap: missing samples bridged with the last value [s]; one lost message of a bus at 20 ms and its jitter
         settling_time: the estimator rests that long after a longer gap [s]: ten correction times of the angle observer
         angle: observer of the angle
