@@ -11,7 +11,7 @@ from tierod.report.display import INTERVAL, interval, number, shown, words
 
 _WIDTH, _MARGIN = 640.0, 14.0
 _ROW = 26.0
-_LETTER = 11.5
+_LETTER = 13.0
 """Width of a letter at the size that the narrowest screen shows; labels are placed so that they part there too."""
 
 

@@ -17,7 +17,6 @@ def histogram_figure(diagnosis: Diagnosis) -> Figure | None:
         return None
     estimate = diagnosis.findings[0].estimate if diagnosis.findings else None
     factor, label = shown(estimate.unit if estimate else "")
-    quantity = words(estimate.quantity) if estimate else "Value"
     count = len(diagnosis.histograms)
     height = 60 + max(70, min(110, 900 // count)) * count
     data: list[dict[str, Any]] = []
@@ -32,7 +31,7 @@ def histogram_figure(diagnosis: Diagnosis) -> Figure | None:
         titles.append(strip_title(words(name), domain[1]))
         rows.append((words(name), *_figures(edges, counts, label)))
     levels = references(diagnosis, estimate.unit) if estimate else []
-    axes["xaxis"] = axis(bracketed(quantity, label), anchor=f"y{count}" if count > 1 else "y")
+    axes["xaxis"] = axis(bracketed("estimate", label), anchor=f"y{count}" if count > 1 else "y")
     return Figure(
         name="histograms",
         title="Stretch by stretch",
