@@ -303,6 +303,25 @@ def test_structure_keeps_the_graph_short():
     assert sum(program(trace(sparse).function).counts().values()) <= 260
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_the_covariance_stays_positive_up_to_the_documented_ratio(seed):
+    rng = np.random.default_rng(seed)
+    n, p = int(rng.integers(2, 6)), int(rng.integers(1, 4))
+    _, model, parameters = random_linear(rng, n, 1, p)
+
+    def spread(count, low, high):
+        return tuple((10.0 ** rng.uniform(low, high, count)).tolist())
+
+    noise = (spread(n, 5, 6), spread(n, -10, -4), spread(p, -6, -2))
+    block = KalmanFilter(model, parameters, (0.0,) * n, *noise, full_covariance=True)
+    packed = scan(block, rng.normal(size=(300, 1 + p))).values[:, -n * (n + 1) // 2 :]
+    full = np.zeros((300, n, n))
+    rows, columns = np.triu_indices(n)
+    full[:, rows, columns] = full[:, columns, rows] = packed
+    deviation = np.sqrt(np.einsum("kii->ki", full))
+    assert np.linalg.eigvalsh(full / deviation[:, :, None] / deviation[:, None, :]).min() > -1e-6
+
+
 def test_units_of_the_estimate():
     assert units(cart.Estimate)[:8] == ["m", "m/s", "(m)**2", "(m/s)**2", "m", "m/s", "(m)**2", "(m/s)**2"]
 

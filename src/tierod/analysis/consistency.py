@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from tierod.analysis.chi_square import CONFIDENCE, chi_square_quantile, mean_band, normalised_error_squared
 from tierod.errors import InputError
-
-CONFIDENCE = 0.95  # of every band here; the share that textbooks and reviewers expect
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,22 +54,6 @@ class Consistency:
         return None if math.isnan(self.whiteness) else self.whiteness <= self.whiteness_band
 
 
-def chi_square_quantile(probability: float, degrees: Any) -> Any:
-    """Quantile of the chi-square distribution."""
-    from scipy.special import gammaincinv
-
-    return 2.0 * gammaincinv(np.asarray(degrees, float) / 2.0, probability)
-
-
-def mean_band(degrees: int, count: int | None = None) -> tuple[float, float]:
-    """95 % band of a chi-square sum with this many degrees, per degree (or per `count`)."""
-    if not degrees:
-        return (math.nan, math.nan)
-    low, high = (1.0 - CONFIDENCE) / 2.0, (1.0 + CONFIDENCE) / 2.0
-    per = degrees if count is None else count
-    return (float(chi_square_quantile(low, degrees)) / per, float(chi_square_quantile(high, degrees)) / per)
-
-
 class ConsistencyAccumulator:
     """Consistency of a run that comes in chunks; memory does not grow with the run.
 
@@ -86,8 +69,7 @@ class ConsistencyAccumulator:
         self.nis_sum = 0.0
         self.error_sum, self.error_degrees = 0.0, 0
         self._tail: np.ndarray | None = None
-        self._square = self._pairs = self._products = np.zeros(0)
-        self._count = self._sum = np.zeros(0)
+        self._square = self._count = self._pairs = self._products = np.zeros(0)
 
     def add(self, nis: np.ndarray, present: np.ndarray, innovation: Any = None, variance: Any = None) -> None:
         """One more chunk of a filter's estimate.
@@ -154,23 +136,22 @@ class ConsistencyAccumulator:
             )
         with np.errstate(invalid="ignore", divide="ignore"):
             normal = innovation / np.sqrt(variance)
-        outputs = normal.shape[1]
+        outputs, lags = normal.shape[1], self.lag_count
         if self._tail is None:
-            self._tail = np.full((self.lag_count, outputs), np.nan)
-            self._square, self._count, self._sum = np.zeros(outputs), np.zeros(outputs), np.zeros(outputs)
-            self._products, self._pairs = np.zeros((outputs, self.lag_count)), np.zeros((outputs, self.lag_count))
-        there = np.isfinite(normal)
-        clean = np.where(there, normal, 0.0)
-        self._square = self._square + (clean**2).sum(axis=0)
-        self._count = self._count + there.sum(axis=0)
-        self._sum = self._sum + clean.sum(axis=0)
-        joined = np.vstack([self._tail, normal])
-        for lag in range(1, self.lag_count + 1):
-            product = normal * joined[self.lag_count - lag : len(joined) - lag]
-            known = np.isfinite(product)
-            self._products[:, lag - 1] += np.where(known, product, 0.0).sum(axis=0)
-            self._pairs[:, lag - 1] += known.sum(axis=0)
-        self._tail = joined[len(joined) - self.lag_count :]
+            self._tail = np.zeros((2, outputs, lags))
+            self._square, self._count = np.zeros(outputs), np.zeros(outputs)
+            self._products, self._pairs = np.zeros((outputs, lags)), np.zeros((outputs, lags))
+        there = np.isfinite(normal.T)
+        new = np.stack([np.where(there, normal.T, 0.0), there.astype(float)])
+        joined = np.concatenate([self._tail, new], axis=2)
+        for k in range(outputs):
+            value, known = joined[:, k]
+            self._square[k] += _dot(value[lags:], value[lags:])
+            self._count[k] += known[lags:].sum()
+            for lag in range(1, lags + 1):
+                self._products[k, lag - 1] += _dot(value[lags:], value[lags - lag : len(value) - lag])
+                self._pairs[k, lag - 1] += _dot(known[lags:], known[lags - lag : len(known) - lag])
+        self._tail = joined[:, :, joined.shape[2] - lags :].copy()
 
     def _autocorrelation(self) -> np.ndarray:
         if self._tail is None:
@@ -180,34 +161,9 @@ class ConsistencyAccumulator:
             return np.where(self._pairs > 0.0, self._products / self._pairs / power[:, None], np.nan)
 
 
-def normalised_error_squared(error: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """e' P^-1 e of every sample, (n,); NaN where an error or a covariance is not finite or not positive.
-
-    Args:
-        error: estimate minus truth, (n, states)
-        covariance: packed covariance (n, states (states + 1) / 2), or variances (n, states)
-    """
-    error, covariance = np.asarray(error, float), np.asarray(covariance, float)
-    if error.ndim != 2 or covariance.ndim != 2 or len(error) != len(covariance):
-        raise InputError(f"error has the shape {error.shape} and covariance {covariance.shape}; expected (n, ...) both")
-    n = error.shape[1]
-    if covariance.shape[1] == n:
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return np.where((covariance > 0.0).all(axis=1), (error**2 / covariance).sum(axis=1), np.nan)
-    if covariance.shape[1] != n * (n + 1) // 2:
-        raise InputError(
-            f"covariance has {covariance.shape[1]} columns for {n} states; expected {n} variances or "
-            f"{n * (n + 1) // 2} packed entries"
-        )
-    full = np.empty((len(error), n, n))
-    rows, columns = np.triu_indices(n)
-    full[:, rows, columns] = full[:, columns, rows] = covariance
-    result = np.full(len(error), np.nan)
-    good = np.isfinite(full).all(axis=(1, 2)) & np.isfinite(error).all(axis=1)
-    good[good] &= np.linalg.eigvalsh(full[good])[:, 0] > 0.0
-    solved = np.linalg.solve(full[good], error[good][:, :, None])[:, :, 0]
-    result[good] = (error[good] * solved).sum(axis=1)
-    return result
+def _dot(a: np.ndarray, b: np.ndarray) -> float:
+    """Inner product without the threads of a BLAS, which wait for each other on a busy machine."""
+    return float(np.einsum("i,i->", a, b))
 
 
 def _whiteness_limit(pairs: np.ndarray) -> float:

@@ -4,7 +4,8 @@ from tierod.estimators.augment import augment
 from tierod.estimators.kalman import KalmanFilter
 from tierod.estimators.luenberger import Luenberger
 from tierod.estimators.pole_placement import discrete_poles, observer_gain, reduced_observer_gain
-from tierod.estimators.stationary import StationaryFilter, StationaryGain, stationary_gain
+from tierod.estimators.riccati import StationaryGain, stationary_gain
+from tierod.estimators.stationary import StationaryFilter
 from tierod.estimators.unscented import UnscentedFilter
 
 __all__ = [

@@ -21,7 +21,9 @@ class KalmanFilter(GaussianFilter):
     predicted mean, so that the order of the outputs does not matter. `GaussianFilter` explains the fields, the sample
     and the estimate.
 
-    Valid while the model is nearly linear over a few standard deviations; `UnscentedFilter` is the check.
+    Valid while the model is nearly linear over a few standard deviations; `UnscentedFilter` is the check. The
+    covariance stays positive in double precision while the initial variance of what is measured is below about 1e12
+    times the measurement noise.
 
     Source: R. E. Kalman, 1960, doi 10.1115/1.3662552; masks after S. F. Schmidt, 1966, and Mohtat et al., Table 3.
     """

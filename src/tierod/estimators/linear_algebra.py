@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from tierod.graph.maths import both, is_symbol, maximum, sqrt, where
+from tierod.graph.maths import both, is_symbol, sqrt, where
 
 Vector = Sequence[Any]
 Matrix = Sequence[Sequence[Any]]
@@ -163,8 +163,3 @@ def solve(packed: Vector, right: Vector) -> tuple[Any, ...]:
         below = [unit[i][j] for i in range(j + 1, n)]
         backward[j] = minus(backward[j], dot(below, backward[j + 1 :]))
     return tuple(backward)
-
-
-def not_negative(value: Any) -> Any:
-    """The value, at least zero: the last guard of a variance against rounding."""
-    return maximum(value, 0.0)
