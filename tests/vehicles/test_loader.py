@@ -3,6 +3,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tierod.errors import ParameterError
 from tierod.vehicles import QUANTITIES, load, shipped
@@ -168,6 +170,28 @@ def test_a_slip_is_named_with_its_line(write, old, new, line, message):
     assert message in str(caught.value)
     assert "mine.toml" in str(caught.value)
     assert f"line {line}" in str(caught.value)
+
+
+VALUES = st.sampled_from(
+    ["3", "-1.5", "true", "[]", "[1]", '""', '"kg"', '"N*m"', "{}", "{ value = 1 }", "nan", "1979-05-27", ""]
+)
+
+
+@given(
+    line=st.integers(0, len(WHOLE.splitlines()) - 1), value=VALUES, key=st.sampled_from(["name", "mass", "unit", "x.y"])
+)
+def test_any_one_wrong_line_loads_or_is_explained(tmp_path_factory, line, value, key):
+    lines = WHOLE.splitlines()
+    before, equals, _ = lines[line].partition("=")
+    lines[line] = f"{before}={value}" if equals else f"[{key}]"
+    path = tmp_path_factory.mktemp("fuzz") / "car.toml"
+    path.write_text("\n".join(lines), encoding="utf-8")
+    said = "car.toml"
+    try:
+        load(path)
+    except ParameterError as error:
+        said = str(error)
+    assert "car.toml" in said
 
 
 def test_two_slips_are_counted(write):
