@@ -169,7 +169,9 @@ def _evidence(run: FrictionRun) -> dict[str, float]:
 def _warnings(run: FrictionRun) -> tuple[str, ...]:
     figures, warnings = run.state.figures, [GAIN_WARNING]
     if run.output.level <= 0.0:
-        warnings.append("the own level is not learnt yet: judged on the vehicle file's limits alone")
+        warnings.append(
+            "the own level is not learnt (too little time, or friction above the limit): judged on absolute limits alone"
+        )
     elif run.output.ratio < 0.8:
         warnings.append(
             f"friction is {run.output.ratio:.2f} times the own level: was that learnt on this car, with these sensors?"
