@@ -16,7 +16,7 @@ from tierod.proving_ground import FrictionCourse, drive
 from tierod.recording import Channel, Recording
 from tierod.vehicles import load
 
-VARIANTS = [(monitor, variant) for monitor in MONITORS for variant in MONITORS[monitor].variants]
+VARIANTS = [("friction", variant) for variant in MONITORS["friction"].variants]
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from tierod.monitors.friction.definition import FRICTION
+from tierod.monitors.hysteresis.definition import HYSTERESIS
 from tierod.monitors.session import Monitor
 
-MONITORS: Mapping[str, Monitor] = {monitor.name: monitor for monitor in (FRICTION,)}
+MONITORS: Mapping[str, Monitor] = {monitor.name: monitor for monitor in (FRICTION, HYSTERESIS)}
 """By name, as given on the command line."""

@@ -14,8 +14,7 @@ from tierod import __version__
 from tierod.decimation import Decimator
 from tierod.derive import complete, ingredients
 from tierod.errors import InputError, ParameterError, nearest
-from tierod.findings import Diagnosis, Status
-from tierod.graph import Memory, scan, trace
+from tierod.findings import Diagnosis
 from tierod.monitors.own_level import OwnLevel, load_own_level, refuse_foreign, store_own_level
 from tierod.monitors.quality_over_chunks import QualityOverChunks
 from tierod.monitors.session import Conclusion, Monitor, Session, Variant
@@ -69,12 +68,7 @@ def diagnose(
         if progress:
             progress(_share(piece))
     diagnosis = run.finish(command)
-    if (
-        isinstance(own_level, str | Path)
-        and known is None
-        and run.learnt
-        and diagnosis.findings[0].status is Status.HEALTHY
-    ):
+    if isinstance(own_level, str | Path) and known is None and run.learnt:
         store_own_level(dataclasses.replace(run.learnt, learnt=diagnosis.created), own_level)
     return diagnosis
 
@@ -112,17 +106,14 @@ class Run:
             refuse_foreign(own_level, vehicle.name, f"{monitor.name}, {variant.name}")
         self.session: Session = variant.open(vehicle, monitor.rate, own_level)
         self.learnt: OwnLevel | None = None
-        self.signals = trace(self.session.block).sample
         self.needs = ingredients([*monitor.required, *monitor.optional])
         self._quality = QualityOverChunks(self.needs)
-        self._memory: Memory | None = None
         self._before: Recording | None = None
         self._start: float | None = None
         self._steps = 0
         self._metadata: dict[str, Any] = {}
-        self._traces = {output: Decimator(name, unit) for output, (name, unit) in self.session.traces.items()} | {
-            signal: Decimator(signal, "") for signal in self.signals
-        }
+        units = dict(self.session.traces) | dict.fromkeys(self.session.signals, "")
+        self._traces = {name: Decimator(name, unit) for name, unit in units.items()}
 
     def add(self, piece: Recording) -> None:
         """The next piece of the recording.
@@ -140,7 +131,7 @@ class Run:
         joined = complete(_joined(self._before, piece), wanted)
         last = piece.span[1]
         aligned = joined.align(
-            self.signals,
+            self.session.signals,
             self.monitor.rate,
             maximum_age=self.monitor.maximum_age,
             start=self._start + self._steps / self.monitor.rate,
@@ -149,10 +140,10 @@ class Run:
         self._before = piece.slice(last - OVERLAP)
         if not len(aligned.time):
             return
-        result = scan(self.session.block, aligned, self._memory)
-        self._memory, self._steps = result.state, result.state.count
-        self.session.absorb(aligned.time, aligned.values, result)
-        self._collect(aligned.time, aligned.values, result)
+        self._steps += len(aligned.time)
+        shown = {**self.session.absorb(aligned), **dict(zip(aligned.names, aligned.values.T, strict=True))}
+        for name, values in shown.items():
+            self._traces[name].add(aligned.time, values)
 
     def finish(self, command: str = "") -> Diagnosis:
         """The diagnosis over all pieces.
@@ -160,14 +151,15 @@ class Run:
         Raises:
             InputError: there was no sample, or a signal that the monitor needs was constant or missing throughout
         """
-        if self._memory is None:
+        if not self._steps:
             raise InputError("the recording holds no samples; check that the file is whole and the channel map fits it")
         self._quality.refuse_unusable(self.monitor.required)
         conclusion = self.session.conclude()
         self.learnt = conclusion.own_level
         units = self._quality.units
-        traces = {decimator.name: decimator.trace() for decimator in self._traces.values()}
-        traces |= {name: dataclasses.replace(traces[name], unit=units.get(name, "")) for name in self.signals}
+        traces = {name: decimator.trace() for name, decimator in self._traces.items()}
+        for name in self.session.signals:
+            traces[name] = dataclasses.replace(traces[name], unit=units.get(name, ""))
         finding = _with_warnings(conclusion, (*self._metadata.get("warnings", ()), *self._quality.sign_warnings()))
         return Diagnosis(
             findings=(finding,),
@@ -199,12 +191,6 @@ class Run:
                 "'tierod inspect' shows what the recording has"
             )
         self._quality.refuse_slow(self.monitor.required, self.monitor.minimum_rate)
-
-    def _collect(self, time: np.ndarray, values: np.ndarray, result: Any) -> None:
-        for output in self.session.traces:
-            self._traces[output].add(time, result[output])
-        for column, name in enumerate(self.signals):
-            self._traces[name].add(time, values[:, column])
 
 
 def _pieces(

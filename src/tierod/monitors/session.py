@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -10,8 +11,9 @@ import numpy as np
 
 from tierod.block import Block
 from tierod.findings import Finding
-from tierod.graph import Result
+from tierod.graph import Memory, Result, scan, trace
 from tierod.monitors.own_level import OwnLevel
+from tierod.recording import Aligned
 from tierod.vehicles import Vehicle
 
 
@@ -25,7 +27,7 @@ class Conclusion:
         loops: name -> (angle [rad], torque)
         consistency: figures of the innovations by name
         parameters: rows (name, value, unit, standard deviation, source) of the monitor's own tuning
-        own_level: what was learnt of this vehicle, to be kept for the next recording; None where nothing was
+        own_level: what was learnt of this vehicle and may be kept as its sound state; None where nothing was or may
     """
 
     finding: Finding
@@ -39,15 +41,46 @@ class Conclusion:
 class Session(Protocol):
     """One monitor over one recording, fed piece by piece."""
 
-    block: Block
-    """What runs; its sample is a flat NamedTuple of canonical signals."""
+    signals: tuple[str, ...]
+    """Canonical signals, in the order in which it wants them."""
 
-    traces: Mapping[str, tuple[str, str]]
-    """Outputs of the block that a report shows over time: output -> (name in the report, unit)."""
+    traces: Mapping[str, str]
+    """What a report shows over time beside the signals: name -> unit."""
 
-    def absorb(self, time: np.ndarray, samples: np.ndarray, result: Result) -> None:
-        """Take in one piece: time [s] (n,), samples (n, inputs) in the order of the block's sample, outputs."""
+    def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
+        """Take in one more piece and give the traces over it, (n,) each."""
 
+    def conclude(self) -> Conclusion:
+        """The verdict over all pieces."""
+
+
+class BlockSession(ABC):
+    """A session whose monitor is a block: the block runs over each piece and is carried on to the next.
+
+    Args:
+        block: its sample is a flat NamedTuple of canonical signals
+        traces: outputs shown over time: output -> (name in the report, unit)
+    """
+
+    def __init__(self, block: Block, traces: Mapping[str, tuple[str, str]]):
+        self.block = block
+        self.signals = trace(block).sample
+        self.traces: Mapping[str, str] = dict(traces.values())
+        self._outputs = {name: output for output, (name, _) in traces.items()}
+        self._memory: Memory | None = None
+
+    def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
+        """Take in one more piece and give the traces over it, (n,) each."""
+        result = scan(self.block, aligned, self._memory)
+        self._memory = result.state
+        self.collect(aligned.time, dict(zip(aligned.names, aligned.values.T, strict=True)), result)
+        return {name: result[output] for name, output in self._outputs.items()}
+
+    @abstractmethod
+    def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
+        """Keep what the conclusion needs of one piece: time [s], signals by name, outputs, (n,) each."""
+
+    @abstractmethod
     def conclude(self) -> Conclusion:
         """The verdict over all pieces."""
 

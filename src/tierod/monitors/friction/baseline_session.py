@@ -7,13 +7,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from tierod.block import Block
 from tierod.findings import Estimate, Finding, Status
 from tierod.graph import Result
 from tierod.monitors.friction.baseline import BaselineFrictionMonitor
 from tierod.monitors.friction.over_drive import EstimateOverDrive
 from tierod.monitors.friction.session import tuning_rows
-from tierod.monitors.session import Conclusion
+from tierod.monitors.session import BlockSession, Conclusion
 
 QUANTITY = "variance between two self-aligning torques about the kingpins"
 
@@ -21,7 +20,7 @@ NEEDED_WINDOWS = 4
 """Windows without which there is no verdict: one alone may hold one manoeuvre."""
 
 
-class BaselineSession:
+class BaselineSession(BlockSession):
     """Collects the variance of every full window.
 
     Args:
@@ -30,17 +29,15 @@ class BaselineSession:
         rate: of the samples [Hz]
     """
 
-    block: Block
-    traces: Mapping[str, tuple[str, str]]
-
     def __init__(self, name: str, block: BaselineFrictionMonitor, rate: float):
-        self.name, self.block, self.threshold = name, block, block.threshold
-        self.traces = {
+        traces = {
             "variance": ("variance", "N**2*m**2"),
             "external_torque": ("self_aligning_torque_from_motion", "N*m"),
             "internal_torque": ("self_aligning_torque_from_column", "N*m"),
             "enabled": ("enabled", ""),
         }
+        super().__init__(block, traces)
+        self.name, self.threshold = name, block.threshold
         self._window = block.block_samples * block.blocks
         self._spread = EstimateOverDrive(rate)
         self._seen = 0
@@ -48,8 +45,8 @@ class BaselineSession:
         self._times: list[np.ndarray] = []
         self._variances: list[np.ndarray] = []
 
-    def absorb(self, time: np.ndarray, samples: np.ndarray, result: Result) -> None:
-        """One more piece."""
+    def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
+        """The windows of one piece."""
         ready = result["ready"] > 0.5
         self._spread.add(time, result["variance"], ready)
         chosen = np.arange(-self._seen % self._window, len(time), self._window)

@@ -10,7 +10,8 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 import numpy as np
 
 from tierod.analysis.consistency import ConsistencyAccumulator
-from tierod.block import Block, rebuild, tuning
+from tierod.block import rebuild, tuning
+from tierod.findings import Status
 from tierod.graph import Result
 from tierod.models.eps_column import driving_torque
 from tierod.monitors.friction.judged import JudgedEstimator
@@ -19,7 +20,7 @@ from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.over_drive import EstimateOverDrive, HysteresisOverDrive
 from tierod.monitors.friction.verdict_state import HEALTHY, LearntLevel, VerdictSample
 from tierod.monitors.own_level import OwnLevel
-from tierod.monitors.session import Conclusion
+from tierod.monitors.session import BlockSession, Conclusion
 from tierod.physics.friction import viscous
 from tierod.vehicles import Vehicle
 
@@ -27,7 +28,7 @@ Acting = Callable[[Mapping[str, np.ndarray], Result], np.ndarray]
 """Friction torque that acts at each sample, from the signals by name and the outputs."""
 
 
-class FrictionSession:
+class FrictionSession(BlockSession):
     """Runs an estimator with its running verdict, and collects what a report shows.
 
     Args:
@@ -40,9 +41,6 @@ class FrictionSession:
         evidence: outputs whose last value is named in the finding: output -> name with unit
     """
 
-    block: Block
-    traces: Mapping[str, tuple[str, str]]
-
     def __init__(
         self,
         name: str,
@@ -53,27 +51,26 @@ class FrictionSession:
         acting: Acting,
         evidence: Mapping[str, str],
     ):
-        self.name, self.block, self._judged, self.vehicle = name, block, block, vehicle
-        self._seen, self._acting, self._evidence = seen, acting, evidence
-        self._signals = block.Sample._fields  # type: ignore[attr-defined]
         unit = vehicle.torque_unit
-        self.traces = {
+        traces = {
             "estimate.friction_torque": ("friction_torque", unit),
             "estimate.friction_deviation": ("friction_torque_standard_deviation", unit),
             "estimate.enabled": ("enabled", ""),
             "estimate.nis": ("nis", ""),
             "verdict.ratio": ("ratio_to_own_level", ""),
         }
+        super().__init__(block, traces)
+        self.name, self._judged, self.vehicle = name, block, vehicle
+        self._seen, self._acting, self._evidence = seen, acting, evidence
         self._estimates, self._hysteresis = EstimateOverDrive(rate), HysteresisOverDrive()
         self._consistency = ConsistencyAccumulator()
         self._start: float | None = None
         self._last: Result | None = None
 
-    def absorb(self, time: np.ndarray, samples: np.ndarray, result: Result) -> None:
-        """One more piece: time [s] (n,), samples (n, signals), outputs."""
+    def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
+        """Estimates, the torque that acts, and innovations of one piece."""
         self._start = float(time[0]) if self._start is None else self._start
         self._last = result
-        signals = dict(zip(self._signals, samples.T, strict=True))
         enabled = result["estimate.enabled"] > 0.5
         self._estimates.add(time, result["estimate.friction_torque"], result["verdict.code"] >= HEALTHY)
         self._hysteresis.add(time, signals["steering_wheel_angle"], self._acting(signals, result), enabled)
@@ -112,11 +109,11 @@ class FrictionSession:
                 "enabled_samples": float(consistency.samples),
             },
             tuple(tuning_rows(self.block)),
-            self._own_level(output.verdict.level, state.own),
+            self._own_level(finding.status, output.verdict.level, state.own),
         )
 
-    def _own_level(self, level: float, own: LearntLevel) -> OwnLevel | None:
-        if level <= 0.0 or not self.vehicle.calibrated:
+    def _own_level(self, status: Status, level: float, own: LearntLevel) -> OwnLevel | None:
+        if status is not Status.HEALTHY or level <= 0.0:
             return None
         return OwnLevel(self.vehicle.name, self.name, own.level, own.deviation, self.vehicle.torque_unit, own.seconds)
 

@@ -1,0 +1,1 @@
+"""Friction from a turn lock to lock, on the hoist or on the ground."""

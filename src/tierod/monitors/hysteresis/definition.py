@@ -1,0 +1,188 @@
+"""The lock-to-lock test as users see it: friction from the work of a closed turn of the steering wheel."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from tierod.findings import Estimate, Finding, Status
+from tierod.identification.hysteresis import HysteresisFriction, HysteresisIdentification, Support
+from tierod.monitors.own_level import OwnLevel
+from tierod.monitors.session import Conclusion, Monitor, Session, Variant
+from tierod.recording import Aligned, Channel, Recording
+from tierod.signals import SIGNALS
+from tierod.vehicles import Vehicle
+
+PAPER = "Mohtat et al., appendix A, eqs (15) to (17)"
+
+SIGNALS_USED = ("steering_wheel_angle", "steering_wheel_rate", "driver_torque", "motor_torque", "vehicle_speed")
+
+
+@dataclass(frozen=True)
+class IncreaseLimits:
+    """What an increase over the unfaulted loop means, named as in a vehicle file.
+
+    Args:
+        nominal_friction, rising_friction, fault_friction: the limits, whose distances to nominal judge an increase
+    """
+
+    nominal_friction: Annotated[float, "N*m"]
+    rising_friction: Annotated[float, "N*m"]
+    fault_friction: Annotated[float, "N*m"]
+
+    def status(self, above_nominal: float) -> Status:
+        """The status of a friction so far above the nominal one [N m]."""
+        if above_nominal > self.fault_friction - self.nominal_friction:
+            return Status.FAULT
+        return Status.RISING if above_nominal > self.rising_friction - self.nominal_friction else Status.HEALTHY
+
+
+class HysteresisSession:
+    """Keeps the test, which lasts a minute or two, and judges it as a whole.
+
+    Args:
+        name: of monitor and variant
+        support: "hoist" or "ground"
+        vehicle: under test
+        rate: of the samples [Hz]
+        own_level: friction of the unfaulted vehicle on the same support
+    """
+
+    signals: tuple[str, ...] = SIGNALS_USED
+    traces: Mapping[str, str] = {}
+
+    def __init__(self, name: str, support: Support, vehicle: Vehicle, rate: float, own_level: OwnLevel | None):
+        self.name, self.support, self.vehicle, self.own_level = name, support, vehicle, own_level
+        damping = vehicle.parameters["column_damping"] if "column_damping" in vehicle else None
+        self.identification = HysteresisIdentification(
+            motor_gear_ratio=vehicle["motor_ratio"],
+            inertia=vehicle["column_inertia"],
+            damping=vehicle["column_damping"],
+            damping_deviation=damping.standard_deviation or 0.0 if damping else 0.0,
+            sampling_rate=rate,
+        )
+        self._pieces: list[Aligned] = []
+
+    def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
+        """Take in one more piece."""
+        self._pieces.append(aligned)
+        return {}
+
+    def conclude(self) -> Conclusion:
+        """The friction of the loop, and what it means."""
+        found = self.identification.identify(self._recording(), self.support)
+        level = OwnLevel(
+            self.vehicle.name, self.name, found.friction_torque, found.standard_deviation, "N*m",
+            sum(abs(balance.path) for balance in found.loops) / max(found.mean_rate, 1e-9),
+        )  # fmt: skip
+        loops = {f"lock to lock, {self.support}": (found.angle, found.torque)}
+        finding = self._finding(found)
+        # On the ground the first test defines the unfaulted loop: there is nothing else to hold it against.
+        first = self.support == "ground" and self.own_level is None and self.vehicle.calibrated
+        sound = finding.status is Status.HEALTHY or first
+        return Conclusion(finding, loops=loops, own_level=level if sound else None)
+
+    def _recording(self) -> Recording:
+        time = np.concatenate([piece.time for piece in self._pieces])
+        values = np.vstack([piece.values for piece in self._pieces])
+        channels = {}
+        for name, column in zip(self.signals, values.T, strict=True):
+            seen = np.isfinite(column)
+            if seen.any():
+                channels[name] = Channel(name, time[seen], column[seen], SIGNALS[name].unit)
+        return Recording(channels)
+
+    def _finding(self, found: HysteresisFriction) -> Finding:
+        if not self.vehicle.calibrated:
+            return self._withheld("the torques are raw counts, not N*m", Status.NOT_IDENTIFIABLE)
+        limits = self.vehicle.parameters_for(IncreaseLimits)
+        if self.own_level is not None:
+            base, against = self.own_level.value, f"{self.own_level.value:.2f} N·m of the unfaulted car"
+            deviation = math.hypot(found.independent_deviation, self.own_level.deviation)
+        elif self.support == "ground":
+            return self._withheld(
+                f"{found.friction_torque:.2f} N·m include the scrub of the tyres on the ground",
+                Status.NOT_TESTABLE,
+                found,
+            )
+        else:
+            base, against = limits.nominal_friction, f"{limits.nominal_friction:.1f} N·m nominal"
+            deviation = found.standard_deviation
+        status = limits.status(found.friction_torque - base)
+        return Finding(
+            self.name,
+            status,
+            f"Friction of the steering on the {self.support} {found.friction_torque:.2f} ± {deviation:.2f} N·m: "
+            f"{status.value}, {found.friction_torque - base:+.2f} N·m against {against}.",
+            estimate=self._estimate(found, base),
+            evidence=_evidence(found) | {"increase_Nm": found.friction_torque - base},
+            cause=f"the loop is {'as wide as' if status is Status.HEALTHY else 'wider than'} it should be",
+            action=_ACTIONS[status],
+        )
+
+    def _estimate(self, found: HysteresisFriction, base: float | None) -> Estimate:
+        estimate = found.estimate
+        reference = {"unfaulted": base} if base is not None else {}
+        return Estimate(estimate.quantity, estimate.value, estimate.standard_deviation, estimate.unit, reference)
+
+    def _withheld(self, cause: str, status: Status, found: HysteresisFriction | None = None) -> Finding:
+        return Finding(
+            self.name,
+            status,
+            f"Friction of the steering: {status.value}; {cause}.",
+            estimate=self._estimate(found, None) if found else None,
+            evidence=_evidence(found) if found else {},
+            cause=cause,
+            action=_REMEDIES[status],
+        )
+
+
+_REMEDIES = {
+    Status.NOT_TESTABLE: "compare with the same test of the unfaulted car (--own-level), or repeat it on a hoist",
+    Status.NOT_IDENTIFIABLE: "give the torque per count in the channel map",
+}
+_ACTIONS = {
+    Status.HEALTHY: "none",
+    Status.RISING: "watch it: repeat the test at the next service, and inspect the boots of the steering gear",
+    Status.FAULT: "inspect column joints, bearings, steering gear and motor for corrosion, water or damage",
+}
+
+
+def _evidence(found: HysteresisFriction) -> dict[str, float]:
+    evidence = {"loops": float(len(found.loops)), "mean_rate_rad_per_s": found.mean_rate}
+    if found.pre_sliding is not None:
+        evidence["dahl_angle_rad"] = found.pre_sliding.angle
+    return evidence
+
+
+def _open(support: Support) -> Callable[[Vehicle, float, OwnLevel | None], Session]:
+    def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
+        return HysteresisSession(f"hysteresis, {support}", support, vehicle, rate, own_level)
+
+    return open_
+
+
+HYSTERESIS = Monitor(
+    name="hysteresis",
+    title="Friction from a turn lock to lock",
+    summary="Measures the friction of the standing car from the work of a closed turn of the steering wheel.",
+    source=PAPER,
+    required=("steering_wheel_angle", "steering_wheel_rate", "driver_torque", "motor_torque"),
+    optional=("vehicle_speed",),
+    rate=100.0,
+    minimum_rate=20.0,
+    maximum_age=0.1,
+    variants={
+        "hoist": Variant("hoist", "Wheels hang free: the loop is the friction of the steering.", PAPER, _open("hoist")),
+        "ground": Variant(
+            "ground",
+            "Tyres scrub: only the difference to the unfaulted car's loop is friction.",
+            PAPER,
+            _open("ground"),
+        ),
+    },
+)
