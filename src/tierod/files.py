@@ -35,7 +35,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
     Raises:
         OutputError: the file cannot be written; the message says why and what to do
     """
-    target = Path(path).expanduser()
+    target = _final(Path(path).expanduser())
     temporary: Path | None = None
     try:
         temporary = _beside(target)
@@ -61,6 +61,14 @@ def write_text(path: str | Path, text: str) -> Path:
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return Path(path).expanduser()
+
+
+def _final(target: Path) -> Path:
+    """Where a link leads: the file is replaced there, and the link stays; devices and pipes are never replaced."""
+    target = target.resolve() if target.is_symlink() else target
+    if target.exists() and not target.is_file() and not target.is_dir():
+        raise OutputError(f"{target} cannot be written: it is a device or a pipe; name a file")
+    return target
 
 
 def _beside(target: Path) -> Path:
