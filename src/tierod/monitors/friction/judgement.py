@@ -170,7 +170,7 @@ def _warnings(run: FrictionRun) -> tuple[str, ...]:
     figures, warnings = run.state.figures, [GAIN_WARNING]
     if run.output.level <= 0.0:
         warnings.append(
-            "the own level is not learnt (too little time, or friction above the limit): judged on absolute limits alone"
+            "the own level is not learnt (too little time, or friction above its limit): only absolute limits judge"
         )
     elif run.output.ratio < 0.8:
         warnings.append(
