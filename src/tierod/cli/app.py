@@ -46,7 +46,9 @@ def run(arguments: Sequence[str]) -> int:
     """Run a verb with its arguments, and return the exit code."""
     debug = "--debug" in arguments
     try:
-        return _dispatch([argument for argument in arguments if argument != "--debug"])
+        code = _dispatch([argument for argument in arguments if argument != "--debug"])
+        sys.stdout.flush()
+        return code
     except BrokenPipeError:
         # Whoever read our output has gone; point stdout elsewhere so that flushing at exit stays quiet.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
