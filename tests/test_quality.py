@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tierod.errors import InputError
-from tierod.quality import median_rate, sign_warnings
+from tierod.quality import channel_quality, median_rate, sign_warnings
 from tierod.recording import Channel, Recording
 from tierod.signals import SIGNALS
 
@@ -14,7 +14,7 @@ TIME = np.arange(0.0, 60.0, 0.01)
 
 def quality(values, time=TIME, name="yaw_rate"):
     channel = Channel(name, time, np.asarray(values, dtype=float), SIGNALS[name].unit)
-    return Recording({name: channel}).quality(name)
+    return channel_quality(channel)
 
 
 def remarks(values, time=TIME, name="yaw_rate") -> str:
@@ -36,7 +36,7 @@ def test_a_good_channel_earns_no_remark():
 
 def test_absent_channel():
     with pytest.raises(InputError, match="no channel"):
-        Recording({}).quality("yaw_rate")
+        channel_quality(Recording({})["yaw_rate"])
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,6 @@ from typing import Any, Literal
 import numpy as np
 
 from tierod.errors import InputError, nearest
-from tierod.findings import ChannelQuality
 from tierod.timestamps import Order, finite_or_missing, order, paced
 
 Method = Literal["hold", "linear"]
@@ -165,16 +164,6 @@ class Recording:
         note = f"time stamps made anew, {1e3 * period:g} ms apart"
         again = [replace(self[name], time=paced(self[name].time, period)).noted(note) for name in names or self.names]
         return replace(self, channels={**self.channels, **{channel.name: channel for channel in again}})
-
-    def quality(self, name: str) -> ChannelQuality:
-        """Rate, gaps, missing share, range and remarks of one channel.
-
-        Raises:
-            InputError: the recording has no channel of this name
-        """
-        from tierod.quality import channel_quality
-
-        return channel_quality(self[name])
 
     def align(
         self,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from shared_data import shared_data
-from tierod.quality import sign_warnings
+from tierod.quality import channel_quality, sign_warnings
 from tierod.readers import parse_channel_map, read
 
 
@@ -54,7 +54,7 @@ def test_bursts_are_paced(tmp_path):
     recording = read(log, dbc=folder / "logan.dbc", names=["steering_wheel_angle"])
     angle = recording["steering_wheel_angle"]
     assert np.degrees([angle.values.min(), angle.values.max()]) == pytest.approx([-578.0, 573.0], abs=2.0)
-    assert "arrive in bursts" in " ".join(recording.quality("steering_wheel_angle").remarks)
+    assert "arrive in bursts" in " ".join(channel_quality(recording["steering_wheel_angle"]).remarks)
     again = recording.retime(0.01)["steering_wheel_angle"]
     steps = np.diff(again.time)
     assert np.median(steps) == pytest.approx(0.01, abs=1e-6)

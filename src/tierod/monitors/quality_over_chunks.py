@@ -9,7 +9,7 @@ import numpy as np
 
 from tierod.errors import InputError
 from tierod.findings import ChannelQuality
-from tierod.quality import sign_warnings
+from tierod.quality import channel_quality, sign_warnings
 from tierod.recording import Channel, Recording
 
 REDUCED_RATE = 10.0
@@ -82,7 +82,8 @@ class QualityOverChunks:
                 )
 
     def _merge(self, name: str, piece: Recording) -> None:
-        new, channel = piece.quality(name), piece[name]
+        channel = piece[name]
+        new = channel_quality(channel)
         self.units[name] = channel.unit
         if not len(channel.time):
             return
