@@ -2,7 +2,8 @@
 .DEFAULT_GOAL := help
 SHELL := bash
 export PYTHON
-ENVIRONMENT := .venv/.ready
+# The stamp knows the folder: an environment that was moved with the project no longer works.
+ENVIRONMENT := .venv/.ready-$(shell pwd | cksum | cut -d ' ' -f 1)
 
 .PHONY: help demo test bench study lint docs clean
 
@@ -10,7 +11,7 @@ help:  ## say what there is
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/make \1\t\2/' | expand -t 14
 
 $(ENVIRONMENT): pyproject.toml constraints.txt scripts/setup.sh
-	@bash scripts/setup.sh
+	@bash scripts/setup.sh && touch $@
 
 demo: $(ENVIRONMENT)  ## simulate a drive whose friction rises, diagnose it, print verdict and report
 	@.venv/bin/tierod demo

@@ -19,7 +19,11 @@ find_python() {
     return 1
 }
 
-if ! fits .venv/bin/python || ! .venv/bin/python -m pip --version >/dev/null 2>&1; then
+whole() {
+    fits .venv/bin/python && .venv/bin/python -m pip --version >/dev/null 2>&1 && grep -qF "$PWD/.venv" .venv/bin/activate
+}
+
+if ! whole; then
     python=$(find_python)
     echo "Setting up .venv with $("$python" --version) ..." >&2
     rm -rf .venv
@@ -31,4 +35,3 @@ if ! fits .venv/bin/python || ! .venv/bin/python -m pip --version >/dev/null 2>&
 fi
 echo "Installing tierod and what it needs into .venv ..." >&2
 .venv/bin/python -m pip install -qq --disable-pip-version-check -c constraints.txt -e '.[dev]'
-touch .venv/.ready
