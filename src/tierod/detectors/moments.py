@@ -158,8 +158,8 @@ class MovingMoments:
             follows a change later
 
     Missing values, and those not enabled, take their place in the window but do not count in it. The running sums are
-    replaced by fresh ones once per window, round the mean of the last one, so rounding errors do not gather and a large
-    mean does not drown a small variance.
+    replaced by fresh ones once per window, round the mean of the last one, so rounding errors do not gather, a large
+    mean does not drown a small variance, and the trace of a huge spike is gone within three windows.
     """
 
     size: int
