@@ -23,7 +23,8 @@ bench: $(ENVIRONMENT)  ## measure the speed, print the table, write bench.json
 	.venv/bin/python -m benchmarks
 
 study: $(ENVIRONMENT)  ## print the figures of docs/friction.md (minutes)
-	.venv/bin/tierod study
+	.venv/bin/tierod study --output out
+	.venv/bin/python -m pytest -m slow
 
 lint: $(ENVIRONMENT)  ## check style and types
 	.venv/bin/ruff check .
