@@ -15,6 +15,7 @@ import sys
 import tomllib
 from pathlib import Path
 
+import jsonschema
 import pytest
 
 import tierod
@@ -23,6 +24,7 @@ from tierod.cli.app import commands
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]
+SCHEMA = json.loads((ROOT / "src/tierod/report/diagnosis.schema.json").read_text(encoding="utf-8"))
 MODULES = sorted(
     module.name for module in pkgutil.walk_packages(tierod.__path__, "tierod.") if not module.name.endswith("__main__")
 )
@@ -103,7 +105,7 @@ def test_commands_of_a_page_exist_and_run_where_marked(page, line, command, mark
     printed = capsys.readouterr().out
     assert printed
     if "--json" in arguments:
-        json.loads(printed)
+        jsonschema.validate(json.loads(printed), SCHEMA)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
