@@ -62,7 +62,7 @@ def result_figure(diagnosis: Diagnosis) -> Figure | None:
         diagnosis,
         [name for name in others if not name.startswith(_INNOVATIONS)],
         "results",
-        "Further results over time",
+        "Further results over time" if mains else "Results over time",
         "Line: mean of each bin. Shading: lowest to highest value. Gaps: not known.",
     )
 
