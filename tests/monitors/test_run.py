@@ -8,6 +8,7 @@ import itertools
 import numpy as np
 import pytest
 
+from shared_data import shared_data
 from tierod.errors import InputError, ParameterError
 from tierod.findings import Status
 from tierod.monitors.registry import MONITORS
@@ -115,3 +116,17 @@ def test_unknown_names_are_refused(healthy):
     empty = {name: Channel(name, np.empty(0), np.empty(0), c.unit) for name, c in healthy.channels.items()}
     with pytest.raises(InputError, match="no samples"):
         diagnose(Recording(empty), "midsize-eps")
+
+
+def test_the_highway_minute_says_what_it_can_and_what_it_cannot():
+    log = shared_data("rav4_highway_minute", "can.log")
+    diagnosis = diagnose(log, "rav4")
+    finding = diagnosis.findings[0]
+    assert finding.status is Status.NOT_IDENTIFIABLE
+    assert finding.status.exit_code == 2
+    assert finding.estimate is None
+    for part in ("raw counts", "lane keeping", "of 50 s needed", "hysteresis of dry friction is present"):
+        assert part in finding.cause
+    assert 1.5 < finding.evidence["enabled_s"] < 4.0
+    assert finding.evidence["hysteresis_share"] > 2.0 * finding.evidence["hysteresis_by_chance_share"]
+    assert any("sign" in remark for row in diagnosis.quality for remark in row.remarks if "lateral" in row.name)

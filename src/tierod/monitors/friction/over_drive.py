@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 
 import numpy as np
+
+from tierod.errors import InputError
+from tierod.identification.hysteresis_presence import HysteresisPresence, HysteresisPresenceTest
 
 STRETCHES = 4
 """Parts of a drive without a change that get a histogram each."""
@@ -76,6 +80,31 @@ class HysteresisOverDrive:
             if len(rows):
                 found[name] = (points[rows, 1], points[rows, 2])
         return found
+
+
+class SignalsOverDrive:
+    """Signals of the first minutes at half the rate, for tests that need a stretch as a whole."""
+
+    SIGNALS = ("steering_wheel_angle", "steering_wheel_rate", "driver_torque", "motor_torque", "lateral_acceleration")
+    LONGEST = 600.0
+
+    def __init__(self) -> None:
+        self._parts: list[np.ndarray] = []
+        self._start: float | None = None
+
+    def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> None:
+        """Signals that follow those already added."""
+        self._start = float(time[0]) if self._start is None else self._start
+        rows = np.flatnonzero(time < self._start + self.LONGEST)[::2]
+        self._parts.append(np.column_stack([time[rows], *(signals[name][rows] for name in self.SIGNALS)]))
+
+    def presence(self) -> HysteresisPresence | None:
+        """Whether the driver's torque carries hysteresis; None where that cannot be tested."""
+        time, *signals = np.vstack(self._parts).T
+        try:
+            return HysteresisPresenceTest().test(time, **dict(zip(self.SIGNALS, signals, strict=True)))
+        except InputError:
+            return None
 
 
 def _stretches(time: np.ndarray, change: float | None, parts: int = STRETCHES) -> dict[str, np.ndarray]:

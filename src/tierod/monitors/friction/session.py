@@ -11,13 +11,14 @@ import numpy as np
 
 from tierod.analysis.consistency import ConsistencyAccumulator
 from tierod.block import rebuild, tuning
-from tierod.findings import Status
+from tierod.findings import Finding, Status
 from tierod.graph import Result
+from tierod.identification.hysteresis_presence import HysteresisPresence
 from tierod.models.eps_column import driving_torque
 from tierod.monitors.friction.judged import JudgedEstimator
 from tierod.monitors.friction.judgement import FrictionRun, judge
 from tierod.monitors.friction.monitor import FrictionMonitor
-from tierod.monitors.friction.over_drive import EstimateOverDrive, HysteresisOverDrive
+from tierod.monitors.friction.over_drive import EstimateOverDrive, HysteresisOverDrive, SignalsOverDrive
 from tierod.monitors.friction.verdict_state import HEALTHY, LearntLevel, VerdictSample
 from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.session import BlockSession, Conclusion
@@ -63,6 +64,7 @@ class FrictionSession(BlockSession):
         self.name, self._judged, self.vehicle = name, block, vehicle
         self._seen, self._acting, self._evidence = seen, acting, evidence
         self._estimates, self._hysteresis = EstimateOverDrive(rate), HysteresisOverDrive()
+        self._signals = SignalsOverDrive()
         self._consistency = ConsistencyAccumulator()
         self._start: float | None = None
         self._last: Result | None = None
@@ -72,6 +74,7 @@ class FrictionSession(BlockSession):
         self._start = float(time[0]) if self._start is None else self._start
         self._last = result
         enabled = result["estimate.enabled"] > 0.5
+        self._signals.add(time, signals)
         self._estimates.add(time, result["estimate.friction_torque"], result["verdict.code"] >= HEALTHY)
         self._hysteresis.add(time, signals["steering_wheel_angle"], self._acting(signals, result), enabled)
         present = result["estimate.present"] if "estimate.present" in result.names else np.ones(len(result))
@@ -96,6 +99,8 @@ class FrictionSession(BlockSession):
                 evidence={name: self._last[source][-1].item() for source, name in self._evidence.items()},
             )
         )
+        if finding.estimate is None:
+            finding = _with_presence(finding, self._signals.presence())
         consistency = self._consistency.result()
         return Conclusion(
             finding,
@@ -116,6 +121,19 @@ class FrictionSession(BlockSession):
         if status is not Status.HEALTHY or level <= 0.0:
             return None
         return OwnLevel(self.vehicle.name, self.name, own.level, own.deviation, self.vehicle.torque_unit, own.seconds)
+
+
+def _with_presence(finding: Finding, found: HysteresisPresence | None) -> Finding:
+    """What can be said of friction where its size is withheld."""
+    if found is None:
+        return finding
+    what = "is present, but its size cannot be told" if found.present else "does not stand out from chance"
+    sentence = (
+        f"hysteresis of dry friction {what}: it explains {found.share:.0%} of what the driver's torque leaves open, "
+        f"shifted copies of it up to {found.chance:.0%}"
+    )
+    figures = {"hysteresis_share": found.share, "hysteresis_by_chance_share": found.chance}
+    return dataclasses.replace(finding, cause=f"{finding.cause}; {sentence}", evidence={**finding.evidence, **figures})
 
 
 def acting_by_build_up(signals: Mapping[str, np.ndarray], result: Result) -> np.ndarray:
