@@ -118,6 +118,7 @@ class Diagnosis:
         histograms: by name, (edges, counts) pairs per stretch of the drive
         loops: hysteresis views: name -> (angle [rad], torque) pairs, decimated
         consistency: NIS and NEES figures by name
+        remarks: how to read a part of the report, by its name ("consistency")
         quality: one per channel used
         parameters: rows (name, value, unit, standard deviation, source)
         recording, vehicle, version, command, created: provenance
@@ -128,6 +129,7 @@ class Diagnosis:
     histograms: dict[str, Any] = field(default_factory=dict)
     loops: dict[str, Any] = field(default_factory=dict)
     consistency: dict[str, float] = field(default_factory=dict)
+    remarks: dict[str, str] = field(default_factory=dict)
     quality: tuple[ChannelQuality, ...] = ()
     parameters: tuple[tuple[str, float, str, float | None, str], ...] = ()
     recording: dict[str, Any] = field(default_factory=dict)

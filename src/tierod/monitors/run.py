@@ -167,6 +167,7 @@ class Run:
             histograms=dict(conclusion.histograms),
             loops=dict(conclusion.loops),
             consistency=dict(conclusion.consistency),
+            remarks=dict(conclusion.remarks),
             quality=self._quality.rows(),
             parameters=(*self.vehicle.rows(), *conclusion.parameters),
             recording=self._metadata | {"duration_s": self._steps / self.monitor.rate, "start_s": self._start},

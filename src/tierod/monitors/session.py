@@ -28,6 +28,7 @@ class Conclusion:
         consistency: figures of the innovations by name
         parameters: rows (name, value, unit, standard deviation, source) of the monitor's own tuning
         own_level: what was learnt of this vehicle and may be kept as its sound state; None where nothing was or may
+        remarks: how to read a part of the report: "consistency" -> a sentence or two
     """
 
     finding: Finding
@@ -36,6 +37,7 @@ class Conclusion:
     consistency: Mapping[str, float] = field(default_factory=dict)
     parameters: tuple[tuple[str, float, str, float | None, str], ...] = ()
     own_level: OwnLevel | None = None
+    remarks: Mapping[str, str] = field(default_factory=dict)
 
 
 class Session(Protocol):

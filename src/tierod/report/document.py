@@ -28,6 +28,7 @@ def document(diagnosis: Diagnosis, series: bool) -> str:
         "vehicle": diagnosis.vehicle,
         "findings": [_finding(finding) for finding in diagnosis.findings],
         "consistency": diagnosis.consistency,
+        "remarks": diagnosis.remarks,
         "quality": [_quality(row) for row in diagnosis.quality],
         "parameters": [
             dict(zip(("name", "value", "unit", "standard_deviation", "source"), row, strict=True))

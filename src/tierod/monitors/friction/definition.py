@@ -24,6 +24,11 @@ PAPER = "Mohtat et al., Steering friction monitoring by joint state-parameter es
 
 Opener = Callable[[Vehicle, float, OwnLevel | None], Session]
 
+_WIDE = (
+    "This estimator expects errors of its torque balance that last half a second, and sets its variance wide for them: "
+    "a mean NIS far below 1 is its normal state. A NIS near or above 1 says that the balance does not fit the car."
+)
+
 _LEARNT = {
     "estimate.dahl_angle": "dahl_angle_rad",
     "estimate.aligning_gain": "aligning_gain",
@@ -36,7 +41,9 @@ _LEARNT = {
 def _presliding(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
     level, deviation = (own_level.value, own_level.deviation) if own_level else (None, 0.0)
     block = FrictionMonitor.of_vehicle(vehicle, 1.0 / rate, level, deviation)
-    return FrictionSession("friction, pre-sliding", block, vehicle, rate, "estimate", acting_by_build_up, _LEARNT)
+    return FrictionSession(
+        "friction, pre-sliding", block, vehicle, rate, "estimate", acting_by_build_up, _LEARNT, _WIDE
+    )
 
 
 def _paper(name: str, build: Callable[[Any], RefinedFrictionMonitor]) -> Opener:

@@ -15,8 +15,8 @@ STRETCHES = 4
 
 BINS = 60
 
-VIEW_POINTS = 1200
-"""Points of one hysteresis view: enough to see two bands and their width."""
+STROKES, STROKE_SECONDS, STROKE_RATE = 12, 8.0, 25.0
+"""Strokes of one hysteresis view, their length [s] and points per second: enough to see how wide the loops are."""
 
 
 class EstimateOverDrive:
@@ -56,30 +56,39 @@ class EstimateOverDrive:
 
 
 class HysteresisOverDrive:
-    """Friction that acts over the angle of the wheel: points by the minute, thinned as the drive grows."""
+    """Strokes of the steering wheel with the friction that acted in them: the busiest few seconds of each piece."""
 
-    def __init__(self) -> None:
-        self._parts: list[np.ndarray] = []
-        self._random = np.random.default_rng(0)
+    def __init__(self, rate: float):
+        self._length = max(round(STROKE_SECONDS * rate), 2)
+        self._step = max(round(rate / STROKE_RATE), 1)
+        self._strokes: list[tuple[float, float, np.ndarray]] = []
 
     def add(self, time: np.ndarray, angle: np.ndarray, friction: np.ndarray, used: np.ndarray) -> None:
-        """Points of a stretch: angle [rad], friction that acts there [N*m], whether the estimator used the sample."""
-        rows = np.flatnonzero(used & np.isfinite(angle) & np.isfinite(friction))
-        if len(rows) > VIEW_POINTS:
-            rows = np.sort(self._random.choice(rows, VIEW_POINTS, replace=False))
-        self._parts.append(np.column_stack([time[rows], angle[rows], friction[rows]]))
+        """Samples of a piece: angle [rad], friction that acts there [N*m], whether the estimator used the sample."""
+        acting = np.where(used & np.isfinite(angle), friction, np.nan)
+        found = []
+        for start in range(0, len(time) - self._length + 1, self._length):
+            part = slice(start, start + self._length)
+            busy = float(np.mean(np.isfinite(acting[part])))
+            if busy > 0.0:
+                found.append((busy, float(time[start]), np.column_stack([angle[part], acting[part]])[:: self._step]))
+        self._strokes += sorted(found, key=lambda stroke: stroke[:2], reverse=True)[:STROKES]
 
     def views(self, change: float | None) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Name of a stretch -> (angle, friction that acts)."""
-        points = np.vstack(self._parts or [np.empty((0, 3))])
+        """Name of a stretch -> (angle, friction that acts), a gap after every stroke."""
+        times = np.array([time for _, time, _ in self._strokes])
         found = {}
-        for name, inside in _stretches(points[:, 0], change, parts=2).items():
-            rows = np.flatnonzero(inside)
-            if len(rows) > VIEW_POINTS:
-                rows = np.sort(self._random.choice(rows, VIEW_POINTS, replace=False))
-            if len(rows):
-                found[name] = (points[rows, 1], points[rows, 2])
+        for name, inside in _stretches(np.sort(times), change, parts=2).items():
+            low, high = np.sort(times)[inside][[0, -1]] if inside.any() else (np.inf, -np.inf)
+            chosen = [stroke for stroke in self._ordered() if low <= stroke[1] <= high][-STROKES:]
+            if chosen:
+                gap = np.full((1, 2), np.nan)
+                points = np.vstack([part for _, _, values in chosen for part in (values, gap)])
+                found[name] = (points[:, 0], points[:, 1])
         return found
+
+    def _ordered(self) -> list[tuple[float, float, np.ndarray]]:
+        return sorted(self._strokes, key=lambda stroke: stroke[:2])
 
 
 class SignalsOverDrive:

@@ -40,6 +40,7 @@ class FrictionSession(BlockSession):
         seen: prefix of the outputs that the verdict reads
         acting: friction torque that acts, for the hysteresis view
         evidence: outputs whose last value is named in the finding: output -> name with unit
+        consistency_remark: how the innovations of this estimator are to be read
     """
 
     def __init__(
@@ -51,6 +52,7 @@ class FrictionSession(BlockSession):
         seen: str,
         acting: Acting,
         evidence: Mapping[str, str],
+        consistency_remark: str = "",
     ):
         unit = vehicle.torque_unit
         traces = {
@@ -63,7 +65,8 @@ class FrictionSession(BlockSession):
         super().__init__(block, traces)
         self.name, self._judged, self.vehicle = name, block, vehicle
         self._seen, self._acting, self._evidence = seen, acting, evidence
-        self._estimates, self._hysteresis = EstimateOverDrive(rate), HysteresisOverDrive()
+        self._consistency_remark = consistency_remark
+        self._estimates, self._hysteresis = EstimateOverDrive(rate), HysteresisOverDrive(rate)
         self._signals = SignalsOverDrive()
         self._consistency = ConsistencyAccumulator()
         self._start: float | None = None
@@ -115,6 +118,7 @@ class FrictionSession(BlockSession):
             },
             tuple(tuning_rows(self.block)),
             self._own_level(finding.status, output.verdict.level, state.own),
+            {"consistency": self._consistency_remark} if self._consistency_remark else {},
         )
 
     def _own_level(self, status: Status, level: float, own: LearntLevel) -> OwnLevel | None:
