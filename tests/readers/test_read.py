@@ -256,3 +256,14 @@ def test_without_the_library_of_a_format(tmp_path, monkeypatch, library, name):
     monkeypatch.setitem(sys.modules, library, None)
     with pytest.raises(MissingExtra, match="which is not installed; install it with: pip install"):
         read(path)
+
+
+@pytest.mark.parametrize("ending", ["parquet", "csv"])
+def test_slices_say_how_much_has_been_read(tmp_path, ending):
+    time = np.arange(0.0, 100.0, 0.01)
+    path = tmp_path / f"drive.{ending}"
+    write(Recording({"yaw_rate": Channel("yaw_rate", time, np.sin(time), "rad/s")}), path)
+    shares = [part.metadata["share_read"] for part in open_chunks(path, seconds=10.0)]
+    assert len(shares) == 10
+    assert shares == sorted(shares)
+    assert 0.0 < shares[0] <= shares[-1] == pytest.approx(1.0)

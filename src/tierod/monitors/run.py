@@ -18,6 +18,7 @@ from tierod.findings import Diagnosis
 from tierod.monitors.own_level import OwnLevel, load_own_level, refuse_foreign, store_own_level
 from tierod.monitors.quality_over_chunks import QualityOverChunks
 from tierod.monitors.session import Conclusion, Monitor, Session, Variant
+from tierod.readers import SHARE_READ
 from tierod.recording import Recording
 from tierod.vehicles import Vehicle, load
 
@@ -124,7 +125,7 @@ class Run:
         wanted = [*self.monitor.required, *self.monitor.optional]
         complete_piece = complete(piece, wanted)
         self._quality.add(complete_piece)
-        self._metadata = dict(piece.metadata) | self._metadata
+        self._metadata = {k: v for k, v in piece.metadata.items() if k != SHARE_READ} | self._metadata
         if self._start is None:
             self._check(complete_piece)
             self._start = complete_piece.slice().span[0]
@@ -212,7 +213,7 @@ def _pieces(
 
 
 def _share(piece: Recording) -> float:
-    return float(piece.metadata.get("share_read", 1.0))
+    return float(piece.metadata.get(SHARE_READ, 1.0))
 
 
 def _joined(before: Recording | None, piece: Recording) -> Recording:

@@ -35,6 +35,9 @@ __all__ = [
     "read",
 ]
 
+SHARE_READ = "share_read"
+"""Metadata of a slice: how much of the file had been read when it was given out, 0 to 1."""
+
 Paths = str | Path | Sequence[str | Path] | None
 
 
@@ -99,8 +102,11 @@ def open_chunks(
     source, kind = open_source(path, dbc)
     if source.pieces is None:
         whole = read(path, dbc=dbc, channel_map=channel_map, names=names)
+        first, last = whole.span
         for slice_ in regrouped([list(whole.channels.values())], seconds):
-            yield Recording(slice_, whole.metadata)
+            part = Recording(slice_, whole.metadata)
+            share = (part.span[1] - first) / max(last - first, 1e-9)
+            yield Recording(slice_, {**whole.metadata, SHARE_READ: min(share, 1.0)})
         return
     made = _plan(path, source, channel_map, names)
     yield from _streamed(path, source, kind, made, names, seconds)
@@ -114,19 +120,22 @@ def _streamed(
         return
     origin: float | None = 0.0 if source.origin else None
     doubts: dict[str, None] = {}
+    rows = 0
 
     def pieces() -> Iterator[list[Channel]]:
-        nonlocal origin
+        nonlocal origin, rows
         for loaded in loaded_pieces(made.columns):
             channels, found = apply(made, loaded)
             doubts.update(dict.fromkeys(found))
             if origin is None:
                 origin = _origin(channels)
+            rows += max((len(channel.time) for channel in channels), default=0)
             yield checked_together(shifted(channels, origin) if origin else channels)
 
     past: Recording | None = None
     for slice_ in regrouped(pieces(), seconds):
-        recording = Recording(slice_, _metadata(path, source, origin or 0.0))
+        share = {SHARE_READ: min(rows / source.rows, 1.0)} if source.rows else {}
+        recording = Recording(slice_, _metadata(path, source, origin or 0.0) | share)
         recording = recording.warned(kind.warning, *source.warnings, *made.warnings, *doubts)
         yield recording if names is None else _completed(recording, past, names)
         past = recording

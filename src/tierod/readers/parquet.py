@@ -107,7 +107,8 @@ def _source(path: Path, file: Any, layout: dict[str, Any], clocks: tuple[Clock, 
                 yield channels(batch, names)
 
     metadata = {**layout.get("metadata", {}), "format": "Parquet"}
-    return Source(tuple(columns[name] for name in timed), load, metadata, float(layout.get("origin", 0.0)), (), pieces)
+    used = tuple(columns[name] for name in timed)
+    return Source(used, load, metadata, float(layout.get("origin", 0.0)), (), pieces, file.metadata.num_rows)
 
 
 def _needed(names: Sequence[str], timed: dict[str, Clock]) -> list[str]:

@@ -35,6 +35,7 @@ class Source:
         origin: calendar time [s] of the stamp zero, where the loaded stamps count from there
         warnings: what a reader of results must know about the file
         pieces: the named columns bit by bit in the order of time, for files that need not fit into memory
+        rows: of the longest column, all pieces together
     """
 
     columns: tuple[Column, ...]
@@ -43,3 +44,4 @@ class Source:
     origin: float = 0.0
     warnings: tuple[str, ...] = ()
     pieces: Callable[[Sequence[str]], Iterator[list[Channel]]] | None = None
+    rows: int = 0
