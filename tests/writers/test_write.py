@@ -60,6 +60,16 @@ def test_round_trip(tmp_path, ending, recording):
     assert again.metadata["origin"] == pytest.approx(1.6e9)
 
 
+@pytest.mark.parametrize("ending", ["PARQUET", "CSV", "MF4"])
+def test_an_ending_in_capitals(tmp_path, ending):
+    if ending == "MF4":
+        pytest.importorskip("asammdf")
+    time = np.arange(5.0)
+    write(Recording({"yaw_rate": Channel("yaw_rate", time, 0.1 * time, "rad/s")}), tmp_path / f"drive.{ending}")
+    assert [path.name for path in tmp_path.iterdir()] == [f"drive.{ending}"]
+    assert read(tmp_path / f"drive.{ending}")["yaw_rate"].values.tolist() == (0.1 * time).tolist()
+
+
 def test_nan_and_padding_are_told_apart(tmp_path):
     slow = Channel("yaw_rate", np.array([0.0, 1.0]), np.array([np.nan, 2.0]), "rad/s")
     fast = Channel("vehicle_speed", np.arange(0.0, 1.0, 0.1), np.arange(10.0), "m/s")

@@ -41,7 +41,10 @@ def write_mf4(recording: Recording, path: str | Path) -> None:
             for number, group in enumerate(found):
                 signals = [_signal(Signal, channel, group.time) for channel in group.channels]
                 file.append(signals, acq_name=f"group {number}", comment="tierod", common_timebase=True)
-            file.save(temporary, overwrite=True)
+            # asammdf names its file .mf4 whatever ending it was given.
+            saved = Path(file.save(temporary, overwrite=True))
+            if saved != temporary:
+                saved.replace(temporary)
         except OSError:
             raise
         except Exception as error:
