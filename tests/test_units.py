@@ -55,6 +55,9 @@ def test_spellings(written, meant):
         ("kPa", "Pa", 1.0, 1000.0),
         ("mph", "m/s", 1.0, 0.44704),
         ("ms", "s", 5.0, 0.005),
+        ("mNm", "N*m", 5.0, 0.005),
+        ("Ncm", "N*m", 5.0, 0.05),
+        ("kNm/rad", "N*m/rad", 5.0, 5000.0),
         ("revolution", "rad", 0.5, pi),
     ],
 )
@@ -84,6 +87,11 @@ def test_unknown_unit():
 def test_another_kind():
     with pytest.raises(InputError, match=r"'N\*m' cannot become 'rad'"):
         scale("Nm", "rad")
+
+
+def test_hertz_of_what_turns_is_not_guessed():
+    with pytest.raises(InputError, match="turns or radians per second; write rpm or rad/s"):
+        scale("Hz", "rad/s")
 
 
 def test_a_raw_count_has_no_size():

@@ -129,7 +129,7 @@ def _registry() -> Any:
 
 def _by_pint(bare: str) -> str:
     spelled = bare.replace("²", "**2").replace("³", "**3").replace("°", "deg").replace("·", "*").replace("^", "**")
-    spelled = re.sub(r"\bNm\b", "N*m", spelled)
+    spelled = re.sub(r"\b([mkM]?N)([cm]?m)\b", r"\1*\2", spelled)
     for candidate in (spelled, spelled.lower()):
         try:
             _registry().parse_units(candidate)
@@ -173,6 +173,8 @@ def _scale(given: str, wanted: str) -> Scale:
     if (wanted, given) in _SCALES:
         inverse = _SCALES[wanted, given]
         return Scale(1.0 / inverse.factor, -inverse.offset / inverse.factor)
+    if given.lower() in ("hz", "hertz", "khz") and wanted.startswith("rad"):
+        raise InputError(f"'{given}' may count turns or radians per second; write rpm or rad/s in a channel map")
     if COUNT in (given, wanted):
         raise InputError(
             f"a raw count has no known size in '{wanted if given == COUNT else given}'; "
