@@ -13,7 +13,10 @@ from tierod.quality import channel_quality, sign_warnings
 from tierod.recording import Channel, Recording
 
 REDUCED_RATE = 10.0
-"""Rate [Hz] at which signals are kept to compare their signs over the whole recording."""
+"""Rate [Hz] at which signals are kept to compare their signs."""
+
+COMPARED = 3600.0
+"""Seconds of driving whose signs are compared: a sign does not change, and memory must not grow with the recording."""
 
 
 class QualityOverChunks:
@@ -32,7 +35,8 @@ class QualityOverChunks:
         for name in self.names:
             if name in piece:
                 self._merge(name, piece)
-        if any(name in piece for name in self.names):
+        kept = sum(len(part) for part in self._reduced) / REDUCED_RATE
+        if kept < COMPARED and any(name in piece for name in self.names):
             aligned = piece.align(self.names, REDUCED_RATE, maximum_age=2.0 / REDUCED_RATE)
             self._reduced.append(np.column_stack([aligned.time, aligned.values]))
 
