@@ -48,3 +48,31 @@ def test_an_empty_piece_does_no_harm():
 def test_time_must_go_on():
     with pytest.raises(InputError, match="jumps back"):
         list(regrouped([piece(10.0, 20.0), piece(0.0, 5.0)], 5.0))
+
+
+def test_samples_that_come_late_over_the_edge_of_a_piece_are_put_in_order():
+    time = np.arange(0.0, 40.0, 0.1)
+    late = time.copy()
+    late[[199, 200]] = late[[200, 199]]
+    pieces = [[Channel(name, part, 2.0 * part, "") for name in ("a", "b")] for part in np.split(late, 2)]
+    slices = list(regrouped(pieces, 20.0))
+    for name in ("a", "b"):
+        assert np.array_equal(np.concatenate([part[name].time for part in slices]), time)
+        assert np.array_equal(np.concatenate([part[name].values for part in slices]), 2.0 * time)
+    assert any("1 samples that arrived late put in order" in part["a"].note for part in slices)
+    assert all(part["a"].time is part["b"].time or np.shares_memory(part["a"].time, part["b"].time) for part in slices)
+
+
+def test_a_late_sample_may_belong_before_the_edge_of_a_slice():
+    first, second = np.array([0.0, 5.0, 10.3]), np.array([9.9, 10.4, 15.0])
+    slices = list(regrouped([[Channel("a", part, part, "")] for part in (first, second)], 10.0))
+    assert [part["a"].time.tolist() for part in slices] == [[0.0, 5.0, 9.9], [10.3, 10.4, 15.0]]
+
+
+@pytest.mark.parametrize("leap", [1.7e9, 1e18, 1e300])
+def test_a_clock_that_leaps_ahead_costs_no_time(leap):
+    later = leap + 600.0 * np.arange(3.0)
+    slices = list(
+        regrouped([[Channel("a", np.array([0.0, 1.0]), np.zeros(2), "")], [Channel("a", later, later, "")]], 5.0)
+    )
+    assert np.array_equal(np.concatenate([part["a"].time for part in slices]), np.concatenate(([0.0, 1.0], later)))

@@ -66,7 +66,10 @@ def read(
         MissingExtra: the library for this format is not installed
     """
     names = None if names is None else tuple(names)
-    source, kind = open_source(path, dbc)
+    return _whole(path, *open_source(path, dbc), channel_map, names)
+
+
+def _whole(path: str | Path, source: Source, kind: Kind, channel_map: Any, names: tuple[str, ...] | None) -> Recording:
     made = _plan(path, source, channel_map, names)
     channels, doubts = apply(made, source.load(made.columns))
     _require_samples(path, channels)
@@ -101,7 +104,7 @@ def open_chunks(
     names = None if names is None else tuple(names)
     source, kind = open_source(path, dbc)
     if source.pieces is None:
-        whole = read(path, dbc=dbc, channel_map=channel_map, names=names)
+        whole = _whole(path, source, kind, channel_map, names)
         first, last = whole.span
         for slice_ in regrouped([list(whole.channels.values())], seconds):
             part = Recording(slice_, whole.metadata)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import math
+from collections.abc import Generator, Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from tierod.errors import InputError
 from tierod.recording import Channel
+from tierod.timestamps import LATE, Order, order
 
 Piece = dict[str, Channel]
 
@@ -21,7 +23,7 @@ def regrouped(pieces: Iterable[list[Channel]], seconds: float) -> Iterator[Piece
         seconds: length of the slices [s], counted from the first stamp of all
 
     Raises:
-        InputError: a piece begins before the one ahead of it ended
+        InputError: a piece begins more than LATE before the one ahead of it ended
     """
     waiting: dict[str, list[Channel]] = {}
     start: float | None = None
@@ -32,30 +34,59 @@ def regrouped(pieces: Iterable[list[Channel]], seconds: float) -> Iterator[Piece
             continue
         if start is None:
             start = min(float(parts[0].time[0]) for parts in held if len(parts[0].time))
-        until = max(float(parts[-1].time[-1]) for parts in held)
-        while start + seconds <= until:
-            ready = _cut(waiting, start + seconds)
-            start += seconds
-            if any(len(channel.time) for channel in ready.values()):
-                yield ready
+        # The next piece may bring samples that belong before the last of this one.
+        until = max(float(parts[-1].time[-1]) for parts in held) - LATE
+        start = yield from _drained(waiting, start, seconds, until)
+    yield from _drained(waiting, start or 0.0, seconds, float("inf"))
     rest = _cut(waiting, float("inf"))
     if any(len(channel.time) for channel in rest.values()):
         yield rest
 
 
+def _drained(
+    waiting: dict[str, list[Channel]], start: float, seconds: float, until: float
+) -> Generator[Piece, None, float]:
+    """The slices that end before `until`; returns where the next one begins, which is after any gap."""
+    while start < start + seconds <= until:
+        stamps = [float(parts[0].time[0]) for parts in waiting.values() if len(parts[0].time)]
+        if not stamps:
+            return start
+        start += seconds * max(math.floor((min(stamps) - start) / seconds), 0)
+        if start + seconds > until:
+            return start
+        ready = _cut(waiting, start + seconds)
+        start += seconds
+        if any(len(channel.time) for channel in ready.values()):
+            yield ready
+    return start
+
+
 def _append(waiting: dict[str, list[Channel]], piece: list[Channel]) -> None:
+    orders: dict[tuple[int, int], Order] = {}
     for channel in piece:
         parts = waiting.setdefault(channel.name, [])
         if not len(channel.time) and parts:
             continue
-        if parts and len(parts[-1].time) and channel.time[0] < parts[-1].time[-1]:
-            raise InputError(
-                f"the time of '{channel.name}' jumps back from {parts[-1].time[-1]:.6f} s to {channel.time[0]:.6f} s; "
-                "cut the recording there and read the parts one by one"
-            )
         if parts and not len(parts[-1].time):
             parts.pop()
-        parts.append(channel)
+        if parts and channel.time[0] < parts[-1].time[-1]:
+            parts.append(_put_in_order(parts.pop(), channel, orders))
+        else:
+            parts.append(channel)
+
+
+def _put_in_order(before: Channel, channel: Channel, orders: dict[tuple[int, int], Order]) -> Channel:
+    """Two parts of a channel whose stamps overlap, as one; stamps that channels share stay shared."""
+    if before.time[-1] - channel.time[0] > LATE:
+        raise InputError(
+            f"the time of '{channel.name}' jumps back from {before.time[-1]:.6f} s to {channel.time[0]:.6f} s; "
+            "cut the recording there and read the parts one by one"
+        )
+    key = (id(before.time), id(channel.time))
+    if key not in orders:
+        orders[key] = order(np.concatenate((before.time, channel.time)), f"'{channel.name}'")
+    values = orders[key](np.concatenate((before.values, channel.values)))
+    return replace(before, time=orders[key].time, values=values).noted(*channel.note.split("; "), *orders[key].notes)
 
 
 def _cut(waiting: dict[str, list[Channel]], stop: float) -> Piece:
@@ -69,6 +100,7 @@ def _cut(waiting: dict[str, list[Channel]], stop: float) -> Piece:
         time = clocks[key]
         values = np.concatenate([part.values for part in parts]) if len(parts) > 1 else parts[0].values
         last = int(np.searchsorted(time, stop, side="left"))
-        ready[name] = replace(parts[0], time=time[:last], values=values[:last])
+        notes = [note for part in parts[1:] for note in part.note.split("; ")]
+        ready[name] = replace(parts[0], time=time[:last], values=values[:last]).noted(*notes)
         waiting[name] = [replace(parts[-1], time=time[last:], values=values[last:])]
     return ready
