@@ -12,10 +12,11 @@ from tierod.estimators.kernels import (
     clean_mask,
     consider,
     held_covariance,
-    masked_shift,
+    masked_mean,
+    unmasked_start,
     usable,
 )
-from tierod.estimators.linear_algebra import Matrix, Vector, add, diagonal, from_diagonal
+from tierod.estimators.linear_algebra import Matrix, Vector, diagonal, from_diagonal
 from tierod.estimators.shapes import (
     Belief,
     check_model,
@@ -139,9 +140,10 @@ class GaussianFilter:
         entering = leaf_values(self.input_noise if input_noise is None else input_noise)
         noise = leaf_values(self.measurement_noise if measurement_noise is None else measurement_noise)
         predicted = self._predict(state, sample.input, process, entering)
-        correction, innovation, spread = self._correct(predicted, sample, noise)
         mask = self._mask(sample)
-        mean = add(predicted.mean, masked_shift(correction.shift, mask))
+        start = unmasked_start(predicted.mean, mask)
+        correction, innovation, spread = self._correct(predicted, sample, noise, start)
+        mean = masked_mean(predicted.mean, correction.shift, mask)
         after = correction.covariance
         if self.covariance_update == "schmidt":
             after = consider(predicted.covariance, after, mask)
@@ -158,7 +160,9 @@ class GaussianFilter:
         """The belief one sample on."""
         raise NotImplementedError
 
-    def _correct(self, predicted: Prediction, sample: Any, noise: Vector) -> tuple[Correction, Vector, Vector]:
+    def _correct(
+        self, predicted: Prediction, sample: Any, noise: Vector, start: Vector
+    ) -> tuple[Correction, Vector, Vector]:
         """The correction, the innovations, and the variance of each."""
         raise NotImplementedError
 

@@ -37,7 +37,9 @@ class KalmanFilter(GaussianFilter):
         covariance = predict_covariance(rows, state.covariance, process, gain, variances)
         return Prediction(leaf_values(transition(state.mean)), covariance)
 
-    def _correct(self, predicted: Prediction, sample: Any, noise: Vector) -> tuple[Correction, Vector, Vector]:
+    def _correct(
+        self, predicted: Prediction, sample: Any, noise: Vector, start: Vector
+    ) -> tuple[Correction, Vector, Vector]:
         def output(at: Tree) -> Tree:
             return self.model.output(at, sample.input, self.parameters)
 
@@ -47,4 +49,4 @@ class KalmanFilter(GaussianFilter):
         innovation = tuple(measured - expected for measured, expected in pairs)
         full = unpack(predicted.covariance)
         spread = tuple(plus(dot(row, product(full, row)), value) for row, value in zip(rows, noise, strict=True))
-        return correct(predicted.covariance, rows, innovation, noise), innovation, spread
+        return correct(predicted.covariance, rows, innovation, noise, start), innovation, spread

@@ -30,7 +30,7 @@ class Correction(NamedTuple):
     """What the measurements of one sample did.
 
     Args:
-        shift: correction of the mean, before any mask, (n,)
+        shift: correction of the mean, before any mask, added to what was given as `start`, (n,)
         covariance: packed covariance after all measurements
         nis: normalised innovation squared over the measurements that were present
         present: how many measurements were present
@@ -65,7 +65,9 @@ def predict_covariance(
     return predicted
 
 
-def correct(covariance: Vector, rows: Matrix, residuals: Vector, noise: Vector) -> Correction:
+def correct(
+    covariance: Vector, rows: Matrix, residuals: Vector, noise: Vector, start: Vector | None = None
+) -> Correction:
     """Scalar updates, one per measurement, on a symmetric covariance; a missing residual (NaN) changes nothing.
 
     The result does not depend on the order of the measurements: it is the joint update with a diagonal R.
@@ -75,20 +77,24 @@ def correct(covariance: Vector, rows: Matrix, residuals: Vector, noise: Vector) 
         rows: C, Jacobian of the outputs with respect to the state, m rows of n
         residuals: measured minus expected output, (m,); NaN where the measurement is missing
         noise: variance of each measurement, (m,), greater than zero
+        start: what the correction is added to, (n,); zeros where not given. The mean here saves an addition per state
     """
     after = unpack(covariance)
     n = len(after)
-    shift: list[Any] = [0.0] * n
+    shift: list[Any] = [0.0] * n if start is None else list(start)
+    open_residuals = list(residuals)
     nis: Any = 0.0
     count: Any = 0.0
-    for row, residual, variance in zip(rows, residuals, noise, strict=True):
-        there = present(residual)
+    for k, (row, variance) in enumerate(zip(rows, noise, strict=True)):
+        there = present(residuals[k])
         cross = [dot(row, column) for column in after]
         inverse = 1.0 / where(there, plus(dot(row, cross), variance), math.inf)
-        innovation = where(there, minus(residual, dot(row, shift)), 1.0)  # any number: its weight 1 / inf is 0
+        innovation = where(there, open_residuals[k], 1.0)  # any number: its weight 1 / inf is 0
         weighted = innovation * inverse
         gain = [times(value, inverse) for value in cross]
         shift = [plus(done, times(value, weighted)) for done, value in zip(shift, cross, strict=True)]
+        for later in range(k + 1, len(rows)):
+            open_residuals[later] = minus(open_residuals[later], times(dot(rows[later], cross), weighted))
         for i, j in upper(n):
             after[i][j] = after[j][i] = minus(after[i][j], times(gain[i], cross[j]))
         nis = plus(nis, innovation * weighted)
@@ -96,7 +102,9 @@ def correct(covariance: Vector, rows: Matrix, residuals: Vector, noise: Vector) 
     return Correction(tuple(shift), pack(after), nis, count)
 
 
-def correct_jointly(covariance: Vector, cross: Matrix, spread: Vector, residuals: Vector) -> Correction:
+def correct_jointly(
+    covariance: Vector, cross: Matrix, spread: Vector, residuals: Vector, start: Vector | None = None
+) -> Correction:
     """The same correction from the joint covariance of states and outputs, as sigma points give it.
 
     Args:
@@ -104,13 +112,14 @@ def correct_jointly(covariance: Vector, cross: Matrix, spread: Vector, residuals
         cross: covariance of each output with the states, m rows of n
         spread: covariance of the outputs, noise included, packed
         residuals: measured minus expected output, (m,); NaN where the measurement is missing
+        start: what the correction is added to, (n,); zeros where not given
     """
     full = unpack(covariance)
     n, m = len(full), len(residuals)
     outputs = unpack(spread)
     after = [[*row, *(line[i] for line in cross)] for i, row in enumerate(full)]
     after += [[*line, *outputs[k]] for k, line in enumerate(cross)]
-    shift: list[Any] = [0.0] * (n + m)
+    shift: list[Any] = [*([0.0] * n if start is None else start), *[0.0] * m]
     nis: Any = 0.0
     count: Any = 0.0
     for k in range(n, n + m):
@@ -135,9 +144,15 @@ def clean_mask(mask: Vector) -> tuple[Any, ...]:
     return tuple(True if value is True else minimum(maximum(0.0, value), 1.0) for value in mask)
 
 
-def masked_shift(shift: Vector, mask: Vector) -> tuple[Any, ...]:
-    """E K (y - C x): the correction, times each state's mask."""
-    return tuple(step if share is True else share * step for step, share in zip(shift, mask, strict=True))
+def unmasked_start(mean: Vector, mask: Vector) -> tuple[Any, ...]:
+    """What a correction is added to: the mean of unmasked states; zero for masked ones, whose correction is scaled."""
+    return tuple(value if share is True else 0.0 for value, share in zip(mean, mask, strict=True))
+
+
+def masked_mean(mean: Vector, moved: Vector, mask: Vector) -> tuple[Any, ...]:
+    """x + E K (y - C x), from a correction that started at `unmasked_start`."""
+    triples = zip(mean, moved, mask, strict=True)
+    return tuple(new if share is True else value + share * new for value, new, share in triples)
 
 
 def consider(before: Vector, after: Vector, mask: Vector) -> tuple[Any, ...]:

@@ -78,7 +78,9 @@ class UnscentedFilter(GaussianFilter):
             covariance = add(covariance, scaled_congruence(gain, variances))
         return Prediction(mean, covariance, self._points(mean, covariance) if self.redraw else images)
 
-    def _correct(self, predicted: Prediction, sample: Any, noise: Vector) -> tuple[Correction, Vector, Vector]:
+    def _correct(
+        self, predicted: Prediction, sample: Any, noise: Vector, start: Vector
+    ) -> tuple[Correction, Vector, Vector]:
         images = self._images(predicted.points, lambda at: self.model.output(at, sample.input, self.parameters))
         expected = self._mean(images)
         innovation = tuple(y - z for y, z in zip(leaf_values(sample.measured), expected, strict=True))
@@ -86,7 +88,8 @@ class UnscentedFilter(GaussianFilter):
         spread = add(self._packed_spread(away), from_diagonal(noise))
         states = _deviations(predicted.points, predicted.mean)
         cross = [[self._product(away, k, states, i) for i in range(len(predicted.mean))] for k in range(len(noise))]
-        return correct_jointly(predicted.covariance, cross, spread, innovation), innovation, diagonal(spread)
+        correction = correct_jointly(predicted.covariance, cross, spread, innovation, start)
+        return correction, innovation, diagonal(spread)
 
     def _points(self, mean: Vector, covariance: Vector) -> list[Vector]:
         """The mean, then one point on either side of it along each column of the factor."""

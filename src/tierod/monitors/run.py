@@ -19,11 +19,14 @@ from tierod.monitors.own_level import OwnLevel, load_own_level, refuse_foreign, 
 from tierod.monitors.quality_over_chunks import QualityOverChunks
 from tierod.monitors.session import Conclusion, Monitor, Session, Variant
 from tierod.readers import SHARE_READ
-from tierod.recording import Recording
+from tierod.recording import Aligned, Recording
 from tierod.vehicles import Vehicle, load
 
 CHUNK = 600.0
 """Seconds of recording in memory at a time."""
+
+LEAP = 7.0 * 86400.0
+"""Seconds that a recording may be silent; a clock that leaps further was set, and the drive is not one."""
 
 OVERLAP = 1.0
 """Seconds kept of the piece before: longer than any sample may be old and any derived signal looks back."""
@@ -125,22 +128,30 @@ class Run:
         wanted = [*self.monitor.required, *self.monitor.optional]
         complete_piece = complete(piece, wanted)
         self._quality.add(complete_piece)
-        self._metadata = {k: v for k, v in piece.metadata.items() if k != SHARE_READ} | self._metadata
+        self._metadata |= {k: v for k, v in piece.metadata.items() if k != SHARE_READ}
         if self._start is None:
             self._check(complete_piece)
             self._start = complete_piece.slice().span[0]
         joined = complete(_joined(self._before, piece), wanted)
         last = piece.span[1]
-        aligned = joined.align(
+        _refuse_leap(self._start + self._steps / self.monitor.rate, last)
+        self._before = piece.slice(last - OVERLAP)
+        while len((aligned := self._aligned(joined, last)).time):
+            self._absorb(aligned)
+
+    def _aligned(self, joined: Recording, last: float) -> Aligned:
+        """What follows on what was judged already, no more than CHUNK of it: a gap of days must fit into memory."""
+        assert self._start is not None
+        start = self._start + self._steps / self.monitor.rate
+        return joined.align(
             self.session.signals,
             self.monitor.rate,
             maximum_age=self.monitor.maximum_age,
-            start=self._start + self._steps / self.monitor.rate,
-            stop=last + 0.5 / self.monitor.rate,
+            start=start,
+            stop=min(last + 0.5 / self.monitor.rate, start + CHUNK),
         )
-        self._before = piece.slice(last - OVERLAP)
-        if not len(aligned.time):
-            return
+
+    def _absorb(self, aligned: Aligned) -> None:
         self._steps += len(aligned.time)
         shown = {**self.session.absorb(aligned), **dict(zip(aligned.names, aligned.values.T, strict=True))}
         for name, values in shown.items():
@@ -210,6 +221,14 @@ def _pieces(
         dbc=vehicle.database if dbc is None else dbc,
         channel_map=vehicle.channel_map if channel_map is None else channel_map,
     )
+
+
+def _refuse_leap(now: float, last: float) -> None:
+    if last - now > LEAP:
+        raise InputError(
+            f"the time leaps ahead from about {now:.6g} s by {(last - now) / 86400.0:.3g} days; "
+            "cut the recording there and judge the parts one by one"
+        )
 
 
 def _share(piece: Recording) -> float:

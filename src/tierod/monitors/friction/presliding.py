@@ -232,8 +232,8 @@ class PreslidingFrictionFilter:
         """One scalar update where enabled; elsewhere neither mean nor covariance changes."""
         tuning, sample_time = self.tuning, self.conditioning.sample_time
         noise = tuning.error_density / sample_time * maximum(1.0, absolute(innovation) / tuning.outlier)
-        correction = correct(state.covariance, [row], [where(enabled, innovation, math.inf)], [noise])
-        mean = Coefficients(*add(state.mean, correction.shift))
+        correction = correct(state.covariance, [row], [where(enabled, innovation, math.inf)], [noise], state.mean)
+        mean = Coefficients(*correction.shift)
         smallest, largest = log(tuning.smallest_dahl_angle), log(tuning.largest_dahl_angle)
         wander = tuning.error_density / (tuning.memory * tuning.memory)
         process = tuning.process
