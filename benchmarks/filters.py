@@ -25,8 +25,8 @@ from tierod.vehicles import load
 STEPS = 500_000
 """Samples of one recording: 83 minutes at 100 Hz."""
 
-LANE_STEPS = 1_000
-"""Samples per tile of 64 vehicles: ten seconds at 100 Hz."""
+LANE_STEPS = 500
+"""Samples per tile of 64 vehicles: five seconds at 100 Hz."""
 
 REPEATS = 9
 
