@@ -33,6 +33,7 @@ lint: $(ENVIRONMENT)  ## check style and types
 
 docs: $(ENVIRONMENT)  ## write the generated pages of docs/ anew
 	.venv/bin/python scripts/docs.py
+	.venv/bin/python -m benchmarks.readme
 
 clean:  ## remove .venv and what tools left behind
 	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis build out

@@ -1,0 +1,55 @@
+"""Put the figures of bench.json into the README, between its two marks: part of `make docs`."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+BEGIN, END = "<!-- figures from bench.json: begin -->", "<!-- figures from bench.json: end -->"
+
+SAID = {
+    "filter-single": "five-state friction filter, one recording",
+    "filter-lanes": "the same, 64 vehicles side by side, per vehicle",
+    "filter-vm": "the same without a compiler",
+    "push-named": "one live sample, by name",
+    "push-bound": "one live sample, bound buffers",
+    "can-decode": "CAN messages decoded",
+    "diagnose-1h": "`tierod diagnose` on an hour at 100 Hz, process start to JSON",
+}
+
+
+def table(rows: list[dict]) -> str:
+    """The rows as Markdown."""
+    lines = ["| what | figure | peer | times the peer |", "|---|---:|---|---:|"]
+    for row in rows:
+        figure, peer = (f"{_number(row[key])} {row['unit']}" for key in ("value", "peer_value"))
+        lines.append(f"| {SAID[row['name']]} | {figure} | {row['peer']}: {peer} | {row['ratio']:.3g} |")
+    return "\n".join(lines)
+
+
+def _number(value: float) -> str:
+    return f"{value:,.0f}".replace(",", " ") if value >= 1000.0 else f"{value:.3g}"
+
+
+def main() -> int:
+    """Replace what stands between the marks; nothing happens without bench.json."""
+    measured = ROOT / "bench.json"
+    if not measured.exists():
+        return 0
+    readme = ROOT / "README.md"
+    before, rest = readme.read_text(encoding="utf-8").split(BEGIN)
+    _, after = rest.split(END)
+    rows = json.loads(measured.read_text(encoding="utf-8"))
+    said = (
+        "Measured by `make bench` on one core of a virtual machine, each against its peer in the same run; `make study` "
+        "prints the\naccuracies of [docs/friction.md](docs/friction.md)."
+    )
+    readme.write_text(f"{before}{BEGIN}\n{said}\n\n{table(rows)}\n{END}{after}", encoding="utf-8")
+    print("wrote the figures of README.md")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
