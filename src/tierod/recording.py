@@ -13,6 +13,9 @@ from tierod.timestamps import Order, finite_or_missing, order, paced
 
 Method = Literal["hold", "linear"]
 
+MOST_SAMPLES = 300_000_000
+"""Longest grid: a month at 100 Hz. What is longer spans a clock that was set, and would exhaust the memory."""
+
 
 @dataclass(frozen=True)
 class Channel:
@@ -185,7 +188,7 @@ class Recording:
             stop: the grid ends before this time [s]; the recording's own end (inclusive) where not given
 
         Raises:
-            InputError: a rate or age that is not positive, or a recording without samples
+            InputError: a rate or age that is not positive, a recording without samples, or a grid that is too long
         """
         if not rate > 0.0 or not maximum_age > 0.0:
             raise InputError(f"alignment needs a positive rate and maximum age, not {rate} Hz and {maximum_age} s")
@@ -196,6 +199,11 @@ class Recording:
             if stop is None
             else int(np.ceil((stop - first) * rate - 1e-6))
         )
+        if count > MOST_SAMPLES:
+            raise InputError(
+                f"a grid of {rate:g} Hz from {first:.6g} s to {first + count / rate:.6g} s is too long: does a clock "
+                "leap ahead? Cut the recording there, or give start and stop"
+            )
         grid = first + np.arange(max(count, 0)) / rate
         names = tuple(names)
         values = np.full((len(grid), len(names)), np.nan)

@@ -67,6 +67,39 @@ def test_the_result_does_not_depend_on_how_the_recording_is_cut(healthy, cuts):
     assert pieces.quality[0].samples == whole.quality[0].samples
 
 
+def later(recording: Recording, at: float, pause: float) -> Recording:
+    shifted = (
+        dataclasses.replace(channel, time=np.where(channel.time < at, channel.time, channel.time + pause))
+        for channel in recording.channels.values()
+    )
+    return Recording({channel.name: channel for channel in shifted})
+
+
+def test_an_hour_between_two_drives_is_crossed_piece_by_piece(healthy):
+    run = Run(*find("friction"), load("midsize-eps"))
+    lengths = []
+    absorb = run.session.absorb
+    run.session.absorb = lambda aligned: lengths.append(len(aligned.time)) or absorb(aligned)
+    run.add(later(healthy, 240.0, 3600.0))
+    found, undisturbed = run.finish().findings[0], diagnose(healthy, "midsize-eps").findings[0]
+    assert sum(lengths) == pytest.approx((480.0 + 3600.0) * 100.0, abs=1)
+    assert max(lengths) <= 600.0 * 100.0
+    assert found.status is undisturbed.status
+    assert found.estimate.value == pytest.approx(undisturbed.estimate.value, abs=0.1)
+
+
+def test_a_clock_that_was_set_is_refused(healthy):
+    with pytest.raises(InputError, match="leaps ahead from about 0 s by 1.97e\\+04 days; cut the recording there"):
+        diagnose(later(healthy, 240.0, 1.7e9), "midsize-eps")
+
+
+def test_a_warning_that_shows_later_is_kept(healthy):
+    run = Run(*find("friction"), load("midsize-eps"))
+    run.add(healthy.slice(stop=200.0).warned("early"))
+    run.add(healthy.slice(200.0).warned("early", "late"))
+    assert {"early", "late"} <= set(run.finish().findings[0].warnings)
+
+
 def test_what_is_missing_is_named_with_the_nearest_name(healthy):
     channels = dict(healthy.channels)
     channels["motor_torqe"] = dataclasses.replace(channels.pop("motor_torque"), name="motor_torqe")

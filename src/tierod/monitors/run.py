@@ -25,8 +25,8 @@ from tierod.vehicles import Vehicle, load
 CHUNK = 600.0
 """Seconds of recording in memory at a time."""
 
-LEAP = 7.0 * 86400.0
-"""Seconds that a recording may be silent; a clock that leaps further was set, and the drive is not one."""
+LEAP = 86400.0
+"""Seconds that a recording may be silent, a night between two drives; a clock that leaps further was set."""
 
 OVERLAP = 1.0
 """Seconds kept of the piece before: longer than any sample may be old and any derived signal looks back."""
@@ -125,6 +125,8 @@ class Run:
         Raises:
             InputError: the piece lacks a signal that the monitor needs, or brings it too slowly
         """
+        begin, last = piece.span
+        _refuse_leap(begin if self._start is None else self._start + self._steps / self.monitor.rate, last)
         wanted = [*self.monitor.required, *self.monitor.optional]
         complete_piece = complete(piece, wanted)
         self._quality.add(complete_piece)
@@ -133,8 +135,6 @@ class Run:
             self._check(complete_piece)
             self._start = complete_piece.slice().span[0]
         joined = complete(_joined(self._before, piece), wanted)
-        last = piece.span[1]
-        _refuse_leap(self._start + self._steps / self.monitor.rate, last)
         self._before = piece.slice(last - OVERLAP)
         while len((aligned := self._aligned(joined, last)).time):
             self._absorb(aligned)
