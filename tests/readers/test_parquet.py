@@ -7,6 +7,8 @@ import pytest
 
 from tierod.errors import InputError
 from tierod.readers import open_chunks, read
+from tierod.recording import Channel, Recording
+from tierod.writers import write
 
 
 def saved(tmp_path, table, **options):
@@ -80,3 +82,54 @@ def test_damage_in_the_middle(tmp_path):
 def test_no_rows(tmp_path):
     with pytest.raises(InputError, match="holds columns but no samples"):
         read(saved(tmp_path, pa.table({"time": pa.array([], pa.float64()), "yaw_rate": pa.array([], pa.float64())})))
+
+
+@pytest.mark.parametrize(("unit", "per"), [("ms", 1e3), ("us", 1e6), ("ns", 1e9)])
+def test_dates_as_large_integers_are_told_from_seconds(tmp_path, unit, per):
+    time = 0.25 * np.arange(5)
+    table = pa.table({"timestamp": ((1.7e9 + time) * per).astype(np.int64), "yaw_rate": np.arange(5.0)})
+    recording = read(saved(tmp_path, table))
+    assert recording["yaw_rate"].time == pytest.approx(time, abs=1e-6)
+    assert recording.metadata["origin"] == pytest.approx(1.7e9)
+    assert f"time stamps taken as {unit} since 1970" in recording["yaw_rate"].note
+
+
+def test_large_stamps_with_a_unit_are_believed(tmp_path):
+    table = pa.table({"time_s": 1.0e12 + np.arange(5.0), "yaw_rate": np.arange(5.0)})
+    assert read(saved(tmp_path, table)).span == (0.0, 4.0)
+
+
+@pytest.fixture
+def ours(tmp_path):
+    """A table as tierod writes it, with two clocks or one."""
+
+    def table(clocks=2):
+        times = [np.arange(6.0), np.arange(0.0, 6.0, 2.0)][:clocks]
+        names = ("yaw_rate", "driver_torque")
+        channels = [Channel(name, time, 0.1 * time, "count") for name, time in zip(names, times, strict=False)]
+        write(Recording({channel.name: channel for channel in channels}), tmp_path / "ours.parquet")
+        return pq.read_table(tmp_path / "ours.parquet")
+
+    return table
+
+
+def test_a_column_that_was_added_to_our_own_file_is_read(tmp_path, ours):
+    table = ours(1).append_column("lateral_acceleration", pa.array(np.arange(6.0)))
+    assert read(saved(tmp_path, table))["lateral_acceleration"].values.tolist() == list(range(6))
+
+
+def test_a_column_without_a_clock_is_told(tmp_path, ours):
+    recording = read(saved(tmp_path, ours().append_column("lateral_acceleration", pa.array(np.arange(6.0)))))
+    assert recording.names == ("yaw_rate", "driver_torque")
+    assert any("'lateral_acceleration' added to a file" in warning for warning in recording.warnings)
+
+
+@pytest.mark.parametrize("told", [b"no JSON", b"[]", b'{"layout": 2}', b'{"layout": 1, "clocks": [{"time": "gone"}]}'])
+def test_a_layout_that_does_not_fit_is_left_aside(tmp_path, ours, told):
+    recording = read(saved(tmp_path, ours().replace_schema_metadata({b"tierod": told})))
+    assert set(recording.names) == {"yaw_rate", "driver_torque"}
+
+
+def test_our_own_file_without_its_clock(tmp_path, ours):
+    with pytest.raises(InputError, match="no column tells the time"):
+        read(saved(tmp_path, ours().select(["yaw_rate", "driver_torque"])))

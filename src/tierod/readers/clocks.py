@@ -22,12 +22,10 @@ class Clock:
 
     Args:
         column: its name
-        unit: of its stamps
         columns: the columns timed by it
     """
 
     column: str
-    unit: str
     columns: tuple[str, ...]
 
 
@@ -63,7 +61,7 @@ def find_clocks(columns: Sequence[Column], increasing: Sequence[str] = ()) -> tu
             clocks.append((column, []))
         else:
             clocks[-1][1].append(column.name)
-    return tuple(Clock(column.name, unit_of(column), tuple(members)) for column, members in clocks)
+    return tuple(Clock(column.name, tuple(members)) for column, members in clocks)
 
 
 def _without_number(column: Column) -> str:
@@ -71,17 +69,31 @@ def _without_number(column: Column) -> str:
 
 
 def unit_of(column: Column) -> str:
-    """The unit of a time column as written or as its name ends; seconds where neither says it."""
-    return column.unit or split_suffix(column.name)[1] or "s"
+    """The unit of a time column as written or as its name ends; "" where neither says it."""
+    return column.unit or split_suffix(column.name)[1]
 
 
-def seconds(stamps: np.ndarray, unit: str, column: str) -> np.ndarray:
-    """Time stamps in seconds.
+def seconds(stamps: np.ndarray, unit: str, column: str) -> tuple[np.ndarray, str]:
+    """Time stamps in seconds, and the note on what was guessed.
+
+    Args:
+        stamps: as recorded, shape (n,)
+        unit: as `unit_of` tells; where it tells none, seconds, or what makes of large numbers a calendar date
+        column: its name, for the message
 
     Raises:
         InputError: the unit is not one of time
     """
+    guess = "" if unit else _calendar_unit(stamps)
+    note = f"time stamps taken as {guess} since 1970" if guess else ""
     try:
-        return scale(unit, "s")(np.asarray(stamps, dtype=float))
+        return scale(unit or guess or "s", "s")(np.asarray(stamps, dtype=float)), note
     except InputError as error:
         raise InputError(f"the time column '{column}': {error}") from None
+
+
+def _calendar_unit(stamps: np.ndarray) -> str:
+    """The unit in which stamps that are too large for seconds (beyond the year 5000) are dates after 1973, or ""."""
+    finite = stamps[np.isfinite(stamps)]
+    least = float(finite.min()) if len(finite) else 0.0
+    return next((unit for limit, unit in ((1e17, "ns"), (1e14, "us"), (1e11, "ms")) if least > limit), "")

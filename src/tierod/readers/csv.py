@@ -110,13 +110,15 @@ def _channels(
     table, values, bad = _read(data, layout, needed)
     about = {told["name"]: told for told in layout.about.get("channels", {}).values()}
     stamps: dict[str, np.ndarray] = {}
+    guesses: dict[str, str] = {}
     padded: dict[str, np.ndarray | None] = {}
     made = []
     for name in names:
         clock = timed[name]
         if clock.column not in stamps:
             if clock.column in values:
-                time = seconds(values[clock.column], unit_of(columns[clock.column]), clock.column)
+                unit = unit_of(columns[clock.column])
+                time, guesses[clock.column] = seconds(values[clock.column], unit, clock.column)
             else:
                 time = _calendar(table[clock.column], clock.column)
             padded[clock.column] = np.isfinite(time) if len(clocks) > 1 and not np.isfinite(time).all() else None
@@ -127,7 +129,8 @@ def _channels(
         told = about.get(name, {})
         unit = columns[name].unit
         channel = Channel(name, stamps[clock.column], column, unit, told.get("source", name), told.get("note", ""))
-        made.append(channel.noted(f"{bad[name]} cells are no numbers" if bad.get(name) else ""))
+        broken = f"{bad[name]} cells are no numbers" if bad.get(name) else ""
+        made.append(channel.noted(guesses.get(clock.column, ""), broken))
     return made
 
 

@@ -68,9 +68,9 @@ def _structures(prefix: str, members: dict[str, Any]) -> Iterator[tuple[str, dic
 def _timed(prefix: str, members: dict[str, Any]) -> Iterator[Channel]:
     """The vectors of one structure that have as many samples as its time, or as its sampling period allows."""
     vectors = {name: value for name, value in members.items() if _is_vector(value)}
-    clock = next((name for name in vectors if is_time(name)), None)
+    clock, note = next((name for name in vectors if is_time(name)), None), ""
     if clock is not None:
-        time = to_seconds(np.asarray(vectors.pop(clock), dtype=float), unit_of(Column(clock)), clock)
+        time, note = to_seconds(np.asarray(vectors.pop(clock), dtype=float), unit_of(Column(clock)), clock)
     else:
         period = next((members[name] for name in _PERIODS if np.ndim(members.get(name, [0])) == 0), None)
         if not isinstance(period, int | float | np.number) or not vectors:
@@ -79,7 +79,7 @@ def _timed(prefix: str, members: dict[str, Any]) -> Iterator[Channel]:
     for name, value in vectors.items():
         if len(value) == len(time):
             full = f"{prefix}.{name}" if prefix else name
-            yield Channel(full, time, np.asarray(value, dtype=float), "", full)
+            yield Channel(full, time, np.asarray(value, dtype=float), "", full, note)
 
 
 def _is_vector(value: Any) -> bool:

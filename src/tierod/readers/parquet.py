@@ -41,15 +41,34 @@ def open_parquet(path: Path) -> Source:
         ) from None
     if not file.metadata.num_rows:
         raise InputError(f"{path} holds columns but no samples; record again")
-    layout = json.loads((file.schema_arrow.metadata or {}).get(LAYOUT, b"{}"))
+    layout = _layout(file)
     return _source(path, file, layout, find_clocks_of(file, layout))
+
+
+def _layout(file: Any) -> dict[str, Any]:
+    """What the writer of tierod told, as far as it still fits the columns; others may have changed the file since."""
+    try:
+        layout = json.loads((file.schema_arrow.metadata or {}).get(LAYOUT, b"{}"))
+        fits = layout["layout"] == 1 and all(clock["time"] in file.schema_arrow.names for clock in layout["clocks"])
+    except (ValueError, KeyError, TypeError):
+        return {}
+    return layout if fits else {}
 
 
 def find_clocks_of(file: Any, layout: dict[str, Any]) -> tuple[Clock, ...]:
     """The clocks that the layout names, or those that the columns' names tell."""
-    if layout:
-        return tuple(Clock(clock["time"], "s", tuple(clock["channels"])) for clock in layout["clocks"])
-    return find_clocks([column for column in _columns(file, {}) if not column.name.startswith("__index")])
+    columns = [column for column in _columns(file, layout) if not column.name.startswith("__index")]
+    if not layout:
+        return find_clocks(columns)
+    clocks = tuple(Clock(clock["time"], tuple(clock["channels"])) for clock in layout["clocks"])
+    added = _added(columns, clocks)
+    return (Clock(clocks[0].column, (*clocks[0].columns, *added)),) if len(clocks) == 1 else clocks
+
+
+def _added(columns: Sequence[Column], clocks: Sequence[Clock]) -> tuple[str, ...]:
+    """Columns that somebody has added to a file of tierod."""
+    known = {name for clock in clocks for name in (clock.column, *clock.columns)}
+    return tuple(column.name for column in columns if column.name not in known)
 
 
 def _columns(file: Any, layout: dict[str, Any]) -> list[Column]:
@@ -78,19 +97,18 @@ def _source(path: Path, file: Any, layout: dict[str, Any], clocks: tuple[Clock, 
     notes = layout.get("channels", {})
 
     def channels(table: Any, names: Sequence[str]) -> list[Channel]:
-        stamps: dict[str, tuple[np.ndarray, np.ndarray | None]] = {}
+        stamps: dict[str, tuple[np.ndarray, np.ndarray | None, str]] = {}
         made = []
         for name in names:
             clock = timed[name].column
             if clock not in stamps:
                 stamps[clock] = _stamps(table[clock], units[clock], clock)
-            time, kept = stamps[clock]
+            time, kept, guess = stamps[clock]
             values = floats(table[name])
             about = notes.get(name, {})
             values = values if kept is None else values[kept]
-            made.append(
-                Channel(name, time, values, columns[name].unit, about.get("source", name), about.get("note", ""))
-            )
+            told = (about.get("source", name), about.get("note", ""))
+            made.append(Channel(name, time, values, columns[name].unit, *told).noted(guess))
         return made
 
     def load(names: Sequence[str]) -> list[Channel]:
@@ -108,7 +126,16 @@ def _source(path: Path, file: Any, layout: dict[str, Any], clocks: tuple[Clock, 
 
     metadata = {**layout.get("metadata", {}), "format": "Parquet"}
     used = tuple(columns[name] for name in timed)
-    return Source(used, load, metadata, float(layout.get("origin", 0.0)), (), pieces, file.metadata.num_rows)
+    origin, rows = float(layout.get("origin", 0.0)), file.metadata.num_rows
+    return Source(used, load, metadata, origin, _left_out(columns, clocks), pieces, rows)
+
+
+def _left_out(columns: dict[str, Column], clocks: Sequence[Clock]) -> tuple[str, ...]:
+    added = _added([column for column in columns.values() if not column.name.startswith("__index")], clocks)
+    if not added:
+        return ()
+    names = ", ".join(f"'{name}'" for name in added)
+    return (f"{names} added to a file with several clocks, left out: write them with tierod.write",)
 
 
 def _needed(names: Sequence[str], timed: dict[str, Clock]) -> list[str]:
@@ -125,12 +152,13 @@ def _guarded(path: Path, work: Any) -> Any:
         raise InputError(f"{path} is damaged and cannot be read to its end ({reason}); write it again") from None
 
 
-def _stamps(column: Any, unit: str, name: str) -> tuple[np.ndarray, np.ndarray | None]:
-    """(time [s], rows kept): rows without a stamp are padding."""
+def _stamps(column: Any, unit: str, name: str) -> tuple[np.ndarray, np.ndarray | None, str]:
+    """(time [s], rows kept, what was guessed): rows without a stamp are padding."""
     import pyarrow.types as types
 
-    time = calendar_seconds(column) if types.is_timestamp(column.type) else seconds(floats(column), unit, name)
+    calendar = types.is_timestamp(column.type)
+    time, guess = (calendar_seconds(column), "") if calendar else seconds(floats(column), unit, name)
     if not column.null_count:
-        return time, None
+        return time, None, guess
     kept = np.isfinite(time)
-    return time[kept], kept
+    return time[kept], kept, guess
