@@ -6,6 +6,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tierod.errors import InputError, MissingExtra
+from tierod.readers import open_chunks, read
 from tierod.readers.dbc import bus_source, load_databases, parameter_group
 from tierod.readers.frames import EXTENDED, Frames
 
@@ -182,3 +183,41 @@ def test_without_cantools(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "cantools", None)
     with pytest.raises(MissingExtra, match=r"pip install 'tierod\[can\]'"):
         load_databases([tmp_path / "some.dbc"])
+
+
+MAP = '[signals.yaw_rate]\nsource = "M.Turn"\nsign = -1\n[signals.vehicle_speed]\nsource = "Other.Speed"\n'
+
+
+@pytest.fixture
+def bus(tmp_path):
+    """A log of one message, its database, and a map beside that knows of a message which the log lacks."""
+    message = 'BO_ 256 M: 8 A\n SG_ Turn : 0|8@1- (1,0) [0|0] "deg/s" B\n'
+    other = 'BO_ 257 Other: 8 A\n SG_ Speed : 0|8@1- (1,0) [0|0] "m/s" B\n'
+    (tmp_path / "car.dbc").write_text(HEADER + message + "\n" + other)
+    (tmp_path / "car.channels.toml").write_text(MAP)
+    lines = (f"({0.01 * k:.6f}) can0 100#{k:02X}00000000000000\n" for k in range(100))
+    (tmp_path / "drive.log").write_text("".join(lines))
+    return tmp_path
+
+
+def test_the_map_beside_the_database_counts(bus):
+    for recording in (
+        read(bus / "drive.log", dbc=bus / "car.dbc"),
+        next(iter(open_chunks(bus / "drive.log", dbc=[bus / "car.dbc"]))),
+    ):
+        assert recording["yaw_rate"].values[90] == pytest.approx(np.radians(-90.0))
+        assert recording.metadata["channel_map"] == str(bus / "car.channels.toml")
+        assert "vehicle_speed" not in recording
+
+
+def test_a_map_that_is_given_replaces_the_one_beside(bus):
+    (bus / "mine.toml").write_text('[signals.yaw_rate]\nsource = "M.Turn"\n')
+    recording = read(bus / "drive.log", dbc=bus / "car.dbc", channel_map=bus / "mine.toml")
+    assert recording["yaw_rate"].values[90] == pytest.approx(np.radians(90.0))
+    assert recording.metadata["channel_map"] == str(bus / "mine.toml")
+
+
+def test_a_broken_map_beside_is_named(bus):
+    (bus / "car.channels.toml").write_text("[signals.yaw_rat]\nsource = 'M.Turn'\n")
+    with pytest.raises(InputError, match="car.channels.toml.*did you mean 'yaw_rate'"):
+        read(bus / "drive.log", dbc=bus / "car.dbc")

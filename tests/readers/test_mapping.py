@@ -163,3 +163,15 @@ def test_two_columns_that_could_be_the_same_signal(tmp_path):
     assert found["vehicle_speed"].values[0] == 1.0
     assert found["velocity [m/s]"].values[0] == 2.0
     assert "vehicle_speed is taken from 'speed [m/s]'; 'velocity [m/s]' could be it too" in found.warnings[0]
+
+
+@pytest.mark.parametrize(("line", "sentence"), [("factor = 0", "other than 0"), ("offset = nan", "must be a finite")])
+def test_a_map_that_makes_nothing_of_a_signal_is_refused(drive, tmp_path, line, sentence):
+    with pytest.raises(InputError, match=sentence):
+        read(drive, channel_map=mapped(tmp_path, f'[signals.driver_torque]\nsource = "T_hand"\n{line}\n'))
+
+
+def test_sources_of_different_units_are_not_summed(drive, tmp_path):
+    text = '[signals.vehicle_speed]\nsource = ["speed [km/h]", "ay [g]"]\n'
+    with pytest.raises(InputError, match=r"units of the sources differ \(km/h, g\)"):
+        read(drive, channel_map=mapped(tmp_path, text))

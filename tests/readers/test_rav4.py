@@ -1,5 +1,7 @@
 """The real RAV4 minute, decoded with the database and the map that tierod ships."""
 
+from importlib.resources import files
+
 import numpy as np
 import pytest
 
@@ -54,7 +56,17 @@ def test_lateral_acceleration_is_turned_and_centred(minute):
     assert sign_warnings(minute) == ()
 
 
-def test_without_the_map_the_wrong_sign_is_seen():
-    raw = complete(read(shared_data("rav4_highway_minute", "can.log"), dbc="rav4"))
+def test_the_map_beside_the_database_is_used_without_asking(minute):
+    beside = complete(read(shared_data("rav4_highway_minute", "can.log"), dbc="rav4"))
+    assert beside.metadata["channel_map"].endswith("rav4.channels.toml")
+    for name in ("lateral_acceleration", "steering_wheel_angle"):
+        assert np.array_equal(beside[name].values, minute[name].values)
+
+
+def test_without_the_map_the_wrong_sign_is_seen(tmp_path):
+    alone = tmp_path / "alone.dbc"
+    alone.write_bytes(files("tierod.vehicles").joinpath("rav4.dbc").read_bytes())
+    raw = complete(read(shared_data("rav4_highway_minute", "can.log"), dbc=alone))
+    assert "channel_map" not in raw.metadata
     (warning,) = sign_warnings(raw)
     assert warning.startswith("lateral_acceleration has probably the wrong sign in turns")

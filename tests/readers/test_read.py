@@ -175,6 +175,13 @@ def test_packed_text(tmp_path):
     assert read(path)["vehicle_speed"].values.tolist() == [1.0, 2.0, 3.0]
 
 
+def test_a_packed_table_of_numbers_is_to_be_unpacked(tmp_path):
+    path = tmp_path / "drive.parquet.gz"
+    path.write_bytes(gzip.compress(b"PAR1" + bytes(100)))
+    with pytest.raises(InputError, match="is packed.*gunzip -k"):
+        read(path)
+
+
 def test_a_wrong_shipped_name():
     pytest.importorskip("cantools")
     log = shared_data("rav4_highway_minute", "can.log")

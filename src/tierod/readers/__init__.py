@@ -7,6 +7,7 @@ recording = read("can.log", dbc="car.dbc", channel_map="car.channels.toml")
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,13 @@ import numpy as np
 
 from tierod.derive import RECIPES, complete
 from tierod.errors import InputError, nearest
-from tierod.readers.channel_map import ChannelMap, load_channel_map, parse_channel_map
+from tierod.readers.channel_map import (
+    ChannelMap,
+    load_channel_map,
+    load_maps_beside,
+    maps_beside,
+    parse_channel_map,
+)
 from tierod.readers.chunks import regrouped
 from tierod.readers.detect import Kind, detect
 from tierod.readers.frames import Frames, identifier_text, taken
@@ -53,7 +60,8 @@ def read(
     Args:
         path: MF4, MDF, Parquet, CSV, MATLAB 5, candump -L, ASC, BLF or TRC; text may be packed with gzip
         dbc: database of a CAN log, or several; a bare name such as "rav4" means the one that tierod ships
-        channel_map: TOML file that says which column is which signal; a bare name means the one that tierod ships
+        channel_map: TOML file that says which column is which signal; a bare name means the one that tierod ships;
+            where not given, "car.channels.toml" beside "car.dbc" is used if it is there (metadata "channel_map")
         names: the signals (or columns) wanted, all where not given; signals that the file lacks are derived where
             tierod.derive has a recipe, and are absent otherwise
 
@@ -75,7 +83,7 @@ def _whole(path: str | Path, source: Source, kind: Kind, channel_map: Any, names
     _require_samples(path, channels)
     origin = _origin(channels) if not source.origin else 0.0
     channels = checked_together(shifted(channels, origin) if origin else channels)
-    recording = Recording({channel.name: channel for channel in channels}, _metadata(path, source, origin))
+    recording = Recording({channel.name: channel for channel in channels}, _metadata(path, source, made, origin))
     recording = recording.warned(kind.warning, *source.warnings, *made.warnings, *doubts)
     return recording if names is None else complete(recording, names)
 
@@ -138,7 +146,7 @@ def _streamed(
     past: Recording | None = None
     for slice_ in regrouped(pieces(), seconds):
         share = {SHARE_READ: min(rows / source.rows, 1.0)} if source.rows else {}
-        recording = Recording(slice_, _metadata(path, source, origin or 0.0) | share)
+        recording = Recording(slice_, _metadata(path, source, made, origin or 0.0) | share)
         recording = recording.warned(kind.warning, *source.warnings, *made.warnings, *doubts)
         yield recording if names is None else _completed(recording, past, names)
         past = recording
@@ -170,6 +178,8 @@ def open_source(path: str | Path, dbc: Paths = None) -> tuple[Source, Kind]:
     """
     path = Path(path)
     kind = detect(path)
+    if kind.data is not None and kind.name in ("mdf", "parquet", "mat"):
+        raise InputError(f"{path} is packed, which only text and CAN logs may be; unpack it first: gunzip -k {path}")
     opened = _OPENERS[kind.name](path, kind)
     if isinstance(opened, Source):
         return opened, kind
@@ -190,9 +200,9 @@ def _decoded(path: Path, frames: Frames, dbc: Paths, kind: Kind) -> Source:
     put = order(frames.time, f"the log {path.name}")
     if put.index is not None:
         frames = taken(frames, put.index)
-    database = load_databases([_shipped(entry, ".dbc") for entry in paths])
+    found = [_shipped(entry, ".dbc") for entry in paths]
     names = {"format": kind.name, "dbc": tuple(str(entry) for entry in paths)}
-    return bus_source(frames, database, names)
+    return replace(bus_source(frames, load_databases(found), names), maps=maps_beside(found))
 
 
 def _shipped(name: str | Path, ending: str) -> Path:
@@ -271,6 +281,8 @@ def _named(path: Path, work: Callable[[], Frames]) -> Frames:
 def _plan(path: str | Path, source: Source, channel_map: Any, names: tuple[str, ...] | None) -> Plan:
     if isinstance(channel_map, str | Path):
         channel_map = load_channel_map(_shipped(channel_map, ".channels.toml"))
+    elif channel_map is None and source.maps:
+        channel_map = load_maps_beside(source.maps)
     made = plan(source.columns, channel_map, names)
     if not made.picks:
         has = ", ".join(f"'{column.name}'" for column in source.columns[:12])
@@ -290,5 +302,6 @@ def _origin(channels: Sequence[Channel]) -> float:
     return min(stamps) if stamps and min(stamps) > CALENDAR else 0.0
 
 
-def _metadata(path: str | Path, source: Source, origin: float) -> dict[str, Any]:
-    return {**source.metadata, "path": str(path), "origin": source.origin or origin}
+def _metadata(path: str | Path, source: Source, made: Plan, origin: float) -> dict[str, Any]:
+    told = {"channel_map": made.channel_map} if made.channel_map else {}
+    return {**source.metadata, **told, "path": str(path), "origin": source.origin or origin}

@@ -12,8 +12,10 @@ note = "why"
 
 from __future__ import annotations
 
+import math
 import tomllib
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -81,6 +83,25 @@ def load_channel_map(path: str | Path) -> ChannelMap:
     return parse_channel_map(document, str(path))
 
 
+def maps_beside(databases: Iterable[Path]) -> tuple[Path, ...]:
+    """The channel maps that lie beside databases: of "car.dbc" it is "car.channels.toml"."""
+    candidates = (path.with_name(f"{path.stem}.channels.toml") for path in databases)
+    return tuple(path for path in candidates if path.is_file())
+
+
+def load_maps_beside(paths: Sequence[Path]) -> ChannelMap:
+    """The maps beside several databases as one, of which nothing is required: a log may lack some of the messages.
+
+    Raises:
+        InputError: as for `load_channel_map`
+    """
+    entries: dict[str, Entry] = {}
+    for path in paths:
+        for name, entry in load_channel_map(path).entries.items():
+            entries.setdefault(name, replace(entry, optional=True))
+    return ChannelMap(entries, ", ".join(map(str, paths)))
+
+
 def parse_channel_map(document: dict[str, Any], path: str = "the channel map") -> ChannelMap:
     """The channel map of a TOML document that was parsed already.
 
@@ -118,6 +139,10 @@ def _entry(table: dict[str, Any], where: str) -> Entry:
         raise InputError(f'{where} needs source = "column of the file"')
     if abs(table.get("sign", 1)) != 1:
         raise InputError(f"{where} sign = {table['sign']} must be 1 or -1; use factor for a scale")
+    if not (math.isfinite(table.get("factor", 1.0)) and table.get("factor", 1.0)):
+        raise InputError(f"{where} factor = {table['factor']} must be a finite number other than 0")
+    if not math.isfinite(table.get("offset", 0.0)):
+        raise InputError(f"{where} offset = {table['offset']} must be a finite number")
     return Entry(
         sources,
         table.get("unit"),

@@ -41,10 +41,17 @@ class Pick:
 
 @dataclass(frozen=True)
 class Plan:
-    """What to load from a file."""
+    """What to load from a file.
+
+    Args:
+        picks: the channels to be made
+        warnings: what was guessed
+        channel_map: the path of the map that decided; "" where none did
+    """
 
     picks: tuple[Pick, ...]
     warnings: tuple[str, ...] = ()
+    channel_map: str = ""
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -84,7 +91,7 @@ def plan(columns: Sequence[Column], channel_map: ChannelMap | None, names: Itera
             if column.name not in taken or (wanted is not None and column.name in wanted):
                 picks.append(pick)
             warnings.append(warning)
-    return Plan(tuple(picks), tuple(filter(None, warnings)))
+    return Plan(tuple(picks), tuple(filter(None, warnings)), channel_map.path if channel_map else "")
 
 
 def _wanted(names: tuple[str, ...], columns: dict[str, Column]) -> set[str]:
@@ -108,7 +115,10 @@ def _mapped(
                 return None
             raise InputError(f"{where} source '{source}' is not in the file{nearest(source, columns)}")
         sources.append(found)
-    written = entry.unit if entry.unit is not None else sources[0].unit or split_suffix(sources[0].name)[1]
+    units = dict.fromkeys(source.unit or split_suffix(source.name)[1] for source in sources)
+    if entry.unit is None and len(units) > 1:
+        raise InputError(f"{where} the units of the sources differ ({', '.join(units)}) and cannot be summed")
+    written = next(iter(units)) if entry.unit is None else entry.unit
     try:
         unit, conversion = _conversion(written, SIGNALS[name])
     except InputError as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from tierod.recording import Channel
@@ -36,6 +37,7 @@ class Source:
         warnings: what a reader of results must know about the file
         pieces: the named columns bit by bit in the order of time, for files that need not fit into memory
         rows: of the longest column, all pieces together
+        maps: channel maps that lie beside the databases of a bus log
     """
 
     columns: tuple[Column, ...]
@@ -45,3 +47,4 @@ class Source:
     warnings: tuple[str, ...] = ()
     pieces: Callable[[Sequence[str]], Iterator[list[Channel]]] | None = None
     rows: int = 0
+    maps: tuple[Path, ...] = ()
