@@ -34,6 +34,7 @@ class Ring(NamedTuple):
     """A delay line of `size` samples: the only indexed memory of a block.
 
     A step reads `oldest` (the value pushed `size` steps ago, `initial` before that) and returns `push(value)` once.
+    The size is at least 1.
     """
 
     size: int
@@ -147,12 +148,15 @@ def _with_tuning(block: Any, values: Iterator[Any]) -> Any:
 
 
 def structure(block: Any) -> Any:
-    """What of a block decides the shape of its graph: types and every field that is not a float."""
+    """What of a block decides the shape of its graph: types and every field that is not a float.
+
+    Types stand for themselves, not for their names: a class written anew under an old name is another one. Values come
+    with their type, since True equals 1.
+    """
     if isinstance(block, float):
-        return "float"
+        return float
     if dataclasses.is_dataclass(block) and not isinstance(block, type):
-        fields = tuple((f.name, structure(getattr(block, f.name))) for f in dataclasses.fields(block))
-        return (type(block).__module__, type(block).__qualname__, fields)
+        return (type(block), tuple(structure(getattr(block, field.name)) for field in dataclasses.fields(block)))
     if isinstance(block, tuple):
-        return (type(block).__qualname__, tuple(structure(value) for value in block))
-    return block
+        return (type(block), tuple(structure(value) for value in block))
+    return (type(block), block)

@@ -1,6 +1,9 @@
 """The three drivers and both engines give the same numbers."""
 
+import math
 from collections import deque
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -8,7 +11,7 @@ import pytest
 from blocks_of_graph import Everything, Pair
 from tierod.block import Ring, leaves, rebuild, tuning
 from tierod.errors import InputError, ParameterError
-from tierod.graph import Stream, batch, scan, trace
+from tierod.graph import Memory, Stream, batch, maths, scan, trace
 from tierod.recording import Aligned
 
 
@@ -113,7 +116,7 @@ def test_wrong_samples_are_refused(samples):
         scan(Everything(), samples[:, :1])
     with pytest.raises(InputError, match="needs the signal 'b'; did you mean 'bb'"):
         scan(Everything(), Aligned(np.arange(2500), samples, ("a", "bb")))
-    with pytest.raises(InputError, match="no 'b'.*NaN for a measurement"):
+    with pytest.raises(InputError, match="no 'b'.*NaN stands for a measurement"):
         Stream(Everything()).push({"a": 1.0})
     with pytest.raises(InputError, match=r"needs 2 numbers \(a, b\)"):
         Stream(Everything()).push((1.0, 2.0, 3.0))
@@ -123,3 +126,88 @@ def test_wrong_samples_are_refused(samples):
         batch([Everything(), Everything()], [samples] * 3)
     with pytest.raises(ParameterError, match="'jit' is unknown"):
         scan(Everything(), samples, engine="jit")
+    with pytest.raises(InputError, match="not all numbers.*NaN where one is missing"):
+        scan(Everything(), [["a", "b"]])
+    with pytest.raises(InputError, match=r"needs 2 numbers \(a, b\).*own Sample"):
+        Stream(Everything()).push(1.0)
+    with pytest.raises(InputError, match=r"needs 2 numbers \(a, b\)"):
+        Stream(Everything()).push({"a": 1.0, "b": None})
+
+
+@pytest.mark.parametrize("engine", ["compiled", "virtual machine"])
+@pytest.mark.parametrize("state", [Memory(np.zeros(2), 0), Memory(np.zeros(12), 0), Memory(np.zeros(9), -1), (1.0,)])
+def test_the_state_of_another_block_is_refused(samples, state, engine):
+    with pytest.raises(InputError, match="remembers 9 numbers; go on from the state of a block of the same structure"):
+        scan(Everything(), samples, state, engine)
+    with pytest.raises(InputError, match="remembers 9 numbers"):
+        Stream(Everything(), state, engine)
+    with pytest.raises(InputError, match="remembers 9 numbers"):
+        batch(Everything(), [samples], [state])
+
+
+def test_a_state_is_not_changed_by_a_run(samples):
+    start = scan(Everything(), samples[:9]).state
+    before = start.values.copy()
+    scan(Everything(), samples, start)
+    batch(Everything(), [samples], [start])
+    Stream(Everything(), start).push(samples[0])
+    np.testing.assert_array_equal(start.values, before)
+
+
+@pytest.mark.parametrize("engine", ["compiled", "virtual machine"])
+def test_samples_may_lie_anyhow_in_memory(samples, engine):
+    expected = scan(Everything(), samples, engine=engine).values
+    frozen = samples.copy()
+    frozen.flags.writeable = False
+    for same in (frozen, np.asfortranarray(samples), np.repeat(samples, 2, axis=0)[::2], samples.astype(">f8")):
+        np.testing.assert_array_equal(scan(Everything(), same, engine=engine).values, expected)
+    assert scan(Everything(), samples[:0], engine=engine).values.shape == (0, 3)
+
+
+class Nested(NamedTuple):
+    pair: Pair
+    single: float
+
+
+@dataclass(frozen=True)
+class Sum:
+    """No state, no tuning, a nested sample."""
+
+    Sample = Nested
+
+    def init(self):
+        return ()
+
+    def step(self, state, sample):
+        return (), Pair(sample.pair.a + sample.single, sample.pair.b)
+
+
+@pytest.mark.parametrize("engine", ["compiled", "virtual machine"])
+def test_a_block_without_state_or_tuning_runs_and_takes_a_nested_sample(engine):
+    live = Stream(Sum(), engine=engine)
+    assert live.push(Nested(Pair(1.0, 2.0), 3.0)) == Pair(4.0, 2.0)
+    assert live.push({"pair.a": 1.0, "pair.b": 2.0, "single": 4.0}) == Pair(5.0, 2.0)
+    assert scan(Sum(), np.ones((1500, 3)), engine=engine).values.sum() == 3 * 1500
+
+
+@dataclass(frozen=True)
+class Rounded:
+    """Library functions of truth values and of each other, which compilers like to work out themselves."""
+
+    Sample = Pair
+
+    def init(self):
+        return (1.0,)
+
+    def step(self, state, sample):
+        held = maths.both(sample.a > 0.0, state[0])
+        return (held,), Pair(maths.expm1(held), maths.cos(maths.arctan(sample.b)))
+
+
+def test_library_functions_are_not_worked_out_by_the_compiler():
+    samples = np.array([[1.0, np.nan], [2.0, -np.inf], [-1.0, 1.0], [1.0, 0.5]])
+    result = scan(Rounded(), samples)
+    np.testing.assert_array_equal(batch(Rounded(), [samples])[0].values, result.values)
+    assert np.isnan(result["b"][0])
+    assert result["b"][1] == math.cos(math.atan(-math.inf))
+    assert result["a"][0] == math.expm1(1.0)

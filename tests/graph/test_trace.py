@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from blocks_of_graph import Everything
-from tierod.block import Ring
+from tierod.block import Ring, structure
 from tierod.errors import CompileError, TraceError
 from tierod.graph import compiler, jacobian, maths, scan, trace
 from tierod.graph.operations import program
@@ -56,6 +56,40 @@ def test_a_delay_line_must_be_pushed():
         trace(Applied(lambda s, x: (s, One(s[0].oldest)), Ring(3)))
 
 
+@pytest.mark.parametrize("size", [0, -2])
+def test_a_delay_line_holds_at_least_one_sample(size):
+    with pytest.raises(TraceError, match=f"holds {size} samples; give it a size of at least 1"):
+        trace(Applied(_smooth, Ring(size)))
+
+
+def test_a_field_that_can_change_is_refused():
+    with pytest.raises(TraceError, match=r"can change \(unhashable type: 'list'\); give a tuple"):
+        trace(Applied(_smooth, [1.0, 2.0]))
+
+
+def _scaled_block(factor):
+    @dataclass(frozen=True)
+    class Scaled:
+        Sample = One
+
+        def init(self):
+            return ()
+
+        def step(self, state, sample):
+            return (), One(factor * sample.value)
+
+    return Scaled()
+
+
+def test_a_class_written_anew_under_an_old_name_is_traced_anew():
+    values = [scan(_scaled_block(factor), [1.0]).values.item() for factor in (2.0, 3.0)]
+    assert values == [2.0, 3.0]
+
+
+def test_true_and_one_are_different_structures():
+    assert structure(Applied(_smooth, (True,))) != structure(Applied(_smooth, (1,)))
+
+
 def test_a_chain_of_steps_is_worked_out_once_and_tuning_before_the_loop():
     operations = program(trace(Everything()).function)
     assert operations.counts()["div"] == 0, "x / (1 + b²) and tanh(b) / (1 + b²) share one reciprocal"
@@ -96,6 +130,32 @@ def test_a_compiler_that_refuses_is_named(monkeypatch, tmp_path):
     with pytest.raises(CompileError, match="refused generated code.*TIEROD_CC"):
         compiler.load("this is not C", "broken")
     assert not list(tmp_path.iterdir()), "nothing half-made stays in the cache"
+
+
+def test_a_compiler_that_is_not_there_is_named(monkeypatch, tmp_path):
+    monkeypatch.setenv("TIEROD_CACHE", str(tmp_path))
+    monkeypatch.setattr(compiler, "compiler", lambda: (str(tmp_path / "cc"),))
+    with pytest.raises(CompileError, match=r"cc' cannot be run \(No such file or directory\).*TIEROD_CC"):
+        compiler.load("int one(void) { return 1; }", "absent")
+
+
+@pytest.mark.parametrize("damage", [b"", b"garbage"])
+def test_a_damaged_kernel_in_the_cache_is_compiled_anew(monkeypatch, tmp_path, damage):
+    monkeypatch.setenv("TIEROD_CACHE", str(tmp_path))
+    source = f"int one(void); int one(void) {{ return {1 + len(damage)}; }}"
+    key = compiler.library_path(compiler.compiler(), source, "damaged")
+    key.write_bytes(damage)
+    assert compiler.load(source, "damaged").one() == 1 + len(damage)
+
+
+def test_a_folder_of_somebody_else_is_not_trusted(monkeypatch, tmp_path):
+    monkeypatch.setattr(compiler.tempfile, "tempdir", str(tmp_path))
+    planted = tmp_path / f"tierod-{compiler.os.getuid()}"
+    planted.mkdir()
+    planted.chmod(0o777)
+    assert compiler._fallback_folder.__wrapped__() != planted
+    planted.chmod(0o700)
+    assert compiler._fallback_folder.__wrapped__() == planted
 
 
 def test_a_cache_that_cannot_be_written_is_no_obstacle(monkeypatch, tmp_path):

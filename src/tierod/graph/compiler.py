@@ -7,6 +7,7 @@ import hashlib
 import os
 import platform
 import shutil
+import stat
 import subprocess
 import sys
 import tempfile
@@ -16,8 +17,14 @@ from pathlib import Path
 
 from tierod.errors import CompileError
 
-FLAGS = ("-std=c99", "-O3", "-fPIC", "-shared", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off")
-"""Never -ffast-math: it breaks NaN and, once loaded, flushes denormals in the whole process."""
+_LIBRARY_FUNCTIONS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp expm1 log log1p pow hypot"
+
+FLAGS = (
+    *("-std=c99", "-O3", "-fPIC", "-shared", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off"),
+    *(f"-fno-builtin-{name}" for name in _LIBRARY_FUNCTIONS.split()),
+)
+"""Never -ffast-math: it breaks NaN and, once loaded, flushes denormals in the whole process. Nor may the compiler work
+out a library function itself: GCC rounds constants differently, and makes 0 of cos(atan(NaN))."""
 
 NATIVE = ("-march=native", "-mprefer-vector-width=512")
 
@@ -52,7 +59,7 @@ def load(source: str, name: str) -> ctypes.PyDLL:
     PyDLL keeps the interpreter's lock: one push is shorter than giving the lock away and taking it back.
 
     Raises:
-        CompileError: there is no compiler, or it refuses the source
+        CompileError: there is no compiler, it refuses the source, or its product cannot be loaded
     """
     command = compiler()
     if command is None:
@@ -60,14 +67,27 @@ def load(source: str, name: str) -> ctypes.PyDLL:
             "no C compiler was found (looked for cc, gcc, clang and the wheel ziglang); install one, "
             "or pip install 'tierod[compiler]', or run with engine='virtual machine'"
         )
-    key = hashlib.sha256(
-        "\0".join([*command, _identity(command[0]), _machine(), *FLAGS, *NATIVE, *SCHEDULED, source]).encode()
-    )
-    folder = _writable(cache_folder())
-    library = folder / f"{name}-{key.hexdigest()[:24]}.so"
-    if not library.exists():
-        _compile(command, source, library)
-    return ctypes.PyDLL(str(library))
+    library = library_path(command, source, name)
+    if library.exists():
+        try:
+            return ctypes.PyDLL(str(library))
+        except OSError:
+            library.unlink(missing_ok=True)  # damaged, by a full disk or a copy: compiled anew
+    _compile(command, source, library)
+    try:
+        return ctypes.PyDLL(str(library))
+    except OSError as error:
+        raise CompileError(
+            f"a compiled kernel cannot be loaded ({error}); name a folder that may hold programs with the environment "
+            "variable TIEROD_CACHE, or run with engine='virtual machine'"
+        ) from None
+
+
+def library_path(command: tuple[str, ...], source: str, name: str) -> Path:
+    """Where the library of a source lies: the name holds all that its code depends on."""
+    parts = [*command, _identity(command[0]), _machine(), *FLAGS, *NATIVE, *SCHEDULED, source]
+    key = hashlib.sha256("\0".join(parts).encode())
+    return _writable(cache_folder()) / f"{name}-{key.hexdigest()[:24]}.so"
 
 
 def _compile(command: tuple[str, ...], source: str, library: Path) -> None:
@@ -75,12 +95,18 @@ def _compile(command: tuple[str, ...], source: str, library: Path) -> None:
         code, built = Path(folder, "kernel.c"), Path(folder, "kernel.so")
         code.write_text(source)
         for native in (NATIVE + SCHEDULED, NATIVE, NATIVE[:1], ()):
-            run = subprocess.run(
-                [*command, *FLAGS, *native, str(code), "-o", str(built), "-lm"],
-                capture_output=True,
-                text=True,
-                check=False,
-            )
+            try:
+                run = subprocess.run(
+                    [*command, *FLAGS, *native, str(code), "-o", str(built), "-lm"],
+                    capture_output=True,
+                    text=True,
+                    check=False,
+                )
+            except OSError as error:
+                raise CompileError(
+                    f"the C compiler '{command[0]}' cannot be run ({error.strerror}); "
+                    "name another one with the environment variable TIEROD_CC (empty for none)"
+                ) from None
             if run.returncode == 0:
                 os.replace(built, library)
                 return
@@ -121,6 +147,16 @@ def _writable(folder: Path) -> Path:
             return folder
     except OSError:
         pass
-    fallback = Path(tempfile.gettempdir()) / f"tierod-{os.getuid() if hasattr(os, 'getuid') else 'kernels'}"
-    fallback.mkdir(mode=0o700, exist_ok=True)
-    return fallback
+    return _fallback_folder()
+
+
+@cache
+def _fallback_folder() -> Path:
+    """A folder among the temporary ones that nobody else can put a kernel into."""
+    if hasattr(os, "getuid"):
+        fallback = Path(tempfile.gettempdir()) / f"tierod-{os.getuid()}"
+        fallback.mkdir(mode=0o700, exist_ok=True)
+        found = fallback.lstat()
+        if stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & 0o022:
+            return fallback
+    return Path(tempfile.mkdtemp(prefix="tierod-"))

@@ -46,6 +46,16 @@ def _guarded(plain: Callable) -> Callable:
     return function
 
 
+def _quiet(function: Callable) -> Callable:
+    """A function of NumPy for one number, without its warnings."""
+
+    def quiet(*args: float) -> float:
+        with np.errstate(all="ignore"):
+            return float(function(*map(float, args)))
+
+    return quiet
+
+
 def _sign(x: float) -> float:
     return 1.0 if x > 0.0 else -1.0 if x < 0.0 else x * 0.0
 
@@ -54,7 +64,7 @@ sin = _dispatch("sin", _guarded(math.sin), np.sin, "sin", "Sine of an angle [rad
 cos = _dispatch("cos", _guarded(math.cos), np.cos, "cos", "Cosine of an angle [rad]")
 tan = _dispatch("tan", _guarded(math.tan), np.tan, "tan", "Tangent of an angle [rad]")
 arctan = _dispatch("arctan", math.atan, np.arctan, "atan", "Inverse tangent [rad]")
-arcsin = _dispatch("arcsin", lambda x: float(np.arcsin(x)), np.arcsin, "asin", "Inverse sine [rad]")
+arcsin = _dispatch("arcsin", _quiet(np.arcsin), np.arcsin, "asin", "Inverse sine [rad]")
 arctan2 = _dispatch("arctan2", math.atan2, np.arctan2, "atan2", "Angle of the point (x, y), arguments y, x [rad]")
 tanh = _dispatch("tanh", math.tanh, np.tanh, "tanh", "Hyperbolic tangent")
 exp = _dispatch("exp", _guarded(math.exp), np.exp, "exp", "Exponential function")
@@ -76,6 +86,9 @@ floor = _dispatch(
     np.floor,
     "floor",
     "Largest whole number not above",
+)
+power = _dispatch(
+    "power", _quiet(np.power), np.power, "power", "base ** exponent; NaN for a negative base and a broken exponent"
 )
 both = _dispatch("both", lambda a, b: float(bool(a) and bool(b)), np.logical_and, "logic_and", "Whether a and b")
 either = _dispatch("either", lambda a, b: float(bool(a) or bool(b)), np.logical_or, "logic_or", "Whether a or b")
@@ -115,8 +128,3 @@ def present(value: Any) -> Any:
 def limit(value: Any, lower: Any, upper: Any) -> Any:
     """The value, held between two limits."""
     return minimum(maximum(value, lower), upper)
-
-
-def power(base: Any, exponent: Any) -> Any:
-    """base ** exponent for a positive base."""
-    return base**exponent

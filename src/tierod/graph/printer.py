@@ -31,14 +31,20 @@ HEAD = """\
 typedef float real;
 #define R(x) x##f
 #define M(name) name##f
+#ifdef FP_FAST_FMAF
+#define TIEROD_FAST_FMA
+#endif
 #else
 typedef double real;
 #define R(x) x
 #define M(name) name
+#ifdef FP_FAST_FMA
+#define TIEROD_FAST_FMA
+#endif
 #endif
 """
 FMA = """\
-#ifdef FP_FAST_FMA
+#ifdef TIEROD_FAST_FMA
 #define tierod_fma(a, b, c) M(fma)(a, b, c)
 #else
 #define tierod_fma(a, b, c) ((a) * (b) + (c))

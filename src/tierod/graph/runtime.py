@@ -7,11 +7,12 @@ import struct
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from numbers import Real
 from typing import Any
 
 import numpy as np
 
-from tierod.block import Block, Tree, rebuild
+from tierod.block import Block, Tree, leaves, rebuild
 from tierod.errors import InputError, nearest
 from tierod.graph.kernel import CompiledKernel, Engine, LaneKernel, is_interpreted, kernel
 from tierod.graph.printer import LANES
@@ -90,7 +91,7 @@ def scan(block: Block, samples: Samples, state: Memory | Tree | None = None, eng
 
 
 class Stream:
-    """A block run live: one sample in, one output out. The only object of tierod that changes.
+    """A block run live: one sample in, one output out. It changes with each sample, so one thread at a time may use it.
 
     Args:
         block: estimator, detector, monitor
@@ -118,7 +119,7 @@ class Stream:
         """One sample on.
 
         Args:
-            sample: a mapping of names to numbers, or the block's own (flat) `Sample`
+            sample: a mapping of (dotted) names to numbers, or the block's own `Sample`
 
         Returns:
             the block's output
@@ -131,8 +132,8 @@ class Stream:
                 self._write(self._input_bytes, 0, *map(sample.__getitem__, self.names))
             else:
                 self._write(self._input_bytes, 0, *sample)
-        except (KeyError, struct.error) as error:
-            raise self._refusal(sample, error) from None
+        except (KeyError, TypeError, struct.error) as error:
+            self._write(self._input_bytes, 0, *self._flattened(sample, error))
         self.advance()
         return self._make(*self._read(self._output_bytes))
 
@@ -141,15 +142,23 @@ class Stream:
         """The present state, to be stored or to go on from."""
         return Memory(self._flat.copy(), self._count())
 
-    def _refusal(self, sample: Any, error: Exception) -> InputError:
+    def _flattened(self, sample: Any, error: Exception) -> list[float]:
+        """The numbers of a sample that is a tree of tuples; anything else is refused."""
         if isinstance(sample, Mapping):
             missing = [name for name in self.names if name not in sample]
             if missing:
-                return InputError(
-                    f"the sample has no '{missing[0]}'{nearest(missing[0], map(str, sample))} "
-                    "give NaN for a measurement that is missing"
-                )
-        return InputError(f"a sample needs {len(self.names)} numbers ({', '.join(self.names)}): {error}")
+                raise InputError(
+                    f"the sample has no '{missing[0]}' (NaN stands for a measurement that is missing)"
+                    f"{nearest(missing[0], map(str, sample))}"
+                ) from None
+            sample = tuple(sample[name] for name in self.names)
+        flat = [leaf for _, leaf in leaves(sample)]
+        if len(flat) != len(self.names) or not all(isinstance(leaf, Real) for leaf in flat):
+            raise InputError(
+                f"a sample needs {len(self.names)} numbers ({', '.join(self.names)}): {error}; "
+                "give a mapping of these names, or the block's own Sample"
+            ) from None
+        return flat
 
     def _bind(self, runner: CompiledKernel) -> Any:
         def pointer(array: np.ndarray) -> int:
@@ -286,9 +295,17 @@ def _advance_lanes(
 
 
 def _memory(block: Block, state: Memory | Tree | None) -> Memory:
-    if isinstance(state, Memory):
-        return state
-    return Memory(initial_memory(block) if state is None else flat_memory(state), 0)
+    """What a run starts from, of the size that the block's kernel reads and writes."""
+    if state is None:
+        return Memory(initial_memory(block), 0)
+    memory = state if isinstance(state, Memory) else Memory(flat_memory(state), 0)
+    values, needed = np.array(memory.values, dtype=float), trace(block).memory
+    if values.shape != (needed,) or memory.count < 0:
+        raise InputError(
+            f"the state has the shape {values.shape} after {memory.count} samples, but {type(block).__name__} "
+            f"remembers {needed} numbers; go on from the state of a block of the same structure"
+        )
+    return Memory(values, memory.count)
 
 
 def _columns(graph: Graph, samples: Samples) -> np.ndarray:
@@ -297,7 +314,12 @@ def _columns(graph: Graph, samples: Samples) -> np.ndarray:
         if missing:
             raise InputError(f"{graph.name} needs the signal '{missing[0]}'{nearest(missing[0], samples.names)}")
         return samples.values[:, [samples.names.index(name) for name in graph.sample]]
-    values = np.asarray(samples, dtype=float)
+    try:
+        values = np.asarray(samples, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"the samples of {graph.name} are not all numbers ({error}); give NaN where one is missing"
+        ) from None
     if values.ndim == 1 and len(graph.sample) == 1:
         values = values[:, None]
     if values.ndim != 2 or values.shape[1] != len(graph.sample):

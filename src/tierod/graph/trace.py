@@ -48,9 +48,17 @@ def trace(block: Block) -> Graph:
 
     Raises:
         TraceError: the step decides with Python's `if` on a signal, uses a foreign function on one, or returns a state
-            of another shape than `init`
+            of another shape than `init`; or a field of the block can change, like a list
     """
-    return _trace(_Structure(structure(block), block))
+    key = structure(block)
+    try:
+        hash(key)
+    except TypeError as error:
+        raise TraceError(
+            f"{type(block).__name__} has a field that can change ({error}); give a tuple in place of a list or array, "
+            "a frozen dataclass in place of another object"
+        ) from None
+    return _trace(_Structure(key, block))
 
 
 class _Structure:
@@ -118,6 +126,8 @@ def _state_symbols(initial: Tree) -> tuple[Tree, list[Any], list[Any]]:
     heads: list[Any] = []
     values: list[Any] = []
     for path, leaf in leaves(initial):
+        if isinstance(leaf, Ring) and leaf.size < 1:
+            raise TraceError(f"the delay line {path} holds {leaf.size} samples; give it a size of at least 1")
         symbol = casadi.SX.sym(path)
         (heads if isinstance(leaf, Ring) else plain).append(symbol)
         values.append(leaf._replace(oldest=symbol) if isinstance(leaf, Ring) else symbol)
