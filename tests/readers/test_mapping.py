@@ -175,3 +175,12 @@ def test_sources_of_different_units_are_not_summed(drive, tmp_path):
     text = '[signals.vehicle_speed]\nsource = ["speed [km/h]", "ay [g]"]\n'
     with pytest.raises(InputError, match=r"units of the sources differ \(km/h, g\)"):
         read(drive, channel_map=mapped(tmp_path, text))
+
+
+def test_a_map_for_the_bus_does_not_hinder_a_converted_file(tmp_path):
+    path = tmp_path / "converted.csv"
+    path.write_text("time,yaw_rate [rad/s]\n0,0.1\n1,0.2\n2,0.3\n")
+    text = '[signals.yaw_rate]\nsource = "BUS.YAW"\nunit = "deg/s"\nsign = -1\n'
+    recording = read(path, channel_map=mapped(tmp_path, text))
+    assert recording["yaw_rate"].values.tolist() == [0.1, 0.2, 0.3]
+    assert any("names no column of this file" in warning for warning in recording.warnings)

@@ -73,6 +73,9 @@ def plan(columns: Sequence[Column], channel_map: ChannelMap | None, names: Itera
     by_name = {column.name: column for column in columns}
     wanted = None if names is None else _wanted(tuple(names), by_name)
     picks, warnings = [], []
+    if channel_map and not _fits(channel_map, by_name):
+        warnings.append(f"{channel_map.path} names no column of this file, whose signals have their names already")
+        channel_map = None
     entries = channel_map.entries if channel_map else {}
     taken: set[str] = set()
     for name, entry in entries.items():
@@ -92,6 +95,13 @@ def plan(columns: Sequence[Column], channel_map: ChannelMap | None, names: Itera
                 picks.append(pick)
             warnings.append(warning)
     return Plan(tuple(picks), tuple(filter(None, warnings)), channel_map.path if channel_map else "")
+
+
+def _fits(channel_map: ChannelMap, columns: dict[str, Column]) -> bool:
+    """Whether a map is for this file: it names some column, or none has the canonical name of a signal of the map."""
+    if any(_find(source, columns) for entry in channel_map.entries.values() for source in entry.source):
+        return True
+    return not any((column.title or column.name) in channel_map.entries for column in columns.values())
 
 
 def _wanted(names: tuple[str, ...], columns: dict[str, Column]) -> set[str]:
