@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -13,7 +14,7 @@ def demo(
     minutes: Annotated[float, typer.Option(help="Duration of the drive [min].")] = 13.0,
     healthy: Annotated[float, typer.Option(help="Friction of the first half [N*m].")] = 4.0,
     risen: Annotated[float, typer.Option(help="Friction of the second half [N*m].")] = 8.0,
-    seed: Annotated[int, typer.Option(help="Of road, driver and sensors.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Of road, driver and sensors.")] = 1,
 ) -> int:
     """Simulate, record, judge: what tierod does, in one command."""
     from tierod.cli.diagnose import show
@@ -34,9 +35,9 @@ def demo(
     output.mkdir(parents=True, exist_ok=True)
     path = output / "demo-drive.parquet"
     write(recording, path)
-    terminal.print(f"recording: {path}", soft_wrap=True)
-    command = f"tierod diagnose {path} --vehicle midsize-eps"
-    terminal.print(f"judging it, as this would: {command}", soft_wrap=True)
+    terminal.print(f"recording: {path}", soft_wrap=True, markup=False)
+    command = shlex.join(["tierod", "diagnose", str(path), "--vehicle", "midsize-eps"])
+    terminal.print(f"judging it, as this would: {command}", soft_wrap=True, markup=False)
     diagnosis = diagnose(path, "midsize-eps", command=command)
     show(diagnosis, as_json=False, path=output / "demo-friction.html", console=console, messages=messages)
     return 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
@@ -40,6 +41,8 @@ def diagnose(
     from tierod.cli.terminal import output as console
     from tierod.monitors.run import diagnose as run
 
+    target = output or Path(f"{recording.stem}-{monitor}.html") if report else None
+    _refuse_to_overwrite(target, [recording, vehicle, *(dbc or []), channel_map, own_level])
     with progress(f"reading {recording.name}") as advance:
         diagnosis = run(
             recording,
@@ -52,8 +55,16 @@ def diagnose(
             command=shlex.join(["tierod", *sys.argv[1:]]),
             progress=advance,
         )
-    show(diagnosis, as_json, output or Path(f"{recording.stem}-{monitor}.html") if report else None, console, messages)
+    show(diagnosis, as_json, target, console, messages)
     return diagnosis.findings[0].status.exit_code
+
+
+def _refuse_to_overwrite(target: Path | None, given: Iterable[Path | str | None]) -> None:
+    from tierod.errors import OutputError
+
+    for path in given:
+        if path and target is not None and Path(path).exists() and target.resolve() == Path(path).resolve():
+            raise OutputError(f"the report would overwrite {path}, which was given; name another place with --output")
 
 
 def show(diagnosis, as_json: bool, path: Path | None, console, messages) -> None:  # type: ignore[no-untyped-def]
@@ -69,4 +80,4 @@ def show(diagnosis, as_json: bool, path: Path | None, console, messages) -> None
     else:
         print_table(diagnosis, console())
     if path is not None:
-        (messages() if as_json else console()).print(f"report: {path}", soft_wrap=True)
+        (messages() if as_json else console()).print(f"report: {path}", soft_wrap=True, markup=False)

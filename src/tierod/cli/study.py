@@ -31,5 +31,5 @@ def study(
         if output is not None:
             output.mkdir(parents=True, exist_ok=True)
             path = write_text(output / f"{chosen.name}.md", f"# Study: {chosen.name}\n\n" + "\n".join(sections))
-            messages().print(f"written: {path}", soft_wrap=True)
+            messages().print(f"written: {path}", soft_wrap=True, markup=False)
     return 0

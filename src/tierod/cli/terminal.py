@@ -87,10 +87,11 @@ def progress(description: str) -> Iterator[Callable[[float], None]]:
     def advance(share: float) -> None:
         nonlocal bar, task
         if bar is None and sys.stderr.isatty() and time.monotonic() - began > PATIENCE:
+            from rich.markup import escape
             from rich.progress import Progress
 
             bar = Progress(console=messages(), transient=True)
-            task = bar.add_task(description, total=1.0)
+            task = bar.add_task(escape(description), total=1.0)
             bar.start()
         if bar is not None and task is not None:
             bar.update(task, completed=share)

@@ -65,7 +65,7 @@ def _show(vehicle: Vehicle) -> None:
     from rich.text import Text
 
     console = output()
-    console.print(f"[bold]{vehicle.name}[/bold]: {vehicle.description}", Text(vehicle.source), sep="\n")
+    console.print(Text.assemble((vehicle.name, "bold"), f": {vehicle.description}"), Text(vehicle.source), sep="\n")
     for title, lines in (("Good for", vehicle.good_for), ("Not good for", vehicle.not_good_for)):
         console.print(f"\n[bold]{title}[/bold]", *(Text(f"  - {line}") for line in lines), sep="\n")
     cells = [

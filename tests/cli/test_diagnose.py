@@ -1,0 +1,90 @@
+"""What 'tierod diagnose' prints, writes and ends with."""
+
+import dataclasses
+import json
+
+import pytest
+
+from tierod.cli import main
+from tierod.proving_ground import FrictionCourse, drive
+from tierod.recording import Recording
+from tierod.writers import write
+
+
+@pytest.fixture(scope="module")
+def healthy() -> Recording:
+    return drive(minutes=8.0, seed=3)
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def diagnose(*arguments: object) -> int:
+    return main(["diagnose", *map(str, arguments)])
+
+
+def test_a_healthy_drive_ends_with_zero_and_a_report_beside_the_user(place, healthy, capsys):
+    write(healthy, "drive.parquet")
+    assert diagnose("drive.parquet", "--vehicle", "midsize-eps") == 0
+    captured = capsys.readouterr()
+    assert "HEALTHY" in captured.out
+    assert "report: drive-friction.html" in captured.out
+    assert (place / "drive-friction.html").read_text(encoding="utf-8").startswith("<!doctype html>")
+
+
+def test_a_fault_ends_with_one(place, capsys):
+    write(drive(minutes=13.0, friction=FrictionCourse.step(4.0, 8.0, at=390.0), seed=1), "drive.parquet")
+    assert diagnose("drive.parquet", "--vehicle", "midsize-eps", "--no-report", "--json") == 1
+    document = json.loads(capsys.readouterr().out)
+    assert (document["status"], document["exit_code"]) == ("fault", 1)
+
+
+def test_raw_counts_cannot_be_judged_and_end_with_two(place, healthy, capsys):
+    raw = [dataclasses.replace(healthy[name], unit="count") for name in ("driver_torque", "motor_torque")]
+    write(healthy.with_channels(raw), "drive.parquet")
+    assert diagnose("drive.parquet", "--vehicle", "rav4", "--no-report") == 2
+    assert "counts" in capsys.readouterr().out
+
+
+def test_a_report_is_never_written_over_what_was_given(place, healthy, capsys):
+    write(healthy, "drive.parquet")
+    before = (place / "drive.parquet").read_bytes()
+    assert diagnose("drive.parquet", "--vehicle", "midsize-eps", "--output", place / "drive.parquet") == 3
+    assert "would overwrite drive.parquet" in capsys.readouterr().err
+    assert (place / "drive.parquet").read_bytes() == before
+
+
+def test_names_with_brackets_and_tags_are_text(place, healthy, capsys):
+    evil = "<script>alert(1)</script>"
+    channel = dataclasses.replace(healthy["yaw_rate"], source=f"{evil}[/bold]")
+    write(Recording({**healthy.channels, "yaw_rate": channel}, {"comment": evil}), "[bold]drive.parquet")
+    main(["vehicles", "midsize-eps", "--toml"])
+    text = capsys.readouterr().out
+    line = next(line for line in text.splitlines() if line.startswith("description"))
+    (place / "car.toml").write_text(text.replace(line, f'description = "{evil}[/bold]"'), encoding="utf-8")
+    assert main(["vehicles", "car.toml"]) == 0
+    assert f"{evil}[/bold]" in capsys.readouterr().out
+    assert diagnose("[bold]drive.parquet", "--vehicle", "car.toml", "--output", "[bold].html") == 0
+    assert "report: [bold].html" in capsys.readouterr().out
+    page = (place / "[bold].html").read_text(encoding="utf-8")
+    assert evil not in page
+    assert page.count("&lt;script&gt;alert(1)") >= 3
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["absent.parquet", "--vehicle", "midsize-eps"], "there is no file absent.parquet"),
+        (["car.toml", "--vehicle", "midsize"], "did you mean 'midsize-eps'"),
+        (["drive.parquet"], "see 'tierod diagnose --help'"),
+    ],
+)
+def test_what_was_given_wrongly_ends_with_three_in_one_line(place, capsys, arguments, sentence):
+    assert diagnose(*arguments) == 3
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert len(captured.err.splitlines()) == 1
+    assert sentence in captured.err
