@@ -43,8 +43,8 @@ def main() -> int:
     _, after = rest.split(END)
     rows = json.loads(measured.read_text(encoding="utf-8"))
     said = (
-        "Measured by `make bench` on one core of a virtual machine, each against its peer in the same run; `make study` "
-        "prints the\naccuracies of [docs/friction.md](docs/friction.md)."
+        "Measured by `make bench` on one core of a virtual machine, each against its peer in the same run;\n"
+        "`make study` prints the accuracies of [docs/friction.md](docs/friction.md)."
     )
     readme.write_text(f"{before}{BEGIN}\n{said}\n\n{table(rows)}\n{END}{after}", encoding="utf-8")
     print("wrote the figures of README.md")

@@ -68,5 +68,5 @@ def nearest(name: str, known: Iterable[str], count: int = 3) -> str:
     if close:
         return "; did you mean " + " or ".join(f"'{lowered[c]}'" for c in close) + "?"
     if len(known) <= 20:
-        return "; known: " + ", ".join(known)
-    return f"; {len(known)} names are known, none is near"
+        return "; known: " + ", ".join(known) + "."
+    return f"; {len(known)} names are known, none is near."

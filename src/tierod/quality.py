@@ -19,7 +19,7 @@ class QualityLimits:
     """When a channel deserves a remark.
 
     Args:
-        slow: rate [Hz] below which steering monitors cannot follow a driver (movements reach 3 Hz, ten samples each)
+        slow: rate [Hz] below which steering monitors cannot follow a driver (movements reach 3 Hz, six samples each)
         gap: pause [s] that counts as a gap; ten missed messages of a 10 ms bus
         missing: share of missing samples worth a remark
         saturation: time [s] at the extreme value that looks like a stop of the sensor, not like driving
@@ -27,7 +27,7 @@ class QualityLimits:
         steps: distinct values below which the quantisation is worth a remark
     """
 
-    slow: Annotated[float, "Hz"] = 30.0
+    slow: Annotated[float, "Hz"] = 20.0
     gap: Annotated[float, "s"] = 0.1
     missing: Annotated[float, ""] = 0.01
     saturation: Annotated[float, "s"] = 0.3
@@ -37,12 +37,19 @@ class QualityLimits:
 
 LIMITS = QualityLimits()
 
+_MISSING, _GAP, _PLAUSIBLE = "% of the samples are missing", "the longest gap lasts", "leaves the plausible"
+
 
 def median_rate(time: np.ndarray) -> float:
     """Samples per second, from the median step between different stamps [Hz]; NaN with fewer than two."""
     steps = np.diff(time)
     steps = steps[steps > 0.0]
     return float(1.0 / np.median(steps)) if len(steps) else float("nan")
+
+
+def too_slow(rate: float, needed: float) -> bool:
+    """Whether a rate [Hz] is below the one needed [Hz] by more than stamps jitter and clocks differ: 5 %."""
+    return rate < 0.95 * needed
 
 
 def mean_rate(time: np.ndarray) -> float:
@@ -59,7 +66,11 @@ def channel_quality(channel: Channel, limits: QualityLimits = LIMITS) -> Channel
     gap = float(np.diff(time[good]).max()) if len(seen) > 1 else float("nan")
     missing = 1.0 - len(seen) / len(values) if len(values) else 1.0
     least, most = (float(seen.min()), float(seen.max())) if len(seen) else (float("nan"), float("nan"))
-    remarks = [*_coverage_remarks(time, missing, gap, len(seen), limits), *_value_remarks(channel, seen, limits)]
+    remarks = [
+        *_rate_remarks(time, gap, len(seen), limits),
+        *figure_remarks(channel.name, channel.unit, missing, gap, mean_rate(time), (least, most), limits),
+        *_value_remarks(channel, seen, limits),
+    ]
     if channel.note:
         remarks.append(channel.note)
     return ChannelQuality(
@@ -76,14 +87,48 @@ def channel_quality(channel: Channel, limits: QualityLimits = LIMITS) -> Channel
     )
 
 
-def _coverage_remarks(time: np.ndarray, missing: float, gap: float, seen: int, limits: QualityLimits) -> list[str]:
+def figure_remarks(
+    name: str,
+    unit: str,
+    missing: float,
+    gap: float,
+    mean: float,
+    extremes: tuple[float, float],
+    limits: QualityLimits = LIMITS,
+) -> list[str]:
+    """The remarks that follow from figures alone, so that they can be made again for several pieces together.
+
+    Args:
+        name, unit: of the channel
+        missing: share of its samples that are missing
+        gap: its longest gap [s]
+        mean: its mean rate [Hz]
+        extremes: its least and greatest value [unit]
+        limits: when a figure deserves a remark
+    """
+    if missing == 1.0 or not np.isfinite(extremes).all():
+        return []
+    remarks = []
+    if missing > limits.missing:
+        remarks.append(f"{100.0 * missing:.3g} {_MISSING}")
+    if gap > max(limits.gap, 3.0 / mean if mean > 0.0 else 0.0):
+        remarks.append(f"{_GAP} {gap:.3g} s")
+    return remarks + _range_remark(name, unit, *extremes)
+
+
+def follows_from_figures(remark: str) -> bool:
+    """Whether a remark is one of `figure_remarks`."""
+    return any(part in remark for part in (_MISSING, _GAP, _PLAUSIBLE))
+
+
+def _rate_remarks(time: np.ndarray, gap: float, seen: int, limits: QualityLimits) -> list[str]:
     if not len(time):
         return ["holds no samples"]
     if not seen:
         return ["every sample is missing: check the sensor and the channel map"]
     remarks = []
     rate, mean = median_rate(time), mean_rate(time)
-    if rate < limits.slow:
+    if too_slow(rate, limits.slow):
         remarks.append(
             f"{rate:.3g} Hz is too slow for a steering monitor, which needs {limits.slow:g} Hz: record faster"
         )
@@ -91,10 +136,6 @@ def _coverage_remarks(time: np.ndarray, missing: float, gap: float, seen: int, l
         remarks.append(
             f"samples arrive in bursts ({mean:.3g} Hz on average, {rate:.3g} Hz within one): give the period to retime"
         )
-    if missing > limits.missing:
-        remarks.append(f"{100.0 * missing:.3g} % of the samples are missing")
-    if gap > max(limits.gap, 3.0 / mean if mean > 0.0 else 0.0):
-        remarks.append(f"the longest gap lasts {gap:.3g} s")
     return remarks
 
 
@@ -105,7 +146,6 @@ def _value_remarks(channel: Channel, seen: np.ndarray, limits: QualityLimits) ->
     if least == most:
         return [f"constant at {least:g} throughout" if len(seen) > 1 else "holds a single sample"]
     remarks = []
-    remarks += _range_remark(channel, least, most)
     remarks += _saturation_remark(channel, seen, limits)
     values = np.unique(seen)
     if len(values) < limits.steps:
@@ -113,15 +153,15 @@ def _value_remarks(channel: Channel, seen: np.ndarray, limits: QualityLimits) ->
     return remarks
 
 
-def _range_remark(channel: Channel, least: float, most: float) -> list[str]:
-    known = SIGNALS.get(channel.name)
-    if known is None or known.unit != channel.unit:
+def _range_remark(name: str, unit: str, least: float, most: float) -> list[str]:
+    known = SIGNALS.get(name)
+    if known is None or known.unit != unit or least == most:
         return []
     low, high = known.plausible
     if low <= least and most <= high:
         return []
     reason = "; looks like degrees" if known.unit.startswith("rad") else ""
-    return [f"{least:.4g} to {most:.4g} {known.unit} leaves the plausible {low:g} to {high:g}{reason}: check the unit"]
+    return [f"{least:.4g} to {most:.4g} {known.unit} {_PLAUSIBLE} {low:g} to {high:g}{reason}: check the unit"]
 
 
 def _saturation_remark(channel: Channel, seen: np.ndarray, limits: QualityLimits) -> list[str]:
@@ -168,11 +208,12 @@ def sign_warnings(recording: Recording, limits: SignLimits | None = None) -> tup
     """Which signals turn the other way than the rest, seen from left and right turns.
 
     Steering angle, yaw rate and lateral acceleration over speed must agree in sign, and so must driver and motor
-    torque. With three signals the odd one is named; with two, both are.
+    torque, and the steering rate and the change of the angle. With three signals the odd one is named; with two, both.
     """
     limits = limits or SignLimits()
     names = (
         "steering_wheel_angle",
+        "steering_wheel_rate",
         "yaw_rate",
         "lateral_acceleration",
         "vehicle_speed",
@@ -184,7 +225,13 @@ def sign_warnings(recording: Recording, limits: SignLimits | None = None) -> tup
     aligned = recording.align(names, limits.rate, maximum_age=0.2)
     columns = {name: _smooth(column, limits) for name, column in zip(names, aligned.values.T, strict=True)}
     torques = {name: columns[name] for name in ("driver_torque", "motor_torque")}
-    return (*_odd_ones(_turns(columns, limits), limits, "in turns"), *_odd_ones(torques, limits, "of the torques"))
+    angle, rate = columns["steering_wheel_angle"], columns["steering_wheel_rate"]
+    rates = {"steering_wheel_rate": rate, "steering_wheel_angle": np.gradient(angle) if len(angle) > 1 else angle}
+    return (
+        *_odd_ones(_turns(columns, limits), limits, "in turns"),
+        *_odd_ones(torques, limits, "of the torques"),
+        *_odd_ones(rates, limits, "in its change"),
+    )
 
 
 def _smooth(values: np.ndarray, limits: SignLimits) -> np.ndarray:

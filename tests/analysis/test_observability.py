@@ -13,7 +13,7 @@ from tierod.models.linear import LinearSystem
 
 
 def friction_system(direction, outputs=3):
-    """Joint filter of motion, aligning torque and friction, Mohtat et al., (7), with the numbers of the errata."""
+    """Joint filter of motion, aligning torque and friction, Mohtat et al., (7), for the mid-size car."""
     dt, B, J, rho = 0.01, 0.8, 0.10, 1.0 / 15.5
     decay = math.exp(-dt * B / J)
     gain = (1.0 - decay) / B

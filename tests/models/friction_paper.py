@@ -1,4 +1,4 @@
-"""Parameters of the errata's mid-size car, written out so that no file decides a test."""
+"""Parameters of the mid-size car, written out so that no file decides a test."""
 
 from tierod.models.friction_estimation import FrictionParameters
 

@@ -16,7 +16,7 @@ COLUMN = EpsColumn.Parameters(
 )
 
 
-def test_zero_order_hold_numbers_of_the_errata():
+def test_zero_order_hold_numbers_of_the_midsize_car():
     decay, gain = zero_order_hold(0.01, 0.8, 0.1)
     assert decay == pytest.approx(0.92312, abs=5e-6)
     assert decay == pytest.approx(math.exp(-0.08), abs=1e-15)

@@ -30,7 +30,7 @@ def observability_rank(direction: float, outputs: tuple[int, ...]) -> int:
     return int(np.linalg.matrix_rank(stacked / np.linalg.norm(stacked, axis=0).clip(1e-300), tol=1e-10))
 
 
-def test_transition_matrix_of_equation_7_with_the_numbers_of_the_errata():
+def test_transition_matrix_of_equation_7_with_the_numbers_of_the_midsize_car():
     decay, gain = math.exp(-0.08), (1.0 - math.exp(-0.08)) / 0.8
     expected = np.array(
         [
@@ -48,7 +48,7 @@ def test_transition_matrix_of_equation_7_with_the_numbers_of_the_errata():
     assert transition_matrix(0.0)[1, 4] == 0.0
 
 
-def test_input_matrix_of_equation_8_with_the_numbers_of_the_errata():
+def test_input_matrix_of_equation_8_with_the_numbers_of_the_midsize_car():
     matrix = input_matrix()
     expected = np.zeros((5, 3))
     expected[1, :2] = matrix[1, 0] * np.array([1.0, 20.0])

@@ -15,7 +15,7 @@ def test_a_small_study_runs_in_worker_processes():
 
 
 def test_every_estimator_gives_a_plausible_friction():
-    names = ("default", "errata's PE-EKF", "paper, corrected", "paper, printed")
+    names = ("default", "single-law estimator", "paper, corrected", "paper, printed")
     found = settled_estimates(Case(1001, 8.0, minutes=7.0), names)
     assert set(found) == set(names)
     assert all(values[-1] == pytest.approx(8.0, abs=1.5) for values in found.values())

@@ -58,7 +58,7 @@ def test_every_shipped_vehicle_loads(name):
         assert parameter.source
 
 
-def test_the_midsize_car_has_the_values_of_the_errata():
+def test_the_midsize_car_has_the_values_of_the_documentation():
     vehicle = load("midsize-eps")
     expected = {
         "mass": 1600.0,

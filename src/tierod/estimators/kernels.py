@@ -166,7 +166,7 @@ def consider(before: Vector, after: Vector, mask: Vector) -> tuple[Any, ...]:
         after: packed (I - K C) P after the full update
         mask: e of each state, True or 0..1
 
-    Source: ERRATA-corrected form of Table 3 of Mohtat et al.; printed there with P = (I - K C) P for every mask.
+    Source: Mohtat et al., Table 3, corrected: printed with P = (I - K C) P for every mask, see docs/friction.md.
     """
     entries = []
     for old, new, (i, j) in zip(before, after, upper(len(mask)), strict=True):

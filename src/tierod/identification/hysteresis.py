@@ -1,4 +1,4 @@
-"""Friction of a steering system from the hysteresis loop of a lock-to-lock test (paper 000, appendix A)."""
+"""Friction of a steering system from the hysteresis loop of a lock-to-lock test (Mohtat et al., appendix A)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The work balance over a closed loop of a steering wheel (paper 000, eqs 15 to 17)."""
+"""The work balance over a closed loop of a steering wheel (Mohtat et al., eqs 15 to 17)."""
 
 from __future__ import annotations
 

@@ -80,6 +80,21 @@ def driving_torque(driver_torque: Any, motor_torque: Any, self_aligning_torque: 
     return driven - torque_at_steering_wheel(self_aligning_torque, p.steering_ratio)
 
 
+def column_after(angle: Any, rate: Any, net_torque: Any, p: Any) -> tuple[Any, Any]:
+    """Angle [rad] and rate [rad/s] of the steering wheel one sample on.
+
+    Args:
+        angle: of the steering wheel [rad]
+        rate: of the steering wheel [rad/s]
+        net_torque: on the column without damping, constant over the sample: `driving_torque` less dry friction [N m]
+        p: anything with sample_time, column_damping and column_inertia
+
+    Source: Mohtat et al., first two rows of eq (7); the angle is stepped by Euler as printed.
+    """
+    decay, gain = zero_order_hold(p.sample_time, p.column_damping, p.column_inertia)
+    return angle + p.sample_time * rate, decay * rate + gain * net_torque
+
+
 def zero_order_hold(sample_time: Any, damping: Any, inertia: Any) -> tuple[Any, Any]:
     """Decay of the rate over one sample and the rate gained per torque held constant over it.
 

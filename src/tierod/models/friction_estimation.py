@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.models.eps_column import driving_torque, zero_order_hold
+from tierod.models.eps_column import column_after, driving_torque
 from tierod.physics.aligning import yaw_acceleration_from_aligning
 from tierod.physics.friction import smooth_coulomb
 
@@ -132,7 +132,6 @@ class SmoothFrictionEstimation:
 def _transition(
     x: FrictionEstimation.State, u: FrictionEstimation.Input, p: FrictionParameters, friction: Any
 ) -> FrictionEstimation.State:
-    decay, gain = zero_order_hold(p.sample_time, p.column_damping, p.column_inertia)
     net = driving_torque(u.driver_torque, u.motor_torque, x.self_aligning_torque, p) - friction
     yaw_acceleration = yaw_acceleration_from_aligning(
         x.self_aligning_torque,
@@ -144,8 +143,7 @@ def _transition(
         trail=p.trail,
     )
     return FrictionEstimation.State(
-        x.steering_wheel_angle + p.sample_time * x.steering_wheel_rate,
-        decay * x.steering_wheel_rate + gain * net,
+        *column_after(x.steering_wheel_angle, x.steering_wheel_rate, net, p),
         x.yaw_rate + p.sample_time * yaw_acceleration,
         x.self_aligning_torque,
         x.friction_torque,

@@ -9,7 +9,7 @@ import numpy as np
 
 from tierod.errors import InputError
 from tierod.findings import ChannelQuality
-from tierod.quality import channel_quality, sign_warnings
+from tierod.quality import channel_quality, figure_remarks, follows_from_figures, sign_warnings, too_slow
 from tierod.recording import Channel, Recording
 
 REDUCED_RATE = 10.0
@@ -63,7 +63,7 @@ class QualityOverChunks:
             InputError: a required signal comes at less than the minimum rate [Hz]
         """
         for name in required:
-            if self._rows[name].rate < minimum_rate:
+            if too_slow(self._rows[name].rate, minimum_rate):
                 raise InputError(
                     f"{name} comes at {self._rows[name].rate:.3g} Hz; at least {minimum_rate:g} Hz are needed: "
                     "record it faster"
@@ -103,15 +103,19 @@ def _merged(old: ChannelQuality, new: ChannelQuality, old_span: float, new_span:
     samples = old.samples + new.samples
     weight = new_span / (old_span + new_span) if old_span + new_span > 0.0 else 0.5
     rates = [rate for rate in (old.rate, new.rate) if np.isfinite(rate)]
+    missing = (old.samples * old.missing_share + new.samples * new.missing_share) / samples
+    gap = float(np.fmax(np.fmax(old.longest_gap, new.longest_gap), pause))
+    extremes = float(np.fmin(old.minimum, new.minimum)), float(np.fmax(old.maximum, new.maximum))
+    mean = samples / (old_span + new_span) if old_span + new_span > 0.0 else np.nan
     return dataclasses.replace(
         old,
         samples=samples,
         rate=(1.0 - weight) * old.rate + weight * new.rate if len(rates) == 2 else (rates or [old.rate])[0],
-        missing_share=(old.samples * old.missing_share + new.samples * new.missing_share) / samples,
-        longest_gap=float(np.fmax(np.fmax(old.longest_gap, new.longest_gap), pause)),
-        minimum=float(np.fmin(old.minimum, new.minimum)),
-        maximum=float(np.fmax(old.maximum, new.maximum)),
-        remarks=_remarks(old, new),
+        missing_share=missing,
+        longest_gap=gap,
+        minimum=extremes[0],
+        maximum=extremes[1],
+        remarks=(*figure_remarks(old.name, old.unit, missing, gap, mean, extremes), *_remarks(old, new)),
     )
 
 
@@ -122,6 +126,6 @@ def _remarks(old: ChannelQuality, new: ChannelQuality) -> tuple[str, ...]:
     kept: dict[str, str] = {}
     for remark in (*old.remarks, *new.remarks):
         throughout = remark.startswith(("constant at", "every sample is missing", "holds a single sample"))
-        if not throughout or constant or missing:
+        if not follows_from_figures(remark) and (not throughout or constant or missing):
             kept.setdefault(remark.split(":")[0].rstrip("0123456789. %sHz"), remark)
     return tuple(kept.values())

@@ -20,6 +20,7 @@ from tierod.monitors.quality_over_chunks import QualityOverChunks
 from tierod.monitors.session import Conclusion, Monitor, Session, Variant
 from tierod.readers import SHARE_READ
 from tierod.recording import Aligned, Recording
+from tierod.signals import SIGNALS
 from tierod.vehicles import Vehicle, load
 
 CHUNK = 600.0
@@ -198,12 +199,20 @@ class Run:
     def _check(self, piece: Recording) -> None:
         missing = [name for name in self.monitor.required if name not in piece]
         if missing:
+            strangers = [name for name in piece.names if name not in SIGNALS]
+            near = nearest(missing[0], strangers) if strangers else "."
             raise InputError(
-                f"the monitor '{self.monitor.name}' needs {', '.join(missing)}, which the recording does not have"
-                f"{nearest(missing[0], piece.names)} Give a channel map that names it; "
+                f"the monitor '{self.monitor.name}' needs {', '.join(map(_with_ingredients, missing))}, which the "
+                f"recording does not have{near} Give a channel map that names it; "
                 "'tierod inspect' shows what the recording has"
             )
         self._quality.refuse_slow(self.monitor.required, self.monitor.minimum_rate)
+
+
+def _with_ingredients(name: str) -> str:
+    """The signal, and what it could be made from."""
+    made_from = ingredients([name])[1:]
+    return f"{name} (or {' and '.join(made_from)})" if made_from else name
 
 
 def _pieces(

@@ -150,7 +150,7 @@ def _increasing(data: bytes, layout: Layout) -> tuple[str, ...]:
     if len(part) <= layout.begin:
         return ()
     _, columns, _ = _read(part, layout, layout.numeric)
-    return tuple(name for name, column in columns.items() if len(column) > 2 and bool((np.diff(column) > 0.0).all()))
+    return tuple(name for name, part in columns.items() if len(part) > 2 and bool((part[1:] > part[:-1]).all()))
 
 
 def _count_broken(data: bytes, layout: Layout) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import io
 import sys
 import traceback
 import warnings
@@ -49,11 +50,11 @@ def open_mdf(path: Path) -> Source | Frames:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Without the warnings of asammdf, and without the traceback that its half-made file objects print when they go."""
+    """Without the warnings of asammdf and the tracebacks that it prints, on stdout too, over a damaged file."""
     hook = sys.unraisablehook
     sys.unraisablehook = lambda _: None
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
             warnings.simplefilter("ignore")
             yield
     finally:

@@ -137,7 +137,7 @@ def _laws(spread: Map, minutes: float, seeds: Sequence[int], estimators: tuple[s
 
 
 def _changes(spread: Map, minutes: float, seeds: Sequence[int]) -> list[Row]:
-    """What each change to the errata's estimator brings: the default one with that change taken back."""
+    """What each change to the single-law estimator brings: the default one with that change taken back."""
     three = math.radians(3.0)
     cases = {
         "Dahl 3 deg": Case(0, 12.5, dahl_angle=three, minutes=minutes),
@@ -146,7 +146,7 @@ def _changes(spread: Map, minutes: float, seeds: Sequence[int]) -> list[Row]:
         "load-dependent 40 %": Case(0, 12.5, law="load-dependent 40 %", minutes=minutes),
     }
     drives = {(name, case.level): [replace(case, seed=seed) for seed in seeds] for name, case in cases.items()}
-    return _bias_rows("changes", drives, spread, ("default", *VARIANTS, "errata's PE-EKF"))
+    return _bias_rows("changes", drives, spread, ("default", *VARIANTS, "single-law estimator"))
 
 
 def _bias_rows(

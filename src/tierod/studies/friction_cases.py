@@ -44,8 +44,8 @@ SCATTERS: Mapping[str, Scatter | bool] = {
     "usual": Scatter(),
     "hard": Scatter(tyre_stiffness=0.1, mass=0.08, torque_delay=0.05),
 }
-"""Spreads of car and sensors: those of the errata's scatter study, and its harder form with late torques. Tyres scatter
-by half of the errata's 0.2, which makes one car in twelve oversteer and spin on the motorway."""
+"""Spreads of car and sensors: as between cars of one type, and a harder form with late torques. Tyres
+scatter by 0.1 there: 0.2 makes one car in twelve oversteer and spin on the motorway."""
 
 
 @dataclass(frozen=True)
@@ -97,15 +97,15 @@ def default_monitor() -> FrictionMonitor:
     return FrictionMonitor.of_vehicle(load(VEHICLE))
 
 
-def errata_filter() -> PreslidingFrictionFilter:
-    """The estimator as the errata tried it: one exponential law, 5 Hz before the law, a play, six coefficients."""
+def single_law_filter() -> PreslidingFrictionFilter:
+    """What the default estimator grew from: one exponential law, 5 Hz before it, a play, six coefficients."""
     tried = without("finite", "long", "trail_drop", "load_share", cutoff=5.0, half_width=3e-4)
     return replace(tried, regressor_cutoff=0.49 * RATE)
 
 
 ESTIMATORS: dict[str, Any] = {
     "default": lambda: PreslidingFrictionFilter.of_vehicle(load(VEHICLE)),
-    "errata's PE-EKF": errata_filter,
+    "single-law estimator": single_law_filter,
     "paper, corrected": lambda: consistent(parameters()),
     "paper, printed": lambda: printed(parameters()),
 }
@@ -133,7 +133,7 @@ VARIANTS: dict[str, Any] = {
     "5 Hz before the law": lambda: without(cutoff=5.0),
     "play of 3e-4 rad": lambda: without(half_width=3e-4),
 }
-"""The default estimator with one change to the errata's taken back."""
+"""The default estimator with one of its changes to the single-law estimator taken back."""
 
 
 def samples_for(block: Any, recording: Recording) -> Aligned:

@@ -1,4 +1,4 @@
-"""The figures of paper 000 on virtual drives: its estimators as printed and as corrected, claim by claim.
+"""The figures of Mohtat et al. on virtual drives: its estimators as printed and as corrected, claim by claim.
 
 `python -m tierod.studies.friction_paper` prints the tables of docs/friction.md; it takes about a minute.
 """

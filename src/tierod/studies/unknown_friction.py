@@ -11,13 +11,13 @@ from tierod.physics.steering_ratio import torque_at_steering_wheel
 from tierod.proving_ground import EpsCar
 
 STRIBECK_EXCESS = 0.2
-"""Friction at standstill above that of sliding [-], as in the errata's trial."""
+"""Friction at standstill above that of sliding [-]; assumed."""
 
 STRIBECK_RATE = 0.1
 """Rate at which the excess has fallen to 1/e [rad/s]: within the rates of usual driving, so that it matters."""
 
 LOAD_SHARE = 0.4
-"""Share of friction that is proportional to load [-], as in the errata's trial."""
+"""Share of friction that is proportional to load [-]; assumed."""
 
 REFERENCE_LOAD = 4.0
 """Self-aligning torque at the steering wheel at which load-dependent friction has its stated level [N*m]."""

@@ -1,1 +1,1 @@
-"""Friction of the steering: the estimators of paper 000 and the ones that go beyond it."""
+"""Friction of the steering: the estimators of Mohtat et al. and the ones that go beyond it."""

@@ -14,7 +14,7 @@ from tierod.block import leaves
 from tierod.errors import InputError, ParameterError
 from tierod.graph import Result
 from tierod.graph.maths import absolute, all_of, both, exp, maximum, present, where
-from tierod.models.eps_column import driving_torque, zero_order_hold
+from tierod.models.eps_column import column_after, driving_torque, zero_order_hold
 from tierod.monitors.friction.rolling_variance import RollingVariance
 from tierod.physics.aligning import aligning_torque_from_steer
 from tierod.physics.friction import coulomb
@@ -200,14 +200,12 @@ class BaselineFrictionMonitor:
     def _observe(self, state: State, angle: Any) -> AligningTorqueObserver:
         """Eq (2) one sample on, corrected by the angle; a missing angle corrects nothing."""
         p, before = self.parameters, state.observer
-        decay, gain = zero_order_hold(p.sample_time, p.column_damping, p.column_inertia)
         angle_gain, rate_gain, torque_gain = self.observer_gains()
         # The correction belongs to the sample before: the observer predicts, as the poles were placed.
         net = driving_torque(state.driver_torque, state.motor_torque, before.self_aligning_torque, p)
         net = net - coulomb(state.rate, p.nominal_friction)
         predicted = AligningTorqueObserver(
-            before.steering_wheel_angle + p.sample_time * before.steering_wheel_rate,
-            decay * before.steering_wheel_rate + gain * net,
+            *column_after(before.steering_wheel_angle, before.steering_wheel_rate, net, p),
             before.self_aligning_torque,
         )
         error = where(present(angle), angle - predicted.steering_wheel_angle, 0.0)

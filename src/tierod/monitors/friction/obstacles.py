@@ -10,7 +10,7 @@ from tierod.monitors.friction.verdict_state import FrictionFigures, VerdictSampl
 
 OPPOSED_SHARE = 0.3
 """Share of worked time with driver and motor against each other above which lane keeping is taken to be active. Sound
-driving has below 0.01 (simulated); the RAV4 minute under lane keeping has 0.47 (errata)."""
+driving has below 0.01 (simulated); a recorded minute under lane keeping has 0.47."""
 
 WRONG_SIGN_SHARE = 0.9
 """Share above which a wrong sign of one torque is likelier than lane keeping."""

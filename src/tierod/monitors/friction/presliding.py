@@ -27,7 +27,8 @@ from tierod.physics.steering_ratio import column_torque_of_motor, torque_at_stee
 from tierod.vehicles import Vehicle
 
 COUNTS_OF_HANDS_ON = 10.0
-"""Driver's torque that opens the gate where torques are raw counts; errata, the RAV4 minute."""
+"""Driver's torque that opens the gate where torques are raw counts: 0.03 to 0.1 N*m at the
+100 to 300 counts per N*m that are usual [assumed]."""
 
 FASTEST_STEERING = 15.0
 """Rate of the steering wheel above which the gate closes [rad/s]: faster than people turn it even in an emergency, so a
@@ -70,13 +71,13 @@ class PreslidingFrictionFilter:
         tuning: noises and priors
         conditioning: of the signals
         gate: eq (14) with an upper limit on the rate that no driver reaches (the law is valid at any rate, and the
-            printed limit biases by -0.2 to -0.7 N*m, errata), and a lower limit on speed for tyre scrub
-        regressor_cutoff: of the low-pass on both sides of the balance [Hz]; 5, as in the errata
+            printed limit biases by -0.2 to -0.7 N*m, simulated), and a lower limit on speed for tyre scrub
+        regressor_cutoff: of the low-pass on both sides of the balance [Hz]; 5 passes steering and stops its noise
 
     Validity: torques calibrated together: a common factor on both scales everything learnt and is seen by no signal.
-    Source: errata of Mohtat et al., "PE-EKF", with six changes: the low-pass after the law, three laws in place of one,
-    friction that depends on load, a trail that drops, no play, no influence of single outliers. What each one brings is
-    measured in docs/friction.md.
+    Source: docs/friction.md; grown from the "single-law estimator" there by six changes: the low-pass after the law,
+    three laws in place of one, friction that depends on load, a trail that drops, no play, no influence of single
+    outliers. What each one brings is measured there.
     """
 
     parameters: FrictionParameters

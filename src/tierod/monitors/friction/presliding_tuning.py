@@ -116,20 +116,20 @@ class PreslidingTuning:
     """Noises and priors of the regression.
 
     Args:
-        error_density: of the torque balance's errors, which last: 0.35 N*m over a second [N**2*m**2*s] (errata:
-            R = 12.5 N**2*m**2 per sample of 10 ms)
+        error_density: of the torque balance's errors, which last: 0.35 N*m over a second [N**2*m**2*s]:
+            12.5 N**2*m**2 per sample of 10 ms
         error_time: how long an error lasts [s]; where the innovations are larger than density and time allow, the
             standard deviation given out grows with them
-        memory: time constant of the friction torque in enabled time [s]; errata: 20. Shorter sees a fault sooner and
+        memory: time constant of the friction torque in enabled time [s]. Shorter sees a fault sooner and
             scatters more: 10 s halves the delay for 1.3 times the scatter
-        process: variance gained per enabled second by each coefficient (errata); for the shares of friction in
-            multiples of error_density / memory**2
+        process: variance gained per enabled second by each coefficient, tuned in simulation; for the shares of friction
+            in multiples of error_density / memory**2
         deviations: standard deviations before the first sample. Shares of exponent 1/2 and 2: 2 N*m, so that they learn
-            another law within 50 s and cost nothing where it is exponential (simulated); the vehicle's own constants as
-            in the errata
+            another law within 50 s and cost nothing where it is exponential (simulated); the vehicle's own constants
+            by how well a vehicle file knows them [assumed]
         initial_friction: where the estimate starts [N*m]; 3 as printed by Mohtat et al.
-        initial_dahl_angle: [rad]; 1 degree (errata), learnt from there
-        smallest_dahl_angle, largest_dahl_angle: limits of what is learnt [rad]; 0.05 and 8 degrees (errata)
+        initial_dahl_angle: [rad]; 1 degree, learnt from there
+        smallest_dahl_angle, largest_dahl_angle: limits of what is learnt [rad]; 0.05 and 8 degrees
         reference_load: self-aligning torque at the steering wheel for which friction is stated [N*m]; usual in curves
         outlier: an innovation beyond this weighs no more than one of this size (Huber) [N*m]; above what a step of
             friction from 4 to 12.5 makes, below a torque sensor's fault

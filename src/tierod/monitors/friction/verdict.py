@@ -57,7 +57,7 @@ class AlarmTuning:
         shortest_learning: the ratio speaks from here on [s]; one time constant of the estimator
         learning_tolerance: while friction is above the learnt level by more than this share, nothing is learnt [-];
             twice what healthy drives with scatter reached. Nor is anything learnt above the limit of rising friction
-        rising_ratio, fault_ratio: of friction to the own level [-]; 1.2 and 1.6 (errata). Healthy drives with scatter
+        rising_ratio, fault_ratio: of friction to the own level [-]; 1.2 and 1.6. Healthy drives with scatter
             stayed within 0.96 to 1.05
         excess: how long times how far a limit must be exceeded, as a share of the limit [s]: 0.25 is 10 % for 2.5 s or
             50 % for 0.5 s. Larger alarms later and rides out longer excursions; healthy drives reach none of it
