@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tierod.errors import InputError
+from tierod.readers import candump
 from tierod.readers.candump import read_frames
 from tierod.readers.frames import EXTENDED
 
@@ -35,6 +36,21 @@ def test_any_log_is_read_back(rows, ending, direction):
         assert frames.buses[frames.bus[at]] == bus
         assert frames.time[at] == pytest.approx(at * 1.000001, abs=1e-9)
     assert frames.origin == 1600000000.0
+
+
+@pytest.mark.parametrize("block", [1, 60, 200])
+def test_the_frames_do_not_depend_on_how_much_is_parsed_at_once(monkeypatch, block):
+    rows = [(k, f"can{k % 3}", f"{0x100 + k % 5:03X}", "AB" * (k % 9)) for k in range(50)]
+    text = (
+        "".join(f"({k}.25) {bus} {name}#{data}\n" for k, bus, name, data in rows) + "garbage\n(60.5) can0 1FFFFFFF#01"
+    )
+    whole = read_frames(text.encode())
+    monkeypatch.setattr(candump, "BLOCK", block)
+    again = read_frames(text.encode())
+    assert again.buses == whole.buses
+    assert again.notes == whole.notes == ("1 of 52 lines of the log are broken and were left out",)
+    for column in ("time", "identifier", "bus", "payload", "length"):
+        assert np.array_equal(getattr(again, column), getattr(whole, column))
 
 
 def test_broken_lines_are_counted_and_left_out():

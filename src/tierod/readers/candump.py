@@ -7,6 +7,7 @@ converted column by column; a log has a few dozen makes, whatever its length.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,9 @@ LINE = re.compile(rb"^\(\d+\.\d+\) +\S+ +[0-9A-Fa-f]{3,8}#", re.MULTILINE)
 _HEX = np.full(256, 255, dtype=np.uint8)
 for _digits, _least in ((b"0123456789", 0), (b"ABCDEF", 10), (b"abcdef", 10)):
     _HEX[list(_digits)] = np.arange(_least, _least + len(_digits))
+
+BLOCK = 1 << 23
+"""Bytes that are parsed at once: the tables of a block take about ten times as much memory."""
 
 _MARK, _DOT, _CLOSE, _SPACE, _OPEN = b"#.) ("
 _ERROR_FRAME, _ID = 0x20000000, 0x1FFFFFFF
@@ -70,23 +74,41 @@ def read_frames(data: bytes) -> Frames:
         InputError: no line holds a frame
     """
     text = np.frombuffer(data, dtype=np.uint8)
-    starts, ends = _lines(text)
-    makes = _makes(text, starts, ends)
     names: dict[bytes, int] = {}
+    blocks, lines, passed = [], 0, 0
+    for begin, end in _blocks(data):
+        parts, count, without = _parsed(text[begin:end], names)
+        lines, passed = lines + count, passed + without
+        if parts:
+            blocks.append(_ordered(parts))
+    if not blocks:
+        raise InputError(
+            "the log holds no CAN frame as `candump -L` writes it, (seconds) interface id#data; record it so"
+        )
+    broken = lines - passed - sum(len(block.lines) for block in blocks)
+    notes = (f"{broken} of {lines} lines of the log are broken and were left out",) if broken else ()
+    return _together(blocks, tuple(name.decode("latin-1") for name in names), notes)
+
+
+def _blocks(data: bytes) -> Iterator[tuple[int, int]]:
+    """(begin, end) of pieces of whole lines."""
+    begin = 0
+    while begin < len(data):
+        end = data.find(b"\n", begin + BLOCK) + 1 or len(data)
+        yield begin, end
+        begin = end
+
+
+def _parsed(text: np.ndarray, names: dict[bytes, int]) -> tuple[list[Part], int, int]:
+    """(frames by make, number of lines, lines that are whole but without a signal)."""
+    starts, ends = _lines(text)
     parts, passed = [], 0
-    for make, members in _alike(makes):
+    for make, members in _alike(_makes(text, starts, ends)):
         table = text[starts[members][:, None] + np.arange(make.length)]
         passed += int(np.count_nonzero(_without_data(table, make)))
         if make.sound:
             parts.append(_part(table, make, members, names))
-    parts = [part for part in parts if len(part.lines)]
-    if not parts:
-        raise InputError(
-            "the log holds no CAN frame as `candump -L` writes it, (seconds) interface id#data; record it so"
-        )
-    broken = len(starts) - passed - sum(len(part.lines) for part in parts)
-    notes = (f"{broken} of {len(starts)} lines of the log are broken and were left out",) if broken else ()
-    return _together(parts, tuple(name.decode("latin-1") for name in names), notes)
+    return [part for part in parts if len(part.lines)], len(starts), passed
 
 
 def _lines(text: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -191,16 +213,23 @@ def _buses(table: np.ndarray, names: dict[bytes, int]) -> np.ndarray:
     return numbers
 
 
-def _together(parts: list[Part], buses: tuple[str, ...], notes: tuple[str, ...]) -> Frames:
-    """The frames of all makes in the order of the lines, their time counted from the first."""
-    put = np.argsort(np.concatenate([part.lines for part in parts]), kind="stable")
+def _joined(parts: list[Part]) -> Part:
     width = max(part.payload.shape[1] for part in parts)
-    payload = np.concatenate([np.pad(part.payload, ((0, 0), (0, width - part.payload.shape[1]))) for part in parts])
+    wide = [part._replace(payload=np.pad(part.payload, ((0, 0), (0, width - part.payload.shape[1])))) for part in parts]
+    return Part(*(np.concatenate(column) for column in zip(*wide, strict=True)))
 
-    def column(name: str) -> np.ndarray:
-        return np.concatenate([getattr(part, name) for part in parts])[put]
 
-    seconds, fraction = column("seconds"), column("fraction")
-    time = (seconds - seconds[0]) + (fraction - fraction[0])
-    origin = float(seconds[0] + fraction[0])
-    return Frames(time, column("identifier"), column("bus"), payload[put], column("length"), buses, origin, notes)
+def _ordered(parts: list[Part]) -> Part:
+    """The frames of all makes in the order of the lines."""
+    together = _joined(parts)
+    put = np.argsort(together.lines, kind="stable")
+    return Part(*(column[put] for column in together))
+
+
+def _together(blocks: list[Part], buses: tuple[str, ...], notes: tuple[str, ...]) -> Frames:
+    """The frames of all blocks, their time counted from the first."""
+    whole = _joined(blocks)
+    first, rest = whole.seconds[0], whole.fraction[0]
+    time = (whole.seconds - first) + (whole.fraction - rest)
+    origin = float(first + rest)
+    return Frames(time, whole.identifier, whole.bus, whole.payload, whole.length, buses, origin, notes)
