@@ -112,6 +112,21 @@ def test_torques_against_each_other():
     assert warning.startswith("driver_torque or motor_torque has probably the wrong sign")
 
 
+def test_a_rate_against_its_angle():
+    whole, rate = drive(), 0.8 * (0.7 * np.cos(0.7 * TIME) + 0.95 * np.cos(1.9 * TIME))
+    for sign, count in ((1.0, 0), (-1.0, 1)):
+        channel = Channel("steering_wheel_rate", TIME, sign * rate, "rad/s")
+        warnings = sign_warnings(whole.with_channels([channel]))
+        assert len(warnings) == count
+        assert all("steering_wheel_rate or steering_wheel_angle has probably" in warning for warning in warnings)
+
+
+@pytest.mark.parametrize(("rate", "slow"), [(19.9, False), (20.0, False), (18.0, True)])
+def test_a_rate_need_not_be_met_to_the_last_digit(rate, slow):
+    time = np.arange(0.0, 60.0, 1.0 / rate)
+    assert ("too slow" in remarks(np.sin(time), time)) is slow
+
+
 def test_two_signals_are_both_named():
     whole = drive(yaw_rate=-1.0)
     pair = Recording({name: whole[name] for name in ("yaw_rate", "lateral_acceleration")})

@@ -112,7 +112,7 @@ def figure_remarks(
     if missing > limits.missing:
         remarks.append(f"{100.0 * missing:.3g} {_MISSING}")
     if gap > max(limits.gap, 3.0 / mean if mean > 0.0 else 0.0):
-        remarks.append(f"{_GAP} {gap:.3g} s")
+        remarks.append(f"{_GAP} {gap:.3g} s" if gap < 1000.0 else f"{_GAP} {gap:.0f} s")
     return remarks + _range_remark(name, unit, *extremes)
 
 

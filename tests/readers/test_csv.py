@@ -85,6 +85,11 @@ def test_missing_cells_and_infinity(tmp_path):
     assert "1 infinite values taken as missing" in found.note
 
 
+def test_infinite_values_side_by_side_are_read_without_a_warning(tmp_path):
+    found = read(written(tmp_path, "time,speed [m/s]\n0.0,inf\n0.1,inf\n0.2,3\n0.3,4\n"))["vehicle_speed"]
+    assert np.isnan(found.values).tolist() == [True, True, False, False]
+
+
 def test_half_a_file_gives_its_good_part(tmp_path):
     text = "time,speed [m/s],yaw_rate [rad/s]\n" + rows("{t:.2f},{v},0.1") + "0.50,1"
     found = read(written(tmp_path, text))

@@ -221,3 +221,10 @@ def test_a_broken_map_beside_is_named(bus):
     (bus / "car.channels.toml").write_text("[signals.yaw_rat]\nsource = 'M.Turn'\n")
     with pytest.raises(InputError, match="car.channels.toml.*did you mean 'yaw_rate'"):
         read(bus / "drive.log", dbc=bus / "car.dbc")
+
+
+def test_names_that_come_twice_are_no_message_to_the_user(tmp_path, caplog):
+    path = tmp_path / "twice.dbc"
+    path.write_text(HEADER + "".join(f'BO_ {number} M: 8 A\n SG_ x : 0|8@1+ (1,0) [0|0] "" B\n\n' for number in (1, 2)))
+    assert len(load_databases([path])) == 2
+    assert not caplog.records

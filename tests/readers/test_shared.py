@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from shared_data import shared_data
+from tierod.errors import InputError
 from tierod.quality import channel_quality, sign_warnings
 from tierod.readers import parse_channel_map, read
 
@@ -79,3 +80,13 @@ def test_structures_of_matlab():
 @pytest.mark.parametrize("name", ["NeckEncoderResolution", "RecordPosRslt", "RecordSpeedRslt", "SigRecSave1"])
 def test_every_matlab_file_opens(name):
     assert len(read(shared_data("pmsm_drive", f"{name}.mat")).names) >= 3
+
+
+def test_a_bus_log_that_is_cut_off_prints_nothing(tmp_path, capsys):
+    pytest.importorskip("asammdf")
+    whole = next(shared_data("reader_samples", "mf4_css").glob("*2F6913DB*5CD.MF4")).read_bytes()
+    half = tmp_path / "half.mf4"
+    half.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(InputError, match="damaged or cut off"):
+        read(half)
+    assert capsys.readouterr() == ("", "")

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import logging
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -52,8 +54,7 @@ def load_databases(paths: Sequence[str | Path]) -> list[Any]:
     found: list[Any] = []
     for path in paths:
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
+            with _quiet():
                 found += getattr(_database(cantools, path), "messages", [])
         except OSError as error:
             reason = error.strerror or str(error)
@@ -64,6 +65,20 @@ def load_databases(paths: Sequence[str | Path]) -> list[Any]:
     if not found:
         raise InputError(f"{', '.join(map(str, paths))} describes no CAN message; give the DBC of this vehicle")
     return found
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Without what cantools warns and logs of names that come twice: identifiers decide here."""
+    logger = logging.getLogger("cantools")
+    level = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        logger.setLevel(level)
 
 
 def _database(cantools: Any, path: str | Path) -> Any:

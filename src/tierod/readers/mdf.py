@@ -10,6 +10,7 @@ import traceback
 import warnings
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -104,7 +105,14 @@ def _source(file: Any, places: dict[str, tuple[int, int, Any]], notes: tuple[str
 
     start = file.header.start_time
     metadata = {"format": f"MDF {file.version}", "start_time": start.isoformat() if start else ""}
-    return Source(columns, load, metadata, start.timestamp() if start else 0.0, notes)
+    return Source(columns, load, metadata, _origin(start), notes)
+
+
+def _origin(start: datetime | None) -> float:
+    """Seconds since 1970; a start in local time whose zone the file does not tell counts as UTC, on every machine."""
+    if start is None:
+        return 0.0
+    return (start if start.tzinfo else start.replace(tzinfo=UTC)).timestamp()
 
 
 def _unit(item: Any) -> str:
@@ -159,5 +167,5 @@ def _part(signal: Any, start: Any) -> Frames:
         data,
         length,
         tuple(f"CAN{number}" for number in buses),
-        start.timestamp() if start else 0.0,
+        _origin(start),
     )
