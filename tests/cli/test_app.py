@@ -1,5 +1,6 @@
 import errno
 import json
+import os
 import subprocess
 import sys
 import types
@@ -102,6 +103,22 @@ def test_a_reader_that_goes_away_ends_quietly():
     done = subprocess.run(command, shell=True, capture_output=True, text=True, check=True)
     assert done.stdout == "{"
     assert done.stderr == ""
+
+
+@pytest.mark.parametrize(("lines", "code"), [(1, 1), (100_000, 141)])
+def test_a_verdict_is_never_healthy_because_nobody_reads_it(verb, monkeypatch, lines, code):
+    reading, writing = os.pipe()
+    os.close(reading)
+
+    def judge():
+        for _ in range(lines):
+            print("fault")
+        return 1
+
+    stdout = os.fdopen(writing, "w")
+    monkeypatch.setattr(sys, "stdout", stdout)
+    assert verb(judge)() == code
+    stdout.close()
 
 
 def test_a_full_disk_behind_stdout_is_told():

@@ -17,8 +17,9 @@ from types import ModuleType
 
 from tierod.errors import TierodError, nearest
 
-HEALTHY, FAULT, NOT_JUDGED, BAD_INPUT, DEFECT, INTERRUPTED = 0, 1, 2, 3, 4, 130
-"""Exit codes; DEFECT means that tierod itself is wrong, INTERRUPTED that the user stopped it."""
+HEALTHY, FAULT, NOT_JUDGED, BAD_INPUT, DEFECT, INTERRUPTED, UNHEARD = 0, 1, 2, 3, 4, 130, 141
+"""Exit codes; DEFECT means that tierod itself is wrong, INTERRUPTED that the user stopped it, UNHEARD (128 + SIGPIPE)
+that nobody read the output to its end before a verdict was known."""
 
 _NOT_COMMANDS = {"app", "terminal"}
 
@@ -44,7 +45,7 @@ def commands() -> tuple[str, ...]:
 
 def run(arguments: Sequence[str]) -> int:
     """Run a verb with its arguments, and return the exit code."""
-    debug = "--debug" in arguments
+    debug, code = "--debug" in arguments, UNHEARD
     try:
         code = _dispatch([argument for argument in arguments if argument != "--debug"])
         sys.stdout.flush()
@@ -52,7 +53,7 @@ def run(arguments: Sequence[str]) -> int:
     except BrokenPipeError:
         # Whoever read our output has gone; point stdout elsewhere so that flushing at exit stays quiet.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return HEALTHY
+        return code
     except (Exception, KeyboardInterrupt) as error:
         if debug:
             raise
@@ -83,6 +84,9 @@ def _call(verb: str, arguments: Sequence[str]) -> int:
     except usage_error as error:
         sentence = error.format_message().rstrip(".")  # type: ignore[attr-defined]
         raise _Usage(f"{sentence}; see 'tierod {verb} --help'") from error
+    except SystemExit as ended:
+        # typer ends with 1 where stdout is gone, which here means a fault.
+        raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE)) from ended
     if code == INTERRUPTED:
         raise KeyboardInterrupt  # typer has made an exit of it
     return code if isinstance(code, int) else HEALTHY
