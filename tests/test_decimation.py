@@ -40,3 +40,11 @@ def test_an_empty_decimator_gives_an_empty_trace():
     decimator = Decimator("signal", "")
     decimator.add(np.empty(0), np.empty(0))
     assert len(decimator.trace().time) == 0
+
+
+def test_time_that_stands_still_at_first_does_no_harm():
+    decimator = Decimator("a", "m", 4)
+    decimator.add(np.array([1.0, 1.0, 1.0, 2.0]), np.array([3.0, 1.0, 2.0, 5.0]))
+    trace = decimator.trace()
+    np.testing.assert_array_equal(trace.lower, [1.0, 5.0])
+    np.testing.assert_array_equal(trace.mean, [2.0, 5.0])

@@ -33,7 +33,9 @@ class Decimator:
             return
         if self._start is None:
             self._start = float(time[0])
-            self._width = float(np.median(np.diff(time[:1000]))) if len(time) > 1 else 1.0
+            steps = np.diff(time[:1000])
+            steps = steps[steps > 0.0]
+            self._width = float(np.median(steps)) if len(steps) else 1.0
         while (time[-1] - self._start) / self._width >= 2 * self.bins:
             self._halve()
         index = np.floor((time - self._start) / self._width + 1e-6).astype(int)

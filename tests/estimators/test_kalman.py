@@ -336,6 +336,8 @@ def test_units_of_the_estimate():
         ({"initial_variance": (0.1, -1.0)}, "not negative"),
         ({"initial_variance": (0.1, 1)}, "expected a float"),
         ({"initial_mean": (0.1,)}, "initial_mean needs 2 values"),
+        ({"initial_mean": (0.1, float("nan"))}, "initial_mean of .* is nan; expected a finite number"),
+        ({"initial_variance": (0.1, float("inf"))}, "is inf; expected a float that is finite and not negative"),
         ({"input_noise": (0.1, 0.2)}, "input_noise has 2 values"),
         ({"maskable": ("sped",)}, "did you mean 'speed'"),
         ({"covariance_update": "joseph"}, "schmidt or printed"),

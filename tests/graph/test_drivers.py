@@ -211,3 +211,26 @@ def test_library_functions_are_not_worked_out_by_the_compiler():
     assert np.isnan(result["b"][0])
     assert result["b"][1] == math.cos(math.atan(-math.inf))
     assert result["a"][0] == math.expm1(1.0)
+
+
+@dataclass(frozen=True)
+class Weighted:
+    """A sum of the past with a weight."""
+
+    weight: float
+    Sample = Pair
+
+    def init(self):
+        return (0.0,)
+
+    def step(self, state, sample):
+        return (sample.a,), Pair(self.weight * sample.b, state[0] + self.weight * state[0])
+
+
+@pytest.mark.parametrize("engine", ["compiled", "virtual machine"])
+def test_a_weight_of_zero_hides_no_missing_sample(engine):
+    samples = np.ones((1200, 2))
+    samples[[5, 1100]] = np.nan
+    result = scan(Weighted(0.0), samples, engine=engine)
+    np.testing.assert_array_equal(np.flatnonzero(np.isnan(result["a"])), [5, 1100])
+    np.testing.assert_array_equal(np.flatnonzero(np.isnan(result["b"])), [6, 1101])

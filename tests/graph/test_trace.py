@@ -56,7 +56,7 @@ def test_a_delay_line_must_be_pushed():
         trace(Applied(lambda s, x: (s, One(s[0].oldest)), Ring(3)))
 
 
-@pytest.mark.parametrize("size", [0, -2])
+@pytest.mark.parametrize("size", [0, -2, 3.0])
 def test_a_delay_line_holds_at_least_one_sample(size):
     with pytest.raises(TraceError, match=f"holds {size} samples; give it a size of at least 1"):
         trace(Applied(_smooth, Ring(size)))

@@ -87,6 +87,7 @@ class Root:
     [
         (lambda: LinearSystem.of(np.ones((2, 3)), np.ones((1, 2))), "expected .n, n."),
         (lambda: LinearSystem.of([[math.nan]], [[1.0]]), "NaN or infinity"),
+        (lambda: LinearSystem.of(np.eye(2), np.ones((1, 2)), B=[1.0, 2.0, 3.0]), r"B \(3, 1\).*expected .n, n."),
         (lambda: sampled(LinearSystem.of([[1.0]], [[1.0]]), 0.0), "sample_time is 0.0"),
         (lambda: linearise(Root, CartParameters(), (0.0,), ()), "no finite Jacobian"),
     ],

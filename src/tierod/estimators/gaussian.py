@@ -19,6 +19,7 @@ from tierod.estimators.kernels import (
 from tierod.estimators.linear_algebra import Matrix, Vector, diagonal, from_diagonal
 from tierod.estimators.shapes import (
     Belief,
+    check_mean,
     check_model,
     check_names,
     check_variances,
@@ -97,8 +98,7 @@ class GaussianFilter:
         check_names("maskable", self.maskable, states)
         if self.input_noise is not None:
             check_variances("input_noise", self.input_noise, inputs)
-        if len(leaf_values(self.initial_mean)) != len(states):
-            raise ParameterError(f"initial_mean needs {len(states)} values, one each for {', '.join(states)}")
+        check_mean(self.initial_mean, states)
         if self.covariance_update not in COVARIANCE_UPDATES:
             raise ParameterError(
                 f"covariance_update is '{self.covariance_update}'; expected {' or '.join(COVARIANCE_UPDATES)}"

@@ -11,7 +11,7 @@ from tierod.errors import ParameterError
 from tierod.estimators.kernels import usable
 from tierod.estimators.linear_algebra import Vector, add, product
 from tierod.estimators.pole_placement import Gain
-from tierod.estimators.shapes import check_model, leaf_names, leaf_values, sample_class
+from tierod.estimators.shapes import check_mean, check_model, leaf_names, leaf_values, sample_class
 from tierod.graph.maths import present, where
 
 
@@ -48,8 +48,7 @@ def check_gain(model: Any, gain: Gain, initial_mean: Tree) -> None:
             f"the gain has {len(gain)} rows of {sorted({len(row) for row in gain})} entries; expected {len(states)} "
             f"({', '.join(states)}) of {len(outputs)} ({', '.join(outputs)})"
         )
-    if len(leaf_values(initial_mean)) != len(states):
-        raise ParameterError(f"initial_mean needs {len(states)} values, one each for {', '.join(states)}")
+    check_mean(initial_mean, states)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import Annotated, Any, NamedTuple, get_type_hints
 
@@ -92,16 +93,30 @@ def check_variances(what: str, values: Any, names: tuple[str, ...], positive: bo
     """Refuse a tuple of variances of the wrong length or sign.
 
     Raises:
-        ParameterError: not one value per name, or a value below zero
+        ParameterError: not one value per name, or a value below zero or infinite
     """
     flat = leaf_values(values)
     if len(flat) != len(names):
         raise ParameterError(f"{what} has {len(flat)} values; expected {len(names)}, one each for {', '.join(names)}")
     for name, value in zip(names, flat, strict=True):
-        if isinstance(value, int) or (isinstance(value, float) and not value >= 0.0):
-            raise ParameterError(f"{what} of {name} is {value!r}; expected a float that is not negative")
+        if isinstance(value, int) or (isinstance(value, float) and not 0.0 <= value < math.inf):
+            raise ParameterError(f"{what} of {name} is {value!r}; expected a float that is finite and not negative")
         if positive and (value is None or value == 0.0):
             raise ParameterError(f"{what} of {name} is {value!r}; expected a float greater than zero")
+
+
+def check_mean(values: Any, names: tuple[str, ...]) -> None:
+    """Refuse an initial mean of the wrong length, or one that is not finite.
+
+    Raises:
+        ParameterError: not one value per name, or NaN or infinity, which the state would never lose
+    """
+    flat = leaf_values(values)
+    if len(flat) != len(names):
+        raise ParameterError(f"initial_mean needs {len(names)} values, one each for {', '.join(names)}")
+    for name, value in zip(names, flat, strict=True):
+        if not abs(value) < math.inf:
+            raise ParameterError(f"initial_mean of {name} is {value!r}; expected a finite number")
 
 
 def check_names(what: str, given: tuple[str, ...], known: tuple[str, ...]) -> None:

@@ -126,8 +126,10 @@ def _state_symbols(initial: Tree) -> tuple[Tree, list[Any], list[Any]]:
     heads: list[Any] = []
     values: list[Any] = []
     for path, leaf in leaves(initial):
-        if isinstance(leaf, Ring) and leaf.size < 1:
-            raise TraceError(f"the delay line {path} holds {leaf.size} samples; give it a size of at least 1")
+        if isinstance(leaf, Ring) and not (isinstance(leaf.size, int) and leaf.size >= 1):
+            raise TraceError(
+                f"the delay line {path} holds {leaf.size} samples; give it a size of at least 1 (a whole number)"
+            )
         symbol = casadi.SX.sym(path)
         (heads if isinstance(leaf, Ring) else plain).append(symbol)
         values.append(leaf._replace(oldest=symbol) if isinstance(leaf, Ring) else symbol)

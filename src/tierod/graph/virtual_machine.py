@@ -12,20 +12,29 @@ BLOCK = 1000
 
 
 class VirtualMachine:
-    """A block's step, interpreted; same interface as a compiled kernel."""
+    """A block's step, interpreted; same interface as a compiled kernel.
+
+    Tuning is folded into the graph, but for zeros: CasADi would take 0 * x for 0, and compiled code does not where x is
+    NaN.
+    """
 
     def __init__(self, block: Block):
         import casadi
 
         self.graph = graph = trace(block)
-        values = casadi.DM([value for _, value in tuning(block)])
+        values = [value for _, value in tuning(block)]
+        zeros = casadi.SX.sym("z", values.count(0.0))
+        left = iter(casadi.vertsplit(zeros))
+        tuned = casadi.vertcat(*(value if value != 0.0 else next(left) for value in values))
         state, heads, sample = (casadi.SX.sym(n, graph.function.size1_in(i)) for i, n in ((1, "x"), (2, "r"), (3, "u")))
-        after, pushes, output = graph.function.call([casadi.SX(values), state, heads, sample])
-        self._step = casadi.Function("step", [state, heads, sample], [after, pushes, output])
+        after, pushes, output = graph.function.call([casadi.SX(tuned), state, heads, sample])
+        self._step = casadi.Function("step", [state, heads, sample, zeros], [after, pushes, output])
         if not graph.rings:
             self._states = np.empty((BLOCK, len(graph.state)))
-            plain = casadi.Function("plain", [state, sample], [after, output])
+            plain = casadi.Function("plain", [state, sample, zeros], [after, output])
             self._buffer, self._run = plain.mapaccum("scan", BLOCK).buffer()
+            self._zeros = np.zeros((BLOCK, zeros.numel()))
+            self._buffer.set_arg(2, memoryview(self._zeros))  # type: ignore[call-arg,arg-type]
             self._buffer.set_res(0, memoryview(self._states))  # type: ignore[call-arg,arg-type]
 
     def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
@@ -49,7 +58,8 @@ class VirtualMachine:
         buffer, evaluate = self._step.buffer()
         state, heads, sample = np.zeros(plain), np.zeros(len(sizes)), np.zeros(samples.shape[1])
         after, pushes, output = np.zeros(plain), np.zeros(len(sizes)), np.zeros(outputs.shape[1])
-        for slot, array in enumerate((state, heads, sample)):
+        zeros = np.zeros(self._step.numel_in(3))
+        for slot, array in enumerate((state, heads, sample, zeros)):
             buffer.set_arg(slot, memoryview(array))  # type: ignore[call-arg,arg-type]
         for slot, array in enumerate((after, pushes, output)):
             buffer.set_res(slot, memoryview(array))  # type: ignore[call-arg,arg-type]

@@ -42,9 +42,10 @@ class LinearSystem:
         """
         A, C = np.atleast_2d(np.asarray(A, float)), np.atleast_2d(np.asarray(C, float))
         n = len(A)
-        B = np.zeros((n, 0)) if B is None else np.asarray(B, float).reshape(n, -1)
+        B = np.zeros((n, 0)) if B is None else np.asarray(B, float)
+        B = B[:, None] if B.ndim == 1 else B
         D = np.zeros((len(C), B.shape[1])) if D is None else np.atleast_2d(np.asarray(D, float))
-        if A.shape != (n, n) or C.shape[1] != n or D.shape != (len(C), B.shape[1]):
+        if A.shape != (n, n) or C.shape[1] != n or len(B) != n or D.shape != (len(C), B.shape[1]):
             raise ParameterError(
                 f"A is {A.shape}, B {B.shape}, C {C.shape} and D {D.shape}; "
                 "expected (n, n), (n, inputs), (outputs, n) and (outputs, inputs)"

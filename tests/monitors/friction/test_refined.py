@@ -41,7 +41,7 @@ def test_the_literal_process_noise_reads_high_on_coulomb_friction():
 
 
 @pytest.mark.parametrize("preset", PRESETS)
-def test_dahl_friction_of_one_degree_is_underestimated_as_known(preset):
+def test_dahl_friction_of_one_degree_is_found_within_known_bounds(preset):
     monitor = PRESETS[preset](CAR)
     healthy = np.concatenate([settled(monitor, driven(4.0, seed)) for seed in (1, 2, 3)])
     faulty = np.concatenate([settled(monitor, driven(12.5, seed)) for seed in (1, 2, 3)])
