@@ -112,6 +112,12 @@ def test_torques_against_each_other():
     assert warning.startswith("driver_torque or motor_torque has probably the wrong sign")
 
 
+def test_a_speed_of_the_wrong_sign_blames_nothing_else():
+    backwards = Channel("vehicle_speed", TIME, np.full(len(TIME), -15.0), "m/s")
+    (warning,) = sign_warnings(drive().with_channels([backwards]))
+    assert warning.startswith("vehicle_speed is negative 100 % of the way")
+
+
 def test_a_rate_against_its_angle():
     whole, rate = drive(), 0.8 * (0.7 * np.cos(0.7 * TIME) + 0.95 * np.cos(1.9 * TIME))
     for sign, count in ((1.0, 0), (-1.0, 1)):

@@ -225,6 +225,10 @@ def sign_warnings(recording: Recording, limits: SignLimits | None = None) -> tup
     aligned = recording.align(names, limits.rate, maximum_age=0.2)
     columns = {name: _smooth(column, limits) for name, column in zip(names, aligned.values.T, strict=True)}
     torques = {name: columns[name] for name in ("driver_torque", "motor_torque")}
+    speed = columns["vehicle_speed"][np.abs(columns["vehicle_speed"]) > limits.slowest]
+    if len(speed) and np.mean(speed < 0.0) > 0.5:
+        share = f"{100.0 * np.mean(speed < 0.0):.0f} %"
+        return (f"vehicle_speed is negative {share} of the way: probably a wrong sign; set it in the channel map",)
     angle, rate = columns["steering_wheel_angle"], columns["steering_wheel_rate"]
     rates = {"steering_wheel_rate": rate, "steering_wheel_angle": np.gradient(angle) if len(angle) > 1 else angle}
     return (

@@ -125,6 +125,13 @@ def test_a_dead_channel_is_refused(healthy, values, sentence):
         diagnose(changed(healthy, "driver_torque", values=values(healthy["driver_torque"].values)), "midsize-eps")
 
 
+@pytest.mark.parametrize("name", ["driver_torque", "steering_wheel_angle"])
+def test_raw_counts_are_never_taken_for_a_unit(healthy, name):
+    unit = healthy[name].unit.replace("*", "[*]")
+    with pytest.raises(InputError, match=f"{name} is in raw counts, but the vehicle 'midsize-eps' needs {unit}; give"):
+        diagnose(changed(healthy, name, unit="count"), "midsize-eps")
+
+
 def test_a_wrong_sign_is_noticed(healthy):
     wrong = changed(healthy, "lateral_acceleration", values=-healthy["lateral_acceleration"].values)
     warnings = diagnose(wrong, "midsize-eps").findings[0].warnings

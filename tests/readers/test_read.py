@@ -274,3 +274,10 @@ def test_slices_say_how_much_has_been_read(tmp_path, ending):
     assert len(shares) == 10
     assert shares == sorted(shares)
     assert 0.0 < shares[0] <= shares[-1] == pytest.approx(1.0)
+
+
+def test_a_database_that_does_not_exist_is_told_where_none_is_needed(tmp_path):
+    path = tmp_path / "drive.csv"
+    path.write_text("time,vehicle_speed [m/s]\n0.0,1\n0.1,2\n0.2,3\n")
+    with pytest.raises(InputError, match="there is no CAN database .*absent.dbc; check the path"):
+        read(path, dbc=tmp_path / "absent.dbc")

@@ -21,6 +21,7 @@ from tierod.monitors.session import Conclusion, Monitor, Session, Variant
 from tierod.readers import SHARE_READ
 from tierod.recording import Aligned, Recording
 from tierod.signals import SIGNALS
+from tierod.units import COUNT
 from tierod.vehicles import Vehicle, load
 
 CHUNK = 600.0
@@ -206,7 +207,19 @@ class Run:
                 f"recording does not have{near} Give a channel map that names it; "
                 "'tierod inspect' shows what the recording has"
             )
+        self._refuse_counts(piece)
         self._quality.refuse_slow(self.monitor.required, self.monitor.minimum_rate)
+
+    def _refuse_counts(self, piece: Recording) -> None:
+        """Raw counts are judged only as torques of a vehicle whose file says so: taken as N*m, any verdict is wrong."""
+        for name in self.monitor.required:
+            torque = SIGNALS[name].unit == "N*m"
+            if piece[name].unit == COUNT and (self.vehicle.calibrated or not torque):
+                other = ', or torque_unit = "count" in the vehicle file' if torque else ""
+                raise InputError(
+                    f"{name} is in raw counts, but the vehicle '{self.vehicle.name}' needs {SIGNALS[name].unit}; "
+                    f"give unit and factor (the {SIGNALS[name].unit} of one count) in the channel map{other}"
+                )
 
 
 def _with_ingredients(name: str) -> str:

@@ -182,6 +182,9 @@ def open_source(path: str | Path, dbc: Paths = None) -> tuple[Source, Kind]:
         raise InputError(f"{path} is packed, which only text and CAN logs may be; unpack it first: gunzip -k {path}")
     opened = _OPENERS[kind.name](path, kind)
     if isinstance(opened, Source):
+        for entry in [dbc] if isinstance(dbc, str | Path) else dbc or ():
+            if not _shipped(entry, ".dbc").exists():
+                raise InputError(f"there is no CAN database {entry}; check the path, or leave it out for this file")
         return opened, kind
     return _decoded(path, opened, dbc, kind), kind
 

@@ -11,6 +11,9 @@ import numpy as np
 from tierod.errors import InputError, MissingExtra
 from tierod.readers.frames import EXTENDED, Frames
 
+_BLF_FILE_SIZE = 16
+"""Offset of the size of the whole file [bytes] in the header of a BLF file."""
+
 
 def read_frames(data: bytes, kind: str) -> Frames:
     """The frames of a log; what was lost because the log is damaged stands in its notes.
@@ -39,7 +42,17 @@ def read_frames(data: bytes, kind: str) -> Frames:
         why = f"is damaged ({damage})" if damage else "holds no frame with data"
         raise InputError(f"the {kind.upper()} log {why}; record or export it again")
     notes = (f"the log is damaged after {len(rows)} frames ({damage}); what follows was left out",) if damage else ()
+    if not damage and kind == "blf":
+        notes = _cut_off(data)
     return _frames(rows, notes)
+
+
+def _cut_off(data: bytes) -> tuple[str, ...]:
+    """A note where a BLF file is shorter than its header says: its reader ends there without a word."""
+    size = int.from_bytes(data[_BLF_FILE_SIZE : _BLF_FILE_SIZE + 8], "little")
+    if len(data) >= size:
+        return ()
+    return (f"the log is cut off: {len(data)} of {size} bytes are there; copy it again for the rest",)
 
 
 def _reader(can: Any, data: bytes, kind: str) -> Iterable[Any]:
