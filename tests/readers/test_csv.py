@@ -122,3 +122,13 @@ def test_without_names_the_counting_column_is_the_time(tmp_path):
 def test_what_cannot_be_read_is_said(tmp_path, text, sentence):
     with pytest.raises(InputError, match=sentence):
         read(written(tmp_path, text))
+
+
+@pytest.mark.parametrize("broken", [b"0.50,\xfcber,3\n", b"0.50,\xff\xfe\n", b"0.50,\xb0\xb0,\xb5\n"])
+def test_bytes_that_are_no_unicode_do_no_harm(tmp_path, broken):
+    rows = [f"{0.01 * k:.2f},{k},{2 * k}\n".encode() for k in range(60)]
+    path = tmp_path / "drive.csv"
+    path.write_bytes(b"time,yaw_rate [\xb0/s],b\n" + b"".join([*rows[:50], broken, *rows[51:]]))
+    recording = read(path)
+    assert recording["yaw_rate"].values[49] == pytest.approx(np.radians(49.0))
+    assert recording["yaw_rate"].values[-1] == pytest.approx(np.radians(59.0))

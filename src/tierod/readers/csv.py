@@ -26,8 +26,7 @@ def open_csv(path: Path, data: bytes) -> Source:
     Raises:
         InputError: no table of numbers with a time column is in it
     """
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        data = data.decode("utf-16").encode()
+    data = _in_utf8(data)
     try:
         layout = find_layout(data)
     except InputError as error:
@@ -50,6 +49,19 @@ def open_csv(path: Path, data: bytes) -> Source:
     about = layout.about
     metadata = {**about.get("metadata", {}), "format": "CSV"}
     return Source(members, load, metadata, float(about.get("origin", 0.0)), tuple(filter(None, [broken])))
+
+
+def _in_utf8(data: bytes) -> bytes:
+    """The text in UTF-8; what is in no Unicode is taken as Latin-1, in which every byte is a letter."""
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return data.decode("utf-16", errors="replace").encode()
+    if data.isascii():
+        return data
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError:
+        return data.decode("latin-1").encode()
+    return data
 
 
 def _table(data: bytes, layout: Layout, names: Sequence[str], kind: Any, broken: list[int]) -> Any:

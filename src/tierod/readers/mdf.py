@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import gc
 import io
+import logging
 import sys
 import traceback
 import warnings
@@ -51,15 +52,16 @@ def open_mdf(path: Path) -> Source | Frames:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Without the warnings of asammdf and the tracebacks that it prints, on stdout too, over a damaged file."""
-    hook = sys.unraisablehook
-    sys.unraisablehook = lambda _: None
+    """Without what asammdf warns, logs and prints, on stdout too, over a damaged file."""
+    hook, logger = sys.unraisablehook, logging.getLogger("asammdf")
+    sys.unraisablehook, silent = lambda _: None, logger.disabled
+    logger.disabled = True
     try:
         with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
             warnings.simplefilter("ignore")
             yield
     finally:
-        sys.unraisablehook = hook
+        sys.unraisablehook, logger.disabled = hook, silent
 
 
 def _opened(file: Any) -> Source | Frames:
