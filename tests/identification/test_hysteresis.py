@@ -129,7 +129,7 @@ def test_damping_enters_the_uncertainty_but_hardly_that_of_a_difference():
 REFUSED = {
     "deg, but a lock-to-lock loop needs": lambda: lock_to_lock(HEALTHY, lock=math.radians(200.0)),
     "does not close": lambda: _cut(lock_to_lock(HEALTHY), 0.75),
-    "rad/s, but above": lambda: lock_to_lock(HEALTHY, seconds_per_turn=1.0),
+    "in more than 3 s from lock to lock": lambda: lock_to_lock(HEALTHY, seconds_per_turn=1.0),
     "the vehicle moves at up to 5.0 m/s": lambda: _moving(lock_to_lock(HEALTHY)),
     "turn the sign": lambda: _mirrored(lock_to_lock(HEALTHY)),
     "a signal is missing 100 times": lambda: _holed(lock_to_lock(HEALTHY)),

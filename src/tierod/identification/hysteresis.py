@@ -117,7 +117,7 @@ class HysteresisIdentification:
         loops = [loop.shifted(-begin) for loop in loops]
         time, angle, rate, driver, motor = (values[begin:end] for values in (time, angle, rate, driver, motor))
         self._require_complete(time, np.column_stack([rate, driver, motor]))
-        self._require_slow(time, rate)
+        self._require_slow(angle, rate)
         motion = Motion(time, angle, rate, driver, self.motor_gear_ratio * motor)
         balances = tuple(work_balance(loop, motion, self.inertia, self.damping) for loop in loops)
         torque = driver + self.motor_gear_ratio * motor - self.damping * rate - self.inertia * slope(rate, time)
@@ -159,12 +159,13 @@ class HysteresisIdentification:
                 f"(at most {self.maximum_speed} m/s); cut the recording to the test, or use the friction monitor"
             )
 
-    def _require_slow(self, time: np.ndarray, rate: np.ndarray) -> None:
+    def _require_slow(self, angle: np.ndarray, rate: np.ndarray) -> None:
         quick = float(np.percentile(np.abs(rate), 99.0))
         if quick > self.maximum_rate:
+            least = np.ptp(angle) / self.maximum_rate
             raise InputError(
                 f"the wheel is turned at {quick:.1f} rad/s, but above {self.maximum_rate:.1f} rad/s the viscous torque "
-                f"hides the friction; turn from lock to lock in more than {time[-1] - time[0]:.0f} s"
+                f"hides the friction; turn steadily, in more than {least:.0f} s from lock to lock"
             )
 
     def _require_complete(self, time: np.ndarray, values: np.ndarray) -> None:
