@@ -121,6 +121,11 @@ def follows_from_figures(remark: str) -> bool:
     return any(part in remark for part in (_MISSING, _GAP, _PLAUSIBLE))
 
 
+def tells_of_implausible_values(remark: str) -> bool:
+    """Whether a remark says that the values leave the plausible range of their signal."""
+    return _PLAUSIBLE in remark
+
+
 def _rate_remarks(time: np.ndarray, gap: float, seen: int, limits: QualityLimits) -> list[str]:
     if not len(time):
         return ["holds no samples"]

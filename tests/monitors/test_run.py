@@ -113,6 +113,12 @@ def test_slow_data_are_refused(healthy):
         diagnose(changed(healthy, "yaw_rate", time=slow.time[::100], values=slow.values[::100]), "midsize-eps")
 
 
+def test_milliseconds_taken_for_seconds_are_guessed(healthy):
+    slow = Recording({name: dataclasses.replace(c, time=1e3 * c.time) for name, c in healthy.channels.items()})
+    with pytest.raises(InputError, match=r'0.1 Hz.*if its time counts milliseconds, call that column "time \[ms\]"'):
+        diagnose(slow, "midsize-eps")
+
+
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [
@@ -123,6 +129,12 @@ def test_slow_data_are_refused(healthy):
 def test_a_dead_channel_is_refused(healthy, values, sentence):
     with pytest.raises(InputError, match=sentence):
         diagnose(changed(healthy, "driver_torque", values=values(healthy["driver_torque"].values)), "midsize-eps")
+
+
+def test_degrees_taken_for_radians_are_told_beside_the_verdict(healthy):
+    wrong = changed(healthy, "yaw_rate", values=np.degrees(healthy["yaw_rate"].values))
+    warnings = diagnose(wrong, "midsize-eps").findings[0].warnings
+    assert any(warning.startswith("yaw_rate: ") and "looks like degrees" in warning for warning in warnings)
 
 
 @pytest.mark.parametrize("name", ["driver_torque", "steering_wheel_angle"])

@@ -9,7 +9,14 @@ import numpy as np
 
 from tierod.errors import InputError
 from tierod.findings import ChannelQuality
-from tierod.quality import channel_quality, figure_remarks, follows_from_figures, sign_warnings, too_slow
+from tierod.quality import (
+    channel_quality,
+    figure_remarks,
+    follows_from_figures,
+    sign_warnings,
+    tells_of_implausible_values,
+    too_slow,
+)
 from tierod.recording import Channel, Recording
 
 REDUCED_RATE = 10.0
@@ -56,6 +63,15 @@ class QualityOverChunks:
         }
         return sign_warnings(Recording(channels))
 
+    def range_warnings(self) -> tuple[str, ...]:
+        """Which signal leaves its plausible range: with a wrong unit no verdict is worth anything."""
+        return tuple(
+            f"{name}: {remark}"
+            for name, row in self._rows.items()
+            for remark in row.remarks
+            if tells_of_implausible_values(remark)
+        )
+
     def refuse_slow(self, required: Iterable[str], minimum_rate: float) -> None:
         """Stop where a signal comes too slowly.
 
@@ -63,10 +79,12 @@ class QualityOverChunks:
             InputError: a required signal comes at less than the minimum rate [Hz]
         """
         for name in required:
-            if too_slow(self._rows[name].rate, minimum_rate):
+            rate = self._rows[name].rate
+            if too_slow(rate, minimum_rate):
+                milliseconds = not too_slow(1e3 * rate, minimum_rate) and rate < 1.0
                 raise InputError(
-                    f"{name} comes at {self._rows[name].rate:.3g} Hz; at least {minimum_rate:g} Hz are needed: "
-                    "record it faster"
+                    f"{name} comes at {rate:.3g} Hz; at least {minimum_rate:g} Hz are needed: record it faster"
+                    + (', or, if its time counts milliseconds, call that column "time [ms]"' if milliseconds else "")
                 )
 
     def refuse_unusable(self, required: Iterable[str]) -> None:

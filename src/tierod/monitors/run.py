@@ -174,7 +174,10 @@ class Run:
         traces = {name: decimator.trace() for name, decimator in self._traces.items()}
         for name in self.session.signals:
             traces[name] = dataclasses.replace(traces[name], unit=units.get(name, ""))
-        finding = _with_warnings(conclusion, (*self._metadata.get("warnings", ()), *self._quality.sign_warnings()))
+        finding = _with_warnings(
+            conclusion,
+            (*self._metadata.get("warnings", ()), *self._quality.sign_warnings(), *self._quality.range_warnings()),
+        )
         return Diagnosis(
             findings=(finding,),
             traces=traces,
