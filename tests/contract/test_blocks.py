@@ -6,6 +6,7 @@ import dataclasses
 import importlib
 import inspect
 import pkgutil
+import subprocess
 
 import numpy as np
 import pytest
@@ -14,6 +15,8 @@ import tierod
 from contract.block_examples import BASES, PARTS, examples
 from tierod.block import leaves, rebuild, skeleton, tuning, units, with_tuning
 from tierod.graph import Stream, batch, scan, trace
+from tierod.graph.compiler import compiler
+from tierod.graph.printer import print_lanes, print_scalar
 
 EXAMPLES = examples()
 COUNT = 600
@@ -111,3 +114,29 @@ def test_a_run_can_be_cut_anywhere(block):
     whole, first = scan(block, samples), scan(block, samples[:211])
     second = scan(block, samples[211:], first.state)
     np.testing.assert_array_equal(np.vstack([first.values, second.values]), whole.values)
+
+
+STRICT = (
+    "-std=c99",
+    "-pedantic",
+    "-Wall",
+    "-Wextra",
+    "-Wno-unknown-pragmas",
+    "-Werror",
+    "-fsyntax-only",
+    "-x",
+    "c",
+    "-",
+)
+
+
+@pytest.mark.skipif(compiler() is None, reason="no C compiler")
+def test_its_c_is_clean_in_double_and_single_precision(block):
+    graph = trace(block)
+    for source, *extra in (
+        (print_scalar(graph),),
+        (print_scalar(graph), "-DTIEROD_FLOAT32"),
+        (print_lanes(graph, True),),
+    ):
+        run = subprocess.run([*compiler(), *STRICT, *extra], input=source, capture_output=True, text=True, check=False)
+        assert run.returncode == 0, run.stderr

@@ -179,7 +179,9 @@ class _Printer:
                 value = f"p[{operation.constant[1]}]" if operation.name == "input" else self._expression(operation, {})
                 lines.append(f"    const real v{index} = {value};\n")
         stores = [f"    c[{slot}] = v{value};\n" for value, slot in self.carried.items()]
-        unused = ("" if lines else "    (void)p;\n") + ("" if stores else "    (void)c;\n")
+        unused = ("" if any("= p[" in line for line in lines) else "    (void)p;\n") + (
+            "" if stores else "    (void)c;\n"
+        )
         size = f"extern const long {self.name}_carried;\nconst long {self.name}_carried = {len(self.carried)};\n"
         return f"{size}{signature};\n{signature} {{\n{''.join(lines)}{''.join(stores)}{unused}}}\n"
 
