@@ -48,7 +48,7 @@ class HysteresisPresenceTest:
             a minute
         shortest: recording that is needed [s]; with less there are too few strokes to tell
 
-    Source: own; a permutation test on the regression that the Dahl model of Mohtat et al.'s friction suggests.
+    Source: own; a permutation test on the regression that Dahl's law of friction suggests (AIAA J. 14, 1976, 1675).
     """
 
     dahl_angle: Annotated[float, "rad"] = math.radians(1.0)
