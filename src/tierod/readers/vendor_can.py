@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
-from collections.abc import Iterable
+import logging
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -33,18 +35,33 @@ def read_frames(data: bytes, kind: str) -> Frames:
     rows: list[Any] = []
     damage = ""
     try:
-        for message in _reader(can, data, kind):
-            if not (message.is_error_frame or message.is_remote_frame):
-                rows.append(message)
+        with _quiet():
+            rows.extend(m for m in _reader(can, data, kind) if not (m.is_error_frame or m.is_remote_frame))
     except Exception as error:
         damage = " ".join(str(error).split())[:120] or type(error).__name__
     if not rows:
         why = f"is damaged ({damage})" if damage else "holds no frame with data"
         raise InputError(f"the {kind.upper()} log {why}; record or export it again")
-    notes = (f"the log is damaged after {len(rows)} frames ({damage}); what follows was left out",) if damage else ()
-    if not damage and kind == "blf":
-        notes = _cut_off(data)
-    return _frames(rows, notes)
+    if damage:
+        return _frames(rows, (f"the log is damaged after {len(rows)} frames ({damage}); what follows was left out",))
+    return _frames(rows, _cut_off(data) if kind == "blf" else ())
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Without what python-can logs of lines that it leaves out."""
+    logger = logging.getLogger("can")
+    silent, logger.disabled = logger.disabled, True
+    children = [logging.getLogger(f"can.io.{kind}") for kind in ("asc", "blf", "trc")]
+    before = [child.disabled for child in children]
+    for child in children:
+        child.disabled = True
+    try:
+        yield
+    finally:
+        logger.disabled = silent
+        for child, was in zip(children, before, strict=True):
+            child.disabled = was
 
 
 def _cut_off(data: bytes) -> tuple[str, ...]:
