@@ -95,6 +95,15 @@ def test_formats_of_vendors_are_decoded(tmp_path):
     assert read(path, dbc=dbc)["M.S"].values[:3].tolist() == [0x64, 0x6C, 0x74]
 
 
+def test_lines_that_are_left_out_are_not_logged(tmp_path, caplog):
+    pytest.importorskip("can")
+    log = b";$FILEVERSION=1.1\n;\n     1)      1.0  Rx         0100  1  01\n     2)      2.0  Qx  zz\n"
+    (tmp_path / "drive.trc").write_bytes(log)
+    with pytest.raises(InputError, match="holds 1 CAN frames"):
+        read(tmp_path / "drive.trc")
+    assert caplog.records == []
+
+
 @pytest.mark.parametrize("name", ["test_CanMessage.asc.gz", "test_CanMessage.blf", "test_CanMessage_V1_1.trc"])
 def test_a_log_without_database_names_its_identifiers(name):
     pytest.importorskip("can")

@@ -36,7 +36,9 @@ def read_frames(data: bytes, kind: str) -> Frames:
     damage = ""
     try:
         with _quiet():
-            rows.extend(m for m in _reader(can, data, kind) if not (m.is_error_frame or m.is_remote_frame))
+            for message in _reader(can, data, kind):
+                if not (message.is_error_frame or message.is_remote_frame):
+                    rows.append(message)
     except Exception as error:
         damage = " ".join(str(error).split())[:120] or type(error).__name__
     if not rows:
@@ -51,17 +53,12 @@ def read_frames(data: bytes, kind: str) -> Frames:
 def _quiet() -> Iterator[None]:
     """Without what python-can logs of lines that it leaves out."""
     logger = logging.getLogger("can")
-    silent, logger.disabled = logger.disabled, True
-    children = [logging.getLogger(f"can.io.{kind}") for kind in ("asc", "blf", "trc")]
-    before = [child.disabled for child in children]
-    for child in children:
-        child.disabled = True
+    level = logger.level
+    logger.setLevel(logging.CRITICAL + 1)
     try:
         yield
     finally:
-        logger.disabled = silent
-        for child, was in zip(children, before, strict=True):
-            child.disabled = was
+        logger.setLevel(level)
 
 
 def _cut_off(data: bytes) -> tuple[str, ...]:
