@@ -96,7 +96,7 @@ def test_a_chain_of_steps_is_worked_out_once_and_tuning_before_the_loop():
     assert operations.counts()["inverse"] == 1
     source = print_scalar(trace(Everything()))
     prepare = source[source.index("_prepare(const real *restrict p, real *restrict c) {") :].split("}")[0]
-    assert "M(exp)" in prepare, "exp(-offset) depends on tuning alone"
+    assert "tierod_exp" in prepare, "exp(-offset) depends on tuning alone"
 
 
 def test_the_printed_c_names_its_signals():

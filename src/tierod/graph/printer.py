@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from tierod.graph.c_library import FUSED, OWN, PRELUDE
 from tierod.graph.operations import (
     LOGICAL,
     NEXT_STATE,
@@ -24,34 +25,6 @@ LANES = 64
 TILE_STEPS = 64
 """Samples of one tile: inputs and outputs of 64 vehicles then stay in a core's cache."""
 STATE_IN_LOCALS = 200
-
-HEAD = """\
-#include <math.h>
-#ifdef TIEROD_FLOAT32
-typedef float real;
-#define R(x) x##f
-#define M(name) name##f
-#ifdef FP_FAST_FMAF
-#define TIEROD_FAST_FMA
-#endif
-#else
-typedef double real;
-#define R(x) x
-#define M(name) name
-#ifdef FP_FAST_FMA
-#define TIEROD_FAST_FMA
-#endif
-#endif
-"""
-FMA = """\
-#ifdef TIEROD_FAST_FMA
-#define tierod_fma(a, b, c) M(fma)(a, b, c)
-#else
-#define tierod_fma(a, b, c) ((a) * (b) + (c))
-#endif
-"""
-FUSED = {"fma": "tierod_fma({0}, {1}, {2})", "fms": "tierod_fma({0}, {1}, -{2})", "fnma": "tierod_fma(-{0}, {1}, {2})"}
-SIGN = "static inline real tierod_sign(real a) { return a > R(0.0) ? R(1.0) : a < R(0.0) ? -R(1.0) : a; }\n"
 
 INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 COMPARE = {"lt": "<", "le": "<=", "eq": "==", "ne": "!="}
@@ -103,9 +76,7 @@ class _Printer:
 
     def scalar(self) -> str:
         in_locals = len(self.graph.state) <= STATE_IN_LOCALS
-        return "".join(
-            [HEAD, FMA, SIGN, self._legend(), self._prepare(), self._step(), self._push(), self._scan(in_locals)]
-        )
+        return "".join([PRELUDE, self._legend(), self._prepare(), self._step(), self._push(), self._scan(in_locals)])
 
     def lanes(self, own_tuning: bool) -> str:
         places = _Places(
@@ -137,7 +108,7 @@ class _Printer:
             + f"#pragma GCC ivdep\n        for (int l = 0; l < {LANES}; l++) {{\n{body}        }}\n    }}\n}}\n"
         )
         declaration = f"void {self.name}_lanes{signature};\n"
-        return "".join([HEAD, FMA, SIGN, self._legend(), self._prepare(), declaration, loop, self._batch()])
+        return "".join([PRELUDE, self._legend(), self._prepare(), declaration, loop, self._batch()])
 
     def _batch(self) -> str:
         """Lanes over arrays of their own, moved into tiles that stay in the cache and back."""
@@ -306,5 +277,5 @@ class _Printer:
         unary = {"not": "{0} == R(0.0) ? R(1.0) : R(0.0)", "neg": "-{0}", "inverse": "R(1.0) / {0}", "assign": "{0}"}
         if name in unary:
             return unary[name].format(text(arguments[0]))
-        function = "tierod_sign" if name == "sign" else f"M({name})"
+        function = OWN.get(name, f"M({name})")
         return f"{function}({', '.join(map(text, arguments))})"
