@@ -217,7 +217,7 @@ def test_floats_scan_stream_and_lanes_agree():
         stream.inputs[:] = row
         stream.advance()
         np.testing.assert_array_equal(stream.outputs, values)
-    for lane in batch(block, [samples, samples]):
+    for lane in batch(block, [samples] * 16):
         np.testing.assert_array_equal(lane.values, result.values)
 
 

@@ -12,6 +12,7 @@ from blocks_of_graph import Everything, Pair
 from tierod.block import Ring, leaves, rebuild, tuning
 from tierod.errors import InputError, ParameterError
 from tierod.graph import Memory, Stream, batch, maths, scan, trace
+from tierod.graph.lanes import FEWEST
 from tierod.recording import Aligned
 
 
@@ -71,8 +72,13 @@ def test_lanes_equal_scans_to_the_last_bit(samples):
         np.testing.assert_array_equal(result.state.values, alone.state.values)
 
 
+def test_a_few_vehicles_run_one_by_one_to_the_same_bits(samples):
+    alone = batch(Everything(), [samples] * (FEWEST - 1))[0]
+    np.testing.assert_array_equal(alone.values, batch(Everything(), [samples] * FEWEST)[0].values)
+
+
 def test_lanes_share_one_calibration(samples):
-    for result in batch(Everything(), [samples, samples[:50]]):
+    for result in batch(Everything(), [samples, samples[:50]] * 8):
         np.testing.assert_array_equal(result.values, scan(Everything(), samples).values[: len(result)])
 
 
@@ -86,8 +92,8 @@ def test_a_run_can_be_cut_and_carried_on(samples, cut, engine):
 
 
 def test_a_batch_can_be_carried_on(samples):
-    first = batch(Everything(), [samples[:100]] * 3)
-    second = batch(Everything(), [samples[100:]] * 3, states=[result.state for result in first])
+    first = batch(Everything(), [samples[:100]] * 20)
+    second = batch(Everything(), [samples[100:]] * 20, states=[result.state for result in first])
     np.testing.assert_array_equal(second[2].values, scan(Everything(), samples).values[100:])
 
 
@@ -142,14 +148,14 @@ def test_the_state_of_another_block_is_refused(samples, state, engine):
     with pytest.raises(InputError, match="remembers 9 numbers"):
         Stream(Everything(), state, engine)
     with pytest.raises(InputError, match="remembers 9 numbers"):
-        batch(Everything(), [samples], [state])
+        batch(Everything(), [samples] * 16, [state] * 16)
 
 
 def test_a_state_is_not_changed_by_a_run(samples):
     start = scan(Everything(), samples[:9]).state
     before = start.values.copy()
     scan(Everything(), samples, start)
-    batch(Everything(), [samples], [start])
+    batch(Everything(), [samples] * 16, [start] * 16)
     Stream(Everything(), start).push(samples[0])
     np.testing.assert_array_equal(start.values, before)
 
@@ -207,7 +213,7 @@ class Rounded:
 def test_library_functions_are_not_worked_out_by_the_compiler():
     samples = np.array([[1.0, np.nan], [2.0, -np.inf], [-1.0, 1.0], [1.0, 0.5]])
     result = scan(Rounded(), samples)
-    np.testing.assert_array_equal(batch(Rounded(), [samples])[0].values, result.values)
+    np.testing.assert_array_equal(batch(Rounded(), [samples] * 16)[0].values, result.values)
     assert np.isnan(result["b"][0])
     assert result["b"][1] == math.cos(math.atan(-math.inf))
     assert result["a"][0] == math.expm1(1.0)

@@ -1,70 +1,20 @@
-"""The three drivers: a recording (`scan`), a live stream (`Stream`), many vehicles at once (`batch`)."""
+"""Two of the three drivers: a recording (`scan`) and a live stream (`Stream`)."""
 
 from __future__ import annotations
 
 import ctypes
 import struct
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
 from functools import partial
 from numbers import Real
 from typing import Any
 
 import numpy as np
 
-from tierod.block import Block, Tree, leaves, rebuild
+from tierod.block import Block, Tree, leaves
 from tierod.errors import InputError, nearest
-from tierod.graph.kernel import CompiledKernel, Engine, LaneKernel, is_interpreted, kernel
-from tierod.graph.printer import LANES
-from tierod.graph.trace import Graph, flat_memory, initial_memory, trace
-from tierod.recording import Aligned
-
-
-@dataclass(frozen=True)
-class Memory:
-    """The state of a block between two runs.
-
-    Args:
-        values: flat, delay lines at the end, shape (numbers,)
-        count: samples seen so far
-    """
-
-    values: np.ndarray
-    count: int
-
-
-@dataclass(frozen=True)
-class Result:
-    """What a block gave over many samples.
-
-    Args:
-        names: dotted names of the outputs, in order
-        values: shape (n, outputs)
-        state: to go on from
-        tree: an output of zeros, in its shape
-    """
-
-    names: tuple[str, ...]
-    values: np.ndarray
-    state: Memory
-    tree: Tree
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        """One output over time, shape (n,)."""
-        try:
-            return self.values[:, self.names.index(name)]
-        except ValueError:
-            raise InputError(f"the block has no output '{name}'{nearest(name, self.names)}") from None
-
-    def __len__(self) -> int:
-        return len(self.values)
-
-    def at(self, index: int) -> Tree:
-        """The output of one sample as the block's own NamedTuple."""
-        return rebuild(self.tree, self.values[index].tolist())
-
-
-Samples = Aligned | np.ndarray | Sequence[Sequence[float]]
+from tierod.graph.kernel import CompiledKernel, Engine, kernel
+from tierod.graph.samples import Memory, Result, Samples, columns_of, memory_of
 
 
 def scan(block: Block, samples: Samples, state: Memory | Tree | None = None, engine: Engine = "auto") -> Result:
@@ -82,8 +32,8 @@ def scan(block: Block, samples: Samples, state: Memory | Tree | None = None, eng
         TraceError: the block cannot be traced
     """
     runner = kernel(block, engine)
-    memory = _memory(block, state)
-    values = np.ascontiguousarray(_columns(runner.graph, samples))
+    memory = memory_of(block, state)
+    values = np.ascontiguousarray(columns_of(runner.graph, samples))
     outputs = np.empty((len(values), len(runner.graph.output)))
     flat = memory.values.copy()
     runner.scan(flat, values, outputs, memory.count)
@@ -103,7 +53,7 @@ class Stream:
 
     def __init__(self, block: Block, state: Memory | Tree | None = None, engine: Engine = "auto"):
         runner = kernel(block, engine)
-        graph, memory = runner.graph, _memory(block, state)
+        graph, memory = runner.graph, memory_of(block, state)
         self.names = graph.sample
         self.inputs = np.zeros(len(graph.sample))
         self.outputs = np.zeros(len(graph.output))
@@ -212,122 +162,3 @@ class _Bound(ctypes.Structure):
         ("carried", ctypes.c_void_p),
         ("count", ctypes.c_long),
     )
-
-
-def batch(
-    blocks: Block | Sequence[Block], recordings: Sequence[Samples], states: Sequence[Memory | Tree | None] | None = None
-) -> list[Result]:
-    """Run many vehicles at once, 64 side by side.
-
-    Args:
-        blocks: one for all, or one per recording; they may differ in their floats (calibrations), not in structure
-        recordings: one set of samples per vehicle, as for `scan`; lengths may differ
-        states: one per vehicle to go on from; the blocks' own initial states if None
-
-    Returns:
-        one result per vehicle, to the last bit what `scan` gives
-
-    Raises:
-        InputError: counts differ, or blocks of different structure are mixed
-    """
-    count = len(recordings)
-    every: list[Any] = (
-        list(blocks) if isinstance(blocks, (list, tuple)) and not hasattr(blocks, "step") else [blocks] * count
-    )
-    states = [None] * count if states is None else list(states)
-    if len(every) != count or len(states) != count:
-        raise InputError(f"{count} recordings came with {len(every)} blocks and {len(states)} states; give one of each")
-    if any(trace(block) is not trace(every[0]) for block in every[1:]):
-        raise InputError(
-            "the blocks of a batch differ in structure; run each kind in a batch of its own, and write the numbers of "
-            "a calibration as floats (1.0, not 1): whole numbers count as structure"
-        )
-    memories = [_memory(block, state) for block, state in zip(every, states, strict=True)]
-    results: list[Result] = []
-    for first in range(0, count, LANES):
-        part = slice(first, first + LANES)
-        results += _tile(every[part], recordings[part], memories[part])
-    return results
-
-
-def _tile(blocks: list[Block], recordings: Sequence[Samples], memories: list[Memory]) -> list[Result]:
-    if is_interpreted() or len({memory.count for memory in memories}) > 1:
-        return [
-            scan(block, samples, memory) for block, samples, memory in zip(blocks, recordings, memories, strict=True)
-        ]
-    runner = LaneKernel(blocks)
-    samples = [np.ascontiguousarray(_columns(runner.graph, recording)) for recording in recordings]
-    lengths = [len(values) for values in samples]
-    outputs = [np.empty((length, len(runner.graph.output))) for length in lengths]
-    states = np.zeros((runner.graph.memory, LANES))
-    states[:, : len(memories)] = np.column_stack([memory.values for memory in memories])
-    ended: dict[int, np.ndarray] = {}
-    done = 0
-    for stop in sorted(set(lengths)):
-        _advance_lanes(runner, states, samples, outputs, done, stop, memories[0].count)
-        ended |= {lane: states[:, lane].copy() for lane, length in enumerate(lengths) if length == stop}
-        done = stop
-    return [
-        Result(
-            runner.graph.output,
-            values,
-            Memory(ended[lane], memories[lane].count + len(values)),
-            runner.graph.output_tree,
-        )
-        for lane, values in enumerate(outputs)
-    ]
-
-
-def _advance_lanes(
-    runner: LaneKernel,
-    states: np.ndarray,
-    samples: list[np.ndarray],
-    outputs: list[np.ndarray],
-    start: int,
-    stop: int,
-    count: int,
-) -> None:
-    """Samples start to stop of the lanes that reach so far; the others run idle on another lane's input."""
-    running = [lane for lane, values in enumerate(samples) if len(values) >= stop]
-    idle = np.empty((stop - start, outputs[0].shape[1]))
-    lanes = [lane if lane in running else None for lane in range(LANES)]
-    inputs = [samples[running[0] if lane is None else lane][start:] for lane in lanes]
-    runner.batch(
-        states, inputs, [idle if lane is None else outputs[lane][start:] for lane in lanes], stop - start, count + start
-    )
-
-
-def _memory(block: Block, state: Memory | Tree | None) -> Memory:
-    """What a run starts from, of the size that the block's kernel reads and writes."""
-    if state is None:
-        return Memory(initial_memory(block), 0)
-    memory = state if isinstance(state, Memory) else Memory(flat_memory(state), 0)
-    values, needed = np.array(memory.values, dtype=float), trace(block).memory
-    if values.shape != (needed,) or memory.count < 0:
-        raise InputError(
-            f"the state has the shape {values.shape} after {memory.count} samples, but {type(block).__name__} "
-            f"remembers {needed} numbers; go on from the state of a block of the same structure"
-        )
-    return Memory(values, memory.count)
-
-
-def _columns(graph: Graph, samples: Samples) -> np.ndarray:
-    if isinstance(samples, Aligned):
-        missing = [name for name in graph.sample if name not in samples.names]
-        if missing:
-            raise InputError(f"{graph.name} needs the signal '{missing[0]}'{nearest(missing[0], samples.names)}")
-        return samples.values[:, [samples.names.index(name) for name in graph.sample]]
-    try:
-        values = np.asarray(samples, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            f"the samples of {graph.name} are not all numbers ({error}); give NaN where one is missing"
-        ) from None
-    if values.ndim == 1 and len(graph.sample) == 1:
-        values = values[:, None]
-    if values.ndim != 2 or values.shape[1] != len(graph.sample):
-        raise InputError(
-            f"{graph.name} takes {len(graph.sample)} signals ({', '.join(graph.sample)}); "
-            f"the samples have the shape {values.shape}, expected (n, {len(graph.sample)})"
-        )
-    return values

@@ -13,7 +13,7 @@ import numpy as np
 from tierod.block import tuning, units
 from tierod.errors import ParameterError
 from tierod.graph import scan
-from tierod.graph.runtime import Memory
+from tierod.graph import Memory
 from tierod.physics.single_track import steady_road_wheel_angle
 from tierod.proving_ground.car import EpsCar
 from tierod.proving_ground.car_signals import Output

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from tierod.block import rebuild
 from tierod.errors import InputError
 from tierod.findings import Finding
-from tierod.graph.runtime import Memory, Result
+from tierod.graph import Memory, Result
 from tierod.monitors.friction.conditioning import SAMPLE_TIME, SteeringSample
 from tierod.monitors.friction.judgement import FrictionRun, judge
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
