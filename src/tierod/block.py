@@ -9,7 +9,20 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator
-from typing import Annotated, Any, NamedTuple, Protocol, get_args, get_origin, get_type_hints, runtime_checkable
+from functools import cache
+from numbers import Real
+from types import UnionType
+from typing import (
+    Annotated,
+    Any,
+    NamedTuple,
+    Protocol,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+    runtime_checkable,
+)
 
 Tree = Any
 """A number, or a (named) tuple of trees."""
@@ -17,7 +30,11 @@ Tree = Any
 
 @runtime_checkable
 class Block(Protocol):
-    """Anything causal with memory: estimators, detectors, gates, discretised plants, sensor models."""
+    """Anything causal with memory: estimators, detectors, gates, discretised plants, sensor models.
+
+    `step` may take further arguments with defaults (`enabled` of the detectors): they are for composition inside
+    another block; what drives a whole block (scan, stream, batch, generated C) feeds Sample and nothing else.
+    """
 
     @property
     def Sample(self) -> type:
@@ -116,15 +133,14 @@ def derived(annotation: Any, name: str, unit: str) -> Any:
 
 
 def tuning(block: Any, path: str = "") -> Iterator[tuple[str, float]]:
-    """(dotted path, value) of every float in a block's fields, nested dataclasses and tuples included."""
+    """(dotted path, value) of every float in a block's fields, nested dataclasses and tuples included.
+
+    A whole number in a field of floats is a float: `Cusum(1, 4, 20)` is `Cusum(1.0, 4.0, 20.0)`.
+    """
     if isinstance(block, float):
         yield path, block
-    elif dataclasses.is_dataclass(block) and not isinstance(block, type):
-        for field in dataclasses.fields(block):
-            yield from tuning(getattr(block, field.name), f"{path}.{field.name}" if path else field.name)
-    elif isinstance(block, tuple):
-        names = getattr(block, "_fields", None) or map(str, range(len(block)))
-        for name, value in zip(names, block, strict=True):
+    else:
+        for name, value in _parts(block):
             yield from tuning(value, f"{path}.{name}" if path else name)
 
 
@@ -138,11 +154,11 @@ def _with_tuning(block: Any, values: Iterator[Any]) -> Any:
         return next(values)
     if dataclasses.is_dataclass(block) and not isinstance(block, type):
         copy = object.__new__(type(block))
-        for field in dataclasses.fields(block):
-            object.__setattr__(copy, field.name, _with_tuning(getattr(block, field.name), values))
+        for name, value in _parts(block):
+            object.__setattr__(copy, name, _with_tuning(value, values))
         return copy
     if isinstance(block, tuple):
-        parts = [_with_tuning(value, values) for value in block]
+        parts = [_with_tuning(value, values) for _, value in _parts(block)]
         return type(block)(*parts) if hasattr(block, "_fields") else tuple(parts)
     return block
 
@@ -151,12 +167,48 @@ def structure(block: Any) -> Any:
     """What of a block decides the shape of its graph: types and every field that is not a float.
 
     Types stand for themselves, not for their names: a class written anew under an old name is another one. Values come
-    with their type, since True equals 1.
+    with their type, since True equals 1. A whole number in a field of floats is a float.
     """
     if isinstance(block, float):
         return float
-    if dataclasses.is_dataclass(block) and not isinstance(block, type):
-        return (type(block), tuple(structure(getattr(block, field.name)) for field in dataclasses.fields(block)))
-    if isinstance(block, tuple):
-        return (type(block), tuple(structure(value) for value in block))
+    if isinstance(block, tuple) or (dataclasses.is_dataclass(block) and not isinstance(block, type)):
+        return (type(block), tuple(structure(value) for _, value in _parts(block)))
     return (type(block), block)
+
+
+def _parts(block: Any) -> list[tuple[str, Any]]:
+    """(name, value) of every field of a dataclass or tuple, as its annotation means it; none of anything else."""
+    if isinstance(block, type) or not (isinstance(block, tuple) or dataclasses.is_dataclass(block)):
+        return []
+    if isinstance(block, tuple):
+        names = list(getattr(block, "_fields", None) or map(str, range(len(block))))
+        values = list(block)
+    else:
+        names = [field.name for field in dataclasses.fields(block)]
+        values = [getattr(block, name) for name in names]
+    kind: Any = type(block)
+    hints = _hints(kind)
+    return [(name, _as_meant(value, hints.get(name))) for name, value in zip(names, values, strict=True)]
+
+
+@cache
+def _hints(kind: type) -> dict[str, Any]:
+    """Annotations by field; empty where one names a class that only a function knows: then numbers stay as written."""
+    try:
+        return get_type_hints(kind)
+    except NameError:
+        return {}
+
+
+def _as_meant(value: Any, hint: Any) -> Any:
+    """A number in a field of floats as a float, in tuples of floats too; anything else as it is."""
+    if isinstance(value, tuple) and get_origin(hint) is tuple:
+        inner = get_args(hint)
+        inner = inner[:1] * len(value) if inner[-1:] == (Ellipsis,) else inner
+        if len(inner) == len(value):
+            return tuple(_as_meant(part, each) for part, each in zip(value, inner, strict=True))
+    meant = hint is float or (get_origin(hint) in _UNIONS and float in get_args(hint) and int not in get_args(hint))
+    return float(value) if meant and isinstance(value, Real) and not isinstance(value, bool) else value
+
+
+_UNIONS = (Union, UnionType)

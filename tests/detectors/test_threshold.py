@@ -1,4 +1,5 @@
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -75,6 +76,13 @@ def test_enabled_time():
     np.testing.assert_allclose(result["duration"], [0.01, 0.01, 0.01, 0.02])
     np.testing.assert_allclose(result["share"], [1.0, 0.5, 1.0 / 3.0, 0.5])
     assert scan(block, np.ones(3_000_000))["duration"][-1] == 30_000.0
+
+
+def test_what_is_not_enabled_counts_on_neither_side():
+    block, state = GatedCounter(0.01), GatedCounter(0.01).init()
+    for condition, enabled in [(1.0, 1.0), (1.0, 0.0), (0.0, 0.0), (math.nan, 1.0)]:
+        state, counted = block.step(state, Condition(condition), enabled)
+    assert (counted.duration, counted.share) == (0.01, 0.5)
 
 
 @pytest.mark.parametrize(

@@ -9,31 +9,31 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from tierod.models.eps_column import EpsColumn, driving_torque, zero_order_hold
+from tierod.models.eps_column import EpsColumn, driving_torque, rate_hold
 
 COLUMN = EpsColumn.Parameters(
     column_inertia=0.1, column_damping=0.8, nominal_friction=4.0, motor_ratio=20.0, steering_ratio=1.0 / 15.5
 )
 
 
-def test_zero_order_hold_numbers_of_the_midsize_car():
-    decay, gain = zero_order_hold(0.01, 0.8, 0.1)
+def test_rate_hold_numbers_of_the_midsize_car():
+    decay, gain = rate_hold(0.01, 0.8, 0.1)
     assert decay == pytest.approx(0.92312, abs=5e-6)
     assert decay == pytest.approx(math.exp(-0.08), abs=1e-15)
     assert gain == pytest.approx(0.096105, abs=1e-6)
 
 
 @given(st.floats(1e-4, 0.1), st.floats(1e-9, 20.0), st.floats(0.01, 5.0))
-def test_zero_order_hold_is_the_matrix_exponential(sample_time, damping, inertia):
+def test_rate_hold_is_the_matrix_exponential(sample_time, damping, inertia):
     system = np.array([[-damping / inertia, 1.0 / inertia], [0.0, 0.0]])
     exact = expm(system * sample_time)
-    decay, gain = zero_order_hold(sample_time, damping, inertia)
+    decay, gain = rate_hold(sample_time, damping, inertia)
     assert decay == pytest.approx(exact[0, 0], rel=1e-10)
     assert gain == pytest.approx(exact[0, 1], rel=1e-8)
 
 
 def test_without_damping_the_gain_is_time_over_inertia():
-    assert zero_order_hold(0.01, 1e-12, 0.1)[1] == pytest.approx(0.1, rel=1e-9)
+    assert rate_hold(0.01, 1e-12, 0.1)[1] == pytest.approx(0.1, rel=1e-9)
 
 
 def test_three_roads_to_the_rate_meet():
@@ -41,7 +41,7 @@ def test_three_roads_to_the_rate_meet():
     net = driving_torque(*torques, COLUMN) - COLUMN.nominal_friction
     closed = net / 0.8 * (1.0 - math.exp(-8.0 * 0.5))
     rate = 0.0
-    decay, gain = zero_order_hold(0.01, 0.8, 0.1)
+    decay, gain = rate_hold(0.01, 0.8, 0.1)
     for _ in range(50):
         rate = decay * rate + gain * net
     simulated = solve_ivp(

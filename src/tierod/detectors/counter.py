@@ -6,19 +6,20 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from tierod.detectors.threshold import Condition
-from tierod.detectors.value import number
+from tierod.detectors.value import counts, number
 from tierod.errors import ParameterError
-from tierod.graph.maths import maximum, where
+from tierod.graph.maths import both, maximum, where
 
 
 @dataclass(frozen=True)
 class GatedCounter:
-    """How long a condition has held in all, and which share of the time that is.
+    """How long a condition has held in all, and which share of the enabled time that is.
 
     Args:
         sample_time: time between two samples [s]
 
-    An unknown condition (NaN) counts as false. Samples are counted, so that the time stays exact over hours.
+    An unknown condition (NaN) counts as false: it is time in which the condition was not seen to hold. What is not
+    enabled counts on neither side. Samples are counted, so that the time stays exact over hours.
     """
 
     sample_time: Annotated[float, "s"]
@@ -26,13 +27,13 @@ class GatedCounter:
     Sample = Condition
 
     class State(NamedTuple):
-        """Samples in which the condition held, and all samples."""
+        """Enabled samples in which the condition held, and all enabled samples."""
 
         held: float
         all: float
 
     class Output(NamedTuple):
-        """Time [s] in which the condition held, and its share of all time (0 to 1)."""
+        """Time [s] in which the condition held, and its share of the enabled time (0 to 1)."""
 
         duration: Annotated[float, "s"]
         share: Annotated[float, ""]
@@ -45,7 +46,9 @@ class GatedCounter:
         """Nothing counted."""
         return self.State(0.0, 0.0)
 
-    def step(self, state: State, sample: Any) -> tuple[State, Output]:
-        """One sample of the condition on."""
-        after = self.State(state.held + where(number(sample) > 0.5, 1.0, 0.0), state.all + 1.0)
+    def step(self, state: State, sample: Any, enabled: Any = True) -> tuple[State, Output]:
+        """One sample of the condition on; `enabled` (logic) says whether it counts."""
+        use = counts(0.0, enabled)
+        held = both(use, number(sample) > 0.5)
+        after = self.State(state.held + where(held, 1.0, 0.0), state.all + where(use, 1.0, 0.0))
         return after, self.Output(after.held * self.sample_time, after.held / maximum(after.all, 1.0))

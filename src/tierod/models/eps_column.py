@@ -91,11 +91,11 @@ def column_after(angle: Any, rate: Any, net_torque: Any, p: Any) -> tuple[Any, A
 
     Source: Mohtat et al., first two rows of eq (7); the angle is stepped by Euler as printed.
     """
-    decay, gain = zero_order_hold(p.sample_time, p.column_damping, p.column_inertia)
+    decay, gain = rate_hold(p.sample_time, p.column_damping, p.column_inertia)
     return angle + p.sample_time * rate, decay * rate + gain * net_torque
 
 
-def zero_order_hold(sample_time: Any, damping: Any, inertia: Any) -> tuple[Any, Any]:
+def rate_hold(sample_time: Any, damping: Any, inertia: Any) -> tuple[Any, Any]:
     """Decay of the rate over one sample and the rate gained per torque held constant over it.
 
     Args:

@@ -10,7 +10,7 @@ from models.friction_paper import CAR
 from monitors.friction.drives import driven
 from tierod.errors import InputError, ParameterError
 from tierod.graph import scan
-from tierod.models.eps_column import zero_order_hold
+from tierod.models.eps_column import rate_hold
 from tierod.monitors.friction.baseline import (
     BaselineFrictionMonitor,
     BaselineGate,
@@ -41,7 +41,7 @@ def variances(monitor: BaselineFrictionMonitor, friction: float, seed: int) -> n
 
 
 def test_the_observer_has_its_triple_pole():
-    decay, gain = zero_order_hold(0.01, 0.8, 0.1)
+    decay, gain = rate_hold(0.01, 0.8, 0.1)
     system = np.array([[1.0, 0.01, 0.0], [0.0, decay, -gain / 15.5], [0.0, 0.0, 1.0]])
     gains = np.array(UNGATED.observer_gains())
     closed = (np.eye(3) - np.outer(gains, [1.0, 0.0, 0.0])) @ system

@@ -14,7 +14,7 @@ from tierod.block import leaves
 from tierod.errors import InputError, ParameterError
 from tierod.graph import Result
 from tierod.graph.maths import absolute, all_of, both, exp, maximum, present, where
-from tierod.models.eps_column import column_after, driving_torque, zero_order_hold
+from tierod.models.eps_column import column_after, driving_torque, rate_hold
 from tierod.monitors.friction.rolling_variance import RollingVariance
 from tierod.physics.aligning import aligning_torque_from_steer
 from tierod.physics.friction import coulomb
@@ -218,7 +218,7 @@ class BaselineFrictionMonitor:
     def observer_gains(self) -> tuple[Any, Any, Any]:
         """Gains of angle [], rate [1/s] and torque [N m/rad] on the angle's error that make the triple pole."""
         p = self.parameters
-        decay, gain = zero_order_hold(p.sample_time, p.column_damping, p.column_inertia)
+        decay, gain = rate_hold(p.sample_time, p.column_damping, p.column_inertia)
         coupling = gain * p.steering_ratio
         step = 1.0 - exp(-self.pole_rate * p.sample_time)
         # Gains of the predictor by comparing coefficients of (z - 1 + step)^3, then those of the corrector: A^-1 L.
