@@ -97,7 +97,9 @@ def test_formats_of_vendors_are_decoded(tmp_path):
 
 def test_lines_that_are_left_out_are_not_logged(tmp_path, caplog):
     pytest.importorskip("can")
-    log = b";$FILEVERSION=1.1\n;\n     1)      1.0  Rx         0100  1  01\n     2)      2.0  Rx         0100  8  01 02\n"
+    log = (
+        b";$FILEVERSION=1.1\n;\n     1)      1.0  Rx         0100  1  01\n     2)      2.0  Rx         0100  8  01 02\n"
+    )
     (tmp_path / "drive.trc").write_bytes(log)
     with pytest.raises(InputError, match="holds 1 CAN frames"):
         read(tmp_path / "drive.trc")

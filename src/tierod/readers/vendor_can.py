@@ -6,7 +6,8 @@ import contextlib
 import io
 import logging
 from collections.abc import Iterable, Iterator
-from typing import Any
+from itertools import islice
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,19 @@ from tierod.readers.frames import EXTENDED, Frames
 
 _BLF_FILE_SIZE = 16
 """Offset of the size of the whole file [bytes] in the header of a BLF file."""
+
+BLOCK = 100_000
+"""Frames that are Python objects at a time: each takes 0.5 to 1 kB until it stands in arrays of 30 bytes."""
+
+
+class Part(NamedTuple):
+    """The frames of one block, their time as recorded."""
+
+    time: np.ndarray
+    identifier: np.ndarray
+    bus: np.ndarray
+    payload: np.ndarray
+    length: np.ndarray
 
 
 def read_frames(data: bytes, kind: str) -> Frames:
@@ -32,21 +46,31 @@ def read_frames(data: bytes, kind: str) -> Frames:
         import can
     except ImportError:
         raise MissingExtra("python-can", "can", f"reading a log in {kind.upper()} format") from None
-    rows: list[Any] = []
-    damage = ""
+    parts: list[Part] = []
+    buses: dict[str, int] = {}
+    damages: list[str] = []
+    messages = _messages(can, data, kind, damages)
+    while rows := list(islice(messages, BLOCK)):
+        parts.append(_part(rows, buses))
+    damage = "".join(damages)
+    if not parts:
+        why = f"is damaged ({damage})" if damage else "holds no frame with data"
+        raise InputError(f"the {kind.upper()} log {why}; record or export it again")
+    if damage:
+        count = sum(len(part.time) for part in parts)
+        return _together(parts, buses, (f"the log is damaged after {count} frames ({damage}); the rest was left out",))
+    return _together(parts, buses, _cut_off(data) if kind == "blf" else ())
+
+
+def _messages(can: Any, data: bytes, kind: str, damages: list[str]) -> Iterator[Any]:
+    """The frames with data up to the end or to the damage, which is put into `damages`."""
     try:
         with _quiet():
             for message in _reader(can, data, kind):
                 if not (message.is_error_frame or message.is_remote_frame):
-                    rows.append(message)
+                    yield message
     except Exception as error:
-        damage = " ".join(str(error).split())[:120] or type(error).__name__
-    if not rows:
-        why = f"is damaged ({damage})" if damage else "holds no frame with data"
-        raise InputError(f"the {kind.upper()} log {why}; record or export it again")
-    if damage:
-        return _frames(rows, (f"the log is damaged after {len(rows)} frames ({damage}); what follows was left out",))
-    return _frames(rows, _cut_off(data) if kind == "blf" else ())
+        damages.append(" ".join(str(error).split())[:120] or type(error).__name__)
 
 
 @contextlib.contextmanager
@@ -72,27 +96,32 @@ def _cut_off(data: bytes) -> tuple[str, ...]:
 def _reader(can: Any, data: bytes, kind: str) -> Iterable[Any]:
     if kind == "blf":
         return can.BLFReader(io.BytesIO(data))
-    text = io.StringIO(data.decode("latin-1"))
+    text = io.TextIOWrapper(io.BytesIO(data), encoding="latin-1", newline="\n")
     if kind == "asc":
         return can.ASCReader(text, relative_timestamp=False)
     return can.TRCReader(text)
 
 
-def _frames(rows: list[Any], notes: tuple[str, ...]) -> Frames:
-    stamps = np.array([message.timestamp for message in rows], dtype=float)
+def _part(rows: list[Any], buses: dict[str, int]) -> Part:
     length = np.array([len(message.data) for message in rows])
     width = max(int(length.max()), 8)
     payload = np.frombuffer(b"".join(bytes(message.data).ljust(width, b"\0") for message in rows), dtype=np.uint8)
-    buses: dict[str, int] = {}
     bus = [buses.setdefault(str(message.channel), len(buses)) for message in rows]
     identifier = [message.arbitration_id | (EXTENDED if message.is_extended_id else 0) for message in rows]
-    return Frames(
-        stamps - stamps[0],
+    return Part(
+        np.array([message.timestamp for message in rows], dtype=float),
         np.array(identifier, dtype=np.uint32),
         np.array(bus, dtype=np.uint16),
         payload.reshape(-1, width),
         length,
-        tuple(buses),
-        float(stamps[0]),
-        notes,
     )
+
+
+def _together(parts: list[Part], buses: dict[str, int], notes: tuple[str, ...]) -> Frames:
+    """The frames of all blocks, their time counted from the first."""
+    width = max(part.payload.shape[1] for part in parts)
+    wide = [part._replace(payload=np.pad(part.payload, ((0, 0), (0, width - part.payload.shape[1])))) for part in parts]
+    whole = Part(*(np.concatenate(column) for column in zip(*wide, strict=True)))
+    origin = float(whole.time[0])
+    time = whole.time - origin
+    return Frames(time, whole.identifier, whole.bus, whole.payload, whole.length, tuple(buses), origin, notes)

@@ -1,0 +1,87 @@
+"""Logs of vendors become arrays block by block: nothing depends on the blocks, and few frames are Python objects."""
+
+import io
+import weakref
+
+import numpy as np
+import pytest
+
+from tierod.readers import vendor_can
+from tierod.readers.frames import EXTENDED
+from tierod.readers.vendor_can import read_frames
+
+can = pytest.importorskip("can")
+
+WRITERS = {"blf": can.BLFWriter, "asc": can.ASCWriter}
+
+
+def message(k: int) -> can.Message:
+    data = bytes(range(k % 9)) if k != 60 else bytes(range(32))
+    return can.Message(
+        timestamp=1.6e9 + 0.01 * k,
+        arbitration_id=0x100 + k % 5 + (0x10000000 if k % 7 == 0 else 0),
+        is_extended_id=k % 7 == 0,
+        is_fd=k == 60,
+        data=data,
+        channel=k % 3,
+    )
+
+
+def log(kind: str, count: int = 75) -> bytes:
+    """A log of frames of all lengths, both widths of identifiers and three buses."""
+    file = io.BytesIO() if kind == "blf" else io.StringIO()
+    writer = WRITERS[kind](file)
+    for k in range(count):
+        writer.on_message_received(message(k))
+    file.close = lambda: None
+    writer.stop()
+    content = file.getvalue()
+    return content if isinstance(content, bytes) else content.encode()
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+@pytest.mark.parametrize("block", [1, 10, 74, 75])
+def test_the_frames_do_not_depend_on_the_blocks(monkeypatch, kind, block):
+    data = log(kind)
+    monkeypatch.setattr(vendor_can, "BLOCK", block)
+    frames = read_frames(data, kind)
+    assert len(frames) == 75
+    assert frames.time == pytest.approx(0.01 * np.arange(75), abs=2e-6)
+    assert frames.notes == ()
+    for at in range(75):
+        sent = message(at)
+        assert frames.identifier[at] == sent.arbitration_id | (EXTENDED if sent.is_extended_id else 0)
+        assert frames.payload[at, : frames.length[at]].tobytes() == bytes(sent.data)
+        assert not frames.payload[at, frames.length[at] :].any()
+        assert frames.buses[frames.bus[at]] == str(sent.channel)
+
+
+def test_damage_after_some_blocks_is_counted_from_the_first_frame(monkeypatch):
+    def reader(can, data, kind):
+        yield from map(message, range(25))
+        raise ValueError("no such\nobject")
+
+    monkeypatch.setattr(vendor_can, "BLOCK", 10)
+    monkeypatch.setattr(vendor_can, "_reader", reader)
+    frames = read_frames(b"", "asc")
+    assert len(frames) == 25
+    assert frames.notes == ("the log is damaged after 25 frames (no such object); the rest was left out",)
+
+
+def test_only_the_frames_of_one_block_are_objects(monkeypatch):
+    alive: set[int] = set()
+    most = 0
+
+    def reader(can, data, kind):
+        nonlocal most
+        for k in range(200):
+            made = message(k)
+            alive.add(k)
+            weakref.finalize(made, alive.discard, k)
+            most = max(most, len(alive))
+            yield made
+
+    monkeypatch.setattr(vendor_can, "BLOCK", 20)
+    monkeypatch.setattr(vendor_can, "_reader", reader)
+    assert len(read_frames(b"", "asc")) == 200
+    assert most <= 43, "the block that grows, the one that became arrays, and the frame in hand"
