@@ -83,6 +83,39 @@ def test_other_names_find_none(recorded):
     assert match(recorded) is None
 
 
+@pytest.mark.parametrize(
+    ("recorded", "unit", "meant"),
+    [
+        ("Engine.Speed", "rpm", None),
+        ("Engine.Speed", "", None),
+        ("Engine.Speed", "count", None),
+        ("Engine.Speed", "bananas", None),
+        ("Wiper::v", "V", None),
+        ("Seat/roll", "mm", None),
+        ("Display\\yaw", "", None),
+        ("Pump:mu", "", None),
+        ("Vehicle.v", "km/h", "vehicle_speed"),
+        ("Imu/yaw", "deg/s", "yaw_rate"),
+        ("Tyre.mu", "%", "road_friction"),
+        ("speed", "", "vehicle_speed"),
+        ("Vehicle.Speed", "", "vehicle_speed"),
+        ("Yaw.Rate", "", "yaw_rate"),
+        ("ESP.YawRate", "", "yaw_rate"),
+        ("Imu.ay", "", "lateral_acceleration"),
+        ("Gps.heading", "", "heading"),
+    ],
+)
+def test_a_general_word_behind_a_qualifier_needs_a_unit_that_fits(recorded, unit, meant):
+    found = match(recorded, unit)
+    assert (found and found.name) == meant
+
+
+def test_the_last_part_of_a_longer_name_is_no_better():
+    assert match("Speed", "rpm", qualified=True) is None
+    assert match("Speed", "m/s", qualified=True) is signal("vehicle_speed")
+    assert match("DriverTorque", "", qualified=True) is signal("driver_torque")
+
+
 def test_a_wrong_name_gets_the_nearest_one():
     with pytest.raises(InputError, match="did you mean 'yaw_rate'"):
         signal("yaw_rat")

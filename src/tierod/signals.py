@@ -10,6 +10,7 @@ from functools import cache
 from math import inf
 
 from tierod.errors import InputError, nearest
+from tierod.units import COUNT, scale
 
 
 @dataclass(frozen=True)
@@ -257,22 +258,48 @@ def plain(name: str) -> str:
     return "".join(character for character in name.lower() if character.isalnum())
 
 
+_GENERAL = (
+    "speed", "velocity", "v", "yaw", "roll", "pitch", "psi", "beta", "delta", "mu", "bank", "grade", "sat"
+)  # fmt: skip
+"""Aliases that name a quantity but not whose."""
+
+_SEPARATORS = ("::", ".", "/", ":", "\\")
+
+
 @cache
 def _by_alias() -> dict[str, Signal]:
     table = {plain(alias): found for found in SIGNALS.values() for alias in found.aliases}
     return table | {plain(name): found for name, found in SIGNALS.items()}
 
 
-def match(source: str) -> Signal | None:
+def match(source: str, unit: str = "", qualified: bool = False) -> Signal | None:
     """The canonical signal that a name from a recording means, by name or alias; None where none is known.
+
+    A general word behind a qualifier is not believed by itself: "Engine.Speed" is the speed of the vehicle only where
+    the unit is one of speed, as in km/h.
 
     Args:
         source: as found in the file; of "EPS.DriverTorque" the part after the last separator is tried too
+        unit: as the file writes it; "" where it says none
+        qualified: whether the source is the last part of a longer name already
     """
-    table = _by_alias()
-    found = table.get(plain(source))
-    if found is None:
-        for separator in ("::", ".", "/", ":", "\\"):
-            if separator in source:
-                found = found or table.get(plain(source.rsplit(separator, 1)[1]))
+    found = _known(source, unit, qualified)
+    for separator in _SEPARATORS:
+        if found is None and separator in source:
+            found = _known(source.rsplit(separator, 1)[1], unit, True)
     return found
+
+
+def _known(source: str, unit: str, qualified: bool) -> Signal | None:
+    name = plain(source)
+    found = _by_alias().get(name)
+    doubtful = qualified and name in _GENERAL
+    return None if found is None or (doubtful and not _fits(unit, found)) else found
+
+
+def _fits(unit: str, found: Signal) -> bool:
+    """Whether a unit is written and measures what the signal is."""
+    try:
+        return bool(unit.strip()) and unit != COUNT and bool(scale(unit, found.unit))
+    except InputError:
+        return False

@@ -185,6 +185,13 @@ def test_without_cantools(tmp_path, monkeypatch):
         load_databases([tmp_path / "some.dbc"])
 
 
+@pytest.mark.parametrize(("unit", "name"), [("rpm", "Engine.Speed"), ("", "Engine.Speed"), ("km/h", "vehicle_speed")])
+def test_a_signal_with_a_general_name_needs_a_unit_that_fits(tmp_path, unit, name):
+    (tmp_path / "car.dbc").write_text(HEADER + f'BO_ 256 Engine: 8 A\n SG_ Speed : 0|8@1+ (1,0) [0|0] "{unit}" B\n')
+    (tmp_path / "drive.log").write_text("".join(f"(0.{k}) can0 100#0{k}00000000000000\n" for k in range(9)))
+    assert read(tmp_path / "drive.log", dbc=tmp_path / "car.dbc").names == (name,)
+
+
 MAP = '[signals.yaw_rate]\nsource = "M.Turn"\nsign = -1\n[signals.vehicle_speed]\nsource = "Other.Speed"\n'
 
 

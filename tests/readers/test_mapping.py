@@ -131,6 +131,17 @@ def test_a_source_is_found_without_regard_to_case_and_punctuation(drive):
     assert found["driver_torque"].source == "T_hand"
 
 
+def test_general_words_of_other_components_are_not_taken_for_the_vehicle(tmp_path):
+    path = tmp_path / "x.csv"
+    titles = "time,Engine.Speed [rpm],Wiper.v,Brake.speed_km_h,Fan.speed_deg"
+    path.write_text(titles + "\n" + "".join(f"{k},900,1,36,5\n" for k in range(9)))
+    found = read(path)
+    assert found["vehicle_speed"].source == "Brake.speed_km_h"
+    assert found["vehicle_speed"].values[0] == pytest.approx(10.0)
+    assert {"Engine.Speed [rpm]", "Wiper.v", "Fan.speed_deg"} < set(found.names)
+    assert found.warnings == ()
+
+
 def test_a_wrong_wanted_name(drive):
     with pytest.raises(
         InputError, match="'yaw_rte' is neither a signal nor a column of the file; did you mean 'yaw_rate'"

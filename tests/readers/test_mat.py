@@ -35,6 +35,11 @@ def test_structures_within_structures(tmp_path):
     assert len(recording["vehicle_speed"].time) == 5
 
 
+def test_general_words_in_one_of_several_structures_are_not_taken_for_the_vehicle(tmp_path):
+    both = {"engine": {"t": TIME, "speed": TIME}, "eps": {"t": TIME, "driver_torque": TIME}}
+    assert read(saved(tmp_path, **both)).names == ("engine.speed", "driver_torque")
+
+
 def test_no_time(tmp_path):
     with pytest.raises(InputError, match="no vectors beside a time vector; save a vector 't' in seconds"):
         read(saved(tmp_path, speed=TIME))

@@ -148,7 +148,7 @@ def bus_source(frames: Frames, database: Sequence[Any], metadata: dict[str, Any]
     """
     found = match_messages(frames, database)
     places = {f"{entry.prefix}.{item.name}": (entry, item) for entry in found for item in entry.message.signals}
-    columns = tuple(Column(name, item.unit or "", item.name) for name, (_, item) in places.items())
+    columns = tuple(Column(name, item.unit or "", item.name, True) for name, (_, item) in places.items())
 
     def load(names: Sequence[str]) -> list[Channel]:
         rows: dict[str, Rows] = {}

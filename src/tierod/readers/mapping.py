@@ -151,7 +151,7 @@ def _guesses(columns: Sequence[Column], mapped: set[str], taken: set[str]) -> tu
     """The signal of every column that has one, and by signal what to say where several columns could be it."""
     candidates: dict[str, list[Column]] = {}
     for column in columns:
-        found = SIGNALS.get(column.name) or match(column.title or column.name) or match(split_suffix(column.name)[0])
+        found = _meant(column)
         if found is not None and found.name not in mapped and column.name not in taken:
             candidates.setdefault(found.name, []).append(column)
     chosen, doubles = {}, {}
@@ -162,6 +162,14 @@ def _guesses(columns: Sequence[Column], mapped: set[str], taken: set[str]) -> tu
             others = ", ".join(f"'{column.name}'" for column in alike if column is not best)
             doubles[name] = f"{name} is taken from '{best.name}'; {others} could be it too: decide in a channel map"
     return chosen, doubles
+
+
+def _meant(column: Column) -> Signal | None:
+    """The signal that name and unit of a column tell."""
+    bare, ending = split_suffix(column.name)
+    unit = column.unit or ending
+    found = SIGNALS.get(column.name) or match(column.title or column.name, unit, column.qualified)
+    return found or match(bare, unit)
 
 
 def _guessed(column: Column, found: Signal | None, asked: bool) -> tuple[Pick, str]:

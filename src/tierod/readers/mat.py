@@ -42,7 +42,11 @@ def open_mat(path: Path) -> Source:
             channels.setdefault(channel.name, channel)
     if not channels:
         raise InputError(f"{path} holds no vectors beside a time vector; save a vector 't' in seconds with the signals")
-    columns = tuple(Column(name, channel.unit, name.rsplit(".", 1)[-1]) for name, channel in channels.items())
+    several = len({name.rpartition(".")[0] for name in channels}) > 1
+    columns = tuple(
+        Column(name, channel.unit, name.rpartition(".")[2], several and "." in name)
+        for name, channel in channels.items()
+    )
 
     def load(names: Sequence[str]) -> list[Channel]:
         return [channels[name] for name in names]

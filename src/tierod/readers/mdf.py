@@ -96,7 +96,7 @@ def _channels(file: Any) -> dict[str, tuple[int, int, Any]]:
 
 
 def _source(file: Any, places: dict[str, tuple[int, int, Any]], notes: tuple[str, ...]) -> Source:
-    columns = tuple(Column(name, _unit(item), item.name) for name, (_, _, item) in places.items())
+    columns = tuple(Column(name, _unit(item), item.name, name != item.name) for name, (_, _, item) in places.items())
 
     def load(names: Sequence[str]) -> list[Channel]:
         picks = [(None, *places[name][:2]) for name in names]

@@ -18,11 +18,13 @@ class Column:
         name: in the file; unique
         unit: as the file writes it; "" where it says none
         title: the name without a unit in it, by which a canonical signal is guessed; the name itself where not given
+        qualified: whether the title is the last part of a name that begins with a message, group or structure
     """
 
     name: str
     unit: str = ""
     title: str = ""
+    qualified: bool = False
 
 
 @dataclass(frozen=True)
