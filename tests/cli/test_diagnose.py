@@ -80,6 +80,7 @@ def test_names_with_brackets_and_tags_are_text(place, healthy, capsys):
         (["absent.parquet", "--vehicle", "midsize-eps"], "there is no file absent.parquet"),
         (["car.toml", "--vehicle", "midsize"], "did you mean 'midsize-eps'"),
         (["drive.parquet"], "see 'tierod diagnose --help'"),
+        (["x.csv", "--vehicle", "midsize-eps", "--monitor", "hysteresis"], "choose with --variant"),
     ],
 )
 def test_what_was_given_wrongly_ends_with_three_in_one_line(place, capsys, arguments, sentence):

@@ -14,7 +14,7 @@ from tierod.recording import Channel, Recording
 from tierod.signals import SIGNALS
 from tierod.writers import write
 
-MONITOR = Monitor("m", "M", "S", "source", ("yaw_rate", "vehicle_speed"), (), 100.0, 20.0, 0.1, {})
+MONITOR = Monitor("m", "M", "S", "source", ("yaw_rate", "vehicle_speed"), (), 100.0, 20.0, 0.1, {}, None)
 GOOD = ChannelQuality("", "", "", 100, 100.0, 0.0, 0.01, -1.0, 1.0)
 
 
@@ -63,6 +63,13 @@ def test_says_which_monitor_can_run(whole, capsys):
         assert name in printed
 
 
+def test_says_on_what_condition_a_monitor_can_run_and_that_a_variant_must_be_chosen(whole, capsys):
+    main(["inspect", str(whole)])
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "hysteresis: can run if this is a lock-to-lock test of the standing car" in printed
+    assert "choose --variant hoist or ground" in printed
+
+
 def test_says_what_a_monitor_lacks(tmp_path, capsys):
     path = tmp_path / "drive.csv"
     write(recording(("yaw_rate", "vehicle_speed", "battery")), path)
@@ -77,7 +84,7 @@ def test_tells_the_same_as_json(whole, capsys):
     document = json.loads(capsys.readouterr().out)
     assert document["schema"] == "tierod.inspection/1"
     assert {channel["name"] for channel in document["channels"]} == set(MONITORS["friction"].required)
-    assert document["monitors"][0] == {"name": "friction", "can_run": True, "obstacles": []}
+    assert document["monitors"][0] == {"name": "friction", "can_run": True, "condition": "", "obstacles": []}
 
 
 def test_lists_channels_without_a_name_only_where_asked(tmp_path, capsys):

@@ -15,11 +15,26 @@ def test_shows_signals_variants_and_sources(name, capsys):
         assert text in printed
 
 
+def test_tells_the_default_or_that_there_is_none(capsys):
+    main(["monitors", "friction"])
+    assert "the default is pre-sliding" in capsys.readouterr().out
+    main(["monitors", "hysteresis"])
+    printed = capsys.readouterr().out
+    assert "no default: choose one with --variant" in printed
+    assert "Only if this is a lock-to-lock test of the standing car." in printed
+
+
+@pytest.mark.parametrize("monitor", MONITORS.values())
+def test_every_default_is_a_variant(monitor):
+    assert monitor.default is None or monitor.default in monitor.variants
+
+
 def test_lists_all_as_json(capsys):
     assert main(["monitors", "--json"]) == 0
     listed = json.loads(capsys.readouterr().out)["monitors"]
     assert [each["name"] for each in listed] == list(MONITORS)
     assert all(each["variants"] for each in listed)
+    assert [each["default"] for each in listed] == ["pre-sliding", None]
 
 
 def test_an_unknown_monitor_names_the_nearest(capsys):

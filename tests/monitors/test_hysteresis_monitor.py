@@ -1,12 +1,16 @@
 """The lock-to-lock test from recording to finding."""
 
+import dataclasses
+
 import pytest
 
-from tierod.errors import InputError
+from tierod.errors import InputError, ParameterError
 from tierod.findings import Status
+from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.registry import MONITORS
 from tierod.monitors.run import diagnose
 from tierod.proving_ground import drive, lock_to_lock
+from tierod.vehicles import load
 
 
 @pytest.mark.parametrize("support", MONITORS["hysteresis"].variants)
@@ -23,8 +27,11 @@ def test_the_increase_over_the_unfaulted_loop_is_found(tmp_path, support, added,
 
 
 def test_on_the_hoist_it_is_held_against_nominal():
-    finding = diagnose(lock_to_lock(9.0, hoist=True), "midsize-eps", "hysteresis").findings[0]
+    finding = diagnose(lock_to_lock(9.0, hoist=True), "midsize-eps", "hysteresis", "hoist").findings[0]
     assert finding.status is Status.FAULT
+    assert finding.estimate.reference == {"nominal": 4.0, "rising": pytest.approx(4.8), "fault": pytest.approx(7.5)}
+    assert "fault from 7.5 N·m" in finding.headline
+    assert finding.warnings == ()
     assert finding.estimate.value == pytest.approx(9.0, abs=0.3)
     assert finding.estimate.standard_deviation > 0.0
 
@@ -38,4 +45,31 @@ def test_on_the_ground_nothing_can_be_said_without_the_unfaulted_loop():
 
 def test_a_drive_is_no_lock_to_lock_test():
     with pytest.raises(InputError, match="vehicle moves"):
-        diagnose(drive(minutes=2.0), "midsize-eps", "hysteresis")
+        diagnose(drive(minutes=2.0), "midsize-eps", "hysteresis", "hoist")
+
+
+def test_the_support_must_be_chosen():
+    with pytest.raises(ParameterError, match="no default variant.*'hoist'.*'ground'"):
+        diagnose(lock_to_lock(4.0, hoist=False), "midsize-eps", "hysteresis")
+
+
+def test_a_test_on_the_ground_called_one_on_the_hoist_is_told():
+    finding = diagnose(lock_to_lock(4.0, hoist=False), "midsize-eps", "hysteresis", "hoist").findings[0]
+    assert [warning for warning in finding.warnings if "looks like a test on the ground" in warning]
+
+
+def test_without_a_noticeable_friction_nothing_is_suspected():
+    car = load("midsize-eps")
+    bare = dataclasses.replace(car, parameters={k: v for k, v in car.parameters.items() if k != "noticeable_friction"})
+    assert diagnose(lock_to_lock(4.0, hoist=False), bare, "hysteresis", "hoist").findings[0].warnings == ()
+
+
+def test_the_limits_of_an_own_loop_lie_as_far_above_it_as_those_of_the_vehicle():
+    own = OwnLevel("midsize-eps", "hysteresis, ground", 28.8, 0.1, "N*m", 60.0)
+    finding = diagnose(lock_to_lock(4.0, hoist=False), "midsize-eps", "hysteresis", "ground", own_level=own).findings[0]
+    assert finding.estimate.reference == {
+        "unfaulted": 28.8,
+        "rising": pytest.approx(29.6),
+        "fault": pytest.approx(32.3),
+    }
+    assert "-0.00" not in finding.headline

@@ -19,7 +19,9 @@ def diagnose(
         str, typer.Option(help="A vehicle's name (see 'tierod vehicles') or the path of its TOML file.")
     ],
     monitor: Annotated[str, typer.Option(help="What to watch (see 'tierod monitors').")] = "friction",
-    variant: Annotated[str | None, typer.Option(help="How to watch it; the monitor's default where not given.")] = None,
+    variant: Annotated[
+        str | None, typer.Option(help="How to watch it; the monitor's default where not given and it has one.")
+    ] = None,
     dbc: Annotated[list[Path] | None, typer.Option(help="CAN database; may be given more than once.")] = None,
     channel_map: Annotated[
         Path | None, typer.Option("--map", help="TOML file: source name, unit, sign and offset of each signal.")

@@ -83,6 +83,8 @@ def _document(
 ) -> dict[str, Any]:
     import dataclasses
 
+    from tierod.monitors.registry import MONITORS
+
     return {
         "schema": "tierod.inspection/1",
         "metadata": {
@@ -92,7 +94,10 @@ def _document(
         "end": whole.span[1],
         "channels": [dataclasses.asdict(row) for row in quality],
         "warnings": list(warnings),
-        "monitors": [{"name": name, "can_run": not lack, "obstacles": lack} for name, lack in lacks.items()],
+        "monitors": [
+            {"name": name, "can_run": not lack, "condition": MONITORS[name].condition, "obstacles": lack}
+            for name, lack in lacks.items()
+        ],
     }
 
 
@@ -101,6 +106,7 @@ def _show(
 ) -> None:
     from rich.text import Text
 
+    from tierod.monitors.registry import MONITORS
     from tierod.signals import SIGNALS
 
     console = output()
@@ -122,11 +128,18 @@ def _show(
                 console.print(Text(f"  - {line}"))
     console.print("\n[bold]Monitors[/bold]")
     for name, lack in lacks.items():
-        console.print(Text(f"  {name}: {'cannot run' if lack else 'can run'}"))
+        console.print(Text(f"  {name}: {'cannot run' if lack else _can_run(MONITORS[name])}"))
         for obstacle in lack:
             console.print(Text(f"    - {obstacle}"))
     if any(lacks.values()):
         messages().print("Signals under other names need a channel map: --map map.toml; see docs/recordings.md")
+
+
+def _can_run(monitor: Monitor) -> str:
+    """That it can run, on what condition, and whether a variant must be chosen."""
+    condition = f" if {monitor.condition}" if monitor.condition else ""
+    choice = "" if monitor.default else f"; choose --variant {' or '.join(monitor.variants)}"
+    return f"can run{condition}{choice}"
 
 
 def _cells(row: ChannelQuality) -> tuple[str, ...]:

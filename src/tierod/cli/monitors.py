@@ -39,6 +39,8 @@ def _document(monitor: Monitor) -> dict[str, Any]:
         "required": list(monitor.required),
         "optional": list(monitor.optional),
         "minimum_rate": monitor.minimum_rate,
+        "condition": monitor.condition,
+        "default": monitor.default,
         "variants": [
             {"name": each.name, "summary": each.summary, "source": each.source} for each in monitor.variants.values()
         ],
@@ -60,7 +62,10 @@ def _show(monitor: Monitor) -> None:
     ]
     console.print(rows(("signal", "use", "unit", "meaning"), signals))
     console.print(f"Needed signals at {monitor.minimum_rate:g} Hz or faster.")
-    console.print("\n[bold]Variants[/bold], the default first")
+    if monitor.condition:
+        console.print(f"Only if {monitor.condition}.")
+    which = f"the default is {monitor.default}" if monitor.default else "no default: choose one with --variant"
+    console.print(f"\n[bold]Variants[/bold], {which}")
     console.print(
         rows(("variant", "what it does", "source"), [(v.name, v.summary, v.source) for v in monitor.variants.values()])
     )

@@ -52,7 +52,7 @@ def diagnose(
         source: a recording, or the path of one; a file is read and judged piece by piece
         vehicle: parameter set, its name, or the path of its file
         monitor: name of the monitor
-        variant: name of the variant; the monitor's default where not given
+        variant: name of the variant; the monitor's default where not given, if it has one
         dbc: path(s) of CAN databases; the vehicle's own where not given
         channel_map: path of a channel map; the vehicle's own where not given
         own_level: what was learnt of this vehicle from earlier recordings. A path of a file that does not exist yet is
@@ -63,7 +63,7 @@ def diagnose(
     Raises:
         InputError: the recording cannot be read, or lacks what the monitor needs; or the own level is another vehicle's
         OutputError: the own level cannot be written
-        ParameterError: no such vehicle, monitor or variant
+        ParameterError: no such vehicle, monitor or variant; or no variant, and the monitor has no default
     """
     car = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)
     definition, chosen = find(monitor, variant)
@@ -87,7 +87,7 @@ def find(monitor: str, variant: str | None = None) -> tuple[Monitor, Variant]:
     """The monitor and variant of these names.
 
     Raises:
-        ParameterError: there is none; the message names the nearest
+        ParameterError: there is none, and the message names the nearest; or none is given where the user must choose
     """
     from tierod.monitors.registry import MONITORS
 
@@ -95,7 +95,13 @@ def find(monitor: str, variant: str | None = None) -> tuple[Monitor, Variant]:
         raise ParameterError(f"there is no monitor '{monitor}'{nearest(monitor, MONITORS)}")
     definition = MONITORS[monitor]
     if variant is None:
-        return definition, next(iter(definition.variants.values()))
+        variant = definition.default
+    if variant is None:
+        choices = " or ".join(f"'{each.name}' ({each.summary.rstrip('.')})" for each in definition.variants.values())
+        raise ParameterError(
+            f"the monitor '{monitor}' has no default variant, since the wrong one gives a wrong verdict; "
+            f"choose with --variant (in Python: variant=...) {choices}"
+        )
     if variant not in definition.variants:
         raise ParameterError(
             f"the monitor '{monitor}' has no variant '{variant}'{nearest(variant, definition.variants)}"
@@ -110,7 +116,7 @@ class Run:
         self.monitor, self.variant, self.vehicle = monitor, variant, vehicle
         if own_level is not None:
             refuse_foreign(own_level, vehicle.name, f"{monitor.name}, {variant.name}")
-        self.session: Session = variant.open(vehicle, monitor.rate, own_level)
+        self.session: Session = _opened(monitor, variant, vehicle, own_level)
         self.learnt: OwnLevel | None = None
         self.needs = ingredients([*monitor.required, *monitor.optional])
         self._quality = QualityOverChunks(self.needs)
@@ -171,7 +177,7 @@ class Run:
         conclusion = self.session.conclude()
         self.learnt = conclusion.own_level
         units = self._quality.units
-        traces = {name: decimator.trace() for name, decimator in self._traces.items()}
+        traces = {name: each.trace() for name, each in self._traces.items() if name not in conclusion.withheld}
         for name in self.session.signals:
             traces[name] = dataclasses.replace(traces[name], unit=units.get(name, ""))
         finding = _with_warnings(
@@ -223,6 +229,13 @@ class Run:
                     f"{name} is in raw counts, but the vehicle '{self.vehicle.name}' needs {SIGNALS[name].unit}; "
                     f"give unit and factor (the {SIGNALS[name].unit} of one count) in the channel map{other}"
                 )
+
+
+def _opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: OwnLevel | None) -> Session:
+    try:
+        return variant.open(vehicle, monitor.rate, own_level)
+    except ParameterError as error:
+        raise ParameterError(f"the monitor '{monitor.name}' cannot run as '{variant.name}': {error}") from None
 
 
 def _with_ingredients(name: str) -> str:

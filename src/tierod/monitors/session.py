@@ -28,7 +28,8 @@ class Conclusion:
         consistency: figures of the innovations by name
         parameters: rows (name, value, unit, standard deviation, source) of the monitor's own tuning
         own_level: what was learnt of this vehicle and may be kept as its sound state; None where nothing was or may
-        remarks: how to read a part of the report: "consistency" -> a sentence or two
+        remarks: how to read a part of the report: "estimate" or "consistency" -> a sentence or two
+        withheld: traces that a report must not show, since the value they tell was withheld
     """
 
     finding: Finding
@@ -38,6 +39,7 @@ class Conclusion:
     parameters: tuple[tuple[str, float, str, float | None, str], ...] = ()
     own_level: OwnLevel | None = None
     remarks: Mapping[str, str] = field(default_factory=dict)
+    withheld: tuple[str, ...] = ()
 
 
 class Session(Protocol):
@@ -118,7 +120,10 @@ class Monitor:
         rate: of the grid it runs on [Hz]
         minimum_rate: slowest channel that it accepts [Hz]
         maximum_age: a sample older than this is missing [s]
-        variants: by name, the default first
+        variants: by name
+        default: the variant taken where none is given; None where a wrong guess would give a wrong verdict, so that the
+            user must choose
+        condition: what the recording must be and no channel tells, as a half-sentence after "if"; "" where any will do
     """
 
     name: str
@@ -131,3 +136,5 @@ class Monitor:
     minimum_rate: float
     maximum_age: float
     variants: Mapping[str, Variant]
+    default: str | None
+    condition: str = ""

@@ -135,4 +135,5 @@ FRICTION = Monitor(
     minimum_rate=20.0,
     maximum_age=0.1,
     variants={variant.name: variant for variant in _VARIANTS},
+    default="pre-sliding",
 )

@@ -40,6 +40,35 @@ class IncreaseLimits:
             return Status.FAULT
         return Status.RISING if above_nominal > self.rising_friction - self.nominal_friction else Status.HEALTHY
 
+    def above(self, base: float) -> dict[str, float]:
+        """The frictions [N m] from which a car that had `base` when it was sound is rising and faulted."""
+        distances = {"rising": self.rising_friction, "fault": self.fault_friction}
+        return {name: base + limit - self.nominal_friction for name, limit in distances.items()}
+
+
+@dataclass(frozen=True)
+class GroundSuspicion:
+    """When a test that is called one on the hoist looks like one on the ground.
+
+    Args:
+        noticeable_friction: that a driver feels [N*m]
+        ratio: to it, above which the tyres probably scrub [-]. Faults reach 1.1 (12.5 N·m, Mohtat et al., Table 1), the
+            sound car on the ground 2.6 (simulated); between them
+    """
+
+    noticeable_friction: Annotated[float, "N*m"]
+    ratio: Annotated[float, ""] = 1.7
+
+    def warnings(self, friction: float) -> tuple[str, ...]:
+        """What to say of a friction found on the hoist [N m]."""
+        if not friction > self.ratio * self.noticeable_friction:
+            return ()
+        return (
+            f"{friction:.1f} N·m is {friction / self.noticeable_friction:.1f} times what a driver feels "
+            f"({self.noticeable_friction:.1f} N·m): this looks like a test on the ground, where the tyres scrub; "
+            "if so, judge it with the variant 'ground'",
+        )
+
 
 class HysteresisSession:
     """Keeps the test, which lasts a minute or two, and judges it as a whole.
@@ -57,6 +86,7 @@ class HysteresisSession:
 
     def __init__(self, name: str, support: Support, vehicle: Vehicle, rate: float, own_level: OwnLevel | None):
         self.name, self.support, self.vehicle, self.own_level = name, support, vehicle, own_level
+        self._limits = vehicle.parameters_for(IncreaseLimits) if vehicle.calibrated else None
         damping = vehicle.parameters["column_damping"] if "column_damping" in vehicle else None
         self.identification = HysteresisIdentification(
             motor_gear_ratio=vehicle["motor_ratio"],
@@ -97,11 +127,11 @@ class HysteresisSession:
         return Recording(channels)
 
     def _finding(self, found: HysteresisFriction) -> Finding:
-        if not self.vehicle.calibrated:
+        limits = self._limits
+        if limits is None:
             return self._withheld("the torques are raw counts, not N*m", Status.NOT_IDENTIFIABLE)
-        limits = self.vehicle.parameters_for(IncreaseLimits)
         if self.own_level is not None:
-            base, against = self.own_level.value, f"{self.own_level.value:.2f} N·m of the unfaulted car"
+            base, name, against = self.own_level.value, "unfaulted", f"{self.own_level.value:.2f} N·m when unfaulted"
             deviation = math.hypot(found.independent_deviation, self.own_level.deviation)
         elif self.support == "ground":
             return self._withheld(
@@ -110,23 +140,30 @@ class HysteresisSession:
                 found,
             )
         else:
-            base, against = limits.nominal_friction, f"{limits.nominal_friction:.1f} N·m nominal"
+            base, name, against = limits.nominal_friction, "nominal", f"{limits.nominal_friction:.1f} N·m nominal"
             deviation = found.standard_deviation
         status = limits.status(found.friction_torque - base)
+        reference = {name: base} | limits.above(base)
         return Finding(
             self.name,
             status,
             f"Friction of the steering on the {self.support} {found.friction_torque:.2f} ± {deviation:.2f} N·m: "
-            f"{status.value}, {found.friction_torque - base:+.2f} N·m against {against}.",
-            estimate=self._estimate(found, base),
+            f"{status.value}, {found.friction_torque - base:+z.2f} N·m against {against}, "
+            f"fault from {reference['fault']:.1f} N·m.",
+            estimate=self._estimate(found, reference),
             evidence=_evidence(found) | {"increase_Nm": found.friction_torque - base},
             cause=f"the loop is {'as wide as' if status is Status.HEALTHY else 'wider than'} it should be",
             action=_ACTIONS[status],
+            warnings=self._warnings(found.friction_torque),
         )
 
-    def _estimate(self, found: HysteresisFriction, base: float | None) -> Estimate:
+    def _warnings(self, friction: float) -> tuple[str, ...]:
+        if self.support != "hoist" or "noticeable_friction" not in self.vehicle:
+            return ()
+        return self.vehicle.parameters_for(GroundSuspicion).warnings(friction)
+
+    def _estimate(self, found: HysteresisFriction, reference: dict[str, float]) -> Estimate:
         estimate = found.estimate
-        reference = {"unfaulted": base} if base is not None else {}
         return Estimate(estimate.quantity, estimate.value, estimate.standard_deviation, estimate.unit, reference)
 
     def _withheld(self, cause: str, status: Status, found: HysteresisFriction | None = None) -> Finding:
@@ -134,7 +171,7 @@ class HysteresisSession:
             self.name,
             status,
             f"Friction of the steering: {status.value}; {cause}.",
-            estimate=self._estimate(found, None) if found else None,
+            estimate=self._estimate(found, {}) if found else None,
             evidence=_evidence(found) if found else {},
             cause=cause,
             action=_REMEDIES[status],
@@ -185,4 +222,6 @@ HYSTERESIS = Monitor(
             _open("ground"),
         ),
     },
+    default=None,
+    condition="this is a lock-to-lock test of the standing car",
 )
