@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tierod.errors import InputError, MissingExtra
 from tierod.readers import open_chunks, read
-from tierod.readers.dbc import bus_source, load_databases, parameter_group
+from tierod.readers.dbc import bus_source, load_databases
 from tierod.readers.frames import EXTENDED, Frames
 
 cantools = pytest.importorskip("cantools")
@@ -135,30 +135,6 @@ def test_the_same_message_on_two_buses_is_told_apart(tmp_path):
 def test_a_standard_identifier_is_not_an_extended_one(tmp_path):
     with pytest.raises(InputError, match="matches no frame"):
         decoded(SIMPLE, frames_of([bytes(8)], 0x100 | EXTENDED), tmp_path)
-
-
-J1939 = """BO_ 2364540158 EEC1: 8 A
- SG_ SPEED : 24|16@1+ (0.125,0) [0|8031.875] "rpm" B
-
-BA_DEF_ BO_ "VFrameFormat" ENUM "StandardCAN","ExtendedCAN","reserved","J1939PG";
-BA_DEF_ "ProtocolType" STRING ;
-BA_DEF_DEF_ "VFrameFormat" "J1939PG";
-BA_DEF_DEF_ "ProtocolType" "";
-BA_ "ProtocolType" "J1939";
-BA_ "VFrameFormat" BO_ 2364540158 3;
-"""
-
-
-def test_a_parameter_group_matches_any_sender_and_priority(tmp_path):
-    frames = frames_of([b"\0\0\0\x40\x1f\0\0\0", b"\0\0\0\xff\xff\0\0\0"], 0x18F00400 | EXTENDED)
-    values = decoded(J1939, frames, tmp_path)["EEC1.SPEED"].values
-    assert values[0] == 1000.0
-    assert np.isnan(values[1]), "all bits set means not available"
-
-
-def test_parameter_groups():
-    assert parameter_group(0x18FEF100) == parameter_group(0x0CFEF1AA) == 0xFEF1
-    assert parameter_group(0x18EA00F9) == parameter_group(0x18EAFFF9) == 0xEA00
 
 
 def test_a_database_of_another_car_names_both_sides(tmp_path):

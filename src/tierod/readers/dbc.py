@@ -16,11 +16,9 @@ import numpy as np
 from tierod.errors import InputError, MissingExtra
 from tierod.readers.bits import Payloads, span
 from tierod.readers.frames import EXTENDED, Frames, identifier_text, messages
+from tierod.readers.j1939 import parameter_group, without_value
 from tierod.readers.source import Column, Source
 from tierod.recording import Channel
-
-_PGN_WITH_ADDRESS = 240
-"""J1939-21: below this PDU format the next byte is the address of the receiver, not part of the parameter group."""
 
 
 @dataclass(frozen=True)
@@ -123,12 +121,6 @@ def match_messages(frames: Frames, database: Sequence[Any]) -> list[Found]:
     return found
 
 
-def parameter_group(identifier: int) -> int:
-    """The parameter group number (PGN) in a 29-bit identifier of J1939-21."""
-    group = (identifier >> 8) & 0x3FFFF
-    return group & 0x3FF00 if (group >> 8) & 0xFF < _PGN_WITH_ADDRESS else group
-
-
 def _no_match(log: dict[int, int], database: dict[int, Any]) -> str:
     def some(ids: list[int]) -> str:
         text = ", ".join(identifier_text(identifier) for identifier in ids[:6])
@@ -217,8 +209,9 @@ def physical(message: Any, item: Any, rows: Rows) -> np.ndarray:
             values += float(item.offset)
     if rows.shortest < _bytes(item):
         values[rows.length < _bytes(item)] = np.nan
-    if message.protocol == "j1939" and item.length >= 8 and not item.is_signed and not item.is_float:
-        values[raw >= np.uint64(0xFE << (item.length - 8))] = np.nan
+    silent = without_value(item, raw) if message.protocol == "j1939" else None
+    if silent is not None:
+        values[silent] = np.nan
     return values
 
 
