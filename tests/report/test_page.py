@@ -10,14 +10,14 @@ from diagnosis_examples import EXAMPLES, friction_fault, trace
 from tierod.errors import OutputError
 from tierod.findings import Status
 from tierod.report import write_html
-from tierod.report.page import render
+from tierod.report.page import breakable, render
 from tierod.report.status import appearance
 
 
 class Page(HTMLParser):
     """What a browser would see: elements, identifiers, and whether every element is closed."""
 
-    VOID = frozenset({"meta", "link", "br", "hr", "img", "input", "line", "circle"})
+    VOID = frozenset({"meta", "link", "br", "hr", "img", "input", "line", "circle", "wbr"})
 
     def __init__(self, text):
         super().__init__()
@@ -106,7 +106,30 @@ def test_levels_truth_and_enabled_stretches_are_drawn(fault_page):
     assert levels == [4.0, 4.05, 4.8, 7.5]
     labels = [note["text"] for note in chart["layout"]["annotations"]]
     assert "nominal 4, learnt level 4.05 N·m" in labels
-    assert "fault since here" in labels
+    assert "change began" in labels
+
+
+def test_a_long_name_of_a_source_breaks_at_its_separators_only(fault_page):
+    assert str(breakable("STEER_ANGLE.FRACTION <0.5>")) == "STEER_<wbr>ANGLE.<wbr>FRACTION &lt;0.5&gt;"
+    assert "CAN EPS_<wbr>1.<wbr>Angle" in fault_page
+
+
+def test_tuning_is_a_list_with_its_source_told_once():
+    diagnosis = friction_fault(bins=20)
+    rows = tuple((f"gate.value_{index}", float(index), "s", None, "tuning of Monitor") for index in range(40))
+    text = render(dataclasses.replace(diagnosis, parameters=(*diagnosis.parameters, *rows)))
+    said = " ".join(" ".join(Page(text).texts).split())
+    assert "Tuning of the monitor (40 values)" in said
+    assert said.count("Tuning of Monitor") == 1
+    assert "Gate: value 39 39 s" in said
+
+
+def test_the_part_on_consistency_explains_no_band_where_there_is_none():
+    diagnosis = friction_fault(bins=20)
+    assert "claims less" in render(diagnosis)
+    remarked = dataclasses.replace(diagnosis, remarks={"consistency": "Its variance is set wide."})
+    assert "claims less" not in render(remarked)
+    assert "Its variance is set wide." in render(remarked)
 
 
 def test_a_gap_stays_a_gap(fault_page):

@@ -61,7 +61,7 @@ def number(value: float | None, digits: int = 4) -> str:
     if value != 0.0 and not 1e-4 <= abs(value) < 1e7:
         return f"{value:.{digits - 1}e}".replace("-", "−")
     decimals = digits - 1 - math.floor(math.log10(abs(value))) if value else 0
-    text = f"{round(value, decimals):.{max(decimals, 0)}f}"
+    text = f"{round(value, decimals):z.{max(decimals, 0)}f}"
     return (text.rstrip("0").rstrip(".") if "." in text else text).replace("-", "−")
 
 
@@ -101,7 +101,7 @@ def interval(estimate: Estimate) -> tuple[str, str, str, str]:
         return "–", "–", "–", label
     decimals = 2 if not (math.isfinite(half) and half > 0.0) else min(max(1 - math.floor(math.log10(half)), 0), 4)
     ends = [
-        f"{end:.{decimals}f}".replace("-", "−") if math.isfinite(end) else "–"
+        f"{end:z.{decimals}f}".replace("-", "−") if math.isfinite(end) else "–"
         for end in (value, value - half, value + half)
     ]
     return ends[0], ends[1], ends[2], label

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -55,6 +56,7 @@ def render(diagnosis: Diagnosis) -> str:
         quality=[_quality_row(row) for row in diagnosis.quality],
         parameters=[_parameter_row(row) for row in diagnosis.parameters if not _is_tuning(row)],
         tuning=[_parameter_row(row) for row in diagnosis.parameters if _is_tuning(row)],
+        sources=_sentence(", ".join(sorted({row[4] for row in diagnosis.parameters if _is_tuning(row)}))).rstrip("."),
         consistency=[evidence(name, value) for name, value in diagnosis.consistency.items()],
         name=_name(diagnosis),
         created=_moment(diagnosis.created),
@@ -177,7 +179,17 @@ def _template() -> Any:
     environment = jinja2.Environment(
         loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
+    environment.filters["breakable"] = breakable
     return environment.get_template("report.html.j2")
+
+
+def breakable(value: Any) -> Any:
+    """The text with places at which a line may end: after the separators of paths and of names in recordings."""
+    import markupsafe
+
+    # Marked before escaping, by a character that no escape holds.
+    marked = re.sub(r"([/_]|\.(?=[A-Za-z]))(?=\w)", "\\1\0", str(value))
+    return markupsafe.Markup(str(markupsafe.escape(marked)).replace("\0", "<wbr>"))
 
 
 def _library() -> str:

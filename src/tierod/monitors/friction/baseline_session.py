@@ -39,6 +39,7 @@ class BaselineSession(BlockSession):
         super().__init__(block, traces)
         self.name, self.threshold = name, block.threshold
         self._window = block.block_samples * block.blocks
+        self._window_seconds = self._window / rate
         self._spread = EstimateOverDrive(rate)
         self._seen = 0
         self._enabled = 0
@@ -62,7 +63,12 @@ class BaselineSession(BlockSession):
         share = self._enabled / max(self._seen, 1)
         evidence = {"windows": float(len(variances)), "enabled_share": share}
         finding = self._withheld(len(variances), evidence) or self._judged(variances, evidence)
-        return Conclusion(finding, self._spread.histograms(finding.since), parameters=tuple(tuning_rows(self.block)))
+        known = finding.estimate is not None
+        return Conclusion(
+            finding,
+            self._spread.histograms(finding.since) if known else {},
+            parameters=tuple(tuning_rows(self.block)),
+        )
 
     def _withheld(self, windows: int, evidence: dict[str, float]) -> Finding | None:
         if windows >= NEEDED_WINDOWS and math.isfinite(self.threshold):
@@ -84,9 +90,7 @@ class BaselineSession(BlockSession):
         evidence |= {"windows_above_share": float(np.mean(above))}
         fault = median > self.threshold
         status = Status.FAULT if fault else Status.HEALTHY
-        times = np.concatenate(self._times)
-        kept = np.flatnonzero(~above)
-        since = float(times[kept[-1]]) if fault and len(kept) and kept[-1] + 1 < len(times) else None
+        since = self._began(above) if fault else None
         deviation = float(1.2533 * np.std(later) / math.sqrt(len(later)))
         return Finding(
             self.name,
@@ -99,3 +103,15 @@ class BaselineSession(BlockSession):
             "judge again with the variant 'pre-sliding', which gives a torque" if fault else "none",
             ("the variance depends on tyres and parameters of the car as much as on friction",),
         )
+
+    def _began(self, above: np.ndarray) -> float | None:
+        """Time [s] from which on most windows lie above the limit; None where they do from the first one on.
+
+        Asking for all of them would be late: the variance also falls where the road is straight for a while.
+
+        Args:
+            above: whether each window lies above the limit
+        """
+        majority = np.cumsum((above - 0.5)[::-1])[::-1]
+        first = int(np.argmax(majority))
+        return float(np.concatenate(self._times)[first]) - self._window_seconds if first else None

@@ -121,9 +121,20 @@ def _stretches(time: np.ndarray, change: float | None, parts: int = STRETCHES) -
         return {}
     if change is not None and time[0] < change < time[-1]:
         return {"before the change": time < change, "after the change": time >= change}
+    if time[-1] - time[0] < parts:
+        return {"the whole drive": np.ones(len(time), bool)}
     edges = np.linspace(time[0], time[-1], parts + 1)
-    edges[-1] = np.inf
-    names = [f"{low / 60.0:.0f} to {min(high, time[-1]) / 60.0:.0f} min" for low, high in itertools.pairwise(edges)]
+    inner = np.concatenate([edges[:-1], [np.inf]])
     return {
-        name: (time >= low) & (time < high) for name, (low, high) in zip(names, itertools.pairwise(edges), strict=True)
+        _stretch(*ends): (time >= low) & (time < high)
+        for ends, (low, high) in zip(itertools.pairwise(edges), itertools.pairwise(inner), strict=True)
     }
+
+
+def _stretch(low: float, high: float) -> str:
+    """The name of a stretch from `low` to `high` [s], fine enough that no two neighbours share one."""
+    if high - low < 60.0:
+        return f"{low:.0f} to {high:.0f} s"
+    decimals = 1 if high - low < 600.0 else 0
+    first, last = (f"{each / 60.0:.{decimals}f}".removesuffix(".0") for each in (low, high))
+    return f"{first} to {last} min"

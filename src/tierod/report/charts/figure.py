@@ -13,6 +13,9 @@ from tierod.report.display import number, shown
 
 BLUE, GREY, GREEN, AMBER, RED, TEXT, GRID = "#1d5fa8", "#64748b", "#17692f", "#8a5a00", "#b3261e", "#1e293b", "#e2e8f0"
 
+LABEL_GROUND = "rgba(255,255,255,0.92)"
+"""Behind text that stands over a curve."""
+
 MOST_POINTS = 4000
 """Points of a series in the page; longer ones are merged by their lowest, highest and mean value."""
 

@@ -11,6 +11,7 @@ from tierod.report.charts.figure import (
     BLUE,
     GREEN,
     GREY,
+    LABEL_GROUND,
     RED,
     Figure,
     axis,
@@ -29,6 +30,10 @@ from tierod.report.display import INTERVAL, bracketed, number, shown, time_scale
 from tierod.signals import SIGNALS
 
 DEVIATION = "_standard_deviation"
+_CONSISTENT = (
+    " The mean of a NIS is the number of measurements where the estimator knows its own uncertainty: above its band it "
+    "claims to know more than it does, below it claims less."
+)
 _INNOVATIONS = ("innovation", "normalised_innovation", "nis", "nees")
 
 
@@ -56,7 +61,12 @@ def signal_figure(diagnosis: Diagnosis) -> Figure | None:
 def result_figure(diagnosis: Diagnosis) -> Figure | None:
     """What else the monitor computed, one strip each."""
     mains = main_names(diagnosis)
-    taken = {"enabled", *mains, *(name + DEVIATION for name in mains), *(f"true_{name}" for name in mains)}
+    taken = {
+        *({"enabled"} if mains else ()),
+        *mains,
+        *(name + DEVIATION for name in mains),
+        *(f"true_{name}" for name in mains),
+    }
     others = [name for name in diagnosis.traces if name not in taken and name not in SIGNALS]
     return _strips(
         diagnosis,
@@ -74,8 +84,8 @@ def innovation_figure(diagnosis: Diagnosis) -> Figure | None:
         [name for name in diagnosis.traces if name.startswith(_INNOVATIONS)],
         "innovations",
         "Innovations over time",
-        "Measured less predicted, over its own standard deviation (squared: NIS, whose mean is then the number of "
-        "measurements). Above its band the estimator claims to know more than it does, below it claims less.",
+        "Measured less predicted, over its own standard deviation (squared: NIS)."
+        + ("" if diagnosis.remarks.get("consistency") else _CONSISTENT),
     )
 
 
@@ -191,7 +201,7 @@ def _level_label(group: list[tuple[str, float]], label: str) -> dict[str, Any]:
     text = ", ".join(f"{words(name).lower()} {number(value, 3)}" for name, value in group)
     name, value = group[-1]
     place = {"xref": "paper", "xanchor": "right", "y": value, "yanchor": "bottom", "showarrow": False}
-    looks = {"font": {"color": level_colour(name), "size": 12}, "bgcolor": "rgba(255,255,255,0.75)", "borderpad": 1}
+    looks = {"font": {"color": level_colour(name), "size": 12}, "bgcolor": LABEL_GROUND, "borderpad": 2}
     return {"text": f"{text} {label}"} | place | looks
 
 
@@ -209,10 +219,10 @@ def _since(diagnosis: Diagnosis, per_second: float) -> tuple[list[dict], list[di
         "x1": at,
         "line": {"color": RED, "width": 1.3},
     }
-    text = {"text": f"{finding.status} since here", "x": at, "yref": "paper", "y": 0.99, "yanchor": "top"}
+    text = {"text": "change began", "x": at, "yref": "paper", "y": 0.99, "yanchor": "top"}
     later = at > 0.6 * span(diagnosis)[1] * per_second
     looks = {"showarrow": False, "xanchor": "right" if later else "left", "font": {"color": RED, "size": 12}}
-    return [shape], [text | looks | {"bgcolor": "rgba(255,255,255,0.75)", "xshift": -4 if later else 4}]
+    return [shape], [text | looks | {"bgcolor": LABEL_GROUND, "xshift": -4 if later else 4}]
 
 
 def _caption(strip: bool, levels: bool) -> str:

@@ -1,7 +1,8 @@
 "use strict";
 (() => {
   const PRINTED_WIDTH = 680; // A4 and Letter less their margins
-  const printed = (height) => (height < 250 ? height : Math.round(height * (height > 600 ? 0.82 : 0.68)));
+  const HALF = { width: 330, height: 340 }; // two charts beside each other
+  const printed = (height) => Math.round(height * (height < 250 || height > 600 ? 0.82 : 0.68));
   const charts = [];
   // A finger that scrolls the page must not zoom the chart under it.
   const touch = window.matchMedia("(pointer: coarse)").matches;
@@ -41,10 +42,15 @@
     chart.style.height = height + "px";
     Plotly.relayout(chart, { width, height, autosize: width === null });
   }
+  function printedSize(chart) {
+    const pair = chart.closest(".pair"), height = Number(chart.dataset.height);
+    const halved = pair && pair.querySelectorAll(".chart").length > 1;
+    return halved ? [HALF.width, Math.min(height, HALF.height)] : [PRINTED_WIDTH, printed(height)];
+  }
   const folded = document.querySelectorAll("details.keep:not([open])");
   window.addEventListener("beforeprint", () => {
     for (const each of folded) each.open = true;
-    for (const chart of charts) resize(chart, PRINTED_WIDTH, printed(Number(chart.dataset.height)));
+    for (const chart of charts) resize(chart, ...printedSize(chart));
   });
   window.addEventListener("afterprint", () => {
     for (const each of folded) each.open = false;
