@@ -8,8 +8,9 @@ from tierod.errors import InputError, ParameterError
 from tierod.findings import Status
 from tierod.graph import scan
 from tierod.monitors.friction.conditioning import SteeringSample
-from tierod.monitors.friction.judgement import FrictionRun, judge
+from tierod.monitors.friction.judgement import judge
 from tierod.monitors.friction.monitor import FrictionMonitor
+from tierod.monitors.friction.run import FrictionRun
 from tierod.monitors.friction.verdict import UNKNOWN_LIMITS, FrictionLimits, FrictionVerdict
 from tierod.monitors.friction.verdict_state import VerdictSample
 from tierod.studies.friction_cases import Case
@@ -156,7 +157,7 @@ def test_strokes_shorter_than_the_build_up_are_not_identifiable():
 def estimates(*stretches):
     """Estimates of a (seconds, friction) course with the gate always open."""
     course = np.concatenate([np.full(round(100 * seconds), friction) for seconds, friction in stretches])
-    neutral = np.array([0.0, 0.05, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.9])
+    neutral = np.array([0.0, 0.05, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.9, 0.0, 0.8, 1.0])
     samples = np.tile(neutral, (len(course), 1))
     samples[:, 0] = course
     samples[:, 9] = np.where(np.arange(len(course)) // 100 % 2, 1.0, -1.0)

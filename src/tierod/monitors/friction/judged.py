@@ -69,6 +69,9 @@ class JudgedEstimator:
             settled=where(complete, 1.0, 0.0),
             build_up=where(sample.steering_wheel_rate > 0.0, 1.0, -1.0),
             excitation=1.0,
+            residual=0.0,
+            damping=0.0,
+            aligning_gain=1.0,
         )
         verdict_state, verdict = self.verdict.step(state.verdict, seen)
         return self.State(filter_state, verdict_state), self.Output(estimate, seen, verdict)

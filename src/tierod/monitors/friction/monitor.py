@@ -11,9 +11,10 @@ from tierod.errors import InputError
 from tierod.findings import Finding
 from tierod.graph import Memory, Result
 from tierod.monitors.friction.conditioning import SAMPLE_TIME, SteeringSample
-from tierod.monitors.friction.judgement import FrictionRun, judge
+from tierod.monitors.friction.judgement import judge
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
 from tierod.monitors.friction.presliding_tuning import FrictionTorque
+from tierod.monitors.friction.run import FrictionRun
 from tierod.monitors.friction.verdict import UNKNOWN_LIMITS, FrictionLimits, FrictionVerdict, VerdictOutput
 from tierod.monitors.friction.verdict_state import VerdictSample
 from tierod.vehicles import Vehicle
@@ -113,7 +114,7 @@ class FrictionMonitor:
         }
         state = self.state_of(memory).verdict
         return FrictionRun(
-            NAME, self.verdict, state, seen, last.verdict, calibrated, start_time, estimate.aligning_gain, evidence
+            NAME, self.verdict, state, seen, last.verdict, calibrated, start_time, evidence, self.filter.parameters
         )
 
     def state_of(self, memory: Memory) -> State:

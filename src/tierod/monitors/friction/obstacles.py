@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from tierod.findings import Status
-from tierod.monitors.friction.verdict import AlarmTuning
 from tierod.monitors.friction.verdict_state import FrictionFigures, VerdictSample
+from tierod.monitors.friction.verdict_tuning import AlarmTuning
 
 OPPOSED_SHARE = 0.3
 """Share of worked time with driver and motor against each other above which lane keeping is taken to be active. Sound
@@ -24,9 +24,7 @@ class Obstacle(NamedTuple):
     action: str
 
 
-def obstacles(
-    figures: FrictionFigures, last: VerdictSample, tuning: AlarmTuning, calibrated: bool, aligning_gain: float = 1.0
-) -> list[Obstacle]:
+def obstacles(figures: FrictionFigures, last: VerdictSample, tuning: AlarmTuning, calibrated: bool) -> list[Obstacle]:
     """Every reason to withhold the verdict, the decisive one first.
 
     Args:
@@ -34,7 +32,6 @@ def obstacles(
         last: the estimate after its last sample
         tuning: of the verdict
         calibrated: whether the torques are in N*m
-        aligning_gain: learnt factor on the self-aligning torque; 1 where the estimator has none
     """
     if figures.settled_seconds <= 0.0:
         return [
@@ -46,7 +43,8 @@ def obstacles(
         ]
     found = [_uncalibrated(calibrated), _opposed(figures), _too_little_time(figures, tuning)]
     if figures.enabled_seconds >= tuning.ready_time:
-        found += [_bad_sign(last, aligning_gain), _short_strokes(last, tuning), _uncertain(last, tuning)]
+        found += [_bad_sign(last), _contradiction(last, tuning), _strange_aligning(last, tuning)]
+        found += [_unfit(figures, last, tuning), _short_strokes(last, tuning), _uncertain(last, tuning)]
     return [obstacle for obstacle in found if obstacle is not None]
 
 
@@ -67,12 +65,14 @@ def _opposed(figures: FrictionFigures) -> Obstacle | None:
     if share > WRONG_SIGN_SHARE:
         return Obstacle(
             Status.NOT_IDENTIFIABLE,
-            f"driver and motor torque have opposite signs {share:.0%} of the time: one of them has the wrong sign",
+            f"driver and motor torque have opposite signs {share:.0%} of the time that the wheel was worked: one of "
+            "them has the wrong sign",
             "check the signs in the channel map: both are positive towards the left",
         )
     return Obstacle(
         Status.NOT_IDENTIFIABLE,
-        f"driver and motor torque act against each other {share:.0%} of the time, as under lane keeping",
+        f"driver and motor torque act against each other {share:.0%} of the time that the wheel was worked, as under "
+        "lane keeping",
         "record with lane keeping and other steering functions switched off",
     )
 
@@ -113,12 +113,12 @@ def _closing_condition(figures: FrictionFigures) -> tuple[str, str]:
         (figures.opposed_seconds / whole, "driver and motor opposed each other", "switch lane keeping off"),
     ]
     causes.sort(key=lambda cause: -cause[0])
-    named = [f"{text} {share:.0%} of the time" for share, text, _ in causes if share >= 0.005]
+    named = [f"{text} {share:.0%} of the recording" for share, text, _ in causes if share >= 0.005]
     return "; ".join(named) or "the recording is short", causes[0][2]
 
 
-def _bad_sign(last: VerdictSample, aligning_gain: float) -> Obstacle | None:
-    if last.friction_torque > 0.0 and aligning_gain > 0.0:
+def _bad_sign(last: VerdictSample) -> Obstacle | None:
+    if last.friction_torque > 0.0 and last.aligning_gain > 0.0:
         return None
     what = "friction" if last.friction_torque <= 0.0 else "self-aligning torque"
     return Obstacle(
@@ -126,6 +126,40 @@ def _bad_sign(last: VerdictSample, aligning_gain: float) -> Obstacle | None:
         f"the estimated {what} is negative, which no steering has: a signal has the wrong sign",
         "check the signs in the channel map; in a left turn angle, yaw rate, lateral acceleration and both torques are "
         "positive",
+    )
+
+
+def _contradiction(last: VerdictSample, tuning: AlarmTuning) -> Obstacle | None:
+    if last.damping > tuning.smallest_damping:
+        return None
+    return Obstacle(
+        Status.NOT_IDENTIFIABLE,
+        f"the learnt damping is {last.damping:.1f} N·m·s/rad, which no steering has: the signals contradict each other",
+        "check the sign of the steering wheel rate against the angle, the units of yaw rate (rad/s) and lateral "
+        "acceleration (m/s²), and the delays between the signals",
+    )
+
+
+def _strange_aligning(last: VerdictSample, tuning: AlarmTuning) -> Obstacle | None:
+    gain, factor = last.aligning_gain, tuning.largest_aligning_factor
+    if gain <= 0.0 or 1.0 / factor < gain < factor:
+        return None
+    return Obstacle(
+        Status.NOT_IDENTIFIABLE,
+        f"the self-aligning torque is {gain:.2f} times what the vehicle file expects; a wrong trail explains 1/3 to 3",
+        "check the units of yaw rate (rad/s) and lateral acceleration (m/s²), and whether the vehicle file (mass, "
+        "trail, steering ratio) belongs to this car",
+    )
+
+
+def _unfit(figures: FrictionFigures, last: VerdictSample, tuning: AlarmTuning) -> Obstacle | None:
+    if figures.unfit_seconds < tuning.unfit_time:
+        return None
+    return Obstacle(
+        Status.NOT_IDENTIFIABLE,
+        f"the torque balance does not fit: it leaves {last.residual:.1f} N·m open (root mean square)",
+        "check with 'tierod inspect' for a signal that is stuck, has the wrong sign or unit (rad, rad/s, m/s², N·m), "
+        "or comes late, and whether the vehicle file belongs to this car",
     )
 
 

@@ -179,6 +179,7 @@ class PreslidingFrictionFilter:
             friction_torque=mean.friction_torque,
             friction_deviation=_deviation(covariance) * misfit,
             misfit=misfit,
+            residual=sqrt(power),
             enabled=enabled,
             hands_on=conditions.hands_on,
             same_direction=conditions.same_direction,

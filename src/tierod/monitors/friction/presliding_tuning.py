@@ -46,6 +46,7 @@ class FrictionTorque(NamedTuple):
         friction_torque: level of dry friction at the steering wheel axis, at the reference load
         friction_deviation: its standard deviation, given right torque sensors
         misfit: factor by which that was widened, because the torque balance fits worse than the tuning expects
+        residual: root mean square of `innovation` over the last enabled time
         enabled: 1 where the sample was used
         hands_on, same_direction, moving, rolling, settled: the conditions for that, one by one
         dahl_angle: angle over which friction builds up
@@ -61,6 +62,7 @@ class FrictionTorque(NamedTuple):
     friction_torque: Annotated[Any, "N*m"]
     friction_deviation: Annotated[Any, "N*m"]
     misfit: Annotated[Any, ""]
+    residual: Annotated[Any, "N*m"]
     enabled: Annotated[Any, ""]
     hands_on: Annotated[Any, ""]
     same_direction: Annotated[Any, ""]

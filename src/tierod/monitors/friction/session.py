@@ -15,10 +15,12 @@ from tierod.findings import Finding, Status
 from tierod.graph import Result
 from tierod.identification.hysteresis_presence import HysteresisPresence
 from tierod.models.eps_column import driving_torque
+from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.judged import JudgedEstimator
-from tierod.monitors.friction.judgement import FrictionRun, judge
+from tierod.monitors.friction.judgement import judge
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.over_drive import EstimateOverDrive, HysteresisOverDrive, SignalsOverDrive
+from tierod.monitors.friction.run import FrictionRun
 from tierod.monitors.friction.verdict_state import HEALTHY, LearntLevel, VerdictSample
 from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.session import BlockSession, Conclusion
@@ -98,8 +100,8 @@ class FrictionSession(BlockSession):
                 output=output.verdict,
                 calibrated=self.vehicle.calibrated,
                 start_time=self._start,
-                aligning_gain=getattr(output.estimate, "aligning_gain", 1.0),
                 evidence={name: self._last[source][-1].item() for source, name in self._evidence.items()},
+                parameters=self.vehicle.parameters_for(FrictionParameters),
             )
         )
         if finding.estimate is None:

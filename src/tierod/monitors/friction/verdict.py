@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
 from tierod.detectors import Cusum
 from tierod.errors import ParameterError
-from tierod.graph.maths import all_of, both, either, maximum, negated, sqrt, where
+from tierod.graph.maths import all_of, both, either, maximum, minimum, negated, sqrt, where
 from tierod.monitors.friction.conditioning import SAMPLE_TIME
 from tierod.monitors.friction.verdict_state import (
     HEALTHY,
@@ -18,6 +19,7 @@ from tierod.monitors.friction.verdict_state import (
     Onset,
     VerdictSample,
 )
+from tierod.monitors.friction.verdict_tuning import AlarmTuning
 
 
 @dataclass(frozen=True)
@@ -44,48 +46,6 @@ class FrictionLimits:
 
 UNKNOWN_LIMITS = FrictionLimits(1e6, 2e6, 3e6)
 """For a car whose torques are not in N*m: no absolute limit is ever reached, the ratio alone speaks."""
-
-
-@dataclass(frozen=True)
-class AlarmTuning:
-    """When an excess becomes an alarm.
-
-    Args:
-        ready_time: enabled time before any verdict [s]; 50 as printed by Mohtat et al., section 5
-        learning_time: enabled time over which the own level is learnt, after ready_time [s]; it averages the wander of
-            the estimate (1 to 2 % over a drive, simulated) and is over after six minutes of mixed driving
-        shortest_learning: the ratio speaks from here on [s]; one time constant of the estimator
-        learning_tolerance: while friction is above the learnt level by more than this share, nothing is learnt [-];
-            twice what healthy drives with scatter reached. Nor is anything learnt above the limit of rising friction
-        rising_ratio, fault_ratio: of friction to the own level [-]; 1.2 and 1.6. Healthy drives with scatter
-            stayed within 0.96 to 1.05
-        excess: how long times how far a limit must be exceeded, as a share of the limit [s]: 0.25 is 10 % for 2.5 s or
-            50 % for 0.5 s. Larger alarms later and rides out longer excursions; healthy drives reach none of it
-        ceiling: the excess counted is held to this [s], so an alarm ends that soon after friction is back
-        gain_deviation: standard deviation of the torques' common gain, relative [-]; two torques of 10 % each, the
-            motor with the larger share. An absolute limit must be exceeded by `confidence` of it
-        confidence: standard deviations that friction must be above an absolute limit, and that a level handed in is
-            raised by [-]. 1 keeps one car in 30 000 from a false "rising" at a gain deviation of 8 %
-        onset_ratio: a change is said to have begun when friction was last below this multiple of the level [-]
-        largest_deviation: standard deviation over friction above which the value is withheld [-]; half of the smallest
-            change to be seen is 0.1, with a reserve for poor roads
-        smallest_excitation: mean build-up of friction below which it cannot be told from stiffness [-]; simulated
-            strokes shorter than the Dahl angle give 0.3, usual roads 0.8 to 0.95
-    """
-
-    ready_time: Annotated[float, "s"] = 50.0
-    learning_time: Annotated[float, "s"] = 100.0
-    shortest_learning: Annotated[float, "s"] = 20.0
-    learning_tolerance: Annotated[float, ""] = 0.1
-    rising_ratio: Annotated[float, ""] = 1.2
-    fault_ratio: Annotated[float, ""] = 1.6
-    excess: Annotated[float, "s"] = 0.25
-    ceiling: Annotated[float, "s"] = 1.0
-    gain_deviation: Annotated[float, ""] = 0.08
-    confidence: Annotated[float, ""] = 1.0
-    onset_ratio: Annotated[float, ""] = 1.05
-    largest_deviation: Annotated[float, ""] = 0.15
-    smallest_excitation: Annotated[float, ""] = 0.5
 
 
 class VerdictOutput(NamedTuple):
@@ -154,7 +114,8 @@ class FrictionVerdict:
         if self.learnt_level is not None:
             own = LearntLevel(self.learnt_level, self.learnt_deviation, self.tuning.learning_time)
         zeros = FrictionFigures(*[0.0] * len(FrictionFigures._fields))
-        return self.State(own, (self.alarm.init(),) * 4, Onset(-1.0, -1.0, 0.0), zeros)
+        figures = zeros._replace(unfit_seconds=self.tuning.unfit_time)
+        return self.State(own, (self.alarm.init(),) * 4, Onset(-1.0, -1.0, 0.0, 0.0), figures)
 
     def step(self, state: State, sample: VerdictSample) -> tuple[State, VerdictOutput]:
         """One sample on."""
@@ -166,10 +127,13 @@ class FrictionVerdict:
             friction > 0.0,
             deviation < tuning.largest_deviation * friction,
             sample.excitation > tuning.smallest_excitation,
+            figures.unfit_seconds < tuning.unfit_time - 0.5 * self.sample_time,
+            sample.damping > tuning.smallest_damping,
+            sample.aligning_gain * tuning.largest_aligning_factor > 1.0,
+            sample.aligning_gain < tuning.largest_aligning_factor,
         )
         judged = all_of(sample.enabled > 0.5, ready, identifiable)
-        gain = tuning.gain_deviation * friction
-        cautious = friction - tuning.confidence * sqrt(deviation * deviation + gain * gain)
+        cautious = self._cautious(friction, deviation)
         own = self._learn(state.own, friction, deviation, both(judged, cautious < self.limits.rising_friction))
         known = own.seconds > tuning.shortest_learning - 0.5 * self.sample_time
         ratio = where(known, friction / where(known, own.level, 1.0), 1.0)
@@ -203,7 +167,40 @@ class FrictionVerdict:
             "opposed_seconds": both(worked, negated(sample.same_direction > 0.5)),
         }
         counted = {name: getattr(figures, name) + where(held, self.sample_time, 0.0) for name, held in now.items()}
-        return figures._replace(**counted)
+        misfits = both(
+            sample.misfit > self.tuning.fitting_misfit,
+            sample.residual > self.tuning.largest_residual * sample.friction_torque,
+        )
+        ready = counted["enabled_seconds"] > self.tuning.ready_time
+        unfit = where(
+            misfits,
+            minimum(figures.unfit_seconds + self.sample_time, self.tuning.unfit_time),
+            where(ready, 0.0, figures.unfit_seconds),
+        )
+        return figures._replace(**counted, unfit_seconds=where(enabled, unfit, figures.unfit_seconds))
+
+    def _cautious(self, friction: Any, deviation: Any) -> Any:
+        """Friction less what the torques' gain and the estimate may be off: it is held against absolute limits."""
+        gain = self.tuning.gain_deviation * friction
+        return friction - self.tuning.confidence * sqrt(deviation * deviation + gain * gain)
+
+    def acts_from(self, limit: float, deviation: float) -> float:
+        """Friction from which an absolute limit acts: the limit and its margin.
+
+        Args:
+            limit: absolute limit of friction [N*m]
+            deviation: standard deviation of the estimate, without misfit [N*m]
+
+        Returns:
+            the friction [N*m] at which friction less its margin is the limit
+        """
+        share = 1.0 - (self.tuning.confidence * self.tuning.gain_deviation) ** 2
+        own = (self.tuning.confidence * deviation) ** 2
+        return (limit + math.sqrt(limit * limit - share * (limit * limit - own))) / share
+
+    def relative_level(self, level: Any) -> Any:
+        """The own level that the ratios are taken of: one handed in is raised by its standard deviation."""
+        return level if self.learnt_level is None else level + self.tuning.confidence * self.learnt_deviation
 
     def _learn(self, own: LearntLevel, friction: Any, deviation: Any, sound: Any) -> LearntLevel:
         """The own level one sample on: a mean, frozen while friction is suspicious and once enough is learnt.
@@ -231,7 +228,7 @@ class FrictionVerdict:
     ) -> tuple[tuple[Any, ...], Any, Any]:
         """Sums of excess, and the alarms by the own level and by the absolute limits: 0 none, 1 rising, 2 fault."""
         tuning, limits = self.tuning, self.limits
-        level = own.level if self.learnt_level is None else own.level + tuning.confidence * self.learnt_deviation
+        level = self.relative_level(own.level)
         excesses = (
             friction / where(level > 0.0, tuning.rising_ratio * level, 1.0),
             friction / where(level > 0.0, tuning.fault_ratio * level, 1.0),
@@ -257,4 +254,5 @@ class FrictionVerdict:
             where(near, now, onset.relative),
             where(below, now, onset.absolute),
             where(relative > 0.0, 1.0, where(absolute > 0.0, 2.0, 0.0)),
+            where(relative >= absolute, where(relative > 0.0, 1.0, 0.0), 2.0),
         )

@@ -23,6 +23,9 @@ class VerdictSample(NamedTuple):
         hands_on, same_direction, moving, rolling, settled: conditions of the gate, one by one; 1 is neutral
         build_up: share of friction that has built up, with the sign of the motion
         excitation: its mean magnitude over the enabled time; 1 is neutral
+        residual: root mean square of what the torque balance leaves open over the last enabled time; 0 is neutral
+        damping: learnt viscous damping; 0 is neutral
+        aligning_gain: learnt factor on the self-aligning torque of the vehicle file; 1 is neutral
     """
 
     friction_torque: Annotated[Any, "N*m"]
@@ -36,6 +39,9 @@ class VerdictSample(NamedTuple):
     settled: Annotated[Any, ""]
     build_up: Annotated[Any, ""]
     excitation: Annotated[Any, ""]
+    residual: Annotated[Any, "N*m"]
+    damping: Annotated[Any, "N*m*s/rad"]
+    aligning_gain: Annotated[Any, ""]
 
 
 class LearntLevel(NamedTuple):
@@ -58,12 +64,15 @@ class Onset(NamedTuple):
     Args:
         relative: last time near the own level, -1 if never
         absolute: last time below the limit of rising friction, -1 if never
-        kind: 0 without alarm, 1 for the own level, 2 for the absolute limits
+        kind: 0 without alarm, 1 where the own level alarms, 2 where only the absolute limits do; the time given out is
+            that of the own level where it can be, which is the sharper one
+        decisive: 0 without alarm, 1 where the own level gives the present status, 2 where only an absolute limit does
     """
 
     relative: Annotated[Any, "s"]
     absolute: Annotated[Any, "s"]
     kind: Annotated[Any, ""]
+    decisive: Annotated[Any, ""]
 
 
 class FrictionFigures(NamedTuple):
@@ -81,6 +90,7 @@ class FrictionFigures(NamedTuple):
         opposed_seconds: of these, driver and motor against each other
         alarm_seconds: judged time under alarm
         worst_alarm: 0 none, 1 rising, 2 fault
+        unfit_seconds: enabled time for which the torque balance has not fitted without a break
     """
 
     seconds: Annotated[Any, "s"]
@@ -94,3 +104,4 @@ class FrictionFigures(NamedTuple):
     opposed_seconds: Annotated[Any, "s"]
     alarm_seconds: Annotated[Any, "s"]
     worst_alarm: Annotated[Any, ""]
+    unfit_seconds: Annotated[Any, "s"]

@@ -1,0 +1,107 @@
+"""What the reader of a verdict on friction must know beside it."""
+
+from __future__ import annotations
+
+from tierod.monitors.friction.run import FrictionRun
+from tierod.monitors.friction.verdict import UNKNOWN_LIMITS
+
+GAIN_WARNING = (
+    "a common gain error of both torques scales the estimate and shows in no signal: 10 % of torque is 10 % of "
+    "friction; the ratio to the own level is free of it"
+)
+
+SMALLEST_LEVEL = 0.8
+"""Share of the own level below which friction is said to have fallen [-]; healthy drives stayed above 0.9."""
+
+SMALLEST_NOMINAL = 0.7
+"""Share of nominal friction below which the torques or the vehicle file are doubted [-]: four standard deviations of
+the torques' common gain below 1, where halved motor torques give 0.64 to 0.68, simulated."""
+
+SMALLEST_PRESENCE = 0.8
+"""Share of the recording with all signals present below which that is said [-]; whole recordings have 0.99 and more."""
+
+LARGEST_DAMPING = 1.75
+"""Multiple of the vehicle file's damping from which yaw rate and lateral acceleration are suspected to be late [-]. 200
+ms add 0.65 N*m*s/rad to 0.8, simulated; one in ten cars whose own damping scatters by 40 % is above it too."""
+
+LARGEST_INERTIA = 2.0
+"""Multiple of the vehicle file's inertia from which the angle is suspected to be late [-]: 100 ms give 2.1 to 3.3, cars
+whose own inertia scatters by 30 % at most 1.8, simulated."""
+
+LARGEST_ALIGNING = 2.5
+"""Factor on the self-aligning torque, or one over it, from which the vehicle file is doubted [-]; 3 of 120 cars whose
+trail scatters by 30 % exceed it, simulated."""
+
+
+def notices(run: FrictionRun) -> tuple[str, ...]:
+    """Every warning about a run that has a verdict."""
+    found = [GAIN_WARNING, *_levels(run), *_delays(run), *_signals(run)]
+    return tuple(found)
+
+
+def _levels(run: FrictionRun) -> list[str]:
+    warnings, friction = [], run.last.friction_torque
+    if run.output.level <= 0.0:
+        warnings.append(
+            "the own level is not learnt (too little time, or friction above its limit): only absolute limits judge"
+        )
+    elif run.output.ratio < SMALLEST_LEVEL:
+        warnings.append(
+            f"friction is {run.output.ratio:.2f} times the own level: was that learnt on this car, with these sensors?"
+        )
+    nominal = run.verdict.limits.nominal_friction
+    if run.verdict.limits != UNKNOWN_LIMITS and friction < SMALLEST_NOMINAL * nominal:
+        warnings.append(
+            f"friction is only {friction / nominal:.2f} times nominal: is the gain of the torques too low, the motor's "
+            "gear ratio right, and the vehicle file that of this car? If not, a fault may be read as healthy"
+        )
+    return warnings
+
+
+def _delays(run: FrictionRun) -> list[str]:
+    """What the learnt constants of the steering say of signals that are late."""
+    warnings = []
+    inertia, damping = run.evidence.get("inertia_kgm2", 0.0), run.last.damping
+    if inertia < 0.0:
+        warnings.append(
+            f"the learnt inertia is negative ({inertia:.3f} kg·m²): the torques are probably late against the angle, "
+            "50 ms or more, and friction reads low, by 0.2 to 0.3 N·m at 50 ms and 0.4 to 0.5 at 100 ms"
+        )
+    if run.parameters is not None:
+        if inertia > LARGEST_INERTIA * run.parameters.column_inertia:
+            warnings.append(
+                f"the learnt inertia is {inertia / run.parameters.column_inertia:.1f} times that of the vehicle file: "
+                "the angle is probably late against the torques, by 100 ms or so, and friction reads a little high"
+            )
+        if damping > LARGEST_DAMPING * run.parameters.column_damping:
+            warnings.append(
+                f"the learnt damping is {damping / run.parameters.column_damping:.1f} times that of the vehicle file: "
+                "either the car's is, or yaw rate and lateral acceleration are late; 200 ms make friction read 0.6 to "
+                "0.7 N·m high"
+            )
+    if not 1.0 / LARGEST_ALIGNING < run.last.aligning_gain < LARGEST_ALIGNING:
+        warnings.append(
+            f"the self-aligning torque is {run.last.aligning_gain:.2f} times what the vehicle file expects: do mass, "
+            "trail and steering ratio belong to this car?"
+        )
+    return warnings
+
+
+def _signals(run: FrictionRun) -> list[str]:
+    figures, warnings = run.state.figures, []
+    present = figures.settled_seconds / figures.seconds
+    if present < SMALLEST_PRESENCE:
+        warnings.append(
+            f"signals were missing, or had just come back, for {1.0 - present:.0%} of the recording: the verdict rests "
+            "on the rest and says nothing of what happened meanwhile"
+        )
+    left = figures.left_seconds / figures.enabled_seconds
+    if not 0.2 < left < 0.8:
+        warnings.append(f"{left:.0%} of the enabled time turned left: one-sided, offsets may leak into friction")
+    if figures.worked_seconds > 0.0 and figures.opposed_seconds > 0.1 * figures.worked_seconds:
+        share = figures.opposed_seconds / figures.worked_seconds
+        warnings.append(
+            f"driver and motor opposed each other for {share:.0%} of the time that the wheel was worked: was lane "
+            "keeping active?"
+        )
+    return warnings

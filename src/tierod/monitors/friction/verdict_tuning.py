@@ -1,0 +1,75 @@
+"""When the verdict on friction alarms, and when it is withheld: every limit with its reason."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from tierod.errors import ParameterError
+
+
+@dataclass(frozen=True)
+class AlarmTuning:
+    """When an excess becomes an alarm.
+
+    Args:
+        ready_time: enabled time before any verdict [s]; 50 as printed by Mohtat et al., section 5
+        learning_time: enabled time over which the own level is learnt, after ready_time [s]; it averages the wander of
+            the estimate (1 to 2 % over a drive, simulated) and is over after six minutes of mixed driving
+        shortest_learning: the ratio speaks from here on [s]; one time constant of the estimator
+        learning_tolerance: while friction is above the learnt level by more than this share, nothing is learnt [-];
+            twice what healthy drives with scatter reached. Nor is anything learnt above the limit of rising friction
+        rising_ratio, fault_ratio: of friction to the own level [-]; 1.2 and 1.6. Healthy drives with scatter
+            stayed within 0.96 to 1.05
+        excess: how long times how far a limit must be exceeded, as a share of the limit [s]: 0.25 is 10 % for 2.5 s or
+            50 % for 0.5 s. Larger alarms later and rides out longer excursions; healthy drives reach none of it
+        ceiling: the excess counted is held to this [s], so an alarm ends that soon after friction is back
+        gain_deviation: standard deviation of the torques' common gain, relative [-]; two torques of 10 % each, the
+            motor with the larger share. An absolute limit must be exceeded by `confidence` of it
+        confidence: standard deviations that friction must be above an absolute limit, and that a level handed in is
+            raised by [-]. 1 keeps one car in 30 000 from a false "rising" at a gain deviation of 8 %
+        onset_ratio: a change is said to have begun when friction was last below this multiple of the level [-]
+        largest_deviation: standard deviation over friction above which the value is withheld [-]; half of the smallest
+            change to be seen is 0.1, with a reserve for poor roads
+        smallest_excitation: mean build-up of friction below which it cannot be told from stiffness [-]; simulated
+            strokes shorter than the Dahl angle give 0.3, usual roads 0.8 to 0.95
+        largest_residual: what the torque balance may leave open (root mean square), as a share of friction [-]. Sound
+            signals give at most 0.11, with torques that are 50 ms late too; a wrong sign of the rate 0.19 to 0.6, a yaw
+            rate in degrees 0.2 to 0.66, simulated. For `fitting_misfit` and below it does not matter
+        fitting_misfit: misfit up to which the balance fits whatever the friction [-]; 1.5, as friction of 2 N*m is
+            small against the errors that the tuning of the estimator expects
+        unfit_time: enabled time without a break for which the balance must not fit until the verdict is withheld [s].
+            After a step of friction it does not fit for up to 40 s (4 to 25 N*m, simulated), so twice that. The balance
+            must have fitted once before the first verdict
+        smallest_damping: learnt damping below which the signals contradict each other [N*m*s/rad]. Sound signals stayed
+            above -0.06 in every sample of 226 drives, and ended above 0.1; a wrong sign of the rate gives -1.9 to -2.9,
+            a yaw rate in degrees -4.5 to -7, a lateral acceleration in g -2 to -3
+        largest_aligning_factor: the learnt factor on the self-aligning torque must lie between one over this and this
+            [-]. Cars whose trail scatters by 30 % ended between 0.43 and 3.2; a lateral acceleration in g gives 8 to 10
+    """
+
+    ready_time: Annotated[float, "s"] = 50.0
+    learning_time: Annotated[float, "s"] = 100.0
+    shortest_learning: Annotated[float, "s"] = 20.0
+    learning_tolerance: Annotated[float, ""] = 0.1
+    rising_ratio: Annotated[float, ""] = 1.2
+    fault_ratio: Annotated[float, ""] = 1.6
+    excess: Annotated[float, "s"] = 0.25
+    ceiling: Annotated[float, "s"] = 1.0
+    gain_deviation: Annotated[float, ""] = 0.08
+    confidence: Annotated[float, ""] = 1.0
+    onset_ratio: Annotated[float, ""] = 1.05
+    largest_deviation: Annotated[float, ""] = 0.15
+    smallest_excitation: Annotated[float, ""] = 0.5
+    largest_residual: Annotated[float, ""] = 0.15
+    fitting_misfit: Annotated[float, ""] = 1.5
+    unfit_time: Annotated[float, "s"] = 80.0
+    smallest_damping: Annotated[float, "N*m*s/rad"] = -0.5
+    largest_aligning_factor: Annotated[float, ""] = 5.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.confidence * self.gain_deviation < 1.0:
+            raise ParameterError(
+                f"confidence * gain_deviation is {self.confidence * self.gain_deviation}; expected a share of friction "
+                "from 0 to below 1, or no absolute limit is ever reached"
+            )
