@@ -10,7 +10,7 @@ _PER_SECOND = {"s": 1, "ms": 1_000, "us": 1_000_000, "ns": 1_000_000_000}
 
 
 def floats(column: Any) -> np.ndarray:
-    """A column of numbers or truth values as floats; nulls become NaN.
+    """A column of numbers, decimals or truth values as floats; nulls become NaN.
 
     Args:
         column: pyarrow Array or ChunkedArray, shape (n,)

@@ -78,6 +78,27 @@ def test_calendar_time(tmp_path):
     assert found.metadata["origin"] == pytest.approx(1716990839.0)
 
 
+@pytest.mark.parametrize("counter", ["number,", "lap_time,"])
+@pytest.mark.parametrize("stamp", ["29.05.2024 13:53:{:02d}", "05/29/2024 13:53:{:02d}", "13:53:{:02d}.5"])
+def test_dates_in_other_notations_are_told_and_nothing_takes_their_place(tmp_path, counter, stamp):
+    body = "\n".join(f"{stamp.format(k)},{k},{2 * k}" for k in range(10, 60))
+    path = written(tmp_path, f"time,{counter}speed [m/s]\n{body}\n")
+    sentence = f"drive.csv: the time column 'time' is written as '{stamp[:6]}.*as a date that reads YYYY-MM-DD hh:mm:ss"
+    with pytest.raises(InputError, match=sentence):
+        read(path)
+
+
+def test_a_date_that_is_none_is_shown(tmp_path):
+    body = "\n".join(f"2024-05-29 13:53:{k},{k}" if k != 40 else "broken,40" for k in range(10, 60))
+    with pytest.raises(InputError, match="the time column 'time' holds 'broken' where dates read YYYY-MM-DD hh:mm:ss"):
+        read(written(tmp_path, f"time,speed [m/s]\n{body}\n"))
+
+
+def test_a_date_in_words_beside_a_time_does_no_harm(tmp_path):
+    text = "date,time zone,lap_time,speed [m/s]\n" + rows("29.05.2024,UTC,{t:.2f},{v}")
+    assert read(written(tmp_path, text))["vehicle_speed"].time[2] == pytest.approx(0.02)
+
+
 def test_missing_cells_and_infinity(tmp_path):
     text = "time,speed [m/s]\n0.0,1\n0.1,\n0.2,NaN\n0.3,inf\n0.4,n/a\n0.5,6\n0.6,7\n"
     found = read(written(tmp_path, text))["vehicle_speed"]

@@ -1,5 +1,8 @@
 """Parquet of others: calendar time, integers, nulls, units in the metadata of a field, damage."""
 
+from datetime import time
+from decimal import Decimal
+
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -38,6 +41,30 @@ def test_integers_truth_values_nulls_and_text(tmp_path):
     assert recording["vehicle_speed"].time.tolist() == [0.0, 0.01, 0.02]
     assert recording["lane_keeping_active"].values == pytest.approx([1.0, 0.0, np.nan], nan_ok=True)
     assert "driver" not in recording
+
+
+@pytest.mark.parametrize("kind", [pa.decimal128(12, 3), pa.decimal256(50, 3)])
+def test_decimals(tmp_path, kind):
+    numbers = [Decimal("0.125"), None, Decimal("-2.5")]
+    columns = {"time": pa.array(map(Decimal, ("0", "0.25", "0.5")), kind), "yaw_rate": pa.array(numbers, kind)}
+    recording = read(saved(tmp_path, pa.table(columns)))
+    assert recording["yaw_rate"].values == pytest.approx([0.125, np.nan, -2.5], nan_ok=True)
+    assert recording["yaw_rate"].time.tolist() == [0.0, 0.25, 0.5]
+
+
+@pytest.mark.parametrize("other", ["yaw_rate", "lap_time"])
+@pytest.mark.parametrize(
+    ("stamps", "kind"), [(["2024-05-29 13:53:59", "2024-05-29 13:54:00"], "string"), ([time(1), time(2)], "time64.us.")]
+)
+def test_a_time_column_that_holds_no_time_stamps(tmp_path, other, stamps, kind):
+    path = saved(tmp_path, pa.table({"time": stamps, other: [1.0, 2.0]}))
+    with pytest.raises(InputError, match=f"drive.parquet: the time column 'time' holds values of type {kind}; write"):
+        read(path)
+
+
+def test_text_beside_a_time_does_no_harm(tmp_path):
+    table = pa.table({"date": ["29.05.2024"] * 2, "time zone": ["UTC"] * 2, "lap_time": [0.0, 1.0], "yaw_rate": [1, 2]})
+    assert read(saved(tmp_path, table)).names == ("yaw_rate",)
 
 
 def test_a_unit_in_the_metadata_of_a_field(tmp_path):

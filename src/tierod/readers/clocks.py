@@ -13,6 +13,9 @@ from tierod.readers.source import Column
 from tierod.signals import plain
 from tierod.units import scale, split_suffix
 
+DATES = "YYYY-MM-DD hh:mm:ss.fff"
+"""The only way of writing dates that is read: in all others day and month may be taken for each other."""
+
 _NAMES = ("time", "t", "timestamp", "timestamps", "zeit", "time_s", "times", "seconds", "sec", "ts", "date", "datetime")
 
 
@@ -31,9 +34,31 @@ class Clock:
 
 def is_time(name: str) -> bool:
     """Whether a column's title says that it holds the time."""
-    base = split_suffix(name)[0]
     words = [word for word in re.split(r"[^a-z]+", name.lower()) if word]
-    return plain(name) in _NAMES or plain(base) in _NAMES or bool({"time", "timestamp"} & set(words))
+    return _is_called_time(name) or bool({"time", "timestamp"} & set(words))
+
+
+def _is_called_time(name: str) -> bool:
+    return plain(name) in _NAMES or plain(split_suffix(name)[0]) in _NAMES
+
+
+def unread_clock(others: Sequence[Column], usable: Sequence[Column]) -> Column | None:
+    """The column that tells the time by its title but cannot be read, where no usable one is the time as surely.
+
+    Another column ("lap_time", or a counter) must not take its place in silence. A date beside a time is no clock.
+
+    Args:
+        others: columns that cannot be read
+        usable: columns that can
+    """
+    titles = [column.title or column.name for column in usable]
+    clocks = [column for column in others if is_time(column.title or column.name)]
+    if any(map(is_time, titles)):
+        sure = [column for column in clocks if _is_called_time(column.title or column.name)]
+        clocks = (
+            [] if any(map(_is_called_time, titles)) else [column for column in sure if plain(column.name) != "date"]
+        )
+    return clocks[0] if clocks else None
 
 
 def find_clocks(columns: Sequence[Column], increasing: Sequence[str] = ()) -> tuple[Clock, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,10 +11,12 @@ import numpy as np
 
 from tierod.arrow import calendar_seconds, floats
 from tierod.errors import InputError
-from tierod.readers.clocks import Clock, find_clocks, seconds, unit_of
+from tierod.readers.clocks import DATES, Clock, find_clocks, seconds, unit_of, unread_clock
 from tierod.readers.csv_layout import MISSING, Layout, find_layout
 from tierod.readers.source import Column, Source
 from tierod.recording import Channel
+
+_ISO = re.compile(r"\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d{1,9})?)?\s*(Z|[+-]\d\d:?\d\d)?\s*$|None$")
 
 
 def open_csv(path: Path, data: bytes) -> Source:
@@ -33,6 +36,7 @@ def open_csv(path: Path, data: bytes) -> Source:
         raise InputError(f"{path} {error}") from None
     usable = {*layout.numeric, *layout.dates}
     columns = [column for column in layout.columns if column.name in usable]
+    _refuse_text_as_clock(path, layout, columns)
     clocks = find_clocks(columns, _increasing(data, layout))
     members = tuple(
         column
@@ -49,6 +53,15 @@ def open_csv(path: Path, data: bytes) -> Source:
     about = layout.about
     metadata = {**about.get("metadata", {}), "format": "CSV"}
     return Source(members, load, metadata, float(about.get("origin", 0.0)), tuple(filter(None, [broken])))
+
+
+def _refuse_text_as_clock(path: Path, layout: Layout, usable: Sequence[Column]) -> None:
+    clock = unread_clock([column for column in layout.columns if column.name in layout.texts], usable)
+    if clock is not None:
+        raise InputError(
+            f"{path}: the time column '{clock.name}' is written as '{layout.texts[clock.name].strip()[:40]}'; "
+            f"give it in seconds, or as a date that reads {DATES}"
+        )
 
 
 def _in_utf8(data: bytes) -> bytes:
@@ -152,7 +165,10 @@ def _calendar(column: Any, name: str) -> np.ndarray:
     try:
         return calendar_seconds(column)
     except pa.ArrowException:
-        raise InputError(f"the time column '{name}' is written in no way that is known; give it in seconds") from None
+        odd = next((cell for cell in column.to_pylist() if not _ISO.match(str(cell))), column[0].as_py())
+        raise InputError(
+            f"the time column '{name}' holds '{str(odd)[:40]}' where dates read {DATES}: correct it, or give seconds"
+        ) from None
 
 
 def _increasing(data: bytes, layout: Layout) -> tuple[str, ...]:

@@ -39,6 +39,7 @@ class Layout:
         columns: in the order of the file
         numeric: names of the columns that hold numbers
         dates: names of the columns that hold calendar times
+        texts: a cell of every column that holds neither
         about: what the CSV writer of tierod wrote about the channels
     """
 
@@ -48,6 +49,7 @@ class Layout:
     columns: tuple[Column, ...]
     numeric: tuple[str, ...]
     dates: tuple[str, ...]
+    texts: dict[str, str] = field(default_factory=dict)
     about: dict[str, Any] = field(default_factory=dict)
 
 
@@ -131,6 +133,9 @@ def _layout(lines: list[tuple[int, str]], delimiter: str, decimal: str, about: d
     )
     columns = _columns([cells for cells in body[:first] if 1 < len(cells) <= width], width)
     columns = tuple(_as_written(column, about) for column in columns)
+    cells = {
+        place: next((row[place] for row in below if row[place].strip() not in MISSING), "") for place in range(width)
+    }
     return Layout(
         delimiter,
         decimal,
@@ -138,6 +143,7 @@ def _layout(lines: list[tuple[int, str]], delimiter: str, decimal: str, about: d
         columns,
         tuple(columns[place].name for place in sorted({*numeric, *empty})),
         tuple(columns[place].name for place in dates),
+        {columns[place].name: cells[place] for place in range(width) if place not in {*numeric, *dates, *empty}},
         about,
     )
 

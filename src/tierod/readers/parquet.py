@@ -11,7 +11,7 @@ import numpy as np
 
 from tierod.arrow import calendar_seconds, floats
 from tierod.errors import InputError
-from tierod.readers.clocks import Clock, find_clocks, seconds, unit_of
+from tierod.readers.clocks import Clock, find_clocks, seconds, unit_of, unread_clock
 from tierod.readers.source import Column, Source
 from tierod.recording import Channel
 
@@ -42,7 +42,21 @@ def open_parquet(path: Path) -> Source:
     if not file.metadata.num_rows:
         raise InputError(f"{path} holds columns but no samples; record again")
     layout = _layout(file)
+    _refuse_text_as_clock(path, file, layout)
     return _source(path, file, layout, find_clocks_of(file, layout))
+
+
+def _refuse_text_as_clock(path: Path, file: Any, layout: dict[str, Any]) -> None:
+    if layout:
+        return
+    usable = _columns(file, layout)
+    known = {column.name for column in usable}
+    clock = unread_clock([Column(name) for name in file.schema_arrow.names if name not in known], usable)
+    if clock is not None:
+        raise InputError(
+            f"{path}: the time column '{clock.name}' holds values of type {file.schema_arrow.field(clock.name).type}; "
+            "write it as time stamps (timestamp) or as numbers in seconds"
+        )
 
 
 def _layout(file: Any) -> dict[str, Any]:
@@ -84,7 +98,7 @@ def _columns(file: Any, layout: dict[str, Any]) -> list[Column]:
 
 
 def _is_number(types: Any, kind: Any) -> bool:
-    return types.is_integer(kind) or types.is_floating(kind) or types.is_boolean(kind)
+    return types.is_integer(kind) or types.is_floating(kind) or types.is_boolean(kind) or types.is_decimal(kind)
 
 
 def _source(path: Path, file: Any, layout: dict[str, Any], clocks: tuple[Clock, ...]) -> Source:
