@@ -9,6 +9,14 @@ import numpy as np
 _PER_SECOND = {"s": 1, "ms": 1_000, "us": 1_000_000, "ns": 1_000_000_000}
 
 
+def is_number(kind: Any) -> bool:
+    """Whether a type of Arrow holds numbers, decimals or truth values, which `floats` reads."""
+    import pyarrow.types as types
+
+    tests = (types.is_integer, types.is_floating, types.is_boolean, types.is_decimal)
+    return any(test(kind) for test in tests)
+
+
 def floats(column: Any) -> np.ndarray:
     """A column of numbers, decimals or truth values as floats; nulls become NaN.
 

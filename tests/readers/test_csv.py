@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tierod.errors import InputError
-from tierod.readers import read
+from tierod.readers import csv, read
 
 
 def written(tmp_path, text, name="drive.csv", encoding="utf-8"):
@@ -124,6 +124,22 @@ def test_a_cell_that_is_no_number(tmp_path):
     assert np.isnan(found.values[5])
     assert np.isfinite(np.delete(found.values, 5)).all()
     assert "1 cells are no numbers" in found.note
+
+
+def test_only_the_column_with_the_bad_cell_is_read_as_text(tmp_path, monkeypatch):
+    seen: list[int] = []
+    tolerant = csv._tolerant
+    monkeypatch.setattr(csv, "_tolerant", lambda cells, decimal: seen.append(len(cells)) or tolerant(cells, decimal))
+    body = rows("{t:.2f};{v:.1f};{k};;{k}", 3000).replace(".", ",")
+    text = "time;speed [m/s];count;empty;other\n" + body.replace(";2999;;2999\n", ";2999;;oops\n")
+    found = read(written(tmp_path, text))
+    assert seen == [3000]
+    assert "1 cells are no numbers" in found["other"].note
+    assert np.isnan(found["other"].values).tolist() == [False] * 2999 + [True]
+    assert np.isnan(found["empty"].values).all()
+    assert found["count"].values.tolist() == list(range(3000))
+    assert found["vehicle_speed"].values[-1] == 3009.0
+    assert found["vehicle_speed"].note == ""
 
 
 def test_without_names_the_counting_column_is_the_time(tmp_path):

@@ -2,10 +2,10 @@
 
 [signals.driver_torque]
 source = "EPS.DriverTorque"   # or a list, whose sum is taken
-unit = "deg"                  # of the source; what the file says where not given; "count" stays a raw count
 sign = -1                     # 1 where not given
 factor = 1.0
-offset = 0.0                  # value = sign * factor * source + offset, in `unit`
+offset = 0.0
+unit = "deg"                  # of sign * factor * source + offset; what the file says where not given; "count" stays raw
 optional = false              # true: no error where the file lacks the source
 note = "why"
 """
@@ -29,7 +29,7 @@ class Entry:
 
     Args:
         source: names of the columns, which are summed
-        unit: of the columns; None where the file says it
+        unit: of sign * factor * source + offset; None where it is that of the columns, and the file says it
         sign: 1 or -1
         factor: multiplies the source
         offset: added after sign and factor, in `unit`

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from tierod.arrow import calendar_seconds, floats
+from tierod.arrow import calendar_seconds, floats, is_number
 from tierod.errors import InputError
 from tierod.readers.clocks import DATES, Clock, find_clocks, seconds, unit_of, unread_clock
 from tierod.readers.csv_layout import MISSING, Layout, find_layout
@@ -108,12 +108,21 @@ def _read(data: bytes, layout: Layout, names: Sequence[str]) -> tuple[Any, dict[
         table = _table(data, layout, names, pa.float64(), [])
         return table, {name: floats(table[name]) for name in names if name not in layout.dates}, {}
     except pa.ArrowInvalid:
-        table = _table(data, layout, names, pa.string(), [])
+        table = _table(data, layout, names, None, [])
     columns, bad = {}, {}
     for name in names:
         if name not in layout.dates:
-            columns[name], bad[name] = _tolerant(table[name].to_pylist(), layout.decimal)
+            columns[name], bad[name] = _numbers(table[name], layout.decimal)
     return table, columns, bad
+
+
+def _numbers(column: Any, decimal: str) -> tuple[np.ndarray, int]:
+    """A column as floats, and how many of its cells are no number: only one that has such is text."""
+    import pyarrow as pa
+
+    if is_number(column.type) or pa.types.is_null(column.type):
+        return floats(column), 0
+    return _tolerant(column.cast(pa.string()).to_pylist(), decimal)
 
 
 def _tolerant(cells: list[str | None], decimal: str) -> tuple[np.ndarray, int]:

@@ -16,6 +16,10 @@ from tierod.signals import SIGNALS, Signal, match, plain
 from tierod.units import COUNT, Scale, scale, split_suffix, tidy
 
 
+FASTEST = 60.0
+"""Speed [m/s] that hardly any road vehicle reaches (216 km/h), and every motorway drive in km/h does."""
+
+
 @dataclass(frozen=True)
 class Pick:
     """One channel to be made.
@@ -132,12 +136,22 @@ def _mapped(
     try:
         unit, conversion = _conversion(written, SIGNALS[name])
     except InputError as error:
-        raise InputError(f"{where} {error}") from None
+        raise InputError(f"{where} {error}{_after_factor(entry, name)}") from None
     notes = [entry.note, _turned(entry), _raw(unit)]
     assumed = not written and bool(SIGNALS[name].unit)
     if assumed:
         notes.append(f"unit not given, taken as {unit}")
     return Pick(name, tuple(column.name for column in sources), unit, entry, conversion, tuple(notes), assumed)
+
+
+def _after_factor(entry: Entry, name: str) -> str:
+    """A half-sentence for those who gave a factor that changes the kind of the quantity."""
+    if entry.factor == 1.0:
+        return ""
+    return (
+        f"; the unit is that of sign * factor * source + offset, so give unit = \"{SIGNALS[name].unit}\" "
+        "where the factor leads there"
+    )
 
 
 def _find(source: str, columns: dict[str, Column]) -> Column | None:
@@ -260,13 +274,15 @@ def _doubt(pick: Pick, channel: Channel) -> str:
         return ""
     most = float(np.abs(finite).max())
     low, high = known.plausible
-    angular = known.unit.startswith("rad")
+    angular, speed = known.unit.startswith("rad"), known.unit == "m/s"
     place = f"{pick.name} ('{pick.columns[0]}') has no unit in the file and was taken as {known.unit}"
+    if speed and most > FASTEST:
+        return f'{place}, but reaches {most:.4g} and looks like km/h: give unit = "km/h" in a channel map'
     if most > max(abs(low), abs(high)):
         guess = known.unit.replace("rad", "deg")
         looks = f'looks like {guess}: give unit = "{guess}"' if angular else "is not plausible: give its unit"
         return f"{place}, but reaches {most:.4g} and {looks} in a channel map"
-    return f"{place}: confirm it in a channel map" if angular else ""
+    return f"{place}: confirm it in a channel map" if angular or speed else ""
 
 
 def shifted(channels: Sequence[Channel], origin: float) -> list[Channel]:

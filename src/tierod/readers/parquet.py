@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from tierod.arrow import calendar_seconds, floats
+from tierod.arrow import calendar_seconds, floats, is_number
 from tierod.errors import InputError
 from tierod.readers.clocks import Clock, find_clocks, seconds, unit_of, unread_clock
 from tierod.readers.source import Column, Source
@@ -90,22 +90,17 @@ def _columns(file: Any, layout: dict[str, Any]) -> list[Column]:
 
     found = []
     for item in file.schema_arrow:
-        if _is_number(types, item.type) or types.is_timestamp(item.type):
+        if is_number(item.type) or types.is_timestamp(item.type):
             notes = {key.decode().lower(): value.decode() for key, value in (item.metadata or {}).items()}
             unit = layout.get("channels", {}).get(item.name, {}).get("unit", notes.get("unit", notes.get("units", "")))
             found.append(Column(item.name, unit))
     return found
 
 
-def _is_number(types: Any, kind: Any) -> bool:
-    return types.is_integer(kind) or types.is_floating(kind) or types.is_boolean(kind) or types.is_decimal(kind)
-
-
 def _source(path: Path, file: Any, layout: dict[str, Any], clocks: tuple[Clock, ...]) -> Source:
-    import pyarrow as pa
 
     columns = {column.name: column for column in _columns(file, layout)}
-    numbers = {name for name in columns if _is_number(pa.types, file.schema_arrow.field(name).type)}
+    numbers = {name for name in columns if is_number(file.schema_arrow.field(name).type)}
     timed = {name: clock for clock in clocks for name in clock.columns if name in numbers}
     units = {clock.column: "s" if layout else unit_of(columns[clock.column]) for clock in clocks}
     notes = layout.get("channels", {})
