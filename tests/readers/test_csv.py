@@ -118,6 +118,16 @@ def test_half_a_file_gives_its_good_part(tmp_path):
     assert found.warnings == ("1 of 51 lines are broken and were left out",)
 
 
+def test_cells_of_several_lines(tmp_path):
+    text = "time,speed [m/s],note\n" + rows("{t:.2f},{v},ab", 2000) + rows('2{t:.2f},{v},"a\nb"', 200_000)
+    assert len(read(written(tmp_path, text))["vehicle_speed"].time) == 202_000
+
+
+def test_a_quotation_mark_that_is_not_closed_costs_no_other_line(tmp_path):
+    text = "time,speed [m/s],note\n" + rows("{t:.2f},{v},ab", 300) + '3.00,1,"ab\n' + rows("3{t:.2f},{v},ab", 300)
+    assert len(read(written(tmp_path, text))["vehicle_speed"].time) == 601
+
+
 def test_a_cell_that_is_no_number(tmp_path):
     text = "time,speed [m/s]\n" + rows("{t:.2f},{v}", 300).replace("0.05,15.0", "0.05,error")
     found = read(written(tmp_path, text))["vehicle_speed"]

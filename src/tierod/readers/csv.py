@@ -85,11 +85,18 @@ def _table(data: bytes, layout: Layout, names: Sequence[str], kind: Any, broken:
         broken.append(row.actual_columns)
         return "skip"
 
+    quotes = data.count(b'"', layout.begin)
     kinds = {name: kind for name in names if kind is not None and name not in layout.dates}
     return text.read_csv(
         pa.BufferReader(pa.py_buffer(data).slice(layout.begin)),
         read_options=text.ReadOptions(column_names=[column.name for column in layout.columns], block_size=1 << 22),
-        parse_options=text.ParseOptions(delimiter=layout.delimiter, invalid_row_handler=skip),
+        parse_options=text.ParseOptions(
+            delimiter=layout.delimiter,
+            # A quotation mark that is never closed would swallow the lines up to the next one.
+            quote_char=False if quotes % 2 else '"',
+            newlines_in_values=quotes > 0,
+            invalid_row_handler=skip,
+        ),
         convert_options=text.ConvertOptions(
             column_types=kinds,
             include_columns=list(names),
@@ -108,12 +115,23 @@ def _read(data: bytes, layout: Layout, names: Sequence[str]) -> tuple[Any, dict[
         table = _table(data, layout, names, pa.float64(), [])
         return table, {name: floats(table[name]) for name in names if name not in layout.dates}, {}
     except pa.ArrowInvalid:
-        table = _table(data, layout, names, None, [])
+        table = _as_found(data, layout, names, [])
     columns, bad = {}, {}
     for name in names:
         if name not in layout.dates:
             columns[name], bad[name] = _numbers(table[name], layout.decimal)
     return table, columns, bad
+
+
+def _as_found(data: bytes, layout: Layout, names: Sequence[str], broken: list[int]) -> Any:
+    """The table with columns of whatever they hold."""
+    import pyarrow as pa
+
+    try:
+        return _table(data, layout, names, None, broken)
+    except pa.ArrowInvalid as error:
+        reason = " ".join(str(error).split())[:120]
+        raise InputError(f"the table cannot be read to its end ({reason}); export it again") from None
 
 
 def _numbers(column: Any, decimal: str) -> tuple[np.ndarray, int]:
@@ -194,7 +212,7 @@ def _count_broken(data: bytes, layout: Layout) -> str:
     """The note on lines that have another number of cells than the table has columns."""
     lines = data.count(b"\n", layout.begin) + (not data.endswith(b"\n"))
     broken: list[int] = []
-    table = _table(data, layout, layout.numeric[:1] or layout.dates[:1], None, broken)
+    table = _as_found(data, layout, layout.numeric[:1] or layout.dates[:1], broken)
     if not broken:
         return ""
     return f"{len(broken)} of {max(lines, len(table))} lines are broken and were left out"
