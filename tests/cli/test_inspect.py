@@ -31,6 +31,7 @@ def test_nothing_stands_against_good_channels():
     [
         ({"rate": 1.0}, "vehicle_speed comes at 1 Hz; 20 Hz are needed"),
         ({"minimum": 3.0, "maximum": 3.0}, "vehicle_speed is constant at 3"),
+        ({"samples": 2, "minimum": 3.0, "maximum": 3.0}, "vehicle_speed has too few samples (2)"),
         ({"missing_share": 1.0}, "vehicle_speed holds no values"),
     ],
 )

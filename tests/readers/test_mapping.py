@@ -167,6 +167,29 @@ def test_a_missing_unit_that_looks_like_degrees(tmp_path):
     assert 'reaches 245 and looks like deg: give unit = "deg"' in warning
 
 
+@pytest.mark.parametrize(
+    ("top", "sentence"),
+    [(30.0, "was taken as m/s: confirm it"), (120.0, 'reaches 120 m/s: if it is km/h, give unit = "km/h"')],
+)
+def test_a_speed_without_a_unit_is_a_guess_that_is_told(tmp_path, top, sentence):
+    path = tmp_path / "x.csv"
+    path.write_text("time,speed\n" + "".join(f"{0.1 * k:.1f},{top * k / 49}\n" for k in range(50)))
+    (warning,) = read(path).warnings
+    assert sentence in warning
+
+
+def test_the_unit_is_that_of_the_value_after_the_factor(tmp_path):
+    path = tmp_path / "x.csv"
+    path.write_text("time,I_q [A]\n" + "".join(f"{0.1 * k:.1f},{k}\n" for k in range(50)))
+    text = '[signals.motor_torque]\nsource = "I_q [A]"\nfactor = 0.05\n'
+    found = read(path, channel_map=mapped(tmp_path, text + 'unit = "N*m"\n'))["motor_torque"]
+    assert found.unit == "N*m"
+    assert found.values[-1] == pytest.approx(49 * 0.05)
+    for unit in ("", 'unit = "A"\n'):
+        with pytest.raises(InputError, match=r"'A' cannot become 'N\*m'.*offset, so give unit = \"N\*m\""):
+            read(path, channel_map=mapped(tmp_path, text + unit))
+
+
 def test_two_columns_that_could_be_the_same_signal(tmp_path):
     path = tmp_path / "x.csv"
     path.write_text("time,speed [m/s],velocity [m/s]\n" + "".join(f"{k},1,2\n" for k in range(9)))

@@ -37,10 +37,11 @@ def inspect(
     from tierod.derive import complete
     from tierod.monitors.registry import MONITORS
     from tierod.quality import channel_quality, sign_warnings
+    from tierod.turns import turn_warnings
 
     whole = complete(whole)
     quality = [channel_quality(channel) for channel in whole.channels.values()]
-    warnings = (*whole.warnings, *sign_warnings(whole))
+    warnings = (*whole.warnings, *sign_warnings(whole), *turn_warnings(whole))
     lacks = {name: obstacles(monitor, {row.name: row for row in quality}) for name, monitor in MONITORS.items()}
     if json:
         print_json(_document(whole, quality, warnings, lacks))
@@ -64,6 +65,8 @@ def obstacles(monitor: Monitor, quality: dict[str, ChannelQuality]) -> list[str]
         monitor: with the signals and the rate that it needs
         quality: by name of the channel
     """
+    from tierod.monitors.quality_over_chunks import FEWEST
+
     found = []
     for name in monitor.required:
         row = quality.get(name)
@@ -71,6 +74,8 @@ def obstacles(monitor: Monitor, quality: dict[str, ChannelQuality]) -> list[str]
             found.append(f"{name} is missing")
         elif row.missing_share >= 1.0:
             found.append(f"{name} holds no values")
+        elif row.samples < FEWEST:
+            found.append(f"{name} has too few samples ({row.samples})")
         elif row.minimum == row.maximum:
             found.append(f"{name} is constant at {row.minimum:g}")
         elif row.rate < monitor.minimum_rate:

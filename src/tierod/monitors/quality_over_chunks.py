@@ -18,9 +18,13 @@ from tierod.quality import (
     too_slow,
 )
 from tierod.recording import Channel, Recording
+from tierod.turns import turn_warnings
 
 REDUCED_RATE = 10.0
 """Rate [Hz] at which signals are kept to compare their signs."""
+
+FEWEST = 3
+"""Samples from which on a channel may be called constant."""
 
 COMPARED = 3600.0
 """Seconds of driving whose signs are compared: a sign does not change, and memory must not grow with the recording."""
@@ -51,8 +55,8 @@ class QualityOverChunks:
         """One row per channel that the recording has."""
         return tuple(self._rows.values())
 
-    def sign_warnings(self) -> tuple[str, ...]:
-        """Which signal has probably the wrong sign, beside the others."""
+    def contradictions(self) -> tuple[str, ...]:
+        """Which signal has probably the wrong sign, or which of them the wrong unit, beside the others."""
         if not self._reduced:
             return ()
         table = np.vstack(self._reduced)
@@ -61,7 +65,8 @@ class QualityOverChunks:
             for column, name in enumerate(self.names)
             if name in self.units
         }
-        return sign_warnings(Recording(channels))
+        together = Recording(channels)
+        return (*sign_warnings(together), *turn_warnings(together))
 
     def range_warnings(self) -> tuple[str, ...]:
         """Which signal leaves its plausible range: with a wrong unit no verdict is worth anything."""
@@ -97,6 +102,11 @@ class QualityOverChunks:
             row = self._rows[name]
             if row.missing_share == 1.0:
                 raise InputError(f"every sample of {name} is missing; check the sensor, its source and the channel map")
+            if row.samples < FEWEST:
+                raise InputError(
+                    f"{name} has {row.samples} sample{'s' if row.samples > 1 else ''}, too few to judge anything; "
+                    "check that the file is whole, or give a longer recording"
+                )
             if row.minimum == row.maximum:
                 raise InputError(
                     f"{name} is constant at {row.minimum:g} {row.unit} throughout; check the sensor and the channel "

@@ -182,7 +182,7 @@ class Run:
             traces[name] = dataclasses.replace(traces[name], unit=units.get(name, ""))
         finding = _with_warnings(
             conclusion,
-            (*self._metadata.get("warnings", ()), *self._quality.sign_warnings(), *self._quality.range_warnings()),
+            (*self._metadata.get("warnings", ()), *self._quality.contradictions(), *self._quality.range_warnings()),
         )
         return Diagnosis(
             findings=(finding,),

@@ -5,7 +5,7 @@ source = "EPS.DriverTorque"   # or a list, whose sum is taken
 sign = -1                     # 1 where not given
 factor = 1.0
 offset = 0.0
-unit = "deg"                  # of sign * factor * source + offset; what the file says where not given; "count" stays raw
+unit = "deg"                  # of all that; what the file says where not given; "count" stays a raw count
 optional = false              # true: no error where the file lacks the source
 note = "why"
 """

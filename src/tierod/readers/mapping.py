@@ -15,7 +15,6 @@ from tierod.recording import Channel
 from tierod.signals import SIGNALS, Signal, match, plain
 from tierod.units import COUNT, Scale, scale, split_suffix, tidy
 
-
 FASTEST = 60.0
 """Speed [m/s] that hardly any road vehicle reaches (216 km/h), and every motorway drive in km/h does."""
 
@@ -149,7 +148,7 @@ def _after_factor(entry: Entry, name: str) -> str:
     if entry.factor == 1.0:
         return ""
     return (
-        f"; the unit is that of sign * factor * source + offset, so give unit = \"{SIGNALS[name].unit}\" "
+        f'; the unit is that of sign * factor * source + offset, so give unit = "{SIGNALS[name].unit}" '
         "where the factor leads there"
     )
 
@@ -277,7 +276,7 @@ def _doubt(pick: Pick, channel: Channel) -> str:
     angular, speed = known.unit.startswith("rad"), known.unit == "m/s"
     place = f"{pick.name} ('{pick.columns[0]}') has no unit in the file and was taken as {known.unit}"
     if speed and most > FASTEST:
-        return f'{place}, but reaches {most:.4g} and looks like km/h: give unit = "km/h" in a channel map'
+        return f'{place}, but reaches {most:.4g} m/s: if it is km/h, give unit = "km/h" in a channel map'
     if most > max(abs(low), abs(high)):
         guess = known.unit.replace("rad", "deg")
         looks = f'looks like {guess}: give unit = "{guess}"' if angular else "is not plausible: give its unit"
