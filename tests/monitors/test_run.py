@@ -15,6 +15,7 @@ from tierod.monitors.registry import MONITORS
 from tierod.monitors.run import Run, diagnose, find
 from tierod.proving_ground import FrictionCourse, drive
 from tierod.recording import Channel, Recording
+from tierod.report.page import render
 from tierod.vehicles import load
 
 VARIANTS = [("friction", variant) for variant in MONITORS["friction"].variants]
@@ -52,6 +53,39 @@ def test_friction_that_rises_half_way_is_a_fault_since_then(rising):
     assert finding.status.exit_code == 1
     assert finding.since == pytest.approx(390.0, abs=30.0)
     assert finding.estimate.value == pytest.approx(8.0, abs=0.4)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_baseline_dates_a_fault_to_the_window_it_begins_in(seed):
+    course = FrictionCourse.step(4.0, 8.0, at=390.0)
+    finding = diagnose(
+        drive(minutes=13.0, friction=course, seed=seed), "midsize-eps", "friction", "baseline-ungated"
+    ).findings[0]
+    assert finding.status is Status.FAULT
+    assert finding.since == pytest.approx(390.0, abs=15.0)
+
+
+def test_a_value_that_is_withheld_is_shown_nowhere(healthy):
+    diagnosis = diagnose(healthy.slice(0.0, 60.0), "midsize-eps")
+    assert diagnosis.findings[0].estimate is None
+    assert not {"friction_torque", "friction_torque_standard_deviation", "ratio_to_own_level"} & set(diagnosis.traces)
+    assert {"enabled", "nis", "driver_torque"} <= set(diagnosis.traces)
+    assert diagnosis.histograms == diagnosis.loops == {}
+    assert "withheld" in diagnosis.remarks["estimate"]
+    assert "withheld" in render(diagnosis)
+    assert "Friction torque over time" not in render(diagnosis)
+
+
+def test_a_band_is_shown_only_where_the_estimator_claims_it(healthy):
+    wide, strict = (diagnose(healthy, "midsize-eps", "friction", variant) for variant in ("pre-sliding", "refined"))
+    assert "estimate" not in wide.remarks
+    assert set(wide.consistency) == {"enabled_samples", "nis_mean"}
+    assert {"nis_band_low", "nis_band_high", "nis_outside_95_share"} < set(strict.consistency)
+
+
+def test_a_parameter_that_a_variant_lacks_is_told_with_the_variant(healthy):
+    with pytest.raises(ParameterError, match="cannot run as 'baseline': the vehicle 'rav4' lacks nominal_friction"):
+        diagnose(healthy, "rav4", "friction", "baseline")
 
 
 @pytest.mark.parametrize("cuts", [[100.0], [0.5, 0.51, 33.337, 200.0, 477.0]])
@@ -159,6 +193,14 @@ def test_holes_in_the_data_do_no_harm(healthy):
     finding = diagnose(holed, "midsize-eps").findings[0]
     assert finding.status is Status.HEALTHY
     assert finding.estimate.value == pytest.approx(4.0, abs=0.2)
+
+
+def test_a_few_samples_are_not_called_constant(healthy):
+    two = Recording({name: channel.sliced(1.0, 1.015) for name, channel in healthy.channels.items()})
+    assert len(two["yaw_rate"].time) == 2
+    still = two.with_channels([dataclasses.replace(c, values=0.0 * c.values) for c in two.channels.values()])
+    with pytest.raises(InputError, match="2 samples, too few to judge anything"):
+        diagnose(still, "midsize-eps")
 
 
 def test_unknown_names_are_refused(healthy):

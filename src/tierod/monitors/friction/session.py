@@ -27,6 +27,14 @@ from tierod.monitors.session import BlockSession, Conclusion
 from tierod.physics.friction import viscous
 from tierod.vehicles import Vehicle
 
+VALUES = ("friction_torque", "friction_torque_standard_deviation", "ratio_to_own_level")
+"""Traces that tell the value of friction."""
+
+WITHHELD = (
+    "The value of friction is withheld, so its course, its spread, its hysteresis and its ratio to the own level are "
+    "not shown: what the estimator computed means nothing here. The verdict says why."
+)
+
 Acting = Callable[[Mapping[str, np.ndarray], Result], np.ndarray]
 """Friction torque that acts at each sample, from the signals by name and the outputs."""
 
@@ -42,7 +50,8 @@ class FrictionSession(BlockSession):
         seen: prefix of the outputs that the verdict reads
         acting: friction torque that acts, for the hysteresis view
         evidence: outputs whose last value is named in the finding: output -> name with unit
-        consistency_remark: how the innovations of this estimator are to be read
+        consistency_remark: how the innovations of this estimator are to be read where its variance is set wide, so that
+            the band of a consistent filter is none for it
     """
 
     def __init__(
@@ -58,11 +67,11 @@ class FrictionSession(BlockSession):
     ):
         unit = vehicle.torque_unit
         traces = {
-            "estimate.friction_torque": ("friction_torque", unit),
-            "estimate.friction_deviation": ("friction_torque_standard_deviation", unit),
+            "estimate.friction_torque": (VALUES[0], unit),
+            "estimate.friction_deviation": (VALUES[1], unit),
             "estimate.enabled": ("enabled", ""),
             "estimate.nis": ("nis", ""),
-            "verdict.ratio": ("ratio_to_own_level", ""),
+            "verdict.ratio": (VALUES[2], ""),
         }
         super().__init__(block, traces)
         self.name, self._judged, self.vehicle = name, block, vehicle
@@ -106,22 +115,30 @@ class FrictionSession(BlockSession):
         )
         if finding.estimate is None:
             finding = _with_presence(finding, self._signals.presence())
-        consistency = self._consistency.result()
+        known = finding.estimate is not None
+        remarks = {"consistency": self._consistency_remark, "estimate": "" if known else WITHHELD}
         return Conclusion(
             finding,
-            self._estimates.histograms(finding.since),
-            self._hysteresis.views(finding.since),
-            {
-                "nis_mean": consistency.nis,
-                "nis_band_low": consistency.nis_band[0],
-                "nis_band_high": consistency.nis_band[1],
-                "nis_outside_95_share": consistency.outside,
-                "enabled_samples": float(consistency.samples),
-            },
+            self._estimates.histograms(finding.since) if known else {},
+            self._hysteresis.views(finding.since) if known else {},
+            self._consistency_figures(),
             tuple(tuning_rows(self.block)),
             self._own_level(finding.status, output.verdict.level, state.own),
-            {"consistency": self._consistency_remark} if self._consistency_remark else {},
+            {part: remark for part, remark in remarks.items() if remark},
+            () if known else VALUES,
         )
+
+    def _consistency_figures(self) -> dict[str, float]:
+        """What the innovations say; the band of a filter that knows its variance is left out where it is set wide."""
+        found = self._consistency.result()
+        figures = {"enabled_samples": float(found.samples), "nis_mean": found.nis}
+        if self._consistency_remark:
+            return figures
+        return figures | {
+            "nis_band_low": found.nis_band[0],
+            "nis_band_high": found.nis_band[1],
+            "nis_outside_95_share": found.outside,
+        }
 
     def _own_level(self, status: Status, level: float, own: LearntLevel) -> OwnLevel | None:
         if status is not Status.HEALTHY or level <= 0.0:
