@@ -69,4 +69,4 @@ def nearest(name: str, known: Iterable[str], count: int = 3) -> str:
         return "; did you mean " + " or ".join(f"'{lowered[c]}'" for c in close) + "?"
     if len(known) <= 20:
         return "; known: " + ", ".join(known) + "."
-    return f"; {len(known)} names are known, none is near."
+    return f"; none of the {len(known)} known names resembles it."

@@ -149,7 +149,7 @@ def _value_remarks(channel: Channel, seen: np.ndarray, limits: QualityLimits) ->
         return []
     least, most = seen.min(), seen.max()
     if least == most:
-        return [f"constant at {least:g} throughout" if len(seen) > 1 else "holds a single sample"]
+        return [f"constant at {least:z.6g} throughout" if len(seen) > 1 else "holds a single sample"]
     remarks = []
     remarks += _saturation_remark(channel, seen, limits)
     values = np.unique(seen)
@@ -188,6 +188,10 @@ def _is_clipped(seen: np.ndarray, extreme: float) -> bool:
     return bool(counts[-1] > 4 * counts[-4:-1].max(initial=1))
 
 
+COMPARED = 3600.0
+"""Seconds from the beginning whose signs are compared: a sign does not change, and memory must stay bounded."""
+
+
 @dataclass(frozen=True)
 class SignLimits:
     """When a sign counts as wrong.
@@ -214,6 +218,7 @@ def sign_warnings(recording: Recording, limits: SignLimits | None = None) -> tup
 
     Steering angle, yaw rate and lateral acceleration over speed must agree in sign, and so must driver and motor
     torque, and the steering rate and the change of the angle. With three signals the odd one is named; with two, both.
+    Only the first hour (COMPARED) is looked at.
     """
     limits = limits or SignLimits()
     names = (
@@ -225,9 +230,10 @@ def sign_warnings(recording: Recording, limits: SignLimits | None = None) -> tup
         "driver_torque",
         "motor_torque",
     )
-    if not any(name in recording and len(recording[name].time) for name in names):
+    known = Recording({name: recording[name] for name in names if name in recording and len(recording[name].time)})
+    if not known.channels:
         return ()
-    aligned = recording.align(names, limits.rate, maximum_age=0.2)
+    aligned = known.slice(stop=known.span[0] + COMPARED).align(names, limits.rate, maximum_age=0.2)
     columns = {name: _smooth(column, limits) for name, column in zip(names, aligned.values.T, strict=True)}
     torques = {name: columns[name] for name in ("driver_torque", "motor_torque")}
     speed = columns["vehicle_speed"][np.abs(columns["vehicle_speed"]) > limits.slowest]

@@ -32,6 +32,15 @@ def test_prints_a_file_to_begin_with(capsys, tmp_path):
     assert load(mine).rows() == load("midsize-eps").rows()
 
 
+def test_a_copy_finds_the_files_that_the_vehicle_names(capsys, tmp_path):
+    assert main(["vehicles", "rav4", "--toml"]) == 0
+    mine = tmp_path / "mine.toml"
+    mine.write_text(capsys.readouterr().out, encoding="utf-8")
+    copy, shipped_one = load(mine), load("rav4")
+    assert copy.channel_map.samefile(shipped_one.channel_map)
+    assert copy.database.samefile(shipped_one.database)
+
+
 def test_tells_one_vehicle_as_json(capsys):
     assert main(["vehicles", "rav4", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)

@@ -1,6 +1,7 @@
 """The level of one very vehicle, kept from recording to recording."""
 
 import dataclasses
+import math
 
 import pytest
 
@@ -42,12 +43,27 @@ def test_a_foreign_level_is_refused(field, value, sentence):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "{}", '{"schema": "other/1"}', "[1]", '{"schema": "tierod.own-level/1", "value": 1}']
+    ("text", "reason"),
+    [
+        ("", "it is empty"),
+        ("{", "not JSON from line 1 on"),
+        ("{}", "its schema is not tierod.own-level/1"),
+        ('{"schema": "other/1"}', "its schema is not tierod.own-level/1"),
+        ("[1]", "its schema is not tierod.own-level/1"),
+        ('{"schema": "tierod.own-level/1", "value": 1}', "deviation, monitor, seconds, unit, vehicle is missing"),
+    ],
 )
-def test_a_file_that_is_none_of_ours_is_refused(tmp_path, text):
+def test_a_file_that_is_none_of_ours_is_refused(tmp_path, text, reason):
     path = tmp_path / "level.json"
     path.write_text(text)
-    with pytest.raises(InputError, match="is not a level that tierod stored.*remove it to learn anew"):
+    with pytest.raises(InputError, match=f"is not a level that tierod stored .*{reason}.*remove it to learn anew"):
+        load_own_level(path)
+
+
+@pytest.mark.parametrize("fields", [{"value": "4"}, {"value": None}, {"value": -4.0}, {"deviation": math.nan}])
+def test_figures_that_cannot_be_are_refused(tmp_path, fields):
+    path = store_own_level(dataclasses.replace(LEVEL, **fields), tmp_path / "level.json")
+    with pytest.raises(InputError, match="is not a level that tierod stored"):
         load_own_level(path)
 
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def vehicles(
     name: Annotated[str | None, typer.Argument(help="a shipped vehicle, or the path of a vehicle file")] = None,
-    toml: Annotated[bool, typer.Option("--toml", help="print the file itself, to begin one of your own")] = False,
+    toml: Annotated[bool, typer.Option("--toml", help="print the file, to begin one of your own")] = False,
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
 ) -> None:
     """List the vehicles that are shipped, or show one: values, units, spread, sources, and what it is not good for."""
@@ -31,11 +31,21 @@ def vehicles(
         return
     vehicle = load(name)
     if toml:
-        print(vehicle.path.read_text(encoding="utf-8"), end="")
+        print(_to_begin_with(vehicle), end="")
     elif json:
         print_json(_document(vehicle))
     else:
         _show(vehicle)
+
+
+def _to_begin_with(vehicle: Vehicle) -> str:
+    """The file's text; files that it names beside itself are named by their whole path, so that a copy finds them."""
+    text = vehicle.path.read_text(encoding="utf-8")
+    folder = vehicle.path.parent
+    for path in filter(None, (vehicle.channel_map, vehicle.database)):
+        if path.is_relative_to(folder):
+            text = text.replace(f'"{path.relative_to(folder).as_posix()}"', f'"{path.resolve().as_posix()}"')
+    return text
 
 
 def _document(vehicle: Vehicle) -> dict[str, Any]:

@@ -45,18 +45,35 @@ def load_own_level(path: str | Path) -> OwnLevel:
         InputError: the file cannot be read, or is not one that tierod wrote
     """
     try:
-        document = json.loads(Path(path).read_text(encoding="utf-8"))
-        if document.pop("schema") != SCHEMA:
-            raise KeyError("schema")
-        level = OwnLevel(**document)
-        if not (math.isfinite(level.value) and level.value > 0.0 and level.deviation >= 0.0):
-            raise ValueError(f"value {level.value} and deviation {level.deviation}")
+        level = _level(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(f"{path} cannot be read ({(error.strerror or str(error)).lower()}); check the path") from None
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except ValueError as error:
         raise InputError(
             f"{path} is not a level that tierod stored ({error}); name another file, or remove it to learn anew"
         ) from None
+    return level
+
+
+def _level(text: str) -> OwnLevel:
+    """The level in the text of a file; ValueError says in words why there is none."""
+    if not text.strip():
+        raise ValueError("it is empty")
+    try:
+        document = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise ValueError(f"it is not JSON from line {error.lineno} on") from None
+    if not isinstance(document, dict) or document.pop("schema", None) != SCHEMA:
+        raise ValueError(f"its schema is not {SCHEMA}")
+    names = {field.name for field in dataclasses.fields(OwnLevel)}
+    if strange := sorted(names.symmetric_difference({"learnt", *document})):
+        raise ValueError(f"{', '.join(strange)} is missing or not known")
+    level = OwnLevel(**document)
+    figures = (level.value, level.deviation, level.seconds)
+    if not all(isinstance(figure, int | float) and math.isfinite(figure) for figure in figures):
+        raise ValueError("value, deviation and seconds must be finite numbers")
+    if not (level.value > 0.0 and level.deviation >= 0.0):
+        raise ValueError(f"value {level.value:g} and deviation {level.deviation:g} cannot be")
     return level
 
 

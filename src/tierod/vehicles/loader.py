@@ -11,14 +11,12 @@ from tierod.errors import InputError, ParameterError, nearest
 from tierod.units import COUNT, Scale, scale
 from tierod.vehicles.catalogue import QUANTITIES, Quantity
 from tierod.vehicles.lines import line_of
-from tierod.vehicles.vehicle import Parameter, Vehicle
+from tierod.vehicles.vehicle import SHIPPED, Parameter, Vehicle
 
 if TYPE_CHECKING:
     from pydantic import BaseModel, ValidationError
 
     from tierod.vehicles.schema import ParameterEntry, VehicleFile
-
-SHIPPED = Path(__file__).parent
 
 
 def shipped() -> tuple[str, ...]:
@@ -112,7 +110,7 @@ class _Reader:
         first = min(error.errors(), key=lambda slip: slip["type"] != "extra_forbidden")
         location = [str(part) for part in first["loc"]]
         key = ".".join(location)
-        more = "" if error.error_count() == 1 else f" ({error.error_count() - 1} more after this)"
+        more = "" if error.error_count() == 1 else f" (this is the first of {error.error_count()} slips in the file)"
         if first["type"] == "extra_forbidden":
             owners: tuple[type[BaseModel], ...] = (VehicleFile, ChannelsEntry, ParameterEntry)
             owner = owners[len(location) - 1]

@@ -12,6 +12,9 @@ from tierod.errors import ParameterError, nearest
 
 Parameters = TypeVar("Parameters")
 
+SHIPPED = Path(__file__).parent
+"""Where the vehicle files are that tierod ships."""
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -81,7 +84,7 @@ class Vehicle:
             return self.parameters[name].value
         raise ParameterError(
             f"the vehicle '{self.name}' has no parameter '{name}'{nearest(name, self.parameters)} "
-            f"Add a table [parameters.{name}] to {self.path}"
+            f"{self._adding([name])}"
         )
 
     def parameters_for(self, wanted: type[Parameters]) -> Parameters:
@@ -96,12 +99,16 @@ class Vehicle:
         fields = [field for field in dataclasses.fields(wanted) if field.init]  # type: ignore[arg-type]
         absent = [f.name for f in fields if f.name not in self.parameters and _has_no_default(f)]
         if absent:
-            tables = " and ".join(f"[parameters.{name}]" for name in absent)
-            raise ParameterError(
-                f"the vehicle '{self.name}' lacks {', '.join(absent)}, which {wanted.__qualname__} needs; "
-                f"add {tables} to {self.path}"
-            )
+            raise ParameterError(f"the vehicle '{self.name}' lacks {', '.join(absent)}. {self._adding(absent)}")
         return wanted(**{f.name: self.parameters[f.name].value for f in fields if f.name in self.parameters})
+
+    def _adding(self, names: list[str]) -> str:
+        """What to do so that the vehicle has the named parameters; a file that tierod ships is not for editing."""
+        tables = " and ".join(f"[parameters.{name}]" for name in names)
+        if self.path.parent != SHIPPED:
+            return f"Add {tables} to {self.path}"
+        own = f"tierod vehicles {self.name} --toml > car.toml"
+        return f"Begin a vehicle file of your own ({own}), add {tables} to it, and give --vehicle car.toml"
 
     def rows(self) -> tuple[tuple[str, float, str, float | None, str], ...]:
         """(name, value, unit, standard deviation, source) of every parameter, as a diagnosis reports them."""
