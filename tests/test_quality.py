@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tierod.errors import InputError
-from tierod.quality import channel_quality, median_rate, sign_warnings
+from tierod.quality import COMPARED, channel_quality, median_rate, sign_warnings
 from tierod.recording import Channel, Recording
 from tierod.signals import SIGNALS
 
@@ -138,6 +138,19 @@ def test_two_signals_are_both_named():
     pair = Recording({name: whole[name] for name in ("yaw_rate", "lateral_acceleration")})
     (warning,) = sign_warnings(pair)
     assert warning.startswith("yaw_rate or lateral_acceleration has probably the wrong sign")
+
+
+@pytest.mark.parametrize(("first", "warned"), [(1.0, False), (-1.0, True)])
+def test_the_first_hour_decides_however_long_the_recording_is(first, warned):
+    time = np.arange(0.0, 4.0 * COMPARED, 0.1)
+    shape = np.sin(0.7 * time) + 0.5 * np.sin(1.9 * time)
+    sign = np.where(time < COMPARED, first, -first)
+    channels = (
+        Channel("yaw_rate", time, 0.2 * sign * shape, "rad/s"),
+        Channel("lateral_acceleration", time, 3.0 * shape, "m/s**2"),
+        Channel("odometer", np.array([0.0, 1e9]), np.zeros(2), "m"),
+    )
+    assert bool(sign_warnings(Recording({channel.name: channel for channel in channels}))) is warned
 
 
 def test_straight_driving_says_nothing():
