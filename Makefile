@@ -36,4 +36,5 @@ docs: $(ENVIRONMENT)  ## write the generated pages of docs/ anew
 	.venv/bin/python -m benchmarks.readme
 
 clean:  ## remove .venv and what tools left behind
-	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis build out
+	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist out src/*.egg-info bench.json .coverage
+	find src tests benchmarks scripts -name __pycache__ -prune -exec rm -rf {} +

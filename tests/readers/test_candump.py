@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from tierod.errors import InputError
 from tierod.readers import candump
 from tierod.readers.candump import read_frames
-from tierod.readers.frames import EXTENDED
+from tierod.readers.frames import EXTENDED, messages
 
 
 @st.composite
@@ -51,6 +51,14 @@ def test_the_frames_do_not_depend_on_how_much_is_parsed_at_once(monkeypatch, blo
     assert again.notes == whole.notes == ("1 of 52 lines of the log are broken and were left out",)
     for column in ("time", "identifier", "bus", "payload", "length"):
         assert np.array_equal(getattr(again, column), getattr(whole, column))
+
+
+def test_three_digits_beyond_eleven_bits_are_another_message():
+    frames = read_frames(b"(1.0) can0 F23#01\n(1.1) can1 723#02\n(1.2) can0 F23#03\n(1.3) can1 723#04\n")
+    assert [(hex(found.identifier), found.bus, found.rows.tolist()) for found in messages(frames)] == [
+        ("0xf23", 0, [0, 2]),
+        ("0x723", 1, [1, 3]),
+    ]
 
 
 def test_broken_lines_are_counted_and_left_out():

@@ -200,6 +200,18 @@ def test_a_wrong_shipped_name():
         read(log, dbc="rav5")
 
 
+def test_a_folder_does_not_hide_the_shipped_name(tmp_path, monkeypatch):
+    (tmp_path / "can.log").write_text("".join(f"({k}.0) can0 260#0001000000000000\n" for k in range(10)))
+    (tmp_path / "rav4").mkdir()
+    (tmp_path / "mine").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert "driver_torque" in read("can.log", dbc="rav4")
+    with pytest.raises(InputError, match="rav4.channels.toml"):
+        read("can.log", dbc="rav4", channel_map="rav4")
+    with pytest.raises(InputError, match="there is no file mine, and tierod ships no 'mine.dbc'"):
+        read("can.log", dbc="mine")
+
+
 @pytest.mark.parametrize(
     ("times", "expected"),
     [

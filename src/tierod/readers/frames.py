@@ -11,6 +11,9 @@ import numpy as np
 EXTENDED = 1 << 31
 """Marks a 29-bit identifier in `Frames.identifier`."""
 
+_STANDARD = 0x7FF
+"""The largest identifier of 11 bits; a damaged log may hold larger ones of three digits."""
+
 
 @dataclass(frozen=True)
 class Frames:
@@ -62,7 +65,7 @@ def messages(frames: Frames) -> Iterator[Message]:
 
 def _codes(frames: Frames, keys: np.ndarray) -> np.ndarray:
     """Numbers in the order of the keys, in 16 bits where they fit, because those are sorted in linear time."""
-    if len(frames.buses) <= 32 and not (frames.identifier & EXTENDED).any():
+    if len(frames.buses) <= 32 and (frames.identifier <= _STANDARD).all():
         return (frames.bus << np.uint16(11)) | frames.identifier.astype(np.uint16)
     found = np.unique(keys)
     return np.searchsorted(found, keys).astype(np.uint16) if len(found) <= 1 << 16 else keys

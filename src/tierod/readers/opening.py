@@ -32,7 +32,7 @@ def open_source(path: str | Path, dbc: Paths = None) -> tuple[Source, Kind]:
     opened = _OPENERS[kind.name](path, kind)
     if isinstance(opened, Source):
         for entry in [dbc] if isinstance(dbc, str | Path) else dbc or ():
-            if not shipped(entry, ".dbc").exists():
+            if not shipped(entry, ".dbc").is_file():
                 raise InputError(f"there is no CAN database {entry}; check the path, or leave it out for this file")
         return opened, kind
     return _decoded(path, opened, dbc, kind), kind
@@ -58,9 +58,9 @@ def _decoded(path: Path, frames: Frames, dbc: Paths, kind: Kind) -> Source:
 
 
 def shipped(name: str | Path, ending: str) -> Path:
-    """A file as given, or the one that tierod ships where a bare name is given."""
+    """A file as given, or the one that tierod ships where a bare name is given; a folder of that name is no file."""
     path = Path(name)
-    if path.exists() or path.suffix or len(path.parts) > 1:
+    if path.is_file() or path.suffix or len(path.parts) > 1:
         return path
     folder = Path(__file__).resolve().parent.parent / "vehicles"
     shipped = {file.name.removesuffix(ending): file for file in folder.glob(f"*{ending}")}
