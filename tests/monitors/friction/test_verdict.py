@@ -4,6 +4,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from tierod.block import rebuild
 from tierod.errors import InputError, ParameterError
 from tierod.findings import Status
 from tierod.graph import scan
@@ -11,8 +12,9 @@ from tierod.monitors.friction.conditioning import SteeringSample
 from tierod.monitors.friction.judgement import judge
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.run import FrictionRun
-from tierod.monitors.friction.verdict import UNKNOWN_LIMITS, FrictionLimits, FrictionVerdict
+from tierod.monitors.friction.verdict import UNKNOWN_LIMITS, FrictionLimits, FrictionVerdict, VerdictOutput
 from tierod.monitors.friction.verdict_state import VerdictSample
+from tierod.monitors.friction.verdict_tuning import AlarmTuning
 from tierod.studies.friction_cases import Case
 from tierod.vehicles import load
 
@@ -165,10 +167,9 @@ def estimates(*stretches):
 
 
 def judged(verdict, samples):
-    state, outputs = verdict.init(), []
-    for row in samples.tolist():
-        state, output = verdict.step(state, VerdictSample(*row))
-        outputs.append(output)
+    result = scan(verdict, samples)
+    state = rebuild(verdict.init(), result.state.values.tolist())
+    outputs = [VerdictOutput(*row) for row in result.values.tolist()]
     run = FrictionRun("test", verdict, state, VerdictSample(*samples[-1].tolist()), outputs[-1], calibrated=True)
     return outputs, state, judge(run)
 
@@ -216,8 +217,230 @@ def test_friction_far_below_the_learnt_level_is_said():
 
 def test_float_steps_agree_with_the_scan():
     verdict, samples = FrictionVerdict(LIMITS), estimates((75.0, 4.0), (10.0, 5.5))
-    outputs, _, _ = judged(verdict, samples)
+    state, outputs = verdict.init(), []
+    for row in samples.tolist():
+        state, output = verdict.step(state, VerdictSample(*row))
+        outputs.append(output)
     assert scan(verdict, samples).values == pytest.approx(np.array(outputs), rel=1e-12, abs=1e-12)
+
+
+def column(name):
+    return VerdictSample._fields.index(name)
+
+
+def changed(samples, **columns):
+    for name, value in columns.items():
+        samples[:, column(name)] = value
+    return samples
+
+
+def test_the_margin_of_a_limit_is_that_of_the_verdict():
+    """An estimate just below where a limit acts is no alarm, one just above is."""
+    verdict = FrictionVerdict(LIMITS)
+    for limit, status in ((4.8, Status.RISING), (7.5, Status.FAULT)):
+        acts_from = verdict.acts_from(limit, 0.05)
+        assert 1.08 * limit < acts_from < 1.1 * limit
+        below = judged(verdict, estimates((60.0, 0.999 * acts_from)))[2]
+        above = judged(verdict, estimates((400.0, 1.002 * acts_from)))[2]
+        assert below.status is not status
+        assert above.status is status
+        assert above.estimate.reference[status.value] == pytest.approx(acts_from)
+
+
+def test_what_is_drawn_agrees_with_the_verdict():
+    for friction in (3.0, 5.0, 5.22, 6.0, 7.6, 8.0, 8.4, 12.0):
+        finding = judged(FrictionVerdict(LIMITS), estimates((140.0, friction)))[2]
+        reference = finding.estimate.reference
+        assert list(reference)[:3] == ["nominal", "rising", "fault"]
+        expected = Status.FAULT if friction > reference["fault"] else Status.RISING
+        assert finding.status is (expected if friction > reference["rising"] else Status.HEALTHY)
+
+
+def test_friction_above_the_fault_limit_but_within_the_margin_is_said_so():
+    finding = judged(FrictionVerdict(LIMITS), estimates((140.0, 8.0)))[2]
+    assert finding.status is Status.RISING
+    assert "limit of rising friction of 4.8 N·m, which acts from 5.2" in finding.headline
+    assert "above the fault limit of 7.5 N·m too, which acts from 8.15" in finding.headline
+    assert "above the fault limit of 7.5 N·m, but within the 8% by which the torque sensors' gain" in finding.cause
+    assert "calibrate the torques" in finding.action
+    assert "lock-to-lock" in finding.action
+    assert "watch it" not in finding.action
+
+
+def test_friction_above_the_rising_limit_but_within_the_margin_is_said_so():
+    finding = judged(FrictionVerdict(LIMITS), estimates((140.0, 5.1)))[2]
+    assert finding.status is Status.HEALTHY
+    assert "above the limit of rising friction of 4.8 N·m, but within the 8%" in finding.headline
+    assert "within the 8%" in finding.cause
+    assert "before its level is stored" in finding.action
+    known = judged(FrictionVerdict(LIMITS, learnt_level=5.0), estimates((140.0, 5.1)))[2]
+    assert "handed in" in known.cause
+    assert "before its level is stored" not in known.action
+
+
+def test_a_verdict_by_the_ratio_says_so_and_draws_it():
+    finding = judged(FrictionVerdict(LIMITS), estimates((160.0, 4.0), (30.0, 7.32)))[2]
+    assert finding.status is Status.FAULT
+    assert "fault, 1.83 times its own level of 4.00 N·m, fault from 1.6 times" in finding.headline
+    assert "7.5" not in finding.headline
+    assert "fault from 1.6 times (6.40 N·m)" in finding.cause
+    assert finding.estimate.reference["fault"] == pytest.approx(6.4)
+    assert finding.estimate.reference["rising"] == pytest.approx(4.8)
+
+
+def test_an_absolute_fault_of_a_car_that_only_rose_by_the_ratio_names_the_absolute_limit():
+    finding = judged(FrictionVerdict(FrictionLimits(4.0, 5.9, 6.0)), estimates((160.0, 5.0), (30.0, 6.8)))[2]
+    assert finding.status is Status.FAULT
+    assert "above the fault limit of 6 N·m, which acts from" in finding.headline
+    assert "1.36 times its own level" in finding.headline
+    assert "limit of the vehicle file" in finding.cause
+    assert finding.since == pytest.approx(160.0, abs=0.1)
+
+
+@pytest.mark.parametrize(("friction", "words"), [(5.3, "watch it"), (6.2, "close to a fault")])
+def test_rising_friction_close_to_a_fault_is_not_just_watched(friction, words):
+    finding = judged(FrictionVerdict(LIMITS), estimates((160.0, 4.0), (60.0, friction)))[2]
+    assert finding.status is Status.RISING
+    assert words in finding.action
+
+
+@pytest.mark.parametrize(
+    ("verdict", "course", "words"),
+    [
+        (FrictionVerdict(LIMITS), ((160.0, 4.0), (1.0, 5.4)), "1.35 times its own level, rising from 1.2 times"),
+        (FrictionVerdict(LIMITS), ((60.0, 4.0), (1.0, 5.5)), "5.50 N·m, rising from 5.2"),
+    ],
+)
+def test_a_recording_that_ends_above_a_limit_is_not_healthy(verdict, course, words):
+    finding = judged(verdict, estimates(*course))[2]
+    assert finding.status is Status.SUSPECT
+    assert finding.status.exit_code == 1
+    assert f"friction was last {words}" in finding.cause
+    assert "recording ended or signals were lost before it could be confirmed" in finding.cause
+    assert "fell back" not in finding.cause
+
+
+def test_signals_lost_right_after_a_step_leave_a_suspicion_and_are_told():
+    samples = signals(Case(1001, 4.0, 5.5)).copy()
+    whole = scan(MONITOR, samples)
+    alarm = np.flatnonzero(whole["verdict.code"] >= 3.0)[0]
+    above = np.flatnonzero(whole["verdict.ratio"] > 1.21)[0]
+    assert above < alarm
+    samples[above + 20 :] = np.nan
+    finding = MONITOR.finding(scan(MONITOR, samples))
+    assert finding.status is Status.SUSPECT
+    assert "signals were lost before it could be confirmed" in finding.cause
+    assert finding.evidence["signals_present_share"] < 0.6
+    assert any("signals were missing, or had just come back, for 4" in warning for warning in finding.warnings)
+
+
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [
+        ({"damping": -0.6}, "damping is -0.6"),
+        ({"aligning_gain": 0.15}, "0.15 times what the vehicle file expects"),
+        ({"aligning_gain": 8.0}, "8.00 times what the vehicle file expects"),
+        ({"misfit": 4.0, "residual": 1.4}, "does not fit: it leaves 1.4 N·m open"),
+    ],
+)
+def test_what_cannot_be_withholds_the_verdict(columns, words):
+    outputs, _, finding = judged(FrictionVerdict(LIMITS), changed(estimates((80.0, 8.5)), **columns))
+    assert finding.status is Status.NOT_IDENTIFIABLE
+    assert {output.code for output in outputs} == {0.0, 1.0}
+    assert finding.estimate is None
+    assert words in finding.cause
+    assert "sign" in finding.action or "unit" in finding.action
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [
+        {"damping": -0.4},
+        {"aligning_gain": 0.3},
+        {"aligning_gain": 3.2},
+        {"misfit": 4.0, "residual": 1.2},
+        {"misfit": 1.4, "residual": 1.4},
+    ],
+)
+def test_what_sound_drives_reach_does_not_withhold_it(columns):
+    assert judged(FrictionVerdict(LIMITS), changed(estimates((80.0, 8.5)), **columns))[2].status is Status.FAULT
+
+
+def test_a_balance_that_fitted_may_misfit_for_a_while_after_a_step_but_not_for_ever():
+    samples = estimates((70.0, 4.0), (60.0, 12.5))
+    samples[7000:, [column("misfit"), column("residual")]] = 9.0, 3.4
+    assert judged(FrictionVerdict(LIMITS), samples)[2].status is Status.FAULT
+    longer = np.concatenate([samples, samples[-4500:]])
+    outputs, _, finding = judged(FrictionVerdict(LIMITS), longer)
+    assert finding.status is Status.NOT_IDENTIFIABLE
+    assert outputs[-1000].code == 4.0
+    recovered = np.concatenate([longer, estimates((1.0, 12.5))])
+    assert judged(FrictionVerdict(LIMITS), recovered)[0][-1].code == 4.0
+
+
+def scaled(factor, *columns):
+    def change(samples):
+        samples[:, list(columns)] *= factor
+
+    return change
+
+
+def late(seconds, *columns):
+    def change(samples):
+        shift, which = round(100 * seconds), list(columns)
+        samples[shift:, which] = samples[:-shift, which]
+
+    return change
+
+
+@pytest.mark.parametrize("level", [4.0, 8.0])
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (scaled(-1.0, RATE), "damping"),
+        (scaled(180.0 / math.pi, YAW), "damping"),
+        (scaled(1.0 / 9.81, LATERAL), "damping"),
+        (scaled(0.0, LATERAL), "torque"),
+    ],
+    ids=["wrong sign of the rate", "yaw rate in degrees", "lateral acceleration in g", "no lateral acceleration"],
+)
+def test_signals_that_contradict_each_other_are_not_judged(level, change, words):
+    finding = finding_of(change, Case(1001, level))
+    assert finding.status is Status.NOT_IDENTIFIABLE
+    assert finding.estimate is None
+    assert words in finding.cause
+    assert "unit" in finding.action or "sign" in finding.action
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (late(0.1, DRIVER, MOTOR), "inertia is negative"),
+        (late(0.1, ANGLE, RATE), "the angle is probably late"),
+        (late(0.2, YAW, LATERAL), "yaw rate and lateral acceleration are late"),
+    ],
+    ids=["torques", "angle", "yaw"],
+)
+def test_late_signals_are_told_by_what_was_learnt(change, words):
+    assert not any("late" in warning for warning in finding_of(lambda samples: None).warnings)
+    assert any(words in warning for warning in finding_of(change).warnings)
+
+
+def test_half_of_nominal_friction_is_doubted():
+    finding = finding_of(lambda samples: None, Case(1001, 2.0))
+    assert finding.status is Status.HEALTHY
+    assert any("0.5" in warning and "times nominal" in warning for warning in finding.warnings)
+
+
+def test_a_strange_self_aligning_torque_is_doubted():
+    finding = judged(FrictionVerdict(LIMITS), changed(estimates((80.0, 4.0)), aligning_gain=3.0))[2]
+    assert finding.status is Status.HEALTHY
+    assert any("3.00 times what the vehicle file expects" in warning for warning in finding.warnings)
+
+
+def test_a_margin_that_swallows_every_limit_is_refused():
+    with pytest.raises(ParameterError, match="below 1"):
+        AlarmTuning(confidence=3.0, gain_deviation=0.4)
 
 
 @pytest.mark.parametrize("limits", [(4.0, 3.0, 7.5), (0.0, 1.0, 2.0), (4.0, 5.0, 5.0)])

@@ -89,6 +89,7 @@ def _evidence(run: FrictionRun) -> dict[str, float]:
         "alarm_s": figures.alarm_seconds,
     }
     if run.calibrated:
+        evidence["balance_error_Nm"] = run.last.residual
         if run.verdict.limits != UNKNOWN_LIMITS:
             limits = run.verdict.limits
             evidence |= {

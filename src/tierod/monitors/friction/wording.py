@@ -40,7 +40,7 @@ def held_against(run: FrictionRun, limits: Limits, status: Status) -> str:
                 f"nominal {run.verdict.limits.nominal_friction:.4g}, rising from {limits.rising.acts_from:.2f}, fault "
                 f"from {limits.fault.acts_from:.2f} N·m"
             )
-        parts += [ratio, "; ".join(_margins(run, limits, status))]
+        parts += [ratio, *(_margins(run, limits, status) if status is Status.HEALTHY else [])]
     return "; ".join(part for part in parts if part) or "no reference known"
 
 
