@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 from tierod.monitors.friction.run import FrictionRun
 
@@ -19,11 +20,11 @@ class Limit:
         relative_from: where that acts [N*m]; infinite without an own level
     """
 
-    friction: float
-    absolute: float
-    absolute_from: float
-    ratio: float
-    relative_from: float
+    friction: Annotated[float, "N*m"]
+    absolute: Annotated[float, "N*m"]
+    absolute_from: Annotated[float, "N*m"]
+    ratio: Annotated[float, ""]
+    relative_from: Annotated[float, "N*m"]
 
     @property
     def acts_from(self) -> float:
