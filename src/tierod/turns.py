@@ -7,6 +7,7 @@ from typing import Annotated
 
 import numpy as np
 
+from tierod.quality import COMPARED
 from tierod.recording import Recording
 
 NAMES = ("vehicle_speed", "yaw_rate", "lateral_acceleration")
@@ -58,7 +59,8 @@ def turn_warnings(recording: Recording, limits: TurnLimits | None = None) -> tup
 
 def _ratio(recording: Recording, limits: TurnLimits) -> float | None:
     """Lateral acceleration over speed times yaw rate, without regard to signs; None where the drive does not tell."""
-    aligned = recording.align(NAMES, limits.rate, maximum_age=2.0 / limits.rate)
+    first_hour = recording.slice(stop=recording.span[0] + COMPARED)
+    aligned = first_hour.align(NAMES, limits.rate, maximum_age=2.0 / limits.rate)
     width = max(round(limits.smoothing * limits.rate), 1)
     if len(aligned.time) <= width:
         return None

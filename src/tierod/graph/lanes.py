@@ -43,10 +43,7 @@ def batch(
     if len(every) != count or len(states) != count:
         raise InputError(f"{count} recordings came with {len(every)} blocks and {len(states)} states; give one of each")
     if any(trace(block) is not trace(every[0]) for block in every[1:]):
-        raise InputError(
-            "the blocks of a batch differ in structure; run each kind in a batch of its own, and write the numbers of "
-            "a calibration as floats (1.0, not 1): whole numbers count as structure"
-        )
+        raise InputError("the blocks of a batch differ in structure; run each kind in a batch of its own")
     memories = [memory_of(block, state) for block, state in zip(every, states, strict=True)]
     results: list[Result] = []
     for first in range(0, count, LANES):

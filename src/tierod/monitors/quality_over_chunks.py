@@ -10,6 +10,7 @@ import numpy as np
 from tierod.errors import InputError
 from tierod.findings import ChannelQuality
 from tierod.quality import (
+    COMPARED,
     channel_quality,
     figure_remarks,
     follows_from_figures,
@@ -25,9 +26,6 @@ REDUCED_RATE = 10.0
 
 FEWEST = 3
 """Samples from which on a channel may be called constant."""
-
-COMPARED = 3600.0
-"""Seconds of driving whose signs are compared: a sign does not change, and memory must not grow with the recording."""
 
 
 class QualityOverChunks:
