@@ -22,12 +22,13 @@ from tierod.filters.hold import InputHold
 from tierod.filters.play import Play
 from tierod.models.friction_estimation import FrictionEstimation as EstimatedFriction
 from tierod.monitors.friction.baseline import BaselineFrictionMonitor, BaselineParameters
-from tierod.monitors.friction.conditioning import SteeringConditioning, SteeringSample
+from tierod.monitors.friction.conditioning import SteeringConditioning
 from tierod.monitors.friction.judged import JudgedEstimator
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
 from tierod.monitors.friction.refined import RefinedFrictionMonitor, consistent
 from tierod.monitors.friction.rolling_variance import RollingVariance
+from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.monitors.friction.unscented import unscented
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 from tierod.vehicles import load

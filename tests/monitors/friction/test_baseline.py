@@ -15,9 +15,9 @@ from tierod.monitors.friction.baseline import (
     BaselineFrictionMonitor,
     BaselineGate,
     BaselineParameters,
-    BaselineSample,
     calibrated,
 )
+from tierod.monitors.friction.steering_sample import SteeringSample
 
 PARAMETERS = BaselineParameters(
     mass=CAR.mass,
@@ -52,7 +52,7 @@ def test_the_observer_has_its_triple_pole():
 def test_the_observer_finds_a_constant_aligning_torque():
     state = UNGATED.init()
     for _ in range(200):
-        state, output = UNGATED.step(state, BaselineSample(0.5, 0.0, 3.0, 0.1, 0.0, 0.0, 20.0))
+        state, output = UNGATED.step(state, SteeringSample(0.5, 0.0, 3.0, 0.1, 0.0, 0.0, 20.0))
     assert output.internal_torque == pytest.approx((3.0 + 2.0) * 15.5, rel=1e-3)
 
 

@@ -8,8 +8,9 @@ import pytest
 from tierod.block import leaves, rebuild
 from tierod.errors import ParameterError
 from tierod.graph import scan
-from tierod.monitors.friction.conditioning import SteeringConditioning, SteeringSample
+from tierod.monitors.friction.conditioning import SteeringConditioning
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
+from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.studies.friction_cases import Case
 from tierod.vehicles import load
 

@@ -14,7 +14,8 @@ from tierod.models.friction_estimation import FrictionEstimation
 from tierod.monitors.friction.gate import FrictionGate
 from tierod.monitors.friction.joint_filter import equal_low_pass, joint_filter
 from tierod.monitors.friction.refined import RefinedFrictionMonitor, Sticking, consistent, printed, printed_open
-from tierod.monitors.friction.refined_signals import FrictionSample, FrictionSampleWithSpeed
+from tierod.monitors.friction.refined_signals import FrictionSample
+from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.monitors.friction.unscented import unscented
 from tierod.proving_ground import FrictionCourse
 
@@ -174,7 +175,7 @@ def test_sticking_takes_friction_out_of_the_balance():
 def test_the_gate_with_a_speed_asks_for_the_speed():
     slow = replace(consistent(CAR), gate=FrictionGate(minimum_speed=3.0))
     assert consistent(CAR).Sample is FrictionSample
-    assert slow.Sample is FrictionSampleWithSpeed
+    assert slow.Sample is SteeringSample
     drive = driven(4.0)
     run, always = scan(slow, drive), scan(consistent(CAR), drive)
     speed = drive.values[:, drive.names.index("vehicle_speed")]
@@ -187,7 +188,7 @@ def test_wrong_choices_are_refused_with_the_right_ones():
         RefinedFrictionMonitor(replace(good.filter, maskable=()))
     with pytest.raises(ParameterError, match="'measurement' or 'estimate'"):
         replace(good, operating_point="latest")
-    with pytest.raises(ParameterError, match="signals=FrictionSampleWithSpeed"):
+    with pytest.raises(ParameterError, match="signals=SteeringSample"):
         replace(good, gate=FrictionGate(minimum_speed=3.0), low_pass=equal_low_pass(5.0))
     with pytest.raises(ParameterError, match="as printed"):
         joint_filter(

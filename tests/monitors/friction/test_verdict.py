@@ -8,10 +8,10 @@ from tierod.block import rebuild
 from tierod.errors import InputError, ParameterError
 from tierod.findings import Status
 from tierod.graph import scan
-from tierod.monitors.friction.conditioning import SteeringSample
 from tierod.monitors.friction.judgement import judge
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.run import FrictionRun
+from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.monitors.friction.verdict import UNKNOWN_LIMITS, FrictionLimits, FrictionVerdict, VerdictOutput
 from tierod.monitors.friction.verdict_state import VerdictSample
 from tierod.monitors.friction.verdict_tuning import AlarmTuning

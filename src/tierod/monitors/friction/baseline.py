@@ -16,6 +16,7 @@ from tierod.graph import Result
 from tierod.graph.maths import absolute, all_of, both, exp, maximum, present, where
 from tierod.models.eps_column import column_after, driving_torque, rate_hold
 from tierod.monitors.friction.rolling_variance import RollingVariance
+from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.physics.aligning import aligning_torque_from_steer
 from tierod.physics.friction import coulomb
 
@@ -87,18 +88,6 @@ class AligningTorqueObserver(NamedTuple):
     self_aligning_torque: Any
 
 
-class BaselineSample(NamedTuple):
-    """Signals of one sample; NaN where one is missing."""
-
-    steering_wheel_angle: Annotated[float, "rad"]
-    steering_wheel_rate: Annotated[float, "rad/s"]
-    driver_torque: Annotated[float, "N*m"]
-    motor_torque: Annotated[float, "N*m"]
-    yaw_rate: Annotated[float, "rad/s"]
-    lateral_acceleration: Annotated[float, "m/s**2"]
-    vehicle_speed: Annotated[float, "m/s"]
-
-
 class BaselineVerdict(NamedTuple):
     """What the baseline monitor knows after a sample.
 
@@ -153,7 +142,7 @@ class BaselineFrictionMonitor:
     blocks: int = 15
     minimum_samples: Annotated[float, ""] = 300.0
 
-    Sample = BaselineSample
+    Sample = SteeringSample
 
     class State(NamedTuple):
         """Observer, torques of the sample before, and window."""
@@ -168,7 +157,7 @@ class BaselineFrictionMonitor:
         """At rest, with an empty window."""
         return self.State(AligningTorqueObserver(0.0, 0.0, 0.0), 0.0, 0.0, 0.0, self._window.init())
 
-    def step(self, state: State, sample: BaselineSample) -> tuple[State, BaselineVerdict]:
+    def step(self, state: State, sample: SteeringSample) -> tuple[State, BaselineVerdict]:
         """One sample on."""
         observer = self._observe(state, sample.steering_wheel_angle)
         external = self._external_torque(sample)
@@ -228,7 +217,7 @@ class BaselineFrictionMonitor:
         rate_gain = (rate_gain + coupling * torque_gain) / decay
         return angle_gain - p.sample_time * rate_gain, rate_gain, torque_gain
 
-    def _external_torque(self, sample: BaselineSample) -> Any:
+    def _external_torque(self, sample: SteeringSample) -> Any:
         p = self.parameters
         torque = aligning_torque_from_steer(
             sample.steering_wheel_angle,
@@ -244,14 +233,14 @@ class BaselineFrictionMonitor:
         )
         return -torque if self.literal_sign else torque
 
-    def _complete(self, sample: BaselineSample) -> Any:
+    def _complete(self, sample: SteeringSample) -> Any:
         """Whether every signal is there and the vehicle fast enough for eq (1)."""
         return all_of(
             sample.vehicle_speed > self.minimum_speed,
             *(present(value) for _, value in leaves(sample)),
         )
 
-    def _gated(self, sample: BaselineSample, external_torque: Any) -> Any:
+    def _gated(self, sample: SteeringSample, external_torque: Any) -> Any:
         if self.gate is None:
             return 1.0
         slip = external_torque / (self.parameters.trail * self.parameters.front_cornering_stiffness)

@@ -9,23 +9,12 @@ from typing import Annotated, Any, NamedTuple
 from tierod.block import leaves, map_leaves, rebuild
 from tierod.filters import Butterworth, InputHold
 from tierod.graph.maths import absolute, all_of, exp, limit, minimum, present, where
+from tierod.monitors.friction.steering_sample import SteeringSample
 
 _LARGEST = 1e6  # no steering signal is larger, calibrated or not: a fault of the recording, taken as missing
 
 SAMPLE_TIME = 0.01
 """Time between two samples [s]: 10 ms as printed by Mohtat et al., section 3.2."""
-
-
-class SteeringSample(NamedTuple):
-    """Signals of one sample; NaN where one is missing."""
-
-    steering_wheel_angle: Annotated[float, "rad"]
-    steering_wheel_rate: Annotated[float, "rad/s"]
-    driver_torque: Annotated[float, "N*m"]
-    motor_torque: Annotated[float, "N*m"]
-    yaw_rate: Annotated[float, "rad/s"]
-    lateral_acceleration: Annotated[float, "m/s**2"]
-    vehicle_speed: Annotated[float, "m/s"]
 
 
 class ConditionedSteering(NamedTuple):

@@ -10,11 +10,12 @@ from tierod.block import rebuild
 from tierod.errors import InputError
 from tierod.findings import Finding
 from tierod.graph import Memory, Result
-from tierod.monitors.friction.conditioning import SAMPLE_TIME, SteeringSample
+from tierod.monitors.friction.conditioning import SAMPLE_TIME
 from tierod.monitors.friction.judgement import judge
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
 from tierod.monitors.friction.presliding_tuning import FrictionTorque
 from tierod.monitors.friction.run import FrictionRun
+from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.monitors.friction.verdict import UNKNOWN_LIMITS, FrictionLimits, FrictionVerdict, VerdictOutput
 from tierod.monitors.friction.verdict_state import VerdictSample
 from tierod.vehicles import Vehicle

@@ -12,9 +12,10 @@ from tierod.estimators.linear_algebra import add, dot, from_diagonal, product, u
 from tierod.filters import Butterworth
 from tierod.graph.maths import absolute, all_of, exp, limit, log, maximum, sqrt, where
 from tierod.models.friction_estimation import FrictionParameters
-from tierod.monitors.friction.conditioning import SAMPLE_TIME, ConditionedSteering, SteeringConditioning, SteeringSample
+from tierod.monitors.friction.conditioning import SAMPLE_TIME, ConditionedSteering, SteeringConditioning
 from tierod.monitors.friction.gate import FrictionGate
 from tierod.monitors.friction.presliding_tuning import Coefficients, FrictionTorque, PreslidingTuning
+from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.physics.aligning import aligning_torque_from_yaw
 from tierod.physics.friction_build_up import (
     RELAXED,

@@ -18,10 +18,10 @@ from tierod.monitors.friction.joint_filter import VirtualNoise, joint_filter
 from tierod.monitors.friction.refined_signals import (
     FrictionEstimate,
     FrictionSample,
-    FrictionSampleWithSpeed,
     Innovation,
     InnovationVariance,
 )
+from tierod.monitors.friction.steering_sample import SteeringSample
 
 OperatingPoint = Literal["measurement", "estimate"]
 
@@ -104,7 +104,7 @@ class RefinedFrictionMonitor:
     @property
     def Sample(self) -> type:
         """Six signals, and the speed where the gate looks at it."""
-        return FrictionSample if self.gate.minimum_speed is None else FrictionSampleWithSpeed
+        return FrictionSample if self.gate.minimum_speed is None else SteeringSample
 
     def init(self) -> State:
         """At rest, with the filter's initial belief."""

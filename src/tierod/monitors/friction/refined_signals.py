@@ -16,18 +16,6 @@ class FrictionSample(NamedTuple):
     lateral_acceleration: Annotated[float, "m/s**2"]
 
 
-class FrictionSampleWithSpeed(NamedTuple):
-    """Signals of one sample with the speed that the gate looks at."""
-
-    steering_wheel_angle: Annotated[float, "rad"]
-    steering_wheel_rate: Annotated[float, "rad/s"]
-    driver_torque: Annotated[float, "N*m"]
-    motor_torque: Annotated[float, "N*m"]
-    yaw_rate: Annotated[float, "rad/s"]
-    lateral_acceleration: Annotated[float, "m/s**2"]
-    vehicle_speed: Annotated[float, "m/s"]
-
-
 class Innovation(NamedTuple):
     """Measured less expected, NaN where not measured."""
 
