@@ -55,7 +55,7 @@ class Finding:
         monitor: name of the monitor and its variant
         status: healthy, a fault, or why no judgement was possible
         headline: one sentence for the first line of a report
-        since: time [s] in the recording at which the present status began; None where it holds throughout
+        since: time [s] in the recording at which the change to this status began; None where it holds throughout
         estimate: what was estimated; None where nothing could be
         evidence: named figures (enabled seconds, enabled share, excitation, NIS, ...), with unit in the name
         cause: why the status is what it is

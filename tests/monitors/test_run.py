@@ -76,6 +76,14 @@ def test_a_value_that_is_withheld_is_shown_nowhere(healthy):
     assert "Friction torque over time" not in render(diagnosis)
 
 
+@pytest.mark.parametrize("variant", ["pre-sliding", "refined", "baseline-ungated"])
+def test_parameters_of_the_vehicle_are_no_tuning_of_the_monitor(healthy, variant):
+    rows = diagnose(healthy.slice(0.0, 60.0), "midsize-eps", "friction", variant).parameters
+    tuning = {name.rpartition(".")[2] for name, *_, source in rows if source.startswith("tuning of")}
+    assert tuning
+    assert not tuning & {"mass", "trail", "column_inertia", "steering_ratio"}
+
+
 def test_a_band_is_shown_only_where_the_estimator_claims_it(healthy):
     wide, strict = (diagnose(healthy, "midsize-eps", "friction", variant) for variant in ("pre-sliding", "refined"))
     assert "estimate" not in wide.remarks

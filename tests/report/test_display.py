@@ -87,4 +87,16 @@ def test_time_axes_suit_the_length_of_the_drive(span, label):
 
 def test_small_shares_are_not_called_none():
     assert (share(0.004), share(0.0), share(1.0)) == ("0.4 %", "0 %", "100 %")
-    assert words("driver_torque") == "Driver torque"
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("driver_torque", "Driver torque"),
+        ("filter.gate.minimum_rate", "Filter: gate: minimum rate"),
+        ("3.2 to 6.5 min", "3.2 to 6.5 min"),
+        ("mean_nis", "Mean NIS"),
+    ],
+)
+def test_names_become_words(name, text):
+    assert words(name) == text

@@ -69,6 +69,7 @@ def test_the_verdict_stands_before_everything_else(fault_page):
     said = " ".join(" ".join(Page(fault_page).texts).split())
     order = [
         "fault",
+        "change began at 30 min 11 s",
         "rose to three times",
         "12.43 N·m",
         "95 % interval 12.21 to 12.65 N·m",
@@ -112,6 +113,14 @@ def test_levels_truth_and_enabled_stretches_are_drawn(fault_page):
 def test_a_long_name_of_a_source_breaks_at_its_separators_only(fault_page):
     assert str(breakable("STEER_ANGLE.FRACTION <0.5>")) == "STEER_<wbr>ANGLE.<wbr>FRACTION &lt;0.5&gt;"
     assert "CAN EPS_<wbr>1.<wbr>Angle" in fault_page
+
+
+def test_a_number_is_not_parted_from_its_unit():
+    diagnosis = friction_fault(bins=20)
+    finding = dataclasses.replace(diagnosis.findings[0], headline="Friction 12.4 ± 1 N·m, 30 % of 5 drives")
+    text = render(dataclasses.replace(diagnosis, findings=(finding,)))
+    visible = text.replace("\N{NO-BREAK SPACE}", "_")
+    assert "<h1>Friction 12.4_±_1_N·m, 30_% of 5 drives.</h1>" in visible
 
 
 def test_tuning_is_a_list_with_its_source_told_once():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 from tierod.findings import Estimate
@@ -47,9 +48,10 @@ def bracketed(title: str, label: str) -> str:
 
 
 def words(name: str) -> str:
-    """A name as words that begin with a capital letter."""
+    """A name as words that begin with a capital letter; the point of a number stays one."""
     text = " ".join(
-        part.upper() if part in _CAPITALS else part for part in name.replace("_", " ").replace(".", ": ").split()
+        part.upper() if part in _CAPITALS else part
+        for part in re.sub(r"\.(?=[A-Za-z_])", ": ", name).replace("_", " ").split()
     )
     return text[:1].upper() + text[1:]
 

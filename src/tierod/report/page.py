@@ -86,13 +86,13 @@ def verdict(finding: Finding) -> Verdict:
         action=_sentence(finding.action),
         warnings=tuple(map(_sentence, finding.warnings)),
     )
-    since = "" if finding.since is None else duration(finding.since) if finding.since > 0.0 else "the start"
+    since = "" if finding.since is None else f"at {duration(finding.since)}" if finding.since > 0.0 else "at the start"
     return Verdict(finding, looks.symbol, looks.kind, since, value, spread, picture, figures)
 
 
 def _sentence(text: str) -> str:
-    """The text with a capital letter and a full stop."""
-    text = text.strip()
+    """The text with a capital letter and a full stop; a number is not parted from its unit."""
+    text = re.sub(r"(?<=[\d±]) (?=N·m|km/h|m/s|Hz|[%°±]|(?<=± )\d)", "\N{NO-BREAK SPACE}", text.strip())
     return f"{text[:1].upper()}{text[1:]}{'' if text.endswith(('.', '!', '?')) else '.'}" if text else ""
 
 

@@ -46,7 +46,7 @@ def _finding(finding: Finding, console: Console) -> None:
 def _rows(finding: Finding) -> list[tuple[str, str]]:
     rows = [("monitor", finding.monitor)]
     if finding.since is not None:
-        rows.append(("since", duration(finding.since) if finding.since > 0.0 else "the start"))
+        rows.append(("change began", duration(finding.since) if finding.since > 0.0 else "at the start"))
     if finding.estimate is not None:
         value, low, high, unit = interval(finding.estimate)
         factor, _ = shown(finding.estimate.unit)

@@ -179,7 +179,7 @@ def tuning_rows(block: Any) -> list[tuple[str, float, str, float | None, str]]:
     """Every float of the monitor's own tuning, with its unit where its field says it."""
     rows: list[tuple[str, float, str, float | None, str]] = []
     for path, value in tuning(block):
-        if ".parameters." not in path and not path.startswith("verdict.limits.") and math.isfinite(value):
+        if ".parameters." not in f".{path}" and not path.startswith("verdict.limits.") and math.isfinite(value):
             rows.append((path, value, _unit_of(block, path), None, f"tuning of {type(block).__name__}"))
     return rows
 

@@ -2,7 +2,7 @@
 (() => {
   const PRINTED_WIDTH = 680; // A4 and Letter less their margins
   const HALF = { width: 330, height: 340 }; // two charts beside each other
-  const printed = (height) => Math.round(height * (height < 250 || height > 600 ? 0.82 : 0.68));
+  const printed = (height) => Math.round(height * (height > 600 ? 0.69 : 0.76));
   const charts = [];
   // A finger that scrolls the page must not zoom the chart under it.
   const touch = window.matchMedia("(pointer: coarse)").matches;
