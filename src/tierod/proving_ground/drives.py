@@ -12,8 +12,7 @@ import numpy as np
 
 from tierod.block import tuning, units
 from tierod.errors import ParameterError
-from tierod.graph import scan
-from tierod.graph import Memory
+from tierod.graph import Memory, scan
 from tierod.physics.single_track import steady_road_wheel_angle
 from tierod.proving_ground.car import EpsCar
 from tierod.proving_ground.car_signals import Output

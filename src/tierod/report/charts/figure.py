@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -70,9 +71,13 @@ def axis(title: str = "", **more: Any) -> dict[str, Any]:
 
 
 def rounded(values: Any, digits: int = 5) -> list[float | None]:
-    """Values for the page with so many significant digits; what is not finite becomes a gap."""
-    form = f"%.{digits}g"
-    return [float(form % value) if finite else None for value, finite in zip(values, np.isfinite(values), strict=True)]
+    """Values for the page, to so many digits of the largest of them; what is not finite becomes a gap."""
+    values = np.asarray(values, float)
+    finite = np.isfinite(values)
+    largest = float(np.max(np.abs(values), where=finite, initial=0.0))
+    places = digits - 1 - math.floor(math.log10(largest)) if largest > 0.0 else 0
+    shown = np.round(values, min(max(places, -300), 300)).tolist()
+    return [value if seen else None for value, seen in zip(shown, finite.tolist(), strict=True)]
 
 
 def centres(trace: Trace, factor: float) -> np.ndarray:
