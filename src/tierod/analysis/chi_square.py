@@ -13,7 +13,12 @@ CONFIDENCE = 0.95  # of every band; the share that textbooks and reviewers expec
 
 
 def chi_square_quantile(probability: float, degrees: Any) -> Any:
-    """Quantile of the chi-square distribution."""
+    """Quantile of the chi-square distribution; of one degree, that of a squared normal variable."""
+    if np.ndim(degrees) == 0 and degrees == 1:
+        from statistics import NormalDist
+
+        return NormalDist().inv_cdf(0.5 * (1.0 + probability)) ** 2
+
     from scipy.special import gammaincinv
 
     return 2.0 * gammaincinv(np.asarray(degrees, float) / 2.0, probability)

@@ -20,26 +20,33 @@ class Consistency:
         samples: samples with at least one measurement
         measurements: how many measurements these held
         nis: mean normalised innovation squared per measurement; 1 is consistent, more is overconfident, less cautious
-        nis_band: 95 % band for `nis` of a consistent filter
         outside: share of samples whose NIS lies above the 95 % quantile of its chi-square distribution; 0.05 is right
         whiteness: largest autocorrelation of the normalised innovations over lags and outputs
         whiteness_band: its 95 % limit for white innovations
         lags: autocorrelation, (outputs, lags)
         nees: mean normalised estimation error squared per state, where the truth was given
-        nees_band: 95 % band for `nees`, as if the errors of different samples were independent: they are not, the true
-            band is wider
+        error_degrees: samples times states that `nees` rests on
     """
 
     samples: int
     measurements: int
     nis: float
-    nis_band: tuple[float, float]
     outside: float
     whiteness: float
     whiteness_band: float
     lags: np.ndarray
     nees: float
-    nees_band: tuple[float, float]
+    error_degrees: int
+
+    @property
+    def nis_band(self) -> tuple[float, float]:
+        """95 % band for `nis` of a consistent filter."""
+        return mean_band(self.measurements)
+
+    @property
+    def nees_band(self) -> tuple[float, float]:
+        """95 % band for `nees`, as if errors of different samples were independent: they are not, it is wider."""
+        return mean_band(self.error_degrees)
 
     @property
     def consistent(self) -> bool | None:
@@ -119,13 +126,12 @@ class ConsistencyAccumulator:
             self.samples,
             self.measurements,
             self.nis_sum / self.measurements if self.measurements else math.nan,
-            mean_band(self.measurements),
             self.above / self.samples if self.samples else math.nan,
             float(np.abs(lags[seen]).max()) if seen.any() else math.nan,
             _whiteness_limit(pairs),
             lags,
             self.error_sum / self.error_degrees if self.error_degrees else math.nan,
-            mean_band(self.error_degrees),
+            self.error_degrees,
         )
 
     def _add_innovations(self, innovation: np.ndarray, variance: np.ndarray, length: int) -> None:
