@@ -174,11 +174,11 @@ def _dot(a: np.ndarray, b: np.ndarray) -> float:
 
 def _whiteness_limit(pairs: np.ndarray) -> float:
     """Limit for the largest of several autocorrelations of white noise (Bonferroni), 95 %."""
-    from scipy.special import ndtri
+    from statistics import NormalDist
 
     if not len(pairs):
         return math.nan
-    return float(ndtri(1.0 - (1.0 - CONFIDENCE) / (2.0 * len(pairs))) / math.sqrt(pairs.min()))
+    return NormalDist().inv_cdf(1.0 - (1.0 - CONFIDENCE) / (2.0 * len(pairs))) / math.sqrt(pairs.min())
 
 
 def consistency(result: Any, lags: int = 20) -> Consistency:
