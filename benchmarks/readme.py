@@ -16,7 +16,7 @@ SAID = {
     "push-named": "one live sample, by name",
     "push-bound": "one live sample, bound buffers",
     "can-decode": "CAN messages decoded",
-    "diagnose-1h": "`tierod diagnose` on an hour at 100 Hz, process start to JSON",
+    "diagnose-1h": "`tierod diagnose` on an hour at 100 Hz, process start to JSON and report",
 }
 
 
