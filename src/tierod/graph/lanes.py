@@ -9,7 +9,7 @@ import numpy as np
 
 from tierod.block import Block, Tree
 from tierod.errors import InputError
-from tierod.graph.kernel import LaneKernel, is_interpreted
+from tierod.graph.kernel import LaneKernel, is_interpreted, lane_array
 from tierod.graph.printer import LANES
 from tierod.graph.runtime import scan
 from tierod.graph.samples import Memory, Result, Samples, columns_of, memory_of
@@ -61,7 +61,8 @@ def _tile(blocks: list[Block], recordings: Sequence[Samples], memories: list[Mem
     samples = [np.ascontiguousarray(columns_of(runner.graph, recording)) for recording in recordings]
     lengths = [len(values) for values in samples]
     outputs = [np.empty((length, len(runner.graph.output))) for length in lengths]
-    states = np.zeros((runner.graph.memory, LANES))
+    states = lane_array(runner.graph.memory)
+    states[:] = 0.0
     states[:, : len(memories)] = np.column_stack([memory.values for memory in memories])
     ended: dict[int, np.ndarray] = {}
     done = 0
