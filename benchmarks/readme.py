@@ -25,7 +25,7 @@ def table(rows: list[dict]) -> str:
     lines = ["| what | figure | peer | times the peer |", "|---|---:|---|---:|"]
     for row in rows:
         figure, peer = (f"{_number(row[key])} {row['unit']}" for key in ("value", "peer_value"))
-        lines.append(f"| {SAID[row['name']]} | {figure} | {row['peer']}: {peer} | {row['ratio']:.3g} |")
+        lines.append(f"| {SAID[row['name']]} | {figure} | {row['peer']}: {peer} | {_number(row['ratio'])} |")
     return "\n".join(lines)
 
 
