@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -50,7 +51,7 @@ class Prediction(NamedTuple):
 
 
 @dataclass(frozen=True)
-class GaussianFilter:
+class GaussianFilter(ABC):
     """What the Kalman and the unscented filter share: tuning, masks, missing data, output.
 
     Args:
@@ -156,15 +157,15 @@ class GaussianFilter:
         belief = Belief(rebuild(state.mean, mean), after)
         return belief, self._estimate(belief, innovation, spread, nis, count)
 
+    @abstractmethod
     def _predict(self, state: Belief, inputs: Tree, process: Vector, entering: Vector) -> Prediction:
         """The belief one sample on."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _correct(
         self, predicted: Prediction, sample: Any, noise: Vector, start: Vector
     ) -> tuple[Correction, Vector, Vector]:
         """The correction, the innovations, and the variance of each."""
-        raise NotImplementedError
 
     def _mask(self, sample: Any) -> tuple[Any, ...]:
         given = dict(zip(self.maskable, leaf_values(sample.enabled), strict=True)) if self.maskable else {}

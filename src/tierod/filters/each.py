@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
@@ -40,7 +41,7 @@ class Channel(NamedTuple):
 
 
 @dataclass(frozen=True)
-class EachSignal:
+class EachSignal(ABC):
     """Base of the filters over several signals, which are all delayed alike because all are filtered alike.
 
     Args:
@@ -96,10 +97,10 @@ class EachSignal:
         fresh = is_fresh(held, self.maximum_gap, self.sample_time)
         return Channel(held, memory), where(fresh, output, value)
 
+    @abstractmethod
     def _settled(self, value: Any) -> Tree:
         """The memory after the signal has had this value for ever."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _advance(self, memory: Tree, value: Any) -> tuple[Tree, Any]:
         """One (present or bridged) value on."""
-        raise NotImplementedError
