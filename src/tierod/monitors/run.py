@@ -135,14 +135,13 @@ class Run:
         """
         begin, last = piece.span
         _refuse_leap(begin if self._start is None else self._start + self._steps / self.monitor.rate, last)
-        wanted = [*self.monitor.required, *self.monitor.optional]
-        complete_piece = complete(piece, wanted)
+        joined = complete(_joined(self._before, piece), [*self.monitor.required, *self.monitor.optional])
+        complete_piece = joined.slice(begin) if self._before else joined
         self._quality.add(complete_piece)
         self._metadata |= {k: v for k, v in piece.metadata.items() if k != SHARE_READ}
         if self._start is None:
             self._check(complete_piece)
-            self._start = complete_piece.slice().span[0]
-        joined = complete(_joined(self._before, piece), wanted)
+            self._start = begin
         self._before = piece.slice(last - OVERLAP)
         while len((aligned := self._aligned(joined, last)).time):
             self._absorb(aligned)

@@ -15,7 +15,7 @@ from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.refined import RefinedFrictionMonitor, consistent, printed, printed_open
 from tierod.monitors.friction.session import FrictionSession, acting_by_balance, acting_by_build_up
 from tierod.monitors.friction.unscented import unscented
-from tierod.monitors.friction.verdict import UNKNOWN_LIMITS, FrictionLimits, FrictionVerdict
+from tierod.monitors.friction.verdict import FrictionVerdict
 from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.session import Monitor, Session, Variant
 from tierod.vehicles import Vehicle
@@ -29,32 +29,23 @@ _WIDE = (
     "a mean NIS far below 1 is its normal state. A NIS near or above 1 says that the balance does not fit the car."
 )
 
-_LEARNT = {
-    "estimate.dahl_angle": "dahl_angle_rad",
-    "estimate.aligning_gain": "aligning_gain",
-    "estimate.offset": "torque_offset_Nm",
-    "estimate.damping": "damping_Nms_per_rad",
-    "estimate.inertia": "inertia_kgm2",
-}
-
 
 def _presliding(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
-    level, deviation = (own_level.value, own_level.deviation) if own_level else (None, 0.0)
-    block = FrictionMonitor.of_vehicle(vehicle, 1.0 / rate, level, deviation)
-    return FrictionSession(
-        "friction, pre-sliding", block, vehicle, rate, "estimate", acting_by_build_up, _LEARNT, _WIDE
-    )
+    block = FrictionMonitor.of_vehicle(vehicle, 1.0 / rate, *_learnt(own_level))
+    return FrictionSession(block, vehicle, rate, acting_by_build_up, _WIDE)
+
+
+def _learnt(own_level: OwnLevel | None) -> tuple[float | None, float]:
+    """Level and deviation from earlier recordings [N*m]."""
+    return (own_level.value, own_level.deviation) if own_level else (None, 0.0)
 
 
 def _paper(name: str, build: Callable[[Any], RefinedFrictionMonitor]) -> Opener:
     def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
         parameters = replace(vehicle.parameters_for(FrictionParameters), sample_time=1.0 / rate)
-        limits = vehicle.parameters_for(FrictionLimits) if vehicle.calibrated else UNKNOWN_LIMITS
-        level, deviation = (own_level.value, own_level.deviation) if own_level else (None, 0.0)
-        verdict = FrictionVerdict(limits, sample_time=1.0 / rate, learnt_level=level, learnt_deviation=deviation)
-        block = JudgedEstimator(build(parameters), verdict)
-        acting = acting_by_balance(parameters)
-        return FrictionSession(f"friction, {name}", block, vehicle, rate, "seen", acting, {})
+        verdict = FrictionVerdict.of_vehicle(vehicle, 1.0 / rate, *_learnt(own_level))
+        block = JudgedEstimator(build(parameters), verdict, f"friction, {name}")
+        return FrictionSession(block, vehicle, rate, acting_by_balance(parameters))
 
     return open_
 

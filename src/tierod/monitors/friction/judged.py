@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from tierod.block import rebuild
+from tierod.graph import Memory
 from tierod.graph.maths import all_of, present, where
 from tierod.monitors.friction.refined import RefinedFrictionMonitor
 from tierod.monitors.friction.refined_signals import FrictionEstimate
+from tierod.monitors.friction.run import FrictionRun
 from tierod.monitors.friction.verdict import FrictionVerdict, VerdictOutput
 from tierod.monitors.friction.verdict_state import VerdictSample
 
@@ -19,6 +22,7 @@ class JudgedEstimator:
     Args:
         filter: the refined monitor, or its unscented variant
         verdict: the judge
+        name: as in findings and in stored levels
 
     The paper's estimators know no build-up of friction; the verdict gets the direction of motion in its place, and full
     excitation.
@@ -26,6 +30,7 @@ class JudgedEstimator:
 
     filter: RefinedFrictionMonitor
     verdict: FrictionVerdict
+    name: str = "friction, judged estimator"
 
     class State(NamedTuple):
         """Of estimator and judge."""
@@ -75,3 +80,11 @@ class JudgedEstimator:
         )
         verdict_state, verdict = self.verdict.step(state.verdict, seen)
         return self.State(filter_state, verdict_state), self.Output(estimate, seen, verdict)
+
+    def run_of(self, last: Output, memory: Memory, calibrated: bool, start_time: float = 0.0) -> FrictionRun:
+        """What is known after a last output and the memory that came with it, of a scan or a stream."""
+        state = rebuild(self.init(), memory.values.tolist()).verdict
+        parameters = self.filter.filter.parameters
+        return FrictionRun(
+            self.name, self.verdict, state, last.seen, last.verdict, calibrated, start_time, parameters=parameters
+        )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -16,11 +15,21 @@ from tierod.monitors.friction.presliding import PreslidingFrictionFilter
 from tierod.monitors.friction.presliding_tuning import FrictionTorque
 from tierod.monitors.friction.run import FrictionRun
 from tierod.monitors.friction.steering_sample import SteeringSample
-from tierod.monitors.friction.verdict import UNKNOWN_LIMITS, FrictionLimits, FrictionVerdict, VerdictOutput
+from tierod.monitors.friction.verdict import FrictionVerdict, VerdictOutput
 from tierod.monitors.friction.verdict_state import VerdictSample
 from tierod.vehicles import Vehicle
 
-NAME = "friction, pre-sliding estimator"
+NAME = "friction, pre-sliding"
+"""As in findings and in stored levels."""
+
+LEARNT = {
+    "dahl_angle_rad": "dahl_angle",
+    "aligning_gain": "aligning_gain",
+    "torque_offset_Nm": "offset",
+    "damping_Nms_per_rad": "damping",
+    "inertia_kgm2": "inertia",
+}
+"""Evidence of a finding that the estimator has learnt: name with unit -> field of the estimate."""
 
 
 @dataclass(frozen=True)
@@ -68,10 +77,7 @@ class FrictionMonitor:
         Raises:
             ParameterError: the vehicle file lacks a parameter; the message names it
         """
-        limits = vehicle.parameters_for(FrictionLimits) if vehicle.calibrated else UNKNOWN_LIMITS
-        verdict = FrictionVerdict(
-            limits, sample_time=sample_time, learnt_level=learnt_level, learnt_deviation=learnt_deviation
-        )
+        verdict = FrictionVerdict.of_vehicle(vehicle, sample_time, learnt_level, learnt_deviation)
         return cls(PreslidingFrictionFilter.of_vehicle(vehicle, sample_time), verdict)
 
     def init(self) -> State:
@@ -81,8 +87,7 @@ class FrictionMonitor:
     def step(self, state: State, sample: SteeringSample) -> tuple[State, Output]:
         """One sample on."""
         filter_state, estimate = self.filter.step(state.filter, sample)
-        seen = VerdictSample(*(getattr(estimate, name) for name in VerdictSample._fields))
-        verdict_state, verdict = self.verdict.step(state.verdict, seen)
+        verdict_state, verdict = self.verdict.step(state.verdict, _seen(estimate))
         return self.State(filter_state, verdict_state), self.Output(estimate, verdict)
 
     def finding(self, result: Result, calibrated: bool = True, start_time: float = 0.0) -> Finding:
@@ -102,22 +107,25 @@ class FrictionMonitor:
 
     def run_of(self, last: Output, memory: Memory, calibrated: bool, start_time: float = 0.0) -> FrictionRun:
         """What is known after a last output and the memory that came with it, of a scan or a stream."""
-        estimate = last.estimate
-        seen = VerdictSample(*(getattr(estimate, name) for name in VerdictSample._fields))
-        evidence = {
-            "dahl_angle_deg": math.degrees(estimate.dahl_angle),
-            "aligning_gain": estimate.aligning_gain,
-            "trail_drop_per_Nm": estimate.trail_drop,
-            "load_share": estimate.load_share,
-            "torque_offset_Nm": estimate.offset,
-            "damping_Nms_per_rad": estimate.damping,
-            "inertia_kgm2": estimate.inertia,
-        }
+        evidence = {name: getattr(last.estimate, field) for name, field in LEARNT.items()}
         state = self.state_of(memory).verdict
         return FrictionRun(
-            NAME, self.verdict, state, seen, last.verdict, calibrated, start_time, evidence, self.filter.parameters
+            NAME,
+            self.verdict,
+            state,
+            _seen(last.estimate),
+            last.verdict,
+            calibrated,
+            start_time,
+            evidence,
+            self.filter.parameters,
         )
 
     def state_of(self, memory: Memory) -> State:
         """The state of a run by name: `state_of(result.state).verdict.figures`."""
         return rebuild(self.init(), memory.values.tolist())
+
+
+def _seen(estimate: FrictionTorque) -> VerdictSample:
+    """What the verdict reads of an estimate."""
+    return VerdictSample(*(getattr(estimate, name) for name in VerdictSample._fields))

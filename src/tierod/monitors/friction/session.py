@@ -10,18 +10,17 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 import numpy as np
 
 from tierod.analysis.consistency import ConsistencyAccumulator
-from tierod.block import rebuild, tuning
+from tierod.block import tuning
 from tierod.findings import Finding, Status
 from tierod.graph import Result
 from tierod.identification.hysteresis_presence import HysteresisPresence
 from tierod.models.eps_column import driving_torque
-from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.judged import JudgedEstimator
 from tierod.monitors.friction.judgement import judge
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.over_drive import EstimateOverDrive, HysteresisOverDrive, SignalsOverDrive
 from tierod.monitors.friction.run import FrictionRun
-from tierod.monitors.friction.verdict_state import HEALTHY, LearntLevel, VerdictSample
+from tierod.monitors.friction.verdict_state import HEALTHY
 from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.session import BlockSession, Conclusion
 from tierod.physics.friction import viscous
@@ -43,26 +42,20 @@ class FrictionSession(BlockSession):
     """Runs an estimator with its running verdict, and collects what a report shows.
 
     Args:
-        name: of monitor and variant
         block: estimator and judge
         vehicle: whose friction it is
         rate: of the samples [Hz]
-        seen: prefix of the outputs that the verdict reads
         acting: friction torque that acts, for the hysteresis view
-        evidence: outputs whose last value is named in the finding: output -> name with unit
         consistency_remark: how the innovations of this estimator are to be read where its variance is set wide, so that
             the band of a consistent filter is none for it
     """
 
     def __init__(
         self,
-        name: str,
         block: FrictionMonitor | JudgedEstimator,
         vehicle: Vehicle,
         rate: float,
-        seen: str,
         acting: Acting,
-        evidence: Mapping[str, str],
         consistency_remark: str = "",
     ):
         unit = vehicle.torque_unit
@@ -74,8 +67,7 @@ class FrictionSession(BlockSession):
             "verdict.ratio": (VALUES[2], ""),
         }
         super().__init__(block, traces)
-        self.name, self._judged, self.vehicle = name, block, vehicle
-        self._seen, self._acting, self._evidence = seen, acting, evidence
+        self._judged, self.vehicle, self._acting = block, vehicle, acting
         self._consistency_remark = consistency_remark
         self._estimates, self._hysteresis = EstimateOverDrive(rate), HysteresisOverDrive(rate)
         self._signals = SignalsOverDrive()
@@ -98,21 +90,8 @@ class FrictionSession(BlockSession):
         """The finding, and what a report shows beside it."""
         if self._last is None or self._start is None:
             raise RuntimeError("a session concludes after at least one piece")
-        output = self._last.at(-1)
-        state = rebuild(self.block.init(), self._last.state.values.tolist()).verdict
-        finding = judge(
-            FrictionRun(
-                monitor=self.name,
-                verdict=self._judged.verdict,
-                state=state,
-                last=VerdictSample(*(self._last[f"{self._seen}.{name}"][-1].item() for name in VerdictSample._fields)),
-                output=output.verdict,
-                calibrated=self.vehicle.calibrated,
-                start_time=self._start,
-                evidence={name: self._last[source][-1].item() for source, name in self._evidence.items()},
-                parameters=self.vehicle.parameters_for(FrictionParameters),
-            )
-        )
+        run = self._judged.run_of(self._last.at(-1), self._last.state, self.vehicle.calibrated, self._start)
+        finding = judge(run)
         if finding.estimate is None:
             finding = _with_presence(finding, self._signals.presence())
         known = finding.estimate is not None
@@ -123,7 +102,7 @@ class FrictionSession(BlockSession):
             self._hysteresis.views(finding.since) if known else {},
             self._consistency_figures(),
             tuple(tuning_rows(self.block)),
-            self._own_level(finding.status, output.verdict.level, state.own),
+            self._own_level(run, finding.status),
             {part: remark for part, remark in remarks.items() if remark},
             () if known else VALUES,
         )
@@ -140,10 +119,11 @@ class FrictionSession(BlockSession):
             "nis_outside_95_share": found.outside,
         }
 
-    def _own_level(self, status: Status, level: float, own: LearntLevel) -> OwnLevel | None:
-        if status is not Status.HEALTHY or level <= 0.0:
+    def _own_level(self, run: FrictionRun, status: Status) -> OwnLevel | None:
+        if status is not Status.HEALTHY or run.output.level <= 0.0:
             return None
-        return OwnLevel(self.vehicle.name, self.name, own.level, own.deviation, self.vehicle.torque_unit, own.seconds)
+        own = run.state.own
+        return OwnLevel(self.vehicle.name, run.monitor, own.level, own.deviation, self.vehicle.torque_unit, own.seconds)
 
 
 def _with_presence(finding: Finding, found: HysteresisPresence | None) -> Finding:

@@ -20,6 +20,7 @@ from tierod.monitors.friction.verdict_state import (
     VerdictSample,
 )
 from tierod.monitors.friction.verdict_tuning import AlarmTuning
+from tierod.vehicles import Vehicle
 
 
 @dataclass(frozen=True)
@@ -107,6 +108,18 @@ class FrictionVerdict:
             raise ParameterError(f"learnt_level is {self.learnt_level} N*m; expected a positive torque, or None")
         alarm = Cusum(0.0, self.tuning.excess, self.tuning.ceiling, "upper")
         object.__setattr__(self, "alarm", alarm)
+
+    @classmethod
+    def of_vehicle(
+        cls, vehicle: Vehicle, sample_time: float, learnt_level: float | None = None, learnt_deviation: float = 0.0
+    ) -> FrictionVerdict:
+        """The judge for a car; without calibrated torques no absolute limit is used.
+
+        Raises:
+            ParameterError: the vehicle file lacks a limit; the message names it
+        """
+        limits = vehicle.parameters_for(FrictionLimits) if vehicle.calibrated else UNKNOWN_LIMITS
+        return cls(limits, sample_time=sample_time, learnt_level=learnt_level, learnt_deviation=learnt_deviation)
 
     def init(self) -> State:
         """Nothing seen, nothing learnt but what was handed in."""
