@@ -1,0 +1,261 @@
+"""The parts of a virtual car and what they exchange.
+
+A car is put together from a chassis, a steering, a driver and their controllers, each a frozen dataclass of parameters
+with pure functions. What obeys a differential equation is a part's *motion*, integrated by the car with all other
+parts at once; what is updated once a step (dry friction, delays, a control unit) is its *memory*. Signs are those of
+ISO 8855: left is positive; a kingpin torque opposes a turn to the left.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple, Protocol
+
+Motion = Any
+"""Tree of numbers that a part's differential equations carry on."""
+
+Memory = Any
+"""Tree of numbers (and Rings) that a part updates once a step."""
+
+
+class Road(NamedTuple):
+    """The road under the car."""
+
+    curvature: Annotated[float, "1/m"]
+    bank_angle: Annotated[float, "rad"]
+    grade_angle: Annotated[float, "rad"]
+    adhesion_left: Annotated[float, ""]
+    adhesion_right: Annotated[float, ""]
+    support: Annotated[float, ""]
+    """Share of the weight on the road: 1 on the ground, 0 on a hoist."""
+
+
+class Wind(NamedTuple):
+    """The air around the car, over ground, in the directions of the car."""
+
+    crosswind_speed: Annotated[float, "m/s"]
+    headwind_speed: Annotated[float, "m/s"]
+
+
+class Demand(NamedTuple):
+    """What the course asks of whoever drives."""
+
+    speed: Annotated[float, "m/s"]
+    acceleration: Annotated[float, "m/s**2"]
+    curvature_ahead: Annotated[float, "1/m"]
+    """Of the road where the driver looks for it, see `Driver.anticipation`."""
+    steering_wheel_angle: Annotated[float, "rad"]
+    """Added to what the road asks for: the whole of an open-loop manoeuvre, restlessness on a road."""
+    hand_torque: Annotated[float, "N*m"]
+    """Added to the torque of the hands: tremor, or a torque step."""
+    grip: Annotated[float, ""]
+    """Share of the arms' stiffness and damping that holds the wheel: 0 is hands off."""
+    attention: Annotated[float, ""]
+    """Share of the correction of offset and heading that is made: 0 on a proving ground without lane."""
+
+
+class Port(NamedTuple):
+    """A signal or actuator inside the car's own loops, as a fault changes it: held, then gain * value + offset."""
+
+    gain: Annotated[float, ""]
+    offset: Annotated[float, "unit of the signal"]
+    held: Annotated[float, ""]
+
+
+SOUND = Port(1.0, 0.0, 0.0)
+
+
+class Steer(NamedTuple):
+    """Steer of the front road wheels."""
+
+    left: Any
+    right: Any
+    left_rate: Any
+    right_rate: Any
+
+
+class Wheels(NamedTuple):
+    """One number per wheel."""
+
+    front_left: Any
+    front_right: Any
+    rear_left: Any
+    rear_right: Any
+
+
+class Hand(NamedTuple):
+    """The steering wheel as the hands feel it."""
+
+    angle: Any
+    rate: Any
+
+
+class Loads(NamedTuple):
+    """What acts on a steering from outside, at one stage of the integration.
+
+    Args:
+        kingpin_left, kingpin_right: torque of tyre and road about each kingpin, opposing a turn to the left [N*m]
+        hand_torque: of the driver's hands on the steering wheel [N*m]
+        actuator_torques: of every motor at its shaft, as requested by its controller [N*m], one per actuator
+        front_load: vertical load of the front axle [N]
+        speed: forward speed [m/s]
+    """
+
+    kingpin_left: Any
+    kingpin_right: Any
+    hand_torque: Any
+    actuator_torques: tuple[Any, ...]
+    front_load: Any
+    speed: Any
+
+
+class Reaction(NamedTuple):
+    """What a chassis feels and does at one instant; both chassis give all of it.
+
+    Args:
+        speed, lateral_speed: of the centre of gravity along and across the body [m/s]
+        yaw_rate, yaw_acceleration: [rad/s], [rad/s**2]
+        longitudinal_acceleration, lateral_acceleration: sum of tyre and air forces over mass, along and across the
+            body, at the centre of gravity: what an accelerometer on a body without roll would read [m/s**2]
+        roll_angle, roll_rate, roll_acceleration: of the body, positive when the right side goes down [rad], ...
+        kingpin_left, kingpin_right: see `Loads`
+        front_lateral_force, rear_lateral_force: of the axles, across the body [N]
+        front_slip_angle: of the front axle, positive in a left turn [rad]
+        loads: vertical load of every wheel [N]
+        wheel_speeds: rotation times effective radius of every wheel [m/s]
+        self_aligning_torque: of the tyres alone about the kingpins (with mechanical trail), both sides [N*m]
+        scrub_torque: of the turning, hardly rolling contact patches, both sides [N*m]
+        air: whatever else the derivative needs; private to the chassis
+    """
+
+    speed: Any
+    lateral_speed: Any
+    yaw_rate: Any
+    yaw_acceleration: Any
+    longitudinal_acceleration: Any
+    lateral_acceleration: Any
+    roll_angle: Any
+    roll_rate: Any
+    roll_acceleration: Any
+    kingpin_left: Any
+    kingpin_right: Any
+    front_lateral_force: Any
+    rear_lateral_force: Any
+    front_slip_angle: Any
+    loads: Wheels
+    wheel_speeds: Wheels
+    self_aligning_torque: Any
+    scrub_torque: Any
+    private: Any
+
+
+class Chassis(Protocol):
+    """Body, wheels and tyres. Two forms: single track (light) and two track."""
+
+    @property
+    def wheelbase(self) -> float:
+        """Distance of the axles [m]."""
+
+    def init(self, speed: float) -> Motion:
+        """Rolling straight ahead on level ground at a speed [m/s]."""
+
+    def reaction(self, motion: Motion, steer: Steer, road: Road, wind: Wind) -> Reaction:
+        """Forces, accelerations and kingpin torques in a state of motion."""
+
+    def derivative(self, motion: Motion, reaction: Reaction, torques: Wheels, brakes: Wheels) -> Motion:
+        """Rate of change of the motion.
+
+        Args:
+            motion: state
+            reaction: of the same state
+            torques: of the drive on every wheel, either sign [N*m]
+            brakes: greatest torque of every brake, not negative [N*m]
+        """
+
+
+class Steering(Protocol):
+    """From the steering wheel (or its actuator) to the road wheels."""
+
+    actuators: tuple[str, ...]
+    """Canonical names of the motors' torques, in the order of `Loads.actuator_torques`."""
+
+    def init(self) -> Motion:
+        """Straight ahead, at rest."""
+
+    def remembered(self) -> Memory:
+        """Memory before the first step: friction relaxed."""
+
+    def steer(self, motion: Motion) -> Steer:
+        """Of the road wheels."""
+
+    def hand(self, motion: Motion) -> Hand:
+        """Of the steering wheel."""
+
+    def derivative(self, motion: Motion, start: Motion, memory: Memory, loads: Loads) -> Motion:
+        """Rate of change of the motion; dry friction follows the path from the `start` of the step."""
+
+    def advance(self, motion: Motion, start: Motion, memory: Memory, loads: Loads) -> Memory:
+        """Memory after a step from `start` to `motion`."""
+
+    def stiff(self) -> Motion:
+        """A motion around which the equations are linearised for the implicit part of the integration."""
+
+    def signals(self, motion: Motion, memory: Memory, loads: Loads) -> Any:
+        """NamedTuple of what can be seen at one instant: canonical names, and `truth_...` for what no sensor sees."""
+
+
+class Seen(NamedTuple):
+    """What a driver sees and feels at one instant.
+
+    Args:
+        speed: [m/s]
+        acceleration: along the body [m/s**2]
+        lateral_speed, yaw_rate: [m/s], [rad/s]
+        lateral_offset: of the car from its path, positive to the left [m]
+        heading_error: of the car against its path [rad]
+        curvature: of the path here [1/m]
+        hand: the steering wheel
+    """
+
+    speed: Any
+    acceleration: Any
+    lateral_speed: Any
+    yaw_rate: Any
+    lateral_offset: Any
+    heading_error: Any
+    curvature: Any
+    hand: Hand
+
+
+class Intent(NamedTuple):
+    """What a driver has decided, until the next step.
+
+    Args:
+        steering_wheel_angle: wanted [rad]
+        force: wanted along the road, negative brakes [N]
+    """
+
+    steering_wheel_angle: Any
+    force: Any
+
+
+class Driver(Protocol):
+    """Whoever steers with hands on the wheel and keeps the speed."""
+
+    @property
+    def anticipation(self) -> float:
+        """How far ahead in time the curvature is read [s]."""
+
+    def init(self) -> Motion:
+        """Muscles relaxed."""
+
+    def remembered(self) -> Memory:
+        """Memory before the first step."""
+
+    def decide(self, memory: Memory, seen: Seen, demand: Demand) -> tuple[Memory, Intent]:
+        """Once a step: judge what is seen, after the reaction time."""
+
+    def hand_torque(self, motion: Motion, hand: Hand, demand: Demand) -> Any:
+        """Torque of the hands on the steering wheel [N*m]."""
+
+    def derivative(self, motion: Motion, intent: Intent, hand: Hand, demand: Demand) -> Motion:
+        """Rate of change of muscles and the like."""
