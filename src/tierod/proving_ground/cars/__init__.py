@@ -1,0 +1,1 @@
+"""Virtual cars: chassis, steering, driver and control units put together."""

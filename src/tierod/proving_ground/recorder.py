@@ -1,0 +1,134 @@
+"""Turns what a plant puts out at its own rate into the channels of a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from tierod.block import Block, leaves, units
+from tierod.graph.trace import trace
+from tierod.recording import Channel
+from tierod.signals import SIGNALS
+
+TRUTH_RATE = 100.0
+"""Rate of the channels prefixed `truth_` [Hz]."""
+TRUTH = "truth_"
+
+
+def channel_names(block: Block) -> dict[str, list[int]]:
+    """Channel -> its columns among a block's outputs: the last part of the dotted name; several where sub-sampled."""
+    found: dict[str, list[int]] = {}
+    for column, path in enumerate(trace(block).output):
+        parts = path.split(".")
+        name = parts[-2] if parts[-1].isdigit() and len(parts) > 1 else parts[-1]
+        found.setdefault(name, []).append(column)
+    return found
+
+
+class Recorder:
+    """Collects the outputs of a run in pieces and samples every channel at its own instants.
+
+    Args:
+        columns: from `channel_names`
+        instants: of every measured channel: when the truth is taken [s]
+        step_time: of the plant [s]
+        seconds: duration [s]
+
+    Every channel also gets its truth, `truth_NAME`, at 100 Hz.
+    """
+
+    BUFFER = 10_000
+
+    def __init__(
+        self, columns: Mapping[str, list[int]], instants: Mapping[str, np.ndarray], step_time: float, seconds: float
+    ):
+        count = int(np.floor(seconds * TRUTH_RATE + 1e-9))
+        grid = np.arange(count) / TRUTH_RATE
+        self.columns = columns
+        self.wanted = {name: (name, times) for name, times in instants.items()}
+        self.wanted |= {name if name.startswith(TRUTH) else TRUTH + name: (name, grid) for name in columns}
+        self.step_time = step_time
+        self.taken: dict[str, list[np.ndarray]] = {name: [] for name in self.wanted}
+        self.reached = dict.fromkeys(self.wanted, 0)
+        self.rows: list[np.ndarray] = []
+        self.first = self.held = 0
+
+    def add(self, outputs: np.ndarray) -> None:
+        """The next rows of outputs, one per step of the plant."""
+        self.rows.append(outputs)
+        self.held += len(outputs)
+        if self.held >= self.BUFFER:
+            self._sample(final=False)
+
+    def truths(self) -> dict[str, np.ndarray]:
+        """What every channel saw, sampled at its instants; called once, at the end."""
+        if self.rows:
+            self._sample(final=True)
+        return {name: np.concatenate([*pieces, np.empty(0)]) for name, pieces in self.taken.items()}
+
+    def _sample(self, final: bool) -> None:
+        values = np.concatenate(self.rows)
+        start = self.first * self.step_time
+        for name, (source, times) in self.wanted.items():
+            columns = self.columns[source]
+            fine = self.step_time / len(columns)
+            series = values[:, columns].reshape(-1) if len(columns) > 1 else values[:, columns[0]]
+            end = start + (len(series) - 1) * fine
+            begin = self.reached[name]
+            stop = len(times) if final else int(np.searchsorted(times, end, side="right"))
+            place = (times[begin:stop] - start) / fine
+            self.taken[name].append(_interpolated(series, place))
+            self.reached[name] = stop
+        keep = min(len(values), 1)
+        self.rows, self.held = [values[-keep:]], keep
+        self.first += len(values) - keep
+
+
+def _interpolated(series: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Values between the samples of a series, at places counted in samples."""
+    place = np.clip(place, 0.0, len(series) - 1)
+    below = np.minimum(place.astype(int), max(len(series) - 2, 0))
+    share = place - below
+    exact = np.abs(share) < 1e-6
+    after = series[np.minimum(below + 1, len(series) - 1)]
+    return np.where(exact, series[below], series[below] + share * (after - series[below]))
+
+
+def channel(name: str, time: np.ndarray, values: np.ndarray, described: Mapping[str, str]) -> Channel:
+    """A channel of the virtual car; units from the catalogue of signals, else as the plant says."""
+    plain = name.removeprefix(TRUTH)
+    unit = SIGNALS[plain].unit if plain in SIGNALS else described.get(plain, described.get(name, ""))
+    return Channel(name, time, values, unit, "virtual car")
+
+
+def declared_units(output: Any) -> dict[str, str]:
+    """Unit of every channel of a block's output, from the annotations of its NamedTuples."""
+    found: dict[str, str] = {}
+    stack = [output]
+    while stack:
+        branch = stack.pop()
+        if isinstance(branch, tuple) and hasattr(branch, "_fields"):
+            for name, below in zip(branch._fields, branch, strict=True):
+                if isinstance(below, tuple):
+                    stack.append(below)
+            own = dict(zip(branch._fields, _own_units(type(branch)), strict=True))
+            found |= {name: unit for name, unit in own.items() if unit is not None}
+    return found
+
+
+def _own_units(kind: type) -> list[str | None]:
+    from typing import get_type_hints
+
+    hints = get_type_hints(kind, include_extras=True)
+    result: list[str | None] = []
+    for name in kind._fields:  # type: ignore[attr-defined]
+        listed = units(hints[name])
+        result.append(listed[0] if listed and len(set(listed)) == 1 else None)
+    return result
+
+
+def flat_names(tree: Any) -> list[str]:
+    """Dotted names of the leaves of a tree."""
+    return [path for path, _ in leaves(tree)]

@@ -1,0 +1,243 @@
+"""Run a virtual car over a course, with its sensors and faults, into a recording."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import zlib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from tierod.block import tuning
+from tierod.errors import ParameterError, nearest
+from tierod.graph import kernel
+from tierod.graph.trace import initial_memory
+from tierod.proving_ground.courses import Course
+from tierod.proving_ground.faults import Fault, Schedule
+from tierod.proving_ground.recorder import Recorder, channel, channel_names, declared_units
+from tierod.proving_ground.scatter import Scatter
+from tierod.proving_ground.sensors import SensorSet
+from tierod.proving_ground.varied import Varied
+from tierod.recording import Channel, Recording
+
+PIECE = 200
+"""Steps between two looks at the course; over 0.2 s the distance is foreseen to a few centimetres."""
+WAITING_PIECE = 20
+"""Steps between two looks while a fault waits for its condition."""
+
+LIMITS = {"truth_speed": 150.0, "yaw_rate": 30.0, "steering_wheel_rate": 1e3}
+"""A run has diverged where a signal leaves these limits or is no longer finite."""
+
+DEFAULTS = {
+    "road.adhesion_left": 1.0,
+    "road.adhesion_right": 1.0,
+    "road.support": 1.0,
+    "demand.grip": 1.0,
+    "demand.attention": 1.0,
+}
+"""What a course does not say; all else is zero, a port's gain is one, a parameter is what the car says."""
+
+_SENSORS, _SCATTER, _FAULTS = 2, 3, 4
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run gave.
+
+    Args:
+        recording: measured channels, and the truth in channels prefixed `truth_`
+        diverged_at: last good time of a run that did not stay finite [s]; None where all went well
+        windows: every fault as it came: name, element, behaviour, start and end [s]
+    """
+
+    recording: Recording
+    diverged_at: float | None = None
+    windows: tuple[dict[str, Any], ...] = ()
+
+
+def run(
+    car: Any,
+    course: Course,
+    seconds: float | None = None,
+    seed: int = 0,
+    sensors: SensorSet | None = None,
+    faults: Iterable[Fault] = (),
+    scatter: Scatter | None = None,
+    metadata: Mapping[str, Any] | None = None,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Outcome:
+    """Drive a car over a course.
+
+    Args:
+        car: a plant block of `tierod.proving_ground.cars`
+        course: what is asked of car and driver
+        seconds: duration [s]; the course's own where None
+        seed: of all chance; sensors, scatter and faults draw from streams of their own, so that one does not move the
+            other
+        sensors: those of a production car where None; channels that the car does not have are left out
+        faults: changes from outside, see `tierod.proving_ground.faults`
+        scatter: how car and sensors are drawn around the given ones
+        metadata: kept in the recording beside what is written there anyway
+        progress: called with the share that is done
+
+    Raises:
+        ParameterError: no finite duration; a fault, sensor or course that does not fit the car
+    """
+    seconds = course.duration if seconds is None else seconds
+    if not 0.0 < seconds < math.inf:
+        raise ParameterError(f"a run needs a positive, finite duration, not {seconds} s; give its seconds")
+    sensors = sensors or SensorSet.production()
+    if scatter is not None:
+        car, sensors = scatter.draw(car, sensors, generator(seed, _SCATTER))
+    if "start" in {field.name for field in dataclasses.fields(car)}:
+        car = replace(car, start=type(car.start)(*course.start[: len(car.start)]))
+    faults = tuple(faults)
+    schedule = Schedule(faults, car, sensors, seed, seconds)
+    block = Varied(car, schedule.parameters) if schedule.parameters else car
+    drive = _Drive(block, car, course, schedule)
+    columns = channel_names(block)
+    measured = {name: sensor for name, sensor in sensors.items() if name in columns}
+    chance = {name: generator(seed, _SENSORS, zlib.crc32(name.encode())) for name in measured}
+    instants = {name: sensor.instants(seconds, chance[name]) for name, sensor in measured.items()}
+    recorder = Recorder(columns, {name: taken for name, (taken, _) in instants.items()}, car.step_time, seconds)
+    diverged_at = drive.to_the_end(seconds, recorder, progress)
+    truths = recorder.truths()
+    described = declared_units(drive.kernel.graph.output_tree)
+    channels = _measured(measured, instants, truths, chance, schedule, described)
+    channels |= _true(truths, measured, described)
+    if diverged_at is not None:
+        channels = {name: _until(each, diverged_at) for name, each in channels.items()}
+    provenance = {
+        "source": "tierod virtual test vehicle",
+        "car": type(car).__name__,
+        "course": course.name,
+        "seed": seed,
+        "seconds": seconds,
+        "vehicle": dict(tuning(car)),
+        "sensors": {name: dataclasses.asdict(sensor) for name, sensor in measured.items()},
+        "faults": list(schedule.windows),
+        "diverged_at": diverged_at,
+    }
+    recording = Recording(channels, provenance | dict(metadata or {}))
+    return Outcome(recording, diverged_at, tuple(schedule.windows))
+
+
+def generator(seed: int, stream: int, part: int = 0) -> np.random.Generator:
+    """A source of chance of its own for every purpose, so that one does not move the other."""
+    return np.random.default_rng([seed, stream, part])
+
+
+class _Drive:
+    """A car on its way: kernel, memory, and what acts on the car in the next piece."""
+
+    def __init__(self, block: Any, car: Any, course: Course, schedule: Schedule):
+        self.kernel, self.memory = kernel(block), initial_memory(block)
+        self.course, self.schedule = course, schedule
+        self.step_time = car.step_time
+        self.ahead = getattr(getattr(car, "driver", None), "anticipation", 0.0)
+        names = self.kernel.graph.sample
+        self.index = {name: column for column, name in enumerate(names)}
+        own = dict(tuning(car))
+        self.usual = np.array([_usual(name, own) for name in names])
+        self.samples = np.empty((PIECE, len(names)))
+        self.outputs = {name: columns[0] for name, columns in channel_names(block).items()}
+        self.limits = [(self.outputs[name], limit) for name, limit in LIMITS.items() if name in self.outputs]
+
+    def to_the_end(self, seconds: float, recorder: Recorder, progress: Callable[[float], None]) -> float | None:
+        """All pieces; the last good time if the run diverged."""
+        count, done, distance, speed = round(seconds / self.step_time), 0, 0.0, self._first_speed()
+        while done < count:
+            size = min(WAITING_PIECE if self.schedule.pending else PIECE, count - done)
+            time = np.arange(done, done + size) * self.step_time
+            outputs = self._piece(time, distance, speed, done)
+            good = self._good(outputs)
+            recorder.add(outputs[:good])
+            if good < size:
+                return (done + good - 1) * self.step_time
+            if self.schedule.pending:
+                seen = {name: outputs[:, column] for name, column in self.outputs.items()}
+                self.schedule.observe(time, seen)
+            if "truth_distance" in self.outputs:
+                distance = float(outputs[-1, self.outputs["truth_distance"]])
+                speed = float(outputs[-1, self.outputs["truth_speed"]])
+                distance += speed * self.step_time
+            done += size
+            progress(done / count)
+        return None
+
+    def _first_speed(self) -> float:
+        return float(self.course.start.speed)
+
+    def _piece(self, time: np.ndarray, distance: float, speed: float, done: int) -> np.ndarray:
+        samples = self.samples[: len(time)]
+        samples[:] = self.usual
+        ahead = distance + speed * (time - time[0])
+        self._set(samples, self.course.columns(time, ahead, speed, self.ahead), f"the course '{self.course.name}'")
+        self._set(samples, self.schedule.inputs(time), "a fault")
+        outputs = np.empty((len(time), len(self.kernel.graph.output)))
+        self.kernel.scan(self.memory, samples, outputs, done)
+        return outputs
+
+    def _set(self, samples: np.ndarray, columns: Mapping[str, Any], whose: str) -> None:
+        for name, values in columns.items():
+            if name not in self.index:
+                raise ParameterError(
+                    f"{whose} sets '{name}', which {self.kernel.graph.name} does not have{nearest(name, self.index)}"
+                )
+            samples[:, self.index[name]] = values
+
+    def _good(self, outputs: np.ndarray) -> int:
+        """How many rows are finite and within the limits."""
+        fine = np.isfinite(outputs[-1]).all() and all(abs(outputs[-1, c]) < limit for c, limit in self.limits)
+        if fine:
+            return len(outputs)
+        good = np.isfinite(outputs).all(axis=1)
+        for column, limit in self.limits:
+            good &= np.abs(np.nan_to_num(outputs[:, column], nan=math.inf)) < limit
+        return int(np.argmin(good))
+
+
+def _usual(name: str, own: Mapping[str, float]) -> float:
+    if name.startswith("parameters."):
+        return own[name.removeprefix("parameters.")]
+    if name.startswith("ports.") and name.endswith(".gain"):
+        return 1.0
+    return DEFAULTS.get(name, 0.0)
+
+
+def _measured(
+    sensors: Mapping[str, Any],
+    instants: Mapping[str, tuple[np.ndarray, np.ndarray]],
+    truths: Mapping[str, np.ndarray],
+    chance: Mapping[str, np.random.Generator],
+    schedule: Schedule,
+    described: Mapping[str, str],
+) -> dict[str, Channel]:
+    channels = {}
+    for name, sensor in sensors.items():
+        stamps = instants[name][1][: len(truths[name])]
+        values = sensor.read(truths[name], chance[name])
+        stamps, values = schedule.on_channel(name, stamps, values, chance[name])
+        channels[name] = channel(name, stamps, values, described)
+    return channels
+
+
+def _true(
+    truths: Mapping[str, np.ndarray], measured: Mapping[str, Any], described: Mapping[str, str]
+) -> dict[str, Channel]:
+    from tierod.proving_ground.recorder import TRUTH_RATE
+
+    grids: dict[int, np.ndarray] = {}
+    return {
+        name: channel(name, grids.setdefault(len(v), np.arange(len(v)) / TRUTH_RATE), v, described)
+        for name, v in truths.items()
+        if name not in measured
+    }
+
+
+def _until(each: Channel, end: float) -> Channel:
+    kept = each.time <= end
+    return replace(each, time=each.time[kept], values=each.values[kept])

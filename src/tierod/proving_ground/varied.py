@@ -1,0 +1,80 @@
+"""A block some of whose parameters change over time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from typing import Annotated, Any, get_type_hints
+
+from tierod.block import named_tuple, tuning, with_tuning
+from tierod.errors import ParameterError, nearest
+
+
+@dataclass(frozen=True)
+class Varied:
+    """A block with some of its float fields as inputs, in a branch `parameters` of its sample.
+
+    Args:
+        block: any block whose Sample is a NamedTuple
+        paths: dotted names of float fields ("steering.friction.level"); the values in the block no longer matter
+
+    Raises:
+        ParameterError: the block has no such float field
+    """
+
+    block: Any
+    paths: tuple[str, ...]
+
+    def __post_init__(self):
+        known = [path for path, _ in tuning(self.block)]
+        for path in self.paths:
+            if path not in known:
+                raise ParameterError(f"{type(self.block).__name__} has no parameter '{path}'{nearest(path, known)}")
+
+    @property
+    def Sample(self) -> type:
+        """The block's own sample with a branch `parameters`."""
+        return _sample(self.block.Sample, tuple(sorted(self.paths)))
+
+    def init(self) -> Any:
+        """The block's own state before the first sample."""
+        return self.block.init()
+
+    def step(self, state: Any, sample: Any) -> tuple[Any, Any]:
+        """The block's own step, with the parameters of this sample."""
+        *own, parameters = sample
+        values = (_at(parameters, path) if path in self.paths else value for path, value in tuning(self.block))
+        return with_tuning(self.block, values).step(state, self.block.Sample(*own))
+
+
+@cache
+def _sample(own: type, paths: tuple[str, ...]) -> type:
+    hints = get_type_hints(own, include_extras=True)
+    fields = [(name, hints[name]) for name in own._fields]  # type: ignore[attr-defined]
+    return named_tuple("Sample", [*fields, ("parameters", _branch("Parameters", paths))])
+
+
+def _branch(name: str, paths: Iterable[str]) -> Any:
+    """Nested NamedTuple classes for dotted paths, so that a leaf is called like the field it replaces."""
+    below: dict[str, list[str]] = {}
+    for path in paths:
+        head, _, rest = path.partition(".")
+        below.setdefault(head, []).append(rest)
+    return named_tuple(
+        name,
+        [
+            (_field(head), Annotated[float, ""] if rests == [""] else _branch(head.capitalize(), rests))
+            for head, rests in below.items()
+        ],
+    )
+
+
+def _field(head: str) -> str:
+    return head if head.isidentifier() else f"item_{head}"
+
+
+def _at(parameters: Any, path: str) -> Any:
+    for part in path.split("."):
+        parameters = getattr(parameters, _field(part))
+    return parameters
