@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tierod.errors import MissingExtra, OutputError
 from tierod.readers import read
 from tierod.recording import Channel, Recording
-from tierod.writers import write
+from tierod.writers import require_writable, write
 
 FORMATS = ("parquet", "csv", "mf4")
 VALUES = st.floats(allow_nan=True, allow_infinity=False, width=64)
@@ -72,6 +72,16 @@ def test_an_ending_in_capitals(tmp_path, ending):
     assert read(tmp_path / f"drive.{ending}")["yaw_rate"].values.tolist() == (0.1 * time).tolist()
 
 
+@pytest.mark.parametrize("ending", FORMATS)
+def test_metadata_comes_back(tmp_path, ending):
+    if ending == "mf4":
+        pytest.importorskip("asammdf")
+    told = {"scenario": 'name = "a"\n<b> & ü\n  c', "faults": [{"start": 1.5, "end": None}], "seed": 7}
+    write(Recording(one().channels, told), tmp_path / f"drive.{ending}")
+    again = read(tmp_path / f"drive.{ending}").metadata
+    assert {key: again[key] for key in told} == told
+
+
 def test_nan_and_padding_are_told_apart(tmp_path):
     slow = Channel("yaw_rate", np.array([0.0, 1.0]), np.array([np.nan, 2.0]), "rad/s")
     fast = Channel("vehicle_speed", np.arange(0.0, 1.0, 0.1), np.arange(10.0), "m/s")
@@ -121,6 +131,27 @@ def test_unknown_ending(tmp_path):
         write(one(), tmp_path / "drive.parqet")
 
 
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("drive.parqet", "did you mean '.parquet'"),
+        ("drive", "no ending that can be written"),
+        ("absent/drive.csv", "no folder .*absent; create it first"),
+        ("folder.csv", "is a folder; name a file"),
+    ],
+)
+def test_trouble_that_can_be_seen_before_a_long_run(tmp_path, name, sentence):
+    (tmp_path / "folder.csv").mkdir()
+    with pytest.raises(OutputError, match=sentence):
+        require_writable(tmp_path / name)
+
+
+def test_a_place_that_can_be_written(tmp_path):
+    for ending in ("parquet", "csv"):
+        require_writable(tmp_path / f"drive.{ending}")
+    assert not list(tmp_path.iterdir())
+
+
 def test_nothing_to_write(tmp_path):
     with pytest.raises(OutputError, match="has no channels"):
         write(Recording({}), tmp_path / "drive.csv")
@@ -154,3 +185,5 @@ def test_mf4_without_asammdf(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "asammdf", None)
     with pytest.raises(MissingExtra, match=r"tierod\[mdf\]"):
         write(one(), tmp_path / "drive.mf4")
+    with pytest.raises(MissingExtra, match=r"tierod\[mdf\]"):
+        require_writable(tmp_path / "drive.mf4")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import gc
 import io
+import json
 import logging
 import sys
 import traceback
@@ -14,6 +15,7 @@ from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -106,8 +108,18 @@ def _source(file: Any, places: dict[str, tuple[int, int, Any]], notes: tuple[str
         return [channel for channel in made if channel is not None]
 
     start = file.header.start_time
-    metadata = {"format": f"MDF {file.version}", "start_time": start.isoformat() if start else ""}
-    return Source(columns, load, metadata, _origin(start), notes)
+    known = {"format": f"MDF {file.version}", "start_time": start.isoformat() if start else ""}
+    return Source(columns, load, {**_told(file), **known}, _origin(start), notes)
+
+
+def _told(file: Any) -> dict[str, Any]:
+    """Metadata that tierod wrote into the comment of the file; none where another program wrote it."""
+    try:
+        root = ElementTree.fromstring(str(getattr(file.header, "comment", "")))
+        told = json.loads(root.findtext(".//common_properties/e[@name='tierod']") or "{}")
+    except (ElementTree.ParseError, ValueError):
+        return {}
+    return told if isinstance(told, dict) else {}
 
 
 def _origin(start: datetime | None) -> float:

@@ -7,7 +7,7 @@ from pathlib import Path
 from tierod.errors import OutputError, nearest
 from tierod.recording import Recording
 
-__all__ = ["write"]
+__all__ = ["require_writable", "write"]
 
 _ENDINGS = (".parquet", ".pq", ".csv", ".mf4")
 
@@ -23,7 +23,7 @@ def write(recording: Recording, path: str | Path) -> None:
         OutputError: an ending that is not known, nothing to write, no such folder, no permission, disk full
         MissingExtra: the library for this format is not installed
     """
-    ending = Path(path).suffix.lower()
+    ending = _ending(path)
     if ending in (".parquet", ".pq"):
         from tierod.writers.parquet import write_parquet
 
@@ -32,9 +32,35 @@ def write(recording: Recording, path: str | Path) -> None:
         from tierod.writers.csv import write_csv
 
         write_csv(recording, path)
-    elif ending == ".mf4":
+    else:
         from tierod.writers.mf4 import write_mf4
 
         write_mf4(recording, path)
-    else:
+
+
+def require_writable(path: str | Path) -> None:
+    """What `write` would complain about after a long run, now: ending, folder, library.
+
+    Args:
+        path: as for `write`
+
+    Raises:
+        OutputError: an ending that is not known, no such folder, or a folder of that name
+        MissingExtra: the library for this format is not installed
+    """
+    path = Path(path).expanduser()
+    if _ending(path) == ".mf4":
+        from tierod.writers.mf4 import require_asammdf
+
+        require_asammdf()
+    if not path.parent.is_dir():
+        raise OutputError(f"{path} cannot be written: there is no folder {path.parent}; create it first")
+    if path.is_dir():
+        raise OutputError(f"{path} cannot be written: it is a folder; name a file")
+
+
+def _ending(path: str | Path) -> str:
+    ending = Path(path).suffix.lower()
+    if ending not in _ENDINGS:
         raise OutputError(f"{path} has no ending that can be written{nearest(ending, _ENDINGS)}")
+    return ending

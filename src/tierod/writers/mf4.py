@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import datetime
+import json
 import warnings
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 
 from tierod.errors import MissingExtra, OutputError
 from tierod.files import replacing
 from tierod.recording import Channel, Recording
-from tierod.writers.layout import groups
+from tierod.writers.layout import description, groups
 
 
 def write_mf4(recording: Recording, path: str | Path) -> None:
-    """Write a recording to an MF4 file; sources and notes go into the comments of the channels.
+    """Write a recording to an MF4 file; sources and notes become comments of channels, metadata that of the file.
 
     Args:
         recording: with at least one channel
@@ -26,10 +28,9 @@ def write_mf4(recording: Recording, path: str | Path) -> None:
         MissingExtra: asammdf is not installed
         OutputError: nothing to write, or the file cannot be written
     """
-    try:
-        from asammdf import MDF, Signal
-    except ImportError:
-        raise MissingExtra("asammdf", "mdf", "writing an MF4 file") from None
+    require_asammdf()
+    from asammdf import MDF, Signal
+
     found = groups(recording)
     with replacing(path) as temporary, warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -37,6 +38,7 @@ def write_mf4(recording: Recording, path: str | Path) -> None:
         origin = recording.metadata.get("origin") or 0.0
         if origin:
             file.header.start_time = datetime.datetime.fromtimestamp(float(origin), datetime.UTC)
+        file.header.comment = _header(description(recording, found)["metadata"])
         try:
             for number, group in enumerate(found):
                 signals = [_signal(Signal, channel, group.time) for channel in group.channels]
@@ -52,6 +54,23 @@ def write_mf4(recording: Recording, path: str | Path) -> None:
             raise OutputError(f"{path} cannot be written as MF4: {reason}") from None
         finally:
             file.close()
+
+
+def require_asammdf() -> None:
+    """Raise MissingExtra where the library that writes MF4 is not installed."""
+    try:
+        import asammdf  # noqa: F401
+    except ImportError:
+        raise MissingExtra("asammdf", "mdf", "writing an MF4 file") from None
+
+
+def _header(metadata: dict[str, Any]) -> str:
+    """The comment of the file as MDF 4 wants it: metadata as JSON in a common property called tierod."""
+    root = ElementTree.Element("HDcomment")
+    ElementTree.SubElement(root, "TX")
+    properties = ElementTree.SubElement(root, "common_properties")
+    ElementTree.SubElement(properties, "e", name="tierod").text = json.dumps(metadata)
+    return ElementTree.tostring(root, encoding="unicode")
 
 
 def _signal(kind: Any, channel: Channel, time: np.ndarray) -> Any:
