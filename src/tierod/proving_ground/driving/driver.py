@@ -1,0 +1,135 @@
+"""The person who drives: follows a road with eyes, arms and a foot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+from tierod.block import Ring
+from tierod.graph.maths import arctan, limit, maximum
+from tierod.physics.single_track import steady_road_wheel_angle
+from tierod.proving_ground.driving.pedals import Foot, Pedals
+from tierod.proving_ground.parts import Demand, Hand, Intent, Seen
+from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE
+
+
+class Muscles(NamedTuple):
+    """What the arms' differential equations carry on: angle of the muscles, its rate, and patience [rad], ..."""
+
+    angle: Any
+    rate: Any
+    persistent_angle: Any
+
+
+class Mind(NamedTuple):
+    """What a driver remembers: offsets not yet reacted to, and the foot."""
+
+    offset_ahead: Ring
+    foot: Foot
+
+
+@dataclass(frozen=True)
+class HumanDriver:
+    """A person who previews the road's curvature, corrects the offset after a delay, and steers with arms.
+
+    The arms are a spring and damper that pull the wheel towards an angle the muscles have reached; the muscles follow
+    the wanted angle with a lag of second order, critically damped. After Pick and Cole, Vehicle System Dynamics 46
+    (2008). The person knows a car by four numbers of their own, which need not be those of the car.
+
+    Args:
+        mass: believed, of the car
+        wheelbase: believed
+        understeer_gradient: believed, extra road-wheel angle per lateral acceleration
+        steering_ratio: believed, road-wheel angle per steering-wheel angle
+        arm_stiffness: torque per angle between muscles and wheel
+        arm_damping: torque per rate between muscles and wheel
+        muscle_time: time constant of the muscles, twice in a row
+        torque_limit: what the person can or will apply
+        preview_time: how far ahead the offset from the road is judged
+        anticipation: how early the road's curvature is steered, makes up for muscles and vehicle
+        correction: share of the offset correction that the person makes with full attention
+        persistence: integral gain on the remaining angle error, for a person told to reach an angle (no attention to
+            a lane, hands on the wheel)
+        slowest_correction: speed below which the offset is corrected the less, not at all at rest
+        pedals: speed keeping
+        step_time: between two decisions
+        delay_steps: reaction delay of the correction, in steps
+    """
+
+    mass: Annotated[float, "kg", POSITIVE] = 1600.0
+    wheelbase: Annotated[float, "m", POSITIVE] = 2.83
+    understeer_gradient: Annotated[float, "rad*s**2/m", ANY] = 3.73e-3
+    steering_ratio: Annotated[float, "", POSITIVE] = 1.0 / 15.5
+    arm_stiffness: Annotated[float, "N*m/rad", NOT_NEGATIVE] = 40.0
+    arm_damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 2.0
+    muscle_time: Annotated[float, "s", POSITIVE] = 0.08
+    torque_limit: Annotated[float, "N*m", POSITIVE] = 15.0
+    preview_time: Annotated[float, "s", POSITIVE] = 1.5
+    anticipation: Annotated[float, "s", NOT_NEGATIVE] = 0.25
+    correction: Annotated[float, "", NOT_NEGATIVE] = 1.0
+    persistence: Annotated[float, "1/s", NOT_NEGATIVE] = 3.0
+    slowest_correction: Annotated[float, "m/s", POSITIVE] = 3.0
+    pedals: Pedals = field(default_factory=Pedals)
+    step_time: Annotated[float, "s", POSITIVE] = 1e-3
+    delay_steps: int = 150
+
+    def init(self) -> Muscles:
+        """Muscles relaxed, straight ahead."""
+        return Muscles(0.0, 0.0, 0.0)
+
+    def remembered(self) -> Mind:
+        """Nothing seen yet."""
+        return Mind(Ring(self.delay_steps), self.pedals.remembered())
+
+    def decide(self, memory: Mind, seen: Seen, demand: Demand) -> tuple[Mind, Intent]:
+        """Once a step: judge what is seen, after the reaction time.
+
+        Args:
+            memory: of the step before
+            seen: at this instant
+            demand: of the course
+        """
+        foot, acceleration = self.pedals.press(
+            memory.foot, seen.speed, demand.speed, demand.acceleration, self.step_time
+        )
+        curvature = demand.curvature_ahead + self._correcting(memory.offset_ahead.oldest, seen.speed, demand.attention)
+        steer = arctan(steady_road_wheel_angle(curvature, seen.speed, self.wheelbase, self.understeer_gradient))
+        wanted = demand.steering_wheel_angle + steer / self.steering_ratio
+        offset_rate = seen.speed * seen.heading_error + seen.lateral_speed
+        offset_ahead = memory.offset_ahead.push(seen.lateral_offset + self.preview_time * offset_rate)
+        return Mind(offset_ahead, foot), Intent(wanted, self.mass * acceleration)
+
+    def _correcting(self, offset_ahead: Any, speed: Any, attention: Any) -> Any:
+        """Curvature [1/m] that would lead back to the path over the preview distance."""
+        reach = self.preview_time * maximum(speed, self.slowest_correction)
+        rolling = limit(speed / self.slowest_correction, 0.0, 1.0)
+        return -2.0 * self.correction * attention * rolling * offset_ahead / (reach * reach)
+
+    def hand_torque(self, motion: Muscles, hand: Hand, demand: Demand) -> Any:
+        """Torque of the hands on the steering wheel [N*m].
+
+        Args:
+            motion: of the muscles
+            hand: angle and rate of the steering wheel
+            demand: of the course: grip, and torque added to that of the arms
+        """
+        arms = self.arm_stiffness * (motion.angle - hand.angle) + self.arm_damping * (motion.rate - hand.rate)
+        return limit(demand.grip * arms, -self.torque_limit, self.torque_limit) + demand.hand_torque
+
+    def derivative(self, motion: Muscles, intent: Intent, hand: Hand, demand: Demand) -> Muscles:
+        """Rate of change of the muscles and of the persistent angle.
+
+        Args:
+            motion: of the muscles
+            intent: from `decide`
+            hand: angle and rate of the steering wheel
+            demand: of the course: grip and attention
+        """
+        wanted, lag = intent.steering_wheel_angle + motion.persistent_angle, self.muscle_time
+        told = demand.grip * (1.0 - demand.attention)
+        remaining = told * (intent.steering_wheel_angle - hand.angle) - (1.0 - told) * motion.persistent_angle
+        return Muscles(
+            angle=motion.rate,
+            rate=((wanted - motion.angle) / lag - 2.0 * motion.rate) / lag,
+            persistent_angle=self.persistence * remaining,
+        )
