@@ -1,9 +1,9 @@
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 
-from tierod.proving_ground.integration import runge_kutta
+from tierod.proving_ground.integration import implicit_inverse, rosenbrock, runge_kutta
 
 
 class Swing(NamedTuple):
@@ -25,3 +25,55 @@ def error(step):
 
 def test_error_falls_with_the_fourth_power():
     assert error(0.1) / error(0.05) == pytest.approx(16.0, rel=0.1)
+
+
+class Coupled(NamedTuple):
+    """A fast, damped spring between two masses, and a slow swing that drives it."""
+
+    gear: tuple[Any, ...]
+    swing: Swing
+
+
+FAST = 2.0 * math.pi * 667.0
+
+
+def gear_rate(gear, push=0.0):
+    first, first_speed, second, second_speed = gear
+    force = FAST**2 * (first - second) + 0.4 * FAST * (first_speed - second_speed)
+    return first_speed, push - force - first, second_speed, force - 2.0 * second_speed
+
+
+def coupled_rate(state):
+    return Coupled(gear_rate(state.gear, state.swing.place), Swing(state.swing.speed, -4.0 * state.swing.place))
+
+
+def at_one_second(step, share=1.0):
+    """State after a second; `share` spoils the Jacobian."""
+    still = (0.0,) * 4
+    inverse = implicit_inverse(lambda gear: tuple(share * rate for rate in gear_rate(gear)), still, step)
+    state = Coupled(still, Swing(1.0, 0.0))
+    for _ in range(round(1.0 / step)):
+        state = rosenbrock(coupled_rate, state, step, "gear", inverse)
+    return state
+
+
+@pytest.mark.parametrize("share", [1.0, 1.3])
+def test_a_stiff_gear_is_followed_in_second_order_whatever_the_jacobian(share):
+    reference = at_one_second(1e-5)
+    errors = [abs(at_one_second(step, share).gear[2] - reference.gear[2]) for step in (4e-3, 2e-3, 1e-3)]
+    assert errors[2] < 1e-5 * abs(reference.gear[2])
+    assert errors[0] > 3.0 * errors[1] > 9.0 * errors[2]
+
+
+def test_the_explicit_part_is_of_second_order():
+    errors = [abs(at_one_second(step).swing.place - math.cos(2.0)) for step in (4e-3, 2e-3)]
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
+
+
+def test_what_is_too_fast_for_the_step_is_damped():
+    still = (0.0,) * 4
+    inverse = implicit_inverse(gear_rate, still, 1e-3)
+    state = Coupled((1e-3, 0.0, -1e-3, 0.0), Swing(0.0, 0.0))
+    for _ in range(100):
+        state = rosenbrock(coupled_rate, state, 1e-3, "gear", inverse)
+    assert abs(state.gear[0] - state.gear[2]) < 1e-6

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tierod.block import Block, leaves, units
+from tierod.block import Block, units
 from tierod.graph.trace import trace
 from tierod.recording import Channel
 from tierod.signals import SIGNALS
@@ -15,6 +15,8 @@ from tierod.signals import SIGNALS
 TRUTH_RATE = 100.0
 """Rate of the channels prefixed `truth_` [Hz]."""
 TRUTH = "truth_"
+SAME_INSTANT = 1e-6
+"""Share of a sample below which two instants are one: the clock of a run is a product of rounded numbers."""
 
 
 def channel_names(block: Block) -> dict[str, list[int]]:
@@ -70,15 +72,15 @@ class Recorder:
 
     def _sample(self, final: bool) -> None:
         values = np.concatenate(self.rows)
-        start = self.first * self.step_time
         for name, (source, times) in self.wanted.items():
             columns = self.columns[source]
             fine = self.step_time / len(columns)
             series = values[:, columns].reshape(-1) if len(columns) > 1 else values[:, columns[0]]
-            end = start + (len(series) - 1) * fine
+            before = self.first * len(columns)
             begin = self.reached[name]
+            end = (before + len(series) - 1) * fine
             stop = len(times) if final else int(np.searchsorted(times, end, side="right"))
-            place = (times[begin:stop] - start) / fine
+            place = times[begin:stop] / fine - before
             self.taken[name].append(_interpolated(series, place))
             self.reached[name] = stop
         keep = min(len(values), 1)
@@ -87,13 +89,13 @@ class Recorder:
 
 
 def _interpolated(series: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Values between the samples of a series, at places counted in samples."""
+    """Values between the samples of a series, at places counted in samples; at a sample, that sample itself."""
     place = np.clip(place, 0.0, len(series) - 1)
+    at = np.rint(place).astype(int)
     below = np.minimum(place.astype(int), max(len(series) - 2, 0))
-    share = place - below
-    exact = np.abs(share) < 1e-6
-    after = series[np.minimum(below + 1, len(series) - 1)]
-    return np.where(exact, series[below], series[below] + share * (after - series[below]))
+    after = np.minimum(below + 1, len(series) - 1)
+    between = series[below] + (place - below) * (series[after] - series[below])
+    return np.where(np.abs(place - at) < SAME_INSTANT, series[at], between)
 
 
 def channel(name: str, time: np.ndarray, values: np.ndarray, described: Mapping[str, str]) -> Channel:
@@ -110,7 +112,7 @@ def declared_units(output: Any) -> dict[str, str]:
     while stack:
         branch = stack.pop()
         if isinstance(branch, tuple) and hasattr(branch, "_fields"):
-            for name, below in zip(branch._fields, branch, strict=True):
+            for below in branch:
                 if isinstance(below, tuple):
                     stack.append(below)
             own = dict(zip(branch._fields, _own_units(type(branch)), strict=True))
@@ -127,8 +129,3 @@ def _own_units(kind: type) -> list[str | None]:
         listed = units(hints[name])
         result.append(listed[0] if listed and len(set(listed)) == 1 else None)
     return result
-
-
-def flat_names(tree: Any) -> list[str]:
-    """Dotted names of the leaves of a tree."""
-    return [path for path, _ in leaves(tree)]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, get_type_hints
 
-from tierod.block import named_tuple, tuning, with_tuning
+from tierod.block import named_tuple, tuning
 from tierod.errors import ParameterError, nearest
 
 
@@ -44,8 +45,10 @@ class Varied:
     def step(self, state: Any, sample: Any) -> tuple[Any, Any]:
         """The block's own step, with the parameters of this sample."""
         *own, parameters = sample
-        values = (_at(parameters, path) if path in self.paths else value for path, value in tuning(self.block))
-        return with_tuning(self.block, values).step(state, self.block.Sample(*own))
+        return _changed(self.block, parameters).step(state, self.block.Sample(*own))
+
+
+_ITEM = "item_"
 
 
 @cache
@@ -71,10 +74,24 @@ def _branch(name: str, paths: Iterable[str]) -> Any:
 
 
 def _field(head: str) -> str:
-    return head if head.isidentifier() else f"item_{head}"
+    return head if head.isidentifier() else f"{_ITEM}{head}"
 
 
-def _at(parameters: Any, path: str) -> Any:
-    for part in path.split("."):
-        parameters = getattr(parameters, _field(part))
-    return parameters
+def _changed(part: Any, values: Any) -> Any:
+    """A dataclass or tuple with fields replaced, deep inside; no check of theirs runs, since values may be symbols."""
+    fresh = {
+        name.removeprefix(_ITEM): _changed(_get(part, name), value) if isinstance(value, tuple) else value
+        for name, value in zip(values._fields, values, strict=True)
+    }
+    if isinstance(part, tuple):
+        names = getattr(part, "_fields", tuple(map(str, range(len(part)))))
+        parts = [fresh.get(name, value) for name, value in zip(names, part, strict=True)]
+        return type(part)(*parts) if hasattr(part, "_fields") else tuple(parts)
+    copy = object.__new__(type(part))
+    for field in dataclasses.fields(part):
+        object.__setattr__(copy, field.name, fresh.get(field.name, getattr(part, field.name)))
+    return copy
+
+
+def _get(part: Any, name: str) -> Any:
+    return part[int(name.removeprefix(_ITEM))] if name.startswith(_ITEM) else getattr(part, name)
