@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from tierod.errors import InputError, ParameterError, nearest
 from tierod.units import COUNT, Scale, scale
 from tierod.vehicles.catalogue import QUANTITIES, Quantity
-from tierod.vehicles.lines import line_of
+from tierod.toml_lines import line_of
 from tierod.vehicles.vehicle import SHIPPED, Parameter, Vehicle
 
 if TYPE_CHECKING:

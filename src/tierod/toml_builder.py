@@ -1,0 +1,210 @@
+"""From a value in a TOML file to a field of a dataclass, as its annotation means it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
+
+from tierod.errors import InputError, ParameterError, TierodError, nearest
+from tierod.fields import Meaning, alternatives, hints, meaning
+from tierod.toml_lines import Location
+from tierod.units import scale
+
+if TYPE_CHECKING:
+    from tierod.toml import Document
+
+SIGNAL_UNIT = "{signal}"
+"""Unit of a field whose unit depends on the signal that it is about; patterns as "{signal}/s" are fine too."""
+
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*", re.DOTALL)
+
+
+def kind_name(kind: type) -> str:
+    """The name by which the key `kind` chooses a dataclass: "total-loss" for `TotalLoss`."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", kind.__name__).lower()
+
+
+@dataclass(frozen=True)
+class Builder:
+    """Turns the values of one document into fields, see `tierod.toml.build`."""
+
+    document: Document
+    signal: str | None
+
+    def value(self, means: Meaning, given: Any, location: tuple[str | int, ...], base: Any = None) -> Any:
+        """A value of the type that an annotation means."""
+        members = [_below(member, means) for member in alternatives(means.hint)]
+        classes = [each.hint for each in members if dataclasses.is_dataclass(each.hint)]
+        if classes and isinstance(given, dict):
+            return self._instance(tuple(classes), given, location, base)
+        others = [each for each in members if each.hint not in classes]
+        if not others:
+            raise self._error(location, f"is {_shown(given)}, but has to be a table")
+        for each in others[:-1]:
+            try:
+                return self._plain(each, given, location, base)
+            except ParameterError:
+                continue
+        return self._plain(others[-1], given, location, base)
+
+    def _error(self, location: Location, message: str) -> ParameterError:
+        name = ".".join(map(str, location))
+        return self.document.error(location, f"'{name}' {message}" if name else f"the document {message}")
+
+    def _plain(self, means: Meaning, given: Any, location: tuple[str | int, ...], base: Any) -> Any:
+        hint = means.hint
+        origin = get_origin(hint)
+        if hint is Any:
+            return given
+        if hint is float:
+            return self._number(means, given, location, base)
+        if origin is Literal:
+            return self._choice(get_args(hint), given, location)
+        if origin is tuple or hint is tuple:
+            return self._elements(means, given, location, base)
+        if isinstance(origin or hint, type) and issubclass(origin or hint, Mapping):
+            return self._mapping(means, given, location, base)
+        if hint is int and isinstance(given, float) and given.is_integer():
+            given = int(given)
+        wanted = {bool: "true or false", int: "a whole number", str: "a text"}
+        if hint not in wanted:
+            raise TypeError(f"tierod.toml cannot build {hint!r}")
+        if not isinstance(given, hint) or (hint is int and isinstance(given, bool)):
+            raise self._error(location, f"is {_shown(given)}, but has to be {wanted[hint]}")
+        if means.limits is not None and not means.limits.holds(given):
+            raise self._error(location, f"is {given}, but has to be {means.limits}")
+        return given
+
+    def _number(self, means: Meaning, given: Any, location: tuple[str | int, ...], base: Any) -> float:
+        unit = self._unit(means)
+        beside = f" {unit}" if unit else ""
+        if isinstance(given, str):
+            value = self._quantity(given, unit, location)
+        elif isinstance(given, bool) or not isinstance(given, int | float):
+            example = f' or a text with a unit, like "1{beside}"' if unit else ""
+            raise self._error(location, f"is {_shown(given)}, but has to be a number{beside}{example}")
+        else:
+            value = float(given)
+        endless = math.isinf(value) and base is not None and base == math.inf
+        if math.isnan(value) or not (endless or math.isfinite(value)):
+            raise self._error(location, f"is {value}, but has to be a finite number{beside}")
+        if means.limits is not None and not endless and not means.limits.holds(value):
+            raise self._error(location, f"is {value:g}{beside}, but has to be {means.limits}{beside}")
+        return value
+
+    def _unit(self, means: Meaning) -> str | None:
+        """The unit of a number; None where it depends on a signal that is not known."""
+        if means.unit is None or "{signal}" not in means.unit:
+            return means.unit or ""
+        if self.signal is None:
+            return None
+        return self.signal if means.unit == SIGNAL_UNIT else means.unit.format(signal=self.signal or "1")
+
+    def _quantity(self, given: str, unit: str | None, location: tuple[str | int, ...]) -> float:
+        parts = _QUANTITY.fullmatch(given)
+        if parts is None:
+            raise self._error(location, f"is '{given}', but has to be a number{f', in {unit}' if unit else ''}")
+        if unit is None:
+            raise self._error(location, f"is '{given}', but no unit is known here; give the number alone")
+        try:
+            return float(scale(parts[2], unit)(float(parts[1]))) if parts[2] else float(parts[1])
+        except InputError as error:
+            wanted = f"'{unit}'" if unit else "a number without unit"
+            raise self._error(location, f"is '{given}', but is measured in {wanted}: {error}") from None
+
+    def _choice(self, members: tuple[Any, ...], given: Any, location: tuple[str | int, ...]) -> Any:
+        for member in members:
+            if type(member) is type(given) and member == given:
+                return member
+        known = [str(member) for member in members]
+        raise self._error(location, f"is {_shown(given)}, which is not among {', '.join(known)}")
+
+    def _elements(self, means: Meaning, given: Any, location: tuple[str | int, ...], base: Any) -> tuple[Any, ...]:
+        inner = get_args(means.hint)
+        if isinstance(given, dict) and isinstance(base, tuple) and all(key.isdigit() for key in given):
+            merged: list[Any] = list(base)
+            for key, value in given.items():
+                position = int(key)
+                if position >= len(base):
+                    raise self._error((*location, key), f"is not there; the last of {len(base)} is {len(base) - 1}")
+                hint = inner[0] if inner[-1:] == (Ellipsis,) else inner[position]
+                merged[position] = self.value(_below(hint, means), value, (*location, key), base[position])
+            return tuple(merged)
+        if not isinstance(given, list):
+            raise self._error(location, f"is {_shown(given)}, but has to be a list")
+        if inner[-1:] == (Ellipsis,):
+            inner = inner[:1] * len(given)
+        if len(inner) != len(given):
+            raise self._error(location, f"has {len(given)} elements, but needs {len(inner)}")
+        return tuple(
+            self.value(_below(hint, means), value, (*location, number))
+            for number, (hint, value) in enumerate(zip(inner, given, strict=True))
+        )
+
+    def _mapping(self, means: Meaning, given: Any, location: tuple[str | int, ...], base: Any) -> dict[str, Any]:
+        if not isinstance(given, dict):
+            raise self._error(location, f"is {_shown(given)}, but has to be a table")
+        inner = (get_args(means.hint) or (str, Any))[1]
+        known = dict(base or {})
+        for name, value in given.items():
+            known[name] = self.value(_below(inner, means), value, (*location, name), known.get(name))
+        return known
+
+    def _instance(self, classes: tuple[Any, ...], table: dict[str, Any], location: tuple[Any, ...], base: Any) -> Any:
+        kind, given = self._chosen(classes, table, location, base)
+        base = base if type(base) is kind else None
+        known = {field.name: field for field in dataclasses.fields(kind) if field.init}
+        for name in given:
+            if name not in known:
+                raise self.document.error((*location, name), f"'{name}' is not known here{nearest(name, known)}")
+        values = {}
+        for name, field in known.items():
+            default = _default(field) if base is None else getattr(base, name)
+            if name in given:
+                means = _below(hints(kind)[name], Meaning(None, None, None))
+                values[name] = self.value(means, given[name], (*location, name), default)
+            elif base is not None:
+                values[name] = default
+            elif field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING:
+                unit = self._unit(meaning(hints(kind)[name]))
+                raise self.document.error(location, f"'{name}' is missing; add it{f', in {unit}' if unit else ''}")
+        try:
+            return kind(**values)
+        except TierodError as error:
+            raise self.document.error(location, str(error)) from None
+
+    def _chosen(self, classes: tuple[Any, ...], table: dict[str, Any], location: tuple[Any, ...], base: Any) -> Any:
+        """(class, table without the key that chose it)."""
+        named = {kind_name(each): each for each in classes}
+        own = len(classes) == 1 and "kind" in hints(classes[0])
+        if "kind" not in table or own:
+            if len(classes) > 1 and type(base) not in classes:
+                raise self.document.error(location, f"'kind' is missing; choose one of: {', '.join(sorted(named))}")
+            return (classes[0] if len(classes) == 1 else type(base)), table
+        name = str(table["kind"]).replace("_", "-").lower()
+        if name not in named:
+            raise self.document.error((*location, "kind"), f"no kind is called '{table['kind']}'{nearest(name, named)}")
+        return named[name], {key: value for key, value in table.items() if key != "kind"}
+
+
+def _below(annotation: Any, above: Meaning) -> Meaning:
+    """What an annotation means, with the notes of what is around it where it has none."""
+    own = meaning(annotation)
+    return Meaning(own.hint, above.unit if own.unit is None else own.unit, own.limits or above.limits)
+
+
+def _default(field: Any) -> Any:
+    if field.default is not dataclasses.MISSING:
+        return field.default
+    return None if field.default_factory is dataclasses.MISSING else field.default_factory()
+
+
+def _shown(given: Any) -> str:
+    if isinstance(given, bool):
+        return "true" if given else "false"
+    text = "a table" if isinstance(given, dict) else "a list" if isinstance(given, list) else repr(given)
+    return text if len(text) <= 60 else f"{text[:57]}..."
