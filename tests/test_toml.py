@@ -194,7 +194,7 @@ def test_any_text_gives_a_car_or_a_sentence(text):
         built = car(text)
     except ParameterError as error:
         said = str(error)
-        assert said.startswith("car.toml")  # noqa: PT017
+        assert said.startswith("car.toml")
     else:
         assert built.mass > 0.0
 
