@@ -126,6 +126,38 @@ def relaxation_rate(deflection: Any, lateral_slip_speed: Any, speed: Any, relaxa
     return lateral_slip_speed - absolute(speed) / relaxation_length * deflection
 
 
+def relaxation_speed(speed: Any, slip_speed: Any, greatest_slip: Any) -> Any:
+    """Speed [m/s] at which a deflection relaxes, so that the slip that acts never passes the greatest one.
+
+    Args:
+        speed: forward speed of the wheel [m/s]
+        slip_speed: of the contact patch over the ground [m/s]
+        greatest_slip: reached where the patch slides over the ground without rolling [-]
+
+    A norm of the fourth power, (V^4 + (Vs/s)^4)^(1/4): below half of the greatest slip the wheel's own speed to 2 %,
+    below a fifth of it to 0.04 %; without it a standing tyre that is dragged deflects without limit.
+    """
+    sliding = slip_speed / greatest_slip
+    speed, sliding = speed * speed, sliding * sliding
+    return sqrt(sqrt(speed * speed + sliding * sliding))
+
+
+def twist_rate(twist: Any, turning: Any, speed: Any, greatest_twist: Any, relaxation_length: Any) -> Any:
+    """Rate [rad/s] of the twist of a contact patch about its vertical axis; twist over its limit is the scrub torque
+    over the parking torque.
+
+    Args:
+        twist: of the patch [rad]
+        turning: rate of the wheel about the vertical axis over ground: steer plus yaw [rad/s]
+        speed: forward speed of the wheel [m/s]
+        greatest_twist: at which the whole patch slides [rad]
+        relaxation_length: rolled distance over which a twist fades [m]
+
+    At rest Dahl's friction (exponent 1); rolling, a first-order lag over distance as in Pacejka, 3rd ed., eq (7.7).
+    """
+    return turning - (absolute(speed) / relaxation_length + absolute(turning) / greatest_twist) * twist
+
+
 def parking_torque(load: Any, adhesion: Any, pressure: Any) -> Any:
     """Torque [N*m] about the kingpin that turns one standing wheel on the ground.
 

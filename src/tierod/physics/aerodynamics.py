@@ -1,0 +1,40 @@
+"""Forces of the air on a car, from the wind that it meets."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from tierod.graph.maths import sqrt
+
+AIR_DENSITY = 1.2
+"""At 20 degC and 1013 hPa [kg/m**3]."""
+
+
+class AirForces(NamedTuple):
+    """What the air does to a car, in the directions of the body."""
+
+    longitudinal: Any
+    lateral: Any
+    yaw_moment: Any
+
+
+def air_forces(
+    forward: Any, sideways: Any, drag_area: Any, side_area: Any, lead: Any, density: Any = AIR_DENSITY
+) -> AirForces:
+    """Forces [N] and yaw moment [N*m] of the air at the centre of gravity.
+
+    Args:
+        forward: speed of the car through the air, along the body [m/s]
+        sideways: the same across the body, to the left [m/s]
+        drag_area: drag coefficient times frontal area [m**2], about 0.65
+        side_area: slope of the side force coefficient with the angle of the flow times frontal area [m**2], about 5
+        lead: how far ahead of the centre of gravity the side force acts [m]
+        density: of the air [kg/m**3]
+
+    Validity: angles of the flow up to about 25 degrees, to which the slope is measured; without lift and roll moment.
+    Source: Mitschke and Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed., section 3.1: F = c A rho/2 V^2, with the
+    sine of the flow angle in the place of the angle, and drag along the body.
+    """
+    pressure = 0.5 * density * sqrt(forward * forward + sideways * sideways)
+    side = -side_area * pressure * sideways
+    return AirForces(-drag_area * pressure * forward, side, lead * side)
