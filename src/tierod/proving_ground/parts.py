@@ -175,8 +175,9 @@ class Chassis(Protocol):
 class Steering(Protocol):
     """From the steering wheel (or its actuator) to the road wheels."""
 
-    actuators: tuple[str, ...]
-    """Canonical names of the motors' torques, in the order of `Loads.actuator_torques`."""
+    @property
+    def actuators(self) -> tuple[str, ...]:
+        """Canonical names of the motors' torques, in the order of `Loads.actuator_torques`."""
 
     def init(self) -> Motion:
         """Straight ahead, at rest."""

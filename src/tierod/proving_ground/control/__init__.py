@@ -1,0 +1,1 @@
+"""Control units of the virtual cars, each at the step of the car."""
