@@ -1,7 +1,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Protocol
 
 import pytest
 from hypothesis import given
@@ -197,6 +197,29 @@ def test_any_text_gives_a_car_or_a_sentence(text):
         assert said.startswith("car.toml")
     else:
         assert built.mass > 0.0
+
+
+class Driver(Protocol):
+    @property
+    def anticipation(self): ...
+
+
+@dataclass(frozen=True)
+class Automatic:
+    anticipation: Annotated[float, "s", POSITIVE] = 0.5
+
+
+@dataclass(frozen=True)
+class Bus:
+    driver: Driver = field(default_factory=Automatic)
+
+
+def test_override_of_a_part_that_is_declared_as_a_protocol():
+    assert override(Bus(), {"driver.anticipation": "200 ms"}) == Bus(Automatic(0.2))
+    with pytest.raises(ParameterError, match=r"'driver.anticipation' is -1 s, but has to be above 0 s"):
+        override(Bus(), {"driver": {"anticipation": -1}})
+    with pytest.raises(ParameterError, match="'driver' is 3, but has to be a table"):
+        override(Bus(), {"driver": 3})
 
 
 WHOLE = Car(1500.0, wheels=(Wheel(0.3), Wheel(0.4)), driver=Person(1.0), spares={"boot": Wheel()})

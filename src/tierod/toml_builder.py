@@ -39,6 +39,10 @@ class Builder:
         """A value of the type that an annotation means."""
         members = [_below(member, means) for member in alternatives(means.hint)]
         classes = [each.hint for each in members if dataclasses.is_dataclass(each.hint)]
+        if not classes and dataclasses.is_dataclass(base):
+            # The field is declared as a protocol.
+            members = [_below(type(base), means)]
+            classes = [type(base)]
         if classes and isinstance(given, dict):
             return self._instance(tuple(classes), given, location, base)
         others = [each for each in members if each.hint not in classes]
