@@ -233,3 +233,18 @@ def test_the_highway_minute_says_what_it_can_and_what_it_cannot():
     assert 1.5 < finding.evidence["enabled_s"] < 4.0
     assert finding.evidence["hysteresis_share"] > 2.0 * finding.evidence["hysteresis_by_chance_share"]
     assert any("sign" in remark for row in diagnosis.quality for remark in row.remarks if "lateral" in row.name)
+
+
+def test_the_running_verdict_is_told_from_change_to_change_however_the_drive_is_cut(rising):
+    courses = []
+    for cuts in ((), (100.0, 391.0, 700.0)):
+        run = Run(*find("friction"), load("midsize-eps"))
+        for start, stop in itertools.pairwise((-np.inf, *cuts, np.inf)):
+            run.add(rising.slice(start, stop))
+        run.finish()
+        courses.append(run.course)
+    whole = courses[0]
+    assert [change.status for change in whole] == [Status.NOT_READY, Status.HEALTHY, Status.RISING, Status.FAULT]
+    assert whole[0].time == 0.0
+    assert 390.0 < whole[2].time < whole[3].time < 600.0
+    assert courses[1] == whole

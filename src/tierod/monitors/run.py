@@ -17,7 +17,7 @@ from tierod.errors import InputError, ParameterError, nearest
 from tierod.findings import Diagnosis
 from tierod.monitors.own_level import OwnLevel, load_own_level, refuse_foreign, store_own_level
 from tierod.monitors.quality_over_chunks import QualityOverChunks
-from tierod.monitors.session import Conclusion, Monitor, Session, Variant
+from tierod.monitors.session import Conclusion, Monitor, Session, StatusChange, Variant
 from tierod.readers import SHARE_READ
 from tierod.recording import Aligned, Recording
 from tierod.signals import SIGNALS
@@ -118,6 +118,7 @@ class Run:
             refuse_foreign(own_level, vehicle.name, f"{monitor.name}, {variant.name}")
         self.session: Session = _opened(monitor, variant, vehicle, own_level)
         self.learnt: OwnLevel | None = None
+        self.course: tuple[StatusChange, ...] = ()
         self.needs = ingredients([*monitor.required, *monitor.optional])
         self._quality = QualityOverChunks(self.needs)
         self._before: Recording | None = None
@@ -174,7 +175,7 @@ class Run:
             raise InputError("the recording holds no samples; check that the file is whole and the channel map fits it")
         self._quality.refuse_unusable(self.monitor.required)
         conclusion = self.session.conclude()
-        self.learnt = conclusion.own_level
+        self.learnt, self.course = conclusion.own_level, conclusion.course
         units = self._quality.units
         traces = {name: each.trace() for name, each in self._traces.items() if name not in conclusion.withheld}
         for name in self.session.signals:

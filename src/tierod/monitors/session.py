@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Annotated, Any, NamedTuple, Protocol
 
 import numpy as np
 
 from tierod.block import Block
-from tierod.findings import Finding
+from tierod.findings import Finding, Status
 from tierod.graph import Memory, Result, scan, trace
 from tierod.monitors.own_level import OwnLevel
 from tierod.recording import Aligned
 from tierod.vehicles import Vehicle
+
+
+class StatusChange(NamedTuple):
+    """From when on a running verdict said what."""
+
+    time: Annotated[float, "s"]
+    status: Status
 
 
 @dataclass(frozen=True)
@@ -30,6 +37,7 @@ class Conclusion:
         own_level: what was learnt of this vehicle and may be kept as its sound state; None where nothing was or may
         remarks: how to read a part of the report: "estimate" or "consistency" -> a sentence or two
         withheld: traces that a report must not show, since the value they tell was withheld
+        course: the running verdict from change to change; empty for a monitor that judges a recording as a whole
     """
 
     finding: Finding
@@ -40,6 +48,7 @@ class Conclusion:
     own_level: OwnLevel | None = None
     remarks: Mapping[str, str] = field(default_factory=dict)
     withheld: tuple[str, ...] = ()
+    course: tuple[StatusChange, ...] = ()
 
 
 class Session(Protocol):
@@ -64,21 +73,38 @@ class BlockSession(ABC):
     Args:
         block: its sample is a flat NamedTuple of canonical signals
         traces: outputs shown over time: output -> (name in the report, unit)
+        running: output that holds the code of the running verdict, and the status of each code; None without one
     """
 
-    def __init__(self, block: Block, traces: Mapping[str, tuple[str, str]]):
+    def __init__(
+        self,
+        block: Block,
+        traces: Mapping[str, tuple[str, str]],
+        running: tuple[str, Sequence[Status]] | None = None,
+    ):
         self.block = block
+        self.course: list[StatusChange] = []
         self.signals = trace(block).sample
         self.traces: Mapping[str, str] = dict(traces.values())
         self._outputs = {name: output for output, (name, _) in traces.items()}
+        self._running = running
         self._memory: Memory | None = None
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
         result = scan(self.block, aligned, self._memory)
         self._memory = result.state
+        if self._running is not None:
+            self._follow(aligned.time, result[self._running[0]], self._running[1])
         self.collect(aligned.time, dict(zip(aligned.names, aligned.values.T, strict=True)), result)
         return {name: result[output] for name, output in self._outputs.items()}
+
+    def _follow(self, time: np.ndarray, code: np.ndarray, statuses: Sequence[Status]) -> None:
+        changed = np.flatnonzero(np.diff(code, prepend=np.nan) != 0.0)
+        for at in changed.tolist():
+            status = statuses[round(code[at])]
+            if not self.course or self.course[-1].status is not status:
+                self.course.append(StatusChange(float(time[at]), status))
 
     @abstractmethod
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:

@@ -20,7 +20,7 @@ from tierod.monitors.friction.judgement import judge
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.over_drive import EstimateOverDrive, HysteresisOverDrive, SignalsOverDrive
 from tierod.monitors.friction.run import FrictionRun
-from tierod.monitors.friction.verdict_state import HEALTHY
+from tierod.monitors.friction.verdict_state import HEALTHY, STATUSES
 from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.session import BlockSession, Conclusion
 from tierod.physics.friction import viscous
@@ -66,7 +66,7 @@ class FrictionSession(BlockSession):
             "estimate.nis": ("nis", ""),
             "verdict.ratio": (VALUES[2], ""),
         }
-        super().__init__(block, traces)
+        super().__init__(block, traces, ("verdict.code", STATUSES))
         self._judged, self.vehicle, self._acting = block, vehicle, acting
         self._consistency_remark = consistency_remark
         self._estimates, self._hysteresis = EstimateOverDrive(rate), HysteresisOverDrive(rate)
@@ -105,6 +105,7 @@ class FrictionSession(BlockSession):
             self._own_level(run, finding.status),
             {part: remark for part, remark in remarks.items() if remark},
             () if known else VALUES,
+            tuple(self.course),
         )
 
     def _consistency_figures(self) -> dict[str, float]:
