@@ -14,7 +14,7 @@ ROOT = Path(tierod.__file__).parent
 BASE = "base"
 LAYERS = (
     {"cli", "report"},
-    {"studies"},
+    {"studies", "campaigns"},
     {"monitors"},
     {"diagnosis"},
     {"estimators", "detectors", "filters", "identification", "analysis", "readers", "writers", "vehicles"},
@@ -30,7 +30,7 @@ FRONT = ROOT / "__init__.py"
 
 GROUND = "proving_ground"
 GROUND_USES = {GROUND, "physics", "graph", "vehicles", BASE}
-USES_GROUND = {GROUND, "studies", "cli"}
+USES_GROUND = {GROUND, "studies", "campaigns", "cli"}
 
 HEAVY = {
     "asammdf",

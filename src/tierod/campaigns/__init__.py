@@ -1,0 +1,1 @@
+"""Campaigns: matrices of virtual drives, judged by monitors, resumed where they were stopped, and compared."""

@@ -1,0 +1,178 @@
+"""Statistics of many judged drives: what may be concluded from so many events, times, errors and pairs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+CONFIDENCE = 0.95
+"""Of every bound and interval of a campaign."""
+
+BOOTSTRAPS = 4000
+"""Resamples of a bootstrap interval: its ends then wander by about 1 % of its width."""
+
+
+def rate_bound(events: int, hours: float, confidence: float = CONFIDENCE) -> float:
+    """Upper bound of a rate [1/h] after so many events of a Poisson process in so many hours; infinite after none.
+
+    Args:
+        events: how many were seen
+        hours: for how long [h]
+        confidence: with which the true rate lies below
+
+    Source: Garwood, Biometrika 28 (1936): half the chi-square quantile with 2 (n + 1) degrees of freedom. Without an
+    event it is -ln(1 - confidence), 3.0 events at 95 %.
+    """
+    from scipy.stats import chi2
+
+    return float(0.5 * chi2.ppf(confidence, 2 * (events + 1)) / hours) if hours > 0.0 else math.inf
+
+
+def share_bound(events: int, trials: int, confidence: float = CONFIDENCE) -> float:
+    """Upper bound of a probability after so many events in so many trials; 1 after none.
+
+    Source: Clopper and Pearson, Biometrika 26 (1934). Without an event it is 1 - (1 - confidence)**(1 / trials).
+    """
+    from scipy.stats import beta
+
+    return 1.0 if events >= trials else float(beta.ppf(confidence, events + 1, trials - events))
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Count, mean and sum of squared deviations, which pool exactly however the samples were divided."""
+
+    count: int = 0
+    mean: float = math.nan
+    squares: float = 0.0
+
+    @classmethod
+    def of(cls, values: np.ndarray) -> Moments:
+        """Of the finite values."""
+        values = np.asarray(values, float)
+        values = values[np.isfinite(values)]
+        if not len(values):
+            return cls()
+        mean = float(values.mean())
+        return cls(len(values), mean, float(np.sum((values - mean) ** 2)))
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the samples as they are, not of a population behind them: n below, not n - 1."""
+        return math.sqrt(self.squares / self.count) if self.count else math.nan
+
+
+def pooled(parts: Iterable[Moments]) -> Moments:
+    """The moments of all samples together.
+
+    Source: Chan, Golub and LeVeque, The American Statistician 37 (1983), eq (2.1).
+    """
+    total = Moments()
+    for part in parts:
+        if not part.count:
+            continue
+        if not total.count:
+            total = part
+            continue
+        count, step = total.count + part.count, part.mean - total.mean
+        mean = total.mean + step * part.count / count
+        squares = total.squares + part.squares + step * step * total.count * part.count / count
+        total = Moments(count, mean, squares)
+    return total
+
+
+def area_under_curve(lower: Sequence[float] | np.ndarray, higher: Sequence[float] | np.ndarray) -> float:
+    """Probability that a value of one group lies above one of the other, ties counting half; NaN without values.
+
+    Args:
+        lower: values of the group that should lie below, such as healthy drives
+        higher: values of the group that should lie above
+
+    Source: Hanley and McNeil, Radiology 143 (1982): the area under the ROC curve is Wilcoxon's rank statistic.
+    """
+    low, high = (np.asarray(values, float) for values in (lower, higher))
+    low, high = low[~np.isnan(low)], high[~np.isnan(high)]
+    if not (len(low) and len(high)):
+        return math.nan
+    ordered = np.sort(low)
+    below = np.searchsorted(ordered, high, side="left")
+    up_to = np.searchsorted(ordered, high, side="right")
+    return float(np.mean(0.5 * (below + up_to)) / len(low))
+
+
+def quantile(values: Sequence[float] | np.ndarray, share: float) -> float:
+    """The smallest value that so large a share does not exceed; infinite values (never found) keep their place.
+
+    No mean of two neighbours is taken: half-way to "never" there is nothing. NaN without values.
+    """
+    ordered = np.sort(np.asarray(values, float))
+    return float(ordered[max(math.ceil(share * len(ordered) - 1e-9) - 1, 0)]) if len(ordered) else math.nan
+
+
+@dataclass(frozen=True)
+class Paired:
+    """What differences of pairs say.
+
+    Args:
+        count: of pairs in which both values exist
+        mean, median: of the differences
+        interval: 95 % bootstrap interval of the mean
+        positive, negative: pairs with a difference above and below zero
+        sign_p: that chance alone makes signs so uneven (sign test, two-sided, without pairs that are equal)
+        rank_p: the same by Wilcoxon's signed ranks; NaN without any difference
+    """
+
+    count: int
+    mean: float
+    median: float
+    interval: tuple[float, float]
+    positive: int
+    negative: int
+    sign_p: float
+    rank_p: float
+
+
+def paired(differences: Sequence[float] | np.ndarray, confidence: float = CONFIDENCE) -> Paired:
+    """Judge differences of pairs; differences that are not finite are left out."""
+    values = np.asarray(differences, float)
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return Paired(0, math.nan, math.nan, (math.nan, math.nan), 0, 0, math.nan, math.nan)
+    positive, negative = int(np.sum(values > 0.0)), int(np.sum(values < 0.0))
+    return Paired(
+        len(values),
+        float(values.mean()),
+        float(np.median(values)),
+        _bootstrap(values, confidence),
+        positive,
+        negative,
+        _sign_test(positive, negative),
+        _signed_ranks(values),
+    )
+
+
+def _bootstrap(values: np.ndarray, confidence: float) -> tuple[float, float]:
+    """Percentiles of the means of resamples; seeded, so that the same pairs give the same interval."""
+    generator = np.random.default_rng(len(values))
+    means = np.concatenate(
+        [values[generator.integers(0, len(values), (BOOTSTRAPS // 8, len(values)))].mean(axis=1) for _ in range(8)]
+    )
+    tail = 0.5 * (1.0 - confidence)
+    low, high = np.quantile(means, (tail, 1.0 - tail))
+    return float(low), float(high)
+
+
+def _sign_test(positive: int, negative: int) -> float:
+    from scipy.stats import binomtest
+
+    count = positive + negative
+    return float(binomtest(positive, count).pvalue) if count else math.nan
+
+
+def _signed_ranks(values: np.ndarray) -> float:
+    from scipy.stats import wilcoxon
+
+    return float(wilcoxon(values).pvalue) if np.any(values != 0.0) else math.nan

@@ -1,0 +1,178 @@
+"""Processes that work on tasks, each on one at a time: a crash costs one task, and no process outlives its parent."""
+
+from __future__ import annotations
+
+import os
+import signal
+import traceback
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import Connection, wait
+from typing import Any
+
+from tierod.errors import OutputError, ParameterError, TierodError
+
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""Set to one in the workers: they share the cores already, and sums would depend on the number of threads."""
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A task that gave no result.
+
+    Args:
+        reason: in words
+        lasting: whether the same task would fail again; not so after a crash of the process
+        detail: traceback, if there is one
+    """
+
+    reason: str
+    lasting: bool
+    detail: str = ""
+
+
+class Orphaned(Exception):
+    """The parent process is gone, so nobody waits for the result."""
+
+
+def stop_if_orphaned() -> None:
+    """Raise where the process that gave the task out is gone; to be called now and then during a long task.
+
+    Raises:
+        Orphaned: it is gone
+    """
+    parent = parent_process()
+    if parent is not None and not parent.is_alive():
+        raise Orphaned
+
+
+def spread(work: Callable[[Any], Any], tasks: Sequence[Any], processes: int) -> Iterator[tuple[int, Any]]:
+    """(number of the task, result or Failure) of every task, in the order in which they end.
+
+    Args:
+        work: importable function of one task; OSError and OutputError are raised here too, all other exceptions make a
+            Failure
+        tasks: picklable; started in their order
+        processes: how many work at a time
+
+    Raises:
+        OSError, OutputError: as a task raised it (a full disk, for example); the tasks under way are given up
+        ParameterError: the processes cannot start
+    """
+    pool = _Pool(work, min(processes, len(tasks)))
+    try:
+        yield from pool.run(enumerate(tasks))
+    finally:
+        pool.close()
+
+
+class _Pool:
+    def __init__(self, work: Callable[[Any], Any], processes: int):
+        self.work, self.processes = work, processes
+        self.context = get_context("spawn")
+        self.workers: dict[Connection, Any] = {}
+        self.busy: dict[Connection, int] = {}
+        self.starting: set[Connection] = set()
+
+    def run(self, tasks: Iterable[tuple[int, Any]]) -> Iterator[tuple[int, Any]]:
+        waiting = iter(tasks)
+        for _ in range(self.processes):
+            self._give(self._start(), waiting)
+        while self.busy:
+            for each in wait(list(self.busy)):
+                assert isinstance(each, Connection)
+                try:
+                    result = each.recv()
+                except (EOFError, OSError):
+                    number, result = self.busy.pop(each), self._bury(each)
+                    self._give(self._start(), waiting)
+                    yield number, result
+                    continue
+                if each in self.starting:
+                    self.starting.remove(each)
+                    continue
+                if isinstance(result, OSError | OutputError):
+                    raise result
+                number = self.busy.pop(each)
+                self._give(each, waiting)
+                yield number, result
+
+    def _start(self) -> Connection:
+        ours, theirs = self.context.Pipe()
+        process = self.context.Process(target=_serve, args=(theirs, self.work), daemon=True)
+        with _one_thread():
+            process.start()
+        theirs.close()
+        self.workers[ours] = process
+        self.starting.add(ours)
+        return ours
+
+    def _give(self, connection: Connection, waiting: Iterator[tuple[int, Any]]) -> None:
+        task = next(waiting, None)
+        if task is not None:
+            self.busy[connection] = task[0]
+            with suppress(BrokenPipeError):  # the process has died already, which is seen when its answer is read
+                connection.send(task[1])
+
+    def _bury(self, connection: Connection) -> Failure:
+        process = self.workers.pop(connection)
+        process.join()
+        connection.close()
+        code = process.exitcode
+        if connection in self.starting and code > 0:
+            raise ParameterError(
+                "the worker processes cannot start; where a script of your own calls this, guard it with "
+                "if __name__ == '__main__':, since every process imports the script"
+            )
+        how = f"was ended by signal {-code} ({signal.strsignal(-code)})" if code < 0 else f"ended with code {code}"
+        return Failure(f"the process {how}; if memory was short, run with fewer --workers", lasting=False)
+
+    def close(self) -> None:
+        """End all processes; those at work at once, the others when they see that nobody asks any more."""
+        for connection, process in self.workers.items():
+            if connection in self.busy:
+                process.terminate()
+            connection.close()
+        for process in self.workers.values():
+            process.join()
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+def _serve(connection: Connection, work: Callable[[Any], Any]) -> None:
+    """What a worker does: one task after the other, until the parent closes its end or is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes; the parent decides
+    with suppress(EOFError, OSError, Orphaned):
+        connection.send("ready")
+        while True:
+            connection.send(_done(work, connection.recv()))
+
+
+def _done(work: Callable[[Any], Any], task: Any) -> Any:
+    try:
+        return work(task)
+    except Orphaned:
+        raise
+    except (OSError, OutputError) as error:
+        return error
+    except MemoryError:
+        return Failure("the memory was not enough; run with fewer --workers", lasting=False)
+    except TierodError as error:
+        return Failure(" ".join(str(error).split()), lasting=True)
+    except Exception as error:
+        reason = f"a defect of tierod itself: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
+        return Failure(reason, lasting=True, detail=traceback.format_exc())
