@@ -81,6 +81,8 @@ def _parts(value: Any, means: Meaning) -> list[tuple[str, Any, Any]]:
         inner = (get_args(means.hint) or (str, Any))[1]
         return [(str(name), part, _noted(inner, means)) for name, part in value.items()]
     if isinstance(value, tuple):
+        members = [_noted(member, means) for member in alternatives(means.hint)]
+        means = next((each for each in map(meaning, members) if get_origin(each.hint) is tuple), means)
         inner = get_args(means.hint)
         each = inner[:1] * len(value) if inner[-1:] == (Ellipsis,) or len(inner) != len(value) else inner
         return [(str(i), part, _noted(hint, means)) for i, (part, hint) in enumerate(zip(value, each, strict=False))]

@@ -3,6 +3,7 @@
     document = Document.read("drive.toml")
     car = build(Car, document.content["car"], document, ("car",))
 
+A class that reads its table in a way of its own has a class method `from_table(table, document, location, base)`.
 Numbers are SI, or texts with a unit: `speed = 16.7` is `speed = "60 km/h"`. A field that may hold one of several
 dataclasses is chosen by the key `kind`: the name of the class in lower case with hyphens.
 """

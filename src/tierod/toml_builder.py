@@ -38,7 +38,7 @@ class Builder:
     def value(self, means: Meaning, given: Any, location: tuple[str | int, ...], base: Any = None) -> Any:
         """A value of the type that an annotation means."""
         members = [_below(member, means) for member in alternatives(means.hint)]
-        classes = [each.hint for each in members if dataclasses.is_dataclass(each.hint)]
+        classes: list[Any] = [each.hint for each in members if dataclasses.is_dataclass(each.hint)]
         if not classes and dataclasses.is_dataclass(base):
             # The field is declared as a protocol.
             members = [_below(type(base), means)]
@@ -93,7 +93,7 @@ class Builder:
             raise self._error(location, f"is {_shown(given)}, but has to be a number{beside}{example}")
         else:
             value = float(given)
-        endless = math.isinf(value) and base is not None and base == math.inf
+        endless = math.isinf(value) and isinstance(base, float) and math.isinf(base)
         if math.isnan(value) or not (endless or math.isfinite(value)):
             raise self._error(location, f"is {value}, but has to be a finite number{beside}")
         if means.limits is not None and not endless and not means.limits.holds(value):
@@ -160,6 +160,8 @@ class Builder:
 
     def _instance(self, classes: tuple[Any, ...], table: dict[str, Any], location: tuple[Any, ...], base: Any) -> Any:
         kind, given = self._chosen(classes, table, location, base)
+        if hasattr(kind, "from_table"):
+            return kind.from_table(given, self.document, location, base if isinstance(base, kind) else None)
         base = base if type(base) is kind else None
         known = {field.name: field for field in dataclasses.fields(kind) if field.init}
         for name in given:

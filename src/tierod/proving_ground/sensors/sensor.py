@@ -1,0 +1,138 @@
+"""One sensor of a virtual car, from the truth to the values and time stamps on the bus."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from tierod.errors import ParameterError
+from tierod.proving_ground.sensors.drift import gauss_markov, random_walk
+from tierod.proving_ground.sensors.loss import lost_frames
+from tierod.ranges import NOT_NEGATIVE, POSITIVE, Range
+from tierod.toml_builder import SIGNAL_UNIT
+
+AT_MOST = 0.45
+"""Greatest jitter over the time between two readings, so that they keep their order."""
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """One sensor: reading = limited(wrapped(rounded(gain * truth + bias + drift + noise))).
+
+    Args:
+        noise: standard deviation of white noise of every reading
+        bias: constant offset
+        gain: scale; 1 is right
+        quantum: step of the reading; 0 is continuous
+        delay: age of the value that is read
+        rate: readings per second
+        jitter: standard deviation of the instant of a reading, at most 45 % of the time between two
+        stamp_jitter: standard deviation of the time stamp, limited likewise
+        loss: share of frames that get lost
+        loss_run: mean number of frames lost in a row
+        repeats: share of frames that carry the reading of the frame before
+        instability: standard deviation of a slowly wandering bias (first-order Gauss-Markov)
+        instability_time: correlation time of that bias
+        random_walk: growth of a drifting bias, its standard deviation after one second
+        wrap: range over which the reading runs over and begins anew; (low, high)
+        saturation: range beyond which the reading stays at its limit; (low, high)
+
+    Raises:
+        ParameterError: a value out of its range, or limits the wrong way round
+    """
+
+    noise: Annotated[float, SIGNAL_UNIT, NOT_NEGATIVE] = 0.0
+    bias: Annotated[float, SIGNAL_UNIT] = 0.0
+    gain: Annotated[float, ""] = 1.0
+    quantum: Annotated[float, SIGNAL_UNIT, NOT_NEGATIVE] = 0.0
+    delay: Annotated[float, "s", NOT_NEGATIVE] = 0.0
+    rate: Annotated[float, "Hz", POSITIVE] = 100.0
+    jitter: Annotated[float, "s", NOT_NEGATIVE] = 0.0
+    stamp_jitter: Annotated[float, "s", NOT_NEGATIVE] = 0.0
+    loss: Annotated[float, "", Range(0.0, 0.99)] = 0.0
+    loss_run: Annotated[float, "", Range(1.0)] = 1.0
+    repeats: Annotated[float, "", Range(0.0, 0.99)] = 0.0
+    instability: Annotated[float, SIGNAL_UNIT, NOT_NEGATIVE] = 0.0
+    instability_time: Annotated[float, "s", POSITIVE] = 100.0
+    random_walk: Annotated[float, "{signal}/s**0.5", NOT_NEGATIVE] = 0.0
+    wrap: Annotated[tuple[float, float], SIGNAL_UNIT] | None = None
+    saturation: Annotated[tuple[float, float], SIGNAL_UNIT] | None = None
+
+    def __post_init__(self):
+        if not (self.rate > 0.0 and self.noise >= 0.0 and self.quantum >= 0.0 and self.delay >= 0.0):
+            raise ParameterError(
+                f"a sensor needs a positive rate, and noise, quantum and delay that are not negative; given: {self}"
+            )
+        for name in ("wrap", "saturation"):
+            limits = getattr(self, name)
+            if limits is not None and not limits[0] < limits[1]:
+                raise ParameterError(f"the {name} of a sensor needs a lower limit below the upper one, not {limits}")
+        if self.loss / (1.0 - self.loss) > self.loss_run:
+            raise ParameterError(
+                f"a loss of {self.loss:g} means runs of more than {self.loss / (1.0 - self.loss):.3g} frames; "
+                f"raise loss_run from {self.loss_run:g}"
+            )
+
+    def instants(self, seconds: float, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """When the sensor reads, and what time stamps it writes; lost frames are left out.
+
+        Args:
+            seconds: duration of the run [s]
+            generator: source of chance; its own stream stays where it is for `read`
+
+        Returns:
+            (instants at which the truth is taken [s], time stamps [s]), both ascending; a reading of the beginning,
+            older than the run, is taken at its start
+        """
+        reading, writing, losing = generator.spawn(3)
+        stamps = np.arange(math.floor(seconds * self.rate + 1e-9)) / self.rate
+        taken = stamps - self.delay + self._jitter(self.jitter, len(stamps), reading)
+        stamps = stamps + self._jitter(self.stamp_jitter, len(stamps), writing)
+        if self.loss > 0.0:
+            kept = ~lost_frames(len(stamps), self.loss, self.loss_run, losing)
+            taken, stamps = taken[kept], stamps[kept]
+        return np.maximum(taken, 0.0), np.maximum(stamps, 0.0)
+
+    def _jitter(self, deviation: float, count: int, generator: np.random.Generator) -> np.ndarray | float:
+        if deviation == 0.0:
+            return 0.0
+        limit = AT_MOST / self.rate
+        return np.clip(deviation * generator.standard_normal(count), -limit, limit)
+
+    def read(self, truth: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+        """Readings of a true signal at the sensor's instants, in the signal's unit, shape (n,).
+
+        Drift goes by the count of readings: it stands still over lost frames.
+        """
+        slow, walking, repeating = generator.spawn(3)
+        reading = self.gain * truth + self.bias + self.noise * generator.standard_normal(len(truth))
+        if self.instability > 0.0:
+            reading += self.instability * gauss_markov(len(truth), self.instability_time * self.rate, slow)
+        if self.random_walk > 0.0:
+            reading += self.random_walk * random_walk(len(truth), 1.0 / self.rate, walking)
+        reading = self.represented(reading)
+        if self.repeats > 0.0:
+            fresh = repeating.random(len(truth)) >= self.repeats
+            fresh[:1] = True
+            reading = reading[np.maximum.accumulate(np.where(fresh, np.arange(len(truth)), 0))]
+        return reading
+
+    def represented(self, values: np.ndarray) -> np.ndarray:
+        """Values as the bus can hold them: rounded, run over, limited."""
+        if self.quantum > 0.0:
+            values = np.round(values / self.quantum) * self.quantum
+        if self.wrap is not None:
+            low, high = self.wrap
+            values = values - (high - low) * np.floor((values - low) / (high - low))
+            values = np.where(values >= high, low, values)
+        return values if self.saturation is None else np.clip(values, *self.saturation)
+
+    def measure(self, truth: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+        """Readings of a true signal that was sampled at the sensor's rate, without jitter and loss, shape (n,)."""
+        if self.delay > 0.0:
+            index = np.arange(len(truth))
+            truth = np.interp(index - self.delay * self.rate, index, truth)
+        return self.read(truth, generator)
