@@ -1,50 +1,16 @@
 import dataclasses
-import json
-import re
-from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 
 from diagnosis_examples import EXAMPLES, friction_fault, trace
+from report_pages import Page, charts
 from tierod.errors import OutputError
 from tierod.findings import Status
 from tierod.report import write_html
-from tierod.report.page import breakable, render
+from tierod.report.html import breakable
+from tierod.report.page import render
 from tierod.report.status import appearance
-
-
-class Page(HTMLParser):
-    """What a browser would see: elements, identifiers, and whether every element is closed."""
-
-    VOID = frozenset({"meta", "link", "br", "hr", "img", "input", "line", "circle", "wbr"})
-
-    def __init__(self, text):
-        super().__init__()
-        self.open, self.identifiers, self.attributes, self.texts = [], [], [], []
-        self.feed(text)
-        self.close()
-
-    def handle_starttag(self, tag, attrs):
-        self.attributes.append((tag, dict(attrs)))
-        self.identifiers += [value for key, value in attrs if key == "id"]
-        if tag not in self.VOID:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag, attrs):
-        self.attributes.append((tag, dict(attrs)))
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
-
-    def handle_data(self, data):
-        if not self.open or self.open[-1] not in ("script", "style"):
-            self.texts.append(data)
-
-
-def charts(text):
-    found = re.findall(r'<script type="application/json" class="figure">(.*?)</script>', text, re.DOTALL)
-    return {chart["name"]: chart for chart in map(json.loads, found)}
 
 
 @pytest.fixture(scope="module")

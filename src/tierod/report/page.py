@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from datetime import datetime
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +15,8 @@ from tierod.report.charts.loops import loop_figure
 from tierod.report.charts.over_time import estimate_figures, innovation_figure, result_figure, signal_figure
 from tierod.report.display import duration, evidence, interval, number, share, shown, words
 from tierod.report.gauge import gauge
+from tierod.report.html import chart_script, library, looks, moment, template
 from tierod.report.status import appearance, overall
-
-TEMPLATES = Path(__file__).parent / "templates"
 
 
 @dataclass(frozen=True)
@@ -47,25 +43,24 @@ def render(diagnosis: Diagnosis) -> str:
         "results": result_figure(diagnosis),
         "signals": signal_figure(diagnosis),
     }
-    return _template().render(
+    return template("report.html.j2").render(
         diagnosis=diagnosis,
         status=overall(diagnosis),
         verdicts=[verdict(finding) for finding in diagnosis.findings],
         figures=figures,
-        charts=[_chart(figure) for figure in _all(figures)],
+        charts=[chart_script(figure) for figure in _all(figures)],
         quality=[_quality_row(row) for row in diagnosis.quality],
         parameters=[_parameter_row(row) for row in diagnosis.parameters if not _is_tuning(row)],
         tuning=[_parameter_row(row) for row in diagnosis.parameters if _is_tuning(row)],
         sources=_sentence(", ".join(sorted({row[4] for row in diagnosis.parameters if _is_tuning(row)}))).rstrip("."),
         consistency=[evidence(name, value) for name, value in diagnosis.consistency.items()],
         name=_name(diagnosis),
-        created=_moment(diagnosis.created),
+        created=moment(diagnosis.created),
         recording=_facts(diagnosis.recording),
         details=[row for key, value in diagnosis.recording.items() if _is_nested(value) for row in _flat(key, value)],
         vehicle=_facts(diagnosis.vehicle),
-        library=_library() if _all(figures) else "",
-        style=(TEMPLATES / "report.css").read_text(encoding="utf-8"),
-        script=(TEMPLATES / "report.js").read_text(encoding="utf-8"),
+        library=library() if _all(figures) else "",
+        **looks(),
     )
 
 
@@ -96,23 +91,8 @@ def _sentence(text: str) -> str:
     return f"{text[:1].upper()}{text[1:]}{'' if text.endswith(('.', '!', '?')) else '.'}" if text else ""
 
 
-def _moment(text: str) -> str:
-    """A time stamp as people write it; the text itself where it is none."""
-    try:
-        moment = datetime.fromisoformat(text)
-    except ValueError:
-        return text
-    return f"{moment:%Y-%m-%d %H:%M} {moment.tzname() or ''}".strip()
-
-
 def _all(figures: dict[str, Any]) -> list[Figure]:
     return [*figures["estimates"], *(figure for key, figure in figures.items() if key != "estimates" and figure)]
-
-
-def _chart(figure: Figure) -> str:
-    content = {"name": figure.name, "timed": figure.timed, "data": figure.data, "layout": figure.layout}
-    # A "<" in the text of a name must not end the script element that holds it.
-    return json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def _quality_row(row: Any) -> dict[str, Any]:
@@ -169,30 +149,3 @@ def _is_tuning(row: tuple[str, float, str, float | None, str]) -> bool:
 
 def _name(diagnosis: Diagnosis) -> str:
     return str(diagnosis.recording.get("name") or Path(str(diagnosis.recording.get("path", "recording"))).name)
-
-
-@cache
-def _template() -> Any:
-    import jinja2
-
-    loader = jinja2.FileSystemLoader(TEMPLATES)
-    environment = jinja2.Environment(
-        loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters["breakable"] = breakable
-    return environment.get_template("report.html.j2")
-
-
-def breakable(value: Any) -> Any:
-    """The text with places at which a line may end: after the separators of paths and of names in recordings."""
-    import markupsafe
-
-    # Marked before escaping, by a character that no escape holds.
-    marked = re.sub(r"([/_]|\.(?=[A-Za-z]))(?=\w)", "\\1\0", str(value))
-    return markupsafe.Markup(str(markupsafe.escape(marked)).replace("\0", "<wbr>"))
-
-
-def _library() -> str:
-    from plotly.offline import get_plotlyjs
-
-    return get_plotlyjs()

@@ -1,0 +1,145 @@
+"""The charts of a study, from its plain description to what plotly draws."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tierod.report.charts.figure import (
+    AMBER,
+    BLUE,
+    GREEN,
+    GREY,
+    LABEL_GROUND,
+    RED,
+    TEXT,
+    Figure,
+    Summary,
+    axis,
+    layout,
+    rounded,
+    strip_title,
+)
+from tierod.report.display import number
+from tierod.studies.content import Bars, Boxes, Chart, Lines, Mark, Panel, Points
+
+_COLOURS = (BLUE, RED, GREEN, AMBER, "#6d28d9", "#0e7490", GREY, "#9d174d")
+_PANEL, _ALONE = 240, 330
+
+
+def study_figure(chart: Chart) -> Figure:
+    """A chart as the page draws it, its panels above each other."""
+    count = len(chart.panels)
+    height = (_ALONE if count == 1 else _PANEL * count) + 110
+    colours = _colours(chart)
+    data: list[dict[str, Any]] = []
+    axes: dict[str, Any] = {}
+    shapes: list[dict[str, Any]] = []
+    notes: list[dict[str, Any]] = []
+    told: set[str] = set()
+    for index, panel in enumerate(chart.panels):
+        suffix = "" if index == 0 else str(index + 1)
+        top, gap = 1.0 - index / count, 78.0 / height
+        domain = [1.0 - (index + 1) / count + (gap if index + 1 < count else 0.0), top - (24.0 / height) * (count > 1)]
+        axes[f"xaxis{suffix}"] = axis(panel.x_title, anchor=f"y{suffix}", automargin=True)
+        kind: dict[str, Any] = {"type": "log"} if panel.logarithmic else {}
+        axes[f"yaxis{suffix}"] = axis(panel.y_title, domain=domain, anchor=f"x{suffix}", **kind)
+        for mark in panel.marks:
+            shown = {"showlegend": mark.name not in told, "legendgroup": mark.name}
+            told.add(mark.name)
+            data.append(_drawn(mark, colours[mark.name]) | shown | {"xaxis": f"x{suffix}", "yaxis": f"y{suffix}"})
+        drawn, named = _rules(panel, suffix)
+        shapes += drawn
+        notes += named
+        notes += [strip_title(panel.title, domain[1])] if count > 1 else []
+    return Figure(
+        name=chart.name,
+        title=chart.title,
+        caption=chart.caption,
+        alternative=chart.alternative,
+        data=data,
+        layout=layout(height, barmode="overlay", boxmode="group", bargap=0.0, shapes=shapes, annotations=notes, **axes),
+        height=height,
+        summary=[_summary(panel, mark, count) for panel in chart.panels for mark in panel.marks],
+    )
+
+
+def _colours(chart: Chart) -> dict[str, str]:
+    names = dict.fromkeys(mark.name for panel in chart.panels for mark in panel.marks)
+    return {name: _COLOURS[index % len(_COLOURS)] for index, name in enumerate(names)}
+
+
+def _drawn(mark: Mark, colour: str) -> dict[str, Any]:
+    match mark:
+        case Lines():
+            line = {"color": colour, "width": 1.5, "dash": "dash" if mark.dashed else "solid"}
+            points = {"x": rounded(mark.x, 6), "y": rounded(mark.y), "connectgaps": False}
+            return {"type": "scatter", "mode": "lines", "name": mark.name, "line": line} | points
+        case Bars():
+            edges = np.asarray(mark.edges, float)
+            places = {"x": rounded(0.5 * (edges[1:] + edges[:-1])), "width": rounded(np.diff(edges))}
+            looks = {"marker": {"color": colour}, "opacity": 0.55}
+            return {"type": "bar", "name": mark.name, "y": rounded(mark.shares)} | places | looks
+        case Points():
+            return _points(mark, colour)
+        case Boxes():
+            mean, deviation = np.asarray(mark.mean, float), np.asarray(mark.deviation, float)
+            ends = {"q1": mean - deviation, "q3": mean + deviation, "median": mean}
+            whiskers = {"lowerfence": mean - 2.0 * deviation, "upperfence": mean + 2.0 * deviation}
+            values = {key: rounded(value) for key, value in (ends | whiskers).items()}
+            looks = {"line": {"color": colour, "width": 1.5}, "name": mark.name}
+            return {"type": "box", "x": list(mark.places)} | values | looks
+
+
+def _points(mark: Points, colour: str) -> dict[str, Any]:
+    places = list(mark.x) if any(isinstance(x, str) for x in mark.x) else rounded(np.asarray(mark.x, float))
+    drawn: dict[str, Any] = {
+        "type": "scatter",
+        "mode": "markers",
+        "name": mark.name,
+        "x": places,
+        "y": rounded(mark.y),
+        "marker": {"color": colour, "size": 8},
+    }
+    if mark.low is not None and mark.high is not None:
+        y, low, high = (np.asarray(values, float) for values in (mark.y, mark.low, mark.high))
+        spread = {"array": rounded(high - y), "arrayminus": rounded(y - low)}
+        drawn["error_y"] = {"type": "data", "symmetric": False, "color": colour, "thickness": 1.5} | spread
+    return drawn
+
+
+def _rules(panel: Panel, suffix: str) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Dashed lines across and up, with their names."""
+    looks = {"type": "line", "line": {"color": TEXT, "width": 1.2, "dash": "dash"}}
+    text = {"showarrow": False, "font": {"size": 12, "color": TEXT}, "bgcolor": LABEL_GROUND, "borderpad": 1}
+    x_domain, y_domain = f"x{suffix} domain", f"y{suffix} domain"
+    shapes, notes = [], []
+    for name, level in panel.levels:
+        shapes.append(looks | {"xref": x_domain, "x0": 0, "x1": 1, "yref": f"y{suffix}", "y0": level, "y1": level})
+        at = float(np.log10(level)) if panel.logarithmic else level
+        place = {"xref": x_domain, "x": 1, "xanchor": "right", "yref": f"y{suffix}", "y": at, "yanchor": "bottom"}
+        notes.append(text | place | {"text": name})
+    for name, place_along in panel.uprights:
+        ends = {"xref": f"x{suffix}", "x0": place_along, "x1": place_along, "yref": y_domain, "y0": 0, "y1": 1}
+        shapes.append(looks | ends)
+        place = {"xref": f"x{suffix}", "x": place_along, "xanchor": "left", "yref": y_domain, "y": 1, "yanchor": "top"}
+        notes.append(text | place | {"text": name, "xshift": 3})
+    return shapes, notes
+
+
+def _summary(panel: Panel, mark: Mark, count: int) -> Summary:
+    """Lowest, mean and highest of a mark beneath the chart; of a histogram the values it spreads over."""
+    name = f"{panel.title}: {mark.name}" if count > 1 and panel.title else mark.name
+    if isinstance(mark, Bars):
+        edges, shares = np.asarray(mark.edges, float), np.asarray(mark.shares, float)
+        held = shares > 0.0
+        if not held.any():
+            return name, "–", "–", "–"
+        mean = float(np.sum(0.5 * (edges[1:] + edges[:-1]) * shares) / np.sum(shares))
+        return name, number(float(edges[:-1][held][0]), 4), number(mean, 4), number(float(edges[1:][held][-1]), 4)
+    values = np.asarray(mark.mean if isinstance(mark, Boxes) else mark.y, float)
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return name, "–", "–", "–"
+    return name, *(number(float(value), 4) for value in (values.min(), values.mean(), values.max()))  # type: ignore[return-value]

@@ -1,0 +1,137 @@
+"""What a study shows beside its claims: headings, tables and charts, as plain data that the report draws."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from tierod.studies.claims import Claim
+
+
+@dataclass(frozen=True)
+class Heading:
+    """Begins a part of the study.
+
+    Args:
+        title: a few words
+        text: paragraphs, one per entry
+    """
+
+    title: str
+    text: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Table:
+    """Some figures with a sentence on what they are.
+
+    Args:
+        title: a sentence without full stop, with the unit
+        header: names of the columns
+        rows: cells as text; the first one names the row
+        note: how to read it
+    """
+
+    title: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    note: str = ""
+
+    def markdown(self) -> str:
+        """The table as it stands in the documentation: columns of numbers to the right."""
+        right = [all(_is_figure(row[i]) for row in self.rows) for i in range(len(self.header))]
+        rule = tuple("---:" if flag else "---" for flag in right)
+        lines = ["| " + " | ".join(line) + " |" for line in (self.header, rule, *self.rows)]
+        return f"**{self.title}**\n\n" + "\n".join(lines) + "\n" + (f"\n{self.note}\n" if self.note else "")
+
+
+def _is_figure(cell: str) -> bool:
+    return not cell or cell[:1] in "+-.0123456789–−±"
+
+
+@dataclass(frozen=True)
+class Lines:
+    """A curve; NaN breaks it."""
+
+    name: str
+    x: Sequence[float]
+    y: Sequence[float]
+    dashed: bool = False
+
+
+@dataclass(frozen=True)
+class Bars:
+    """A histogram: shares between edges."""
+
+    name: str
+    edges: Sequence[float]
+    shares: Sequence[float]
+
+
+@dataclass(frozen=True)
+class Points:
+    """Marks at numbers or at named places, with the range that each stands for."""
+
+    name: str
+    x: Sequence[float] | Sequence[str]
+    y: Sequence[float]
+    low: Sequence[float] | None = None
+    high: Sequence[float] | None = None
+
+
+@dataclass(frozen=True)
+class Boxes:
+    """Boxes at named places: mean, one standard deviation as the box, two as whiskers."""
+
+    name: str
+    places: Sequence[str]
+    mean: Sequence[float]
+    deviation: Sequence[float]
+
+
+Mark = Lines | Bars | Points | Boxes
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One field of a chart with axes of its own.
+
+    Args:
+        title: above it
+        x_title, y_title: of the axes, with unit
+        marks: what is drawn; a name that two panels share has the same colour in both
+        levels: dashed lines across at named heights
+        uprights: dashed lines up at named places
+        logarithmic: whether the vertical axis is
+    """
+
+    title: str
+    x_title: str
+    y_title: str
+    marks: tuple[Mark, ...]
+    levels: tuple[tuple[str, float], ...] = ()
+    uprights: tuple[tuple[str, float], ...] = ()
+    logarithmic: bool = False
+
+
+@dataclass(frozen=True)
+class Chart:
+    """One figure of a study, its panels above each other.
+
+    Args:
+        name: identifies it in the page: words joined by hyphens
+        title: a few words
+        caption: how to read it
+        alternative: what it shows, for those who do not see it
+        panels: from top to bottom
+    """
+
+    name: str
+    title: str
+    caption: str
+    alternative: str
+    panels: tuple[Panel, ...]
+
+
+Item = Heading | Table | Chart | Claim
+"""What a study gives, one after the other."""

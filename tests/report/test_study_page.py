@@ -1,0 +1,88 @@
+import math
+
+import pytest
+
+from report_pages import Page, charts
+from tierod.report.study_page import StudyPage, render_study
+from tierod.studies.claims import Claim, at_least, at_most
+from tierod.studies.content import Bars, Boxes, Chart, Heading, Lines, Panel, Points, Table
+
+CLAIMS = (
+    Claim("paper.a", "It is <small>.", "Somebody, section 2", "1.5 to 2.2", 0.2, at_most(0.3), "N*m", "in few drives"),
+    Claim("paper.b", "It is large.", "Somebody, section 3", 0.36, 0.02, at_least(0.3)),
+    Claim("other.c", "It was tried in vain.", "tierod", None, math.nan, at_most(1.0)),
+    Claim("other.d", "It cannot be seen.", "Somebody", None, None, None),
+)
+CHART = Chart(
+    "spread",
+    "Spread",
+    "How to read it.",
+    "What it shows.",
+    (
+        Panel("Upper", "x", "share", (Bars("healthy", [0, 1, 2], [0.25, 0.75]), Lines("mean", [0, 1], [1, math.nan]))),
+        Panel(
+            "Lower",
+            "state",
+            "friction [N·m]",
+            (
+                Boxes("healthy", ["H"], [4.0], [0.5]),
+                Points("truth", ["H"], [4.0], [3.5], [4.5]),
+            ),
+            levels=(("limit", 100.0),),
+            uprights=(("here", 1.0),),
+            logarithmic=True,
+        ),
+    ),
+)
+
+
+def page(*items, groups=None):
+    return StudyPage(
+        "one", "One study", "What it is about.", {"paper": "The paper"} if groups is None else groups, items
+    )
+
+
+@pytest.fixture(scope="module")
+def text():
+    return render_study(
+        page(*CLAIMS[:3], Heading("Spread", ("Words.",)), CHART, CLAIMS[3], Table("T", ("a",), (("1",),)))
+    )
+
+
+def test_the_page_is_whole_and_shows_the_claims_first(text):
+    seen = Page(text)
+    assert seen.open == []
+    assert len(set(seen.identifiers)) == len(seen.identifiers)
+    assert "https://" not in text.partition("<script>")[0]
+    assert text.index('id="claim-paper.a"') < text.index("<h2>Spread</h2>") < text.index("chart-spread")
+    assert text.index('id="claim-other.d"') < text.index("<h2>Spread</h2>")
+
+
+def test_claims_stand_with_their_figures_and_verdicts(text):
+    words = " ".join(Page(text).texts)
+    for said in ("It is <small>.", "1.5 to 2.2", "≤ 0.3", "≥ 0.3", "0.02", "in few drives", "The paper", "1 holds"):
+        assert said in words
+    assert "2 does not hold" in words
+    assert "1 not judged" in words
+
+
+def test_groups_without_a_title_stand_last_under_their_name(text):
+    assert text.index("<h2>The paper</h2>") < text.index("<h2>other</h2>")
+
+
+def test_panels_share_colours_and_the_legend_names_a_mark_once(text):
+    data = charts(text)["spread"]["data"]
+    bars, _, boxes, points = data
+    assert bars["marker"]["color"] == boxes["line"]["color"] != points["marker"]["color"]
+    assert [trace["showlegend"] for trace in (bars, boxes)] == [True, False]
+    assert boxes["lowerfence"] == [3.0]
+    assert points["error_y"]["arrayminus"] == [0.5]
+
+
+def test_names_on_a_logarithmic_axis_stand_at_their_height(text):
+    notes = charts(text)["spread"]["layout"]["annotations"]
+    assert [note["y"] for note in notes if note["text"] == "limit"] == [2.0]
+
+
+def test_a_study_without_charts_needs_no_library():
+    assert "Plotly" not in render_study(page(CLAIMS[0]))
