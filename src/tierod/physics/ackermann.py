@@ -14,7 +14,7 @@ def ackermann_angle(mean_angle: Any, gain: Any) -> Any:
             about one centre (full Ackermann), zero keeps the wheels parallel
 
     Second order of cot(right) - cot(left) = track / wheelbase; at 0.5 rad within 0.5 % of the full condition.
-    Source: Rajamani, Vehicle Dynamics and Control (2012), eq (2.7):
+    Source: Rajamani, Vehicle Dynamics and Control (2012), section 2.2:
     the difference of both wheels is steer^2 track / wheelbase.
     """
     return mean_angle + gain * mean_angle * mean_angle

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.graph.maths import absolute, maximum, minimum, sign
+from tierod.graph.maths import absolute, limit, maximum, minimum, sign
 
 
 def assist_speed_factor(speed: Any, half_speed: Any) -> Any:
@@ -43,3 +43,34 @@ def assist_torque(
     effort = maximum(absolute(driver_torque) - dead_band, 0.0)
     wanted = assist_speed_factor(speed, half_speed) * effort * (linear_gain + quadratic_gain * effort)
     return sign(driver_torque) * minimum(wanted, maximum_torque)
+
+
+def active_return_torque(angle: Any, rate: Any, return_rate_gain: Any, maximum_rate: Any, gain: Any) -> Any:
+    """Torque [N*m] at the column that brings a released steering wheel back at a wanted rate.
+
+    Args:
+        angle: of the steering wheel [rad]
+        rate: of the steering wheel [rad/s]
+        return_rate_gain: wanted rate per angle [1/s]
+        maximum_rate: limit of the wanted rate [rad/s]
+        gain: torque per rate error [N*m*s/rad]
+
+    A proportional controller on a reference rate of ours; production units return by angle and rate alike.
+    """
+    wanted = limit(-return_rate_gain * angle, -maximum_rate, maximum_rate)
+    return gain * (wanted - rate)
+
+
+def active_return_share(speed: Any, driver_torque: Any, best_speed: Any, fade_torque: Any) -> Any:
+    """Share [-] of active return that is given: none at rest, all at the best speed, less beyond and under the hands.
+
+    Args:
+        speed: forward speed [m/s]
+        driver_torque: torque in the torsion bar [N*m]
+        best_speed: at which the tyres need most help to return [m/s]
+        fade_torque: driver torque at which a half is left [N*m]
+
+    An assumption of ours: 2 x / (1 + x^2) over the relative speed, 1 / (1 + y^2) over the relative torque.
+    """
+    relative, effort = absolute(speed) / best_speed, driver_torque / fade_torque
+    return 2.0 * relative / ((1.0 + relative * relative) * (1.0 + effort * effort))

@@ -6,57 +6,89 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
 from tierod.physics.friction import viscous
+from tierod.physics.lash import lash_torque
 from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.proving_ground.parts import Hand, Loads, Steer
 from tierod.proving_ground.steering.friction import DryFriction
-from tierod.proving_ground.steering.linkage import Linkage
-from tierod.proving_ground.steering.observed import SteeringSignals
+from tierod.proving_ground.steering.linkage import Linkage, Resistance
+from tierod.proving_ground.steering.motor import Motor
+from tierod.proving_ground.steering.observed import Dry, Rack, Shaft, SteeringSignals, steering_signals
 from tierod.proving_ground.steering.torsion_bar import TorsionBar, Wheel
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 
+@dataclass(frozen=True)
+class WormGear:
+    """An elastic gear between motor and column, seen at the column; stiffness as identified by Raffone (7.26 N*m/rad
+    at the motor, 18 to 1), damping of 10 % of the critical one.
+
+    Args:
+        play: whole free way of the column against the held motor; a sprung worm has none
+    """
+
+    stiffness: Annotated[float, "N*m/rad", POSITIVE] = 2350.0
+    damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.7
+    play: Annotated[float, "rad", NOT_NEGATIVE] = 0.0
+
+
+class Rotor(NamedTuple):
+    """Motion of the motor's rotor, where an elastic gear parts it from the column."""
+
+    angle: Any
+    rate: Any
+
+
 class ColumnMotion(NamedTuple):
-    """What the differential equations of a column carry on; the wheel is () where the bar is rigid."""
+    """What the differential equations of a column carry on; wheel and rotor are () where they move with the column."""
 
     angle: Any
     rate: Any
     motor_torque: Any
     wheel: Any
+    rotor: Any
+
+
+class ColumnMemory(NamedTuple):
+    """Dry friction of the column and of the kingpins."""
+
+    column: Any
+    kingpins: Any
 
 
 class _Balance(NamedTuple):
     driver_torque: Any
     friction: Any
-    kingpin: Any
-    column_acceleration: Any
+    resistance: Resistance
+    acceleration: Any
     wheel_acceleration: Any
+    rotor_acceleration: Any
 
 
 @dataclass(frozen=True)
 class ColumnEps:
-    """Steering wheel, torsion bar, column with motor, and gear; typical of a mid-size car.
+    """Steering wheel, torsion bar, column with motor, and linkage; typical of a mid-size car.
 
     Args:
         wheel_inertia: of the steering wheel
-        column_inertia: of column, pinion, rack and road wheels, referred to the column
-        rotor_inertia: of the motor, at its shaft
-        motor_gear: turn of the motor per turn of the column
-        motor_lag: time constant of the current control
+        column_inertia: of column, pinion and rack, at the column
         damping: viscous, at the column
-        friction: at the column
+        friction: dry, at the column, under the load of the gear
+        reference_load: torque of the kingpins at the pinion at which that friction has its level
+        motor: on the column
         linkage: from the pinion to the road wheels
-        torsion_bar: None for a rigid column
+        torsion_bar: None for a rigid column, with the hands' torque as the driver's
+        worm_gear: None for a rigid gear between motor and column
     """
 
     wheel_inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.035
-    column_inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.005
-    rotor_inertia: Annotated[float, "kg*m**2", NOT_NEGATIVE] = 1.5e-4
-    motor_gear: Annotated[float, "", POSITIVE] = 20.0
-    motor_lag: Annotated[float, "s", POSITIVE] = 2e-3
-    damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.8
-    friction: DryFriction = field(default_factory=DryFriction)
+    column_inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.001
+    damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.4
+    friction: DryFriction = field(default_factory=lambda: DryFriction(level=3.0))
+    reference_load: Annotated[float, "N*m", POSITIVE] = 4.0
+    motor: Motor = field(default_factory=Motor)
     linkage: Linkage = field(default_factory=Linkage)
     torsion_bar: TorsionBar | None = field(default_factory=TorsionBar)
+    worm_gear: WormGear | None = None
 
     @property
     def actuators(self) -> tuple[str, ...]:
@@ -65,15 +97,18 @@ class ColumnEps:
 
     def init(self) -> ColumnMotion:
         """Straight ahead, at rest."""
-        return ColumnMotion(0.0, 0.0, 0.0, () if self.torsion_bar is None else Wheel(0.0, 0.0))
+        wheel = () if self.torsion_bar is None else Wheel(0.0, 0.0)
+        return ColumnMotion(0.0, 0.0, 0.0, wheel, () if self.worm_gear is None else Rotor(0.0, 0.0))
 
-    def remembered(self) -> Any:
+    def remembered(self) -> ColumnMemory:
         """Friction relaxed."""
-        return self.friction.remembered()
+        return ColumnMemory(self.friction.remembered(), self.linkage.remembered())
 
     def stiff(self) -> ColumnMotion:
-        """Straight ahead, at rest."""
-        return self.init()
+        """At rest, with the flanks of the worm in contact."""
+        if self.worm_gear is None:
+            return self.init()
+        return self.init()._replace(rotor=Rotor(self.motor.ratio * self.worm_gear.play, 0.0))
 
     def steer(self, motion: ColumnMotion) -> Steer:
         """Of the road wheels."""
@@ -83,56 +118,76 @@ class ColumnEps:
         """Of the steering wheel."""
         return Hand(motion.angle, motion.rate) if self.torsion_bar is None else Hand(*motion.wheel)
 
-    def derivative(self, motion: ColumnMotion, start: ColumnMotion, memory: Any, loads: Loads) -> ColumnMotion:
+    def derivative(self, motion: ColumnMotion, start: ColumnMotion, memory: ColumnMemory, loads: Loads) -> ColumnMotion:
         """Rate of change of the motion."""
         balance = self._balance(motion, start, memory, loads)
-        (request,) = loads.actuator_torques
-        wheel = () if self.torsion_bar is None else Wheel(motion.wheel.rate, balance.wheel_acceleration)
         return ColumnMotion(
-            motion.rate, balance.column_acceleration, (request - motion.motor_torque) / self.motor_lag, wheel
+            motion.rate,
+            balance.acceleration,
+            self.motor.torque_rate(motion.motor_torque, loads.actuator_torques[0]),
+            () if self.torsion_bar is None else Wheel(motion.wheel.rate, balance.wheel_acceleration),
+            () if self.worm_gear is None else Rotor(motion.rotor.rate, balance.rotor_acceleration),
         )
 
-    def advance(self, motion: ColumnMotion, start: ColumnMotion, memory: Any, loads: Loads) -> Any:
+    def advance(self, motion: ColumnMotion, start: ColumnMotion, memory: ColumnMemory, loads: Loads) -> ColumnMemory:
         """Friction after a step."""
-        kingpin = self.linkage.ratios(motion.angle).torque(loads.kingpin_left, loads.kingpin_right)
-        return self.friction.advance(memory, motion.angle - start.angle, motion.rate, kingpin, motion.angle)
+        turned = motion.angle - start.angle
+        return ColumnMemory(
+            self.friction.advance(memory.column, turned, motion.rate, angle=motion.angle),
+            self.linkage.advance(motion.angle, motion.rate, start.angle, memory.kingpins, loads),
+        )
 
-    def signals(self, motion: ColumnMotion, memory: Any, loads: Loads) -> SteeringSignals:
+    def signals(self, motion: ColumnMotion, memory: ColumnMemory, loads: Loads) -> SteeringSignals:
         """What can be seen at one instant."""
         balance = self._balance(motion, motion, memory, loads)
-        ratios, steer, hand = self.linkage.ratios(motion.angle), self.steer(motion), self.hand(motion)
-        rack = self.linkage.rack_ratio
-        left, right = ratios.left * loads.kingpin_left / rack, ratios.right * loads.kingpin_right / rack
-        return SteeringSignals(
-            steering_wheel_angle=hand.angle,
-            steering_wheel_rate=hand.rate,
-            driver_torque=balance.driver_torque,
-            motor_torque=motion.motor_torque,
-            motor_angle_mechanical=self.motor_gear * motion.angle,
-            motor_speed=self.motor_gear * motion.rate,
-            pinion_angle=motion.angle,
-            rack_position=rack * motion.angle,
-            rack_speed=rack * motion.rate,
-            rack_force=left + right,
-            tie_rod_force_left=left,
-            tie_rod_force_right=right,
-            road_wheel_angle_left=steer.left,
-            road_wheel_angle_right=steer.right,
-            truth_friction_torque=self.friction.level,
-            truth_friction_resistance=balance.friction,
-            truth_steering_wheel_acceleration=balance.wheel_acceleration,
+        level = self.friction.sliding_level(motion.angle) + self.linkage.friction_level(motion.angle)
+        return steering_signals(
+            self.linkage,
+            self.hand(motion),
+            balance.wheel_acceleration,
+            balance.driver_torque,
+            Shaft(motion.motor_torque, *self._rotor(motion)),
+            motion.angle,
+            Rack(motion.angle, motion.rate, balance.acceleration),
+            balance.resistance,
+            Dry(level, balance.friction + balance.resistance.friction),
         )
 
-    def _balance(self, motion: ColumnMotion, start: ColumnMotion, memory: Any, loads: Loads) -> _Balance:
-        bar = self.torsion_bar
-        below = self.column_inertia + self.motor_gear * self.motor_gear * self.rotor_inertia
-        kingpin = self.linkage.ratios(motion.angle).torque(loads.kingpin_left, loads.kingpin_right)
-        friction = self.friction.torque(memory, motion.angle - start.angle, motion.rate, kingpin, motion.angle)
-        resistance = friction + kingpin + viscous(motion.rate, self.damping)
-        drive = column_torque_of_motor(motion.motor_torque, self.motor_gear) - resistance
-        if bar is None:
-            acceleration = (loads.hand_torque + drive) / (below + self.wheel_inertia)
-            return _Balance(loads.hand_torque, friction, kingpin, acceleration, acceleration)
-        driver = bar.torque(motion.wheel, motion.angle, motion.rate)
+    def _balance(self, motion: ColumnMotion, start: ColumnMotion, memory: ColumnMemory, loads: Loads) -> _Balance:
+        resistance = self.linkage.resistance(motion.angle, motion.rate, start.angle, memory.kingpins, loads)
+        friction = self.friction.torque(
+            memory.column,
+            motion.angle - start.angle,
+            motion.rate,
+            resistance.kingpin / self.reference_load,
+            motion.angle,
+        )
+        drive, rotor_acceleration = self._drive(motion)
+        drive = drive - friction - resistance.total - viscous(motion.rate, self.damping)
+        inertia = self._inertia()
+        if self.torsion_bar is None:
+            acceleration = (loads.hand_torque + drive) / (inertia + self.wheel_inertia)
+            return _Balance(loads.hand_torque, friction, resistance, acceleration, acceleration, rotor_acceleration)
+        driver = self.torsion_bar.torque(motion.wheel, motion.angle, motion.rate)
         wheel_acceleration = (loads.hand_torque - driver) / self.wheel_inertia
-        return _Balance(driver, friction, kingpin, (driver + drive) / below, wheel_acceleration)
+        acceleration = (driver + drive) / inertia
+        return _Balance(driver, friction, resistance, acceleration, wheel_acceleration, rotor_acceleration)
+
+    def _inertia(self) -> Any:
+        below = self.column_inertia + self.linkage.inertia
+        return below if self.worm_gear is not None else below + self.motor.ratio * self.motor.ratio * self.motor.inertia
+
+    def _rotor(self, motion: ColumnMotion) -> Rotor:
+        if self.worm_gear is not None:
+            return motion.rotor
+        return Rotor(self.motor.ratio * motion.angle, self.motor.ratio * motion.rate)
+
+    def _drive(self, motion: ColumnMotion) -> tuple[Any, Any]:
+        """Torque of the motor on the column [N*m], without its inertia; and acceleration of a rotor of its own."""
+        motor, gear, rotor = self.motor, self.worm_gear, self._rotor(motion)
+        torque = motor.shaft_torque(motion.motor_torque, rotor.angle) - viscous(rotor.rate, motor.damping)
+        if gear is None:
+            return column_torque_of_motor(torque, motor.ratio), 0.0
+        twist, twist_rate = rotor.angle / motor.ratio - motion.angle, rotor.rate / motor.ratio - motion.rate
+        passed = lash_torque(twist, twist_rate, gear.stiffness, gear.damping, gear.play)
+        return passed, (torque - passed / motor.ratio) / motor.inertia

@@ -1,58 +1,26 @@
-"""Dry friction of a steering: a level, the law by which it builds up, and what makes the level vary."""
+"""Dry friction of a steering: its level, the law by which it builds up, and what makes the level vary."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Protocol
+from typing import Annotated, Any
 
-from tierod.physics.friction import dahl_update
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
-
-
-class Law(Protocol):
-    """How dry friction of level one follows the path; it opposes motion with the sign of the rate.
-
-    The path within a step is taken as one stroke without reversal, over which a law is exact.
-    """
-
-    def remembered(self) -> Any:
-        """Relaxed, before the first motion."""
-
-    def share(self, memory: Any, turned: Any, rate: Any) -> Any:
-        """Friction over its level [-].
-
-        Args:
-            memory: at the start of the step
-            turned: since the start of the step [rad]
-            rate: now [rad/s]
-        """
-
-    def advance(self, memory: Any, turned: Any, rate: Any) -> Any:
-        """Memory after a step that turned by an angle."""
+from tierod.graph.maths import absolute, cos, maximum, where
+from tierod.proving_ground.steering.friction_laws import Dahl, Law
+from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 
 
 @dataclass(frozen=True)
-class Dahl:
-    """Exponential build-up over an angle; the level is that of sliding.
+class Wave:
+    """A level that varies once per turn of the shaft, as with a bent one or a bad universal joint.
 
     Args:
-        angle: level over initial stiffness
+        torque: amplitude, less than the level
+        angle: of the shaft where friction is highest
     """
 
-    angle: Annotated[float, "rad", POSITIVE] = math.radians(1.0)
-
-    def remembered(self) -> Any:
-        """Relaxed."""
-        return 0.0
-
-    def share(self, memory: Any, turned: Any, rate: Any) -> Any:
-        """Friction over its level."""
-        return dahl_update(memory, turned, self.angle)
-
-    def advance(self, memory: Any, turned: Any, rate: Any) -> Any:
-        """Memory after a step."""
-        return dahl_update(memory, turned, self.angle)
+    torque: Annotated[float, "N*m", NOT_NEGATIVE] = 0.0
+    angle: Annotated[float, "rad", ANY] = 0.0
 
 
 @dataclass(frozen=True)
@@ -60,29 +28,57 @@ class DryFriction:
     """Dry friction at a shaft.
 
     Args:
-        level: torque while sliding, at the reference load: what faults vary and monitors estimate
-        law: how friction builds up after a reversal
+        level: torque of sliding in both directions, away from bumps, at the reference load: what faults vary and
+            monitors estimate; each law of `friction_laws` says what sliding means
+        law: how friction builds up after a reversal; angles scale with nothing, so stiffness grows with the level
+        load_share: share of the friction that is proportional to the load
+        left_excess, right_excess: more torque while turning to one side only
+        bump: more torque about one angle, as of a dented ball or tooth
+        bump_angle: where the bump is highest
+        bump_width: from there to where it ends, on either side
+        wave: None for a level without waves
     """
 
     level: Annotated[float, "N*m", NOT_NEGATIVE] = 4.0
     law: Law = field(default_factory=Dahl)
+    load_share: Annotated[float, "", SHARE] = 0.0
+    left_excess: Annotated[float, "N*m", NOT_NEGATIVE] = 0.0
+    right_excess: Annotated[float, "N*m", NOT_NEGATIVE] = 0.0
+    bump: Annotated[float, "N*m", NOT_NEGATIVE] = 0.0
+    bump_angle: Annotated[float, "rad", ANY] = 0.0
+    bump_width: Annotated[float, "rad", POSITIVE] = 0.2
+    wave: Wave | None = None
 
     def remembered(self) -> Any:
-        """Relaxed."""
+        """Relaxed, before the first motion."""
         return self.law.remembered()
 
-    def torque(self, memory: Any, turned: Any, rate: Any, load: Any, angle: Any = 0.0) -> Any:
-        """Torque that opposes motion [N*m].
+    def torque(self, memory: Any, turned: Any, rate: Any, load: Any = 1.0, angle: Any = 0.0) -> Any:
+        """Torque that opposes motion [N*m], exact over a path without reversal.
 
         Args:
             memory: at the start of the step
             turned: since the start of the step [rad]
             rate: now [rad/s]
-            load: what presses the surfaces together
+            load: what presses the surfaces together, over its reference [-]
             angle: now [rad]
         """
-        return self.level * self.law.share(memory, turned, rate)
+        share = self.law.share(memory, turned, rate)
+        sided = self._level_at(angle) + where(share > 0.0, self.left_excess, self.right_excess)
+        return share * sided * (1.0 + self.load_share * (absolute(load) - 1.0))
 
-    def advance(self, memory: Any, turned: Any, rate: Any, load: Any, angle: Any = 0.0) -> Any:
-        """Memory after a step that turned by an angle."""
+    def advance(self, memory: Any, turned: Any, rate: Any, load: Any = 1.0, angle: Any = 0.0) -> Any:
+        """Memory after a step; arguments as of `torque`."""
         return self.law.advance(memory, turned, rate)
+
+    def sliding_level(self, angle: Any) -> Any:
+        """Torque of sliding [N*m] at an angle and the reference load, the mean of both directions: the truth."""
+        return self._level_at(angle) + 0.5 * (self.left_excess + self.right_excess)
+
+    def _level_at(self, angle: Any) -> Any:
+        aside = (angle - self.bump_angle) / self.bump_width
+        rest = maximum(1.0 - aside * aside, 0.0)
+        level = self.level + self.bump * rest * rest
+        if self.wave is None:
+            return level
+        return level + self.wave.torque * cos(angle - self.wave.angle)

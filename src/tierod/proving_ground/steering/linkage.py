@@ -1,63 +1,131 @@
-"""Rack, tie rods and steering arms: from the pinion to the road wheels."""
+"""Rack, tie rods, steering arms and kingpins: from the pinion to the road wheels, and their load back at the pinion."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
 from tierod.physics.ackermann import ackermann_angle, ackermann_slope
+from tierod.physics.end_stop import end_stop_torque
 from tierod.physics.steering_ratio import road_wheel_angle, torque_at_steering_wheel, variable_ratio
-from tierod.proving_ground.parts import Steer
+from tierod.proving_ground.parts import Loads, Steer
+from tierod.proving_ground.steering.friction import DryFriction
+from tierod.proving_ground.steering.friction_laws import Dahl
 from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE
 
 
-class Ratios(NamedTuple):
-    """Turn of the road wheels per turn of the pinion.
+@dataclass(frozen=True)
+class EndStop:
+    """Stops at both ends of the travel, seen at the pinion; 8.5 rad is 2.7 turns from lock to lock."""
+
+    angle: Annotated[float, "rad", POSITIVE] = 8.5
+    stiffness: Annotated[float, "N*m/rad", NOT_NEGATIVE] = 400.0
+    damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 5.0
+
+
+class Resistance(NamedTuple):
+    """Torques at the pinion that oppose a turn to the left.
 
     Args:
-        mean: of both wheels [-]
-        left, right: of each wheel [-]
+        left, right: of each kingpin with its friction, by virtual work [N*m]
+        kingpin: of tyres and road, both sides [N*m]
+        friction: dry friction of both kingpins [N*m]
+        stop: of the end stops [N*m]
     """
 
-    mean: Any
     left: Any
     right: Any
+    kingpin: Any
+    friction: Any
+    stop: Any
 
-    def torque(self, kingpin_left: Any, kingpin_right: Any) -> Any:
-        """Torque at the pinion [N*m] of torques about the kingpins, by virtual work."""
-        return torque_at_steering_wheel(kingpin_left, self.left) + torque_at_steering_wheel(kingpin_right, self.right)
+    @property
+    def total(self) -> Any:
+        """Sum of all [N*m]."""
+        return self.kingpin + self.friction + self.stop
 
 
 @dataclass(frozen=True)
 class Linkage:
-    """Kinematics of rack, tie rods and arms; typical of a mid-size car.
+    """Kinematics and losses of rack, tie rods and arms; typical of a mid-size car.
 
     Args:
         ratio: mean turn of the road wheels per turn of the pinion, straight ahead
         ratio_growth: relative growth of the ratio with the squared angle of the pinion
         ackermann_gain: see `tierod.physics.ackermann`; the default is about 60 % of full Ackermann
         rack_ratio: travel of the rack per turn of the pinion; the default is 55 mm per revolution
+        road_wheel_inertia: of one road wheel about its kingpin
+        friction: of ball joints and struts, both kingpins together, over the mean steer of the road wheels; under the
+            front axle's load
+        reference_load: load of the front axle at which that friction has its level
+        end_stop: at both ends of the travel
     """
 
     ratio: Annotated[float, "", POSITIVE] = 1.0 / 15.5
     ratio_growth: Annotated[float, "1/rad**2", ANY] = 0.0
     ackermann_gain: Annotated[float, "1/rad", NOT_NEGATIVE] = 0.16
     rack_ratio: Annotated[float, "m/rad", POSITIVE] = 8.75e-3
+    road_wheel_inertia: Annotated[float, "kg*m**2", NOT_NEGATIVE] = 0.5
+    friction: DryFriction = field(
+        default_factory=lambda: DryFriction(level=15.5, law=Dahl(math.radians(0.1)), load_share=0.3)
+    )
+    reference_load: Annotated[float, "N", POSITIVE] = 9400.0
+    end_stop: EndStop = field(default_factory=EndStop)
 
-    def ratios(self, pinion_angle: Any) -> Ratios:
-        """Turn of the road wheels per turn of the pinion at an angle of it [rad]."""
-        mean = variable_ratio(pinion_angle, self.ratio, self.ratio_growth)
-        angle = road_wheel_angle(pinion_angle, self.ratio, self.ratio_growth)
-        gain = self.ackermann_gain
-        return Ratios(mean, mean * ackermann_slope(angle, gain), mean * ackermann_slope(angle, -gain))
+    @property
+    def inertia(self) -> float:
+        """Of both road wheels at the pinion [kg*m**2], with the ratio at the centre."""
+        return 2.0 * self.road_wheel_inertia * self.ratio * self.ratio
 
-    def steer(self, pinion_angle: Any, pinion_rate: Any) -> Steer:
+    def remembered(self) -> Any:
+        """Friction relaxed."""
+        return self.friction.remembered()
+
+    def steer(self, angle: Any, rate: Any) -> Steer:
         """Of the road wheels at an angle [rad] and rate [rad/s] of the pinion."""
-        ratios = self.ratios(pinion_angle)
-        angle = road_wheel_angle(pinion_angle, self.ratio, self.ratio_growth)
+        mean, slope, gain = self._mean(angle), self._slope(angle) * rate, self.ackermann_gain
         return Steer(
-            ackermann_angle(angle, self.ackermann_gain),
-            ackermann_angle(angle, -self.ackermann_gain),
-            ratios.left * pinion_rate,
-            ratios.right * pinion_rate,
+            ackermann_angle(mean, gain),
+            ackermann_angle(mean, -gain),
+            slope * ackermann_slope(mean, gain),
+            slope * ackermann_slope(mean, -gain),
         )
+
+    def resistance(self, angle: Any, rate: Any, start: Any, memory: Any, loads: Loads) -> Resistance:
+        """What the pinion feels.
+
+        Args:
+            angle, rate: of the pinion [rad], [rad/s]
+            start: angle of the pinion at the start of the step [rad]
+            memory: of the friction
+            loads: from outside
+        """
+        mean, slope, gain = self._mean(angle), self._slope(angle), self.ackermann_gain
+        friction = self.friction.torque(memory, *self._path(angle, rate, start, mean, slope), self._load(loads), mean)
+        friction = torque_at_steering_wheel(friction, slope)
+        left = torque_at_steering_wheel(loads.kingpin_left, slope * ackermann_slope(mean, gain))
+        right = torque_at_steering_wheel(loads.kingpin_right, slope * ackermann_slope(mean, -gain))
+        stop = end_stop_torque(angle, rate, self.end_stop.angle, self.end_stop.stiffness, self.end_stop.damping)
+        return Resistance(left + 0.5 * friction, right + 0.5 * friction, left + right, friction, stop)
+
+    def advance(self, angle: Any, rate: Any, start: Any, memory: Any, loads: Loads) -> Any:
+        """Memory of the friction after a step; arguments as of `resistance`."""
+        mean, slope = self._mean(angle), self._slope(angle)
+        return self.friction.advance(memory, *self._path(angle, rate, start, mean, slope), self._load(loads), mean)
+
+    def friction_level(self, angle: Any) -> Any:
+        """Level of the friction at the pinion [N*m]."""
+        return torque_at_steering_wheel(self.friction.sliding_level(self._mean(angle)), self._slope(angle))
+
+    def _path(self, angle: Any, rate: Any, start: Any, mean: Any, slope: Any) -> tuple[Any, Any]:
+        return mean - self._mean(start), slope * rate
+
+    def _load(self, loads: Loads) -> Any:
+        return loads.front_load / self.reference_load
+
+    def _mean(self, angle: Any) -> Any:
+        return road_wheel_angle(angle, self.ratio, self.ratio_growth)
+
+    def _slope(self, angle: Any) -> Any:
+        return variable_ratio(angle, self.ratio, self.ratio_growth)

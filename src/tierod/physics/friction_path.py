@@ -1,0 +1,56 @@
+"""Dry friction solved over a path: normalised laws, exact for a stroke in one direction.
+
+A friction share is friction over its level; it opposes motion. Dahl's laws are in `tierod.physics.friction`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tierod.graph.maths import absolute, exp, limit, sign
+
+
+def elastoplastic_update(share: Any, angle_increment: Any, elastic_angle: Any) -> Any:
+    """Friction share [-] of an elastic element that slips at its level, after an angle increment.
+
+    Args:
+        share: before the increment [-]
+        angle_increment: [rad], without reversal inside
+        elastic_angle: level over stiffness [rad], positive; tends to Coulomb's law as it tends to zero
+
+    Source: one element of Iwan, J. Appl. Mech. 33 (1966) 893; the Maxwell slip model (Lampaert, Swevers, Al-Bender,
+    IEEE TAC 47 (2002) 683) is a sum of such elements.
+    """
+    return limit(share + angle_increment / elastic_angle, -1.0, 1.0)
+
+
+def lugre_update(bristle: Any, angle_increment: Any, bristle_angle: Any, steady_share: Any) -> Any:
+    """Normalised bristle deflection [-] of the LuGre model after an angle increment at a constant rate.
+
+    Args:
+        bristle: deflection times bristle stiffness over the sliding level, before the increment [-]
+        angle_increment: [rad], without reversal inside
+        bristle_angle: sliding level over bristle stiffness [rad], positive
+        steady_share: steady friction at this rate over the sliding level, g of the paper [-], positive
+
+    Source: Canudas de Wit et al., IEEE TAC 40 (1995) 419, eq (2), solved over the angle:
+    dz/d theta = s - sigma_0 z / g with s = sgn(d theta).
+    """
+    settled = sign(angle_increment) * steady_share
+    return settled + (bristle - settled) * exp(-absolute(angle_increment) / (bristle_angle * steady_share))
+
+
+def lugre_share(bristle: Any, rate: Any, bristle_angle: Any, steady_share: Any, micro_time: Any) -> Any:
+    """Friction share [-] of the LuGre model without its viscous term.
+
+    Args:
+        bristle: normalised deflection, from `lugre_update` [-]
+        rate: angular rate [rad/s]
+        bristle_angle: sliding level over bristle stiffness [rad]
+        steady_share: as in `lugre_update` [-]
+        micro_time: damping over stiffness of the bristles, sigma_1 / sigma_0 [s]
+
+    Source: Canudas de Wit et al. (1995), eq (3), over the sliding level.
+    """
+    bristle_rate = (rate - absolute(rate) * bristle / steady_share) / bristle_angle
+    return bristle + micro_time * bristle_rate

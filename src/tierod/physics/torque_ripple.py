@@ -1,0 +1,22 @@
+"""Torque of a motor that varies with the angle of its rotor."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tierod.graph.maths import sin
+
+
+def torque_ripple(motor_angle: Any, motor_torque: Any, cogging_torque: Any, ripple_share: Any, order: Any) -> Any:
+    """Torque [N*m] that cogging and ripple add at the shaft.
+
+    Args:
+        motor_angle: mechanical angle of the rotor [rad]
+        motor_torque: mean torque of the currents [N*m]
+        cogging_torque: amplitude without current [N*m]
+        ripple_share: amplitude per torque of the currents [-]
+        order: periods per revolution of the rotor [-]
+
+    One order stands for the strongest; cogging and ripple are taken in phase.
+    """
+    return (cogging_torque + ripple_share * motor_torque) * sin(order * motor_angle)

@@ -1,0 +1,243 @@
+"""Electric power steering with rack and pinion as two bodies, the motor on either."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+from tierod.physics.friction import viscous
+from tierod.physics.lash import lash_torque
+from tierod.physics.steering_ratio import column_torque_of_motor
+from tierod.proving_ground.parts import Hand, Loads, Steer
+from tierod.proving_ground.steering.friction import DryFriction
+from tierod.proving_ground.steering.friction_laws import Dahl
+from tierod.proving_ground.steering.linkage import Linkage, Resistance
+from tierod.proving_ground.steering.motor import Motor
+from tierod.proving_ground.steering.observed import Dry, Rack, Shaft, SteeringSignals, steering_signals
+from tierod.proving_ground.steering.torsion_bar import TorsionBar, Wheel
+from tierod.ranges import NOT_NEGATIVE, POSITIVE
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Teeth of pinion and rack, along the rack.
+
+    Args:
+        play: whole free way of the rack against the held pinion; a yoke with its spring leaves none
+    """
+
+    stiffness: Annotated[float, "N/m", POSITIVE] = 1e8
+    damping: Annotated[float, "N*s/m", NOT_NEGATIVE] = 5e3
+    play: Annotated[float, "m", NOT_NEGATIVE] = 0.0
+
+
+class RackMotion(NamedTuple):
+    """What the differential equations of a rack steering carry on; motor and wheel are () where there is none."""
+
+    angle: Any
+    rate: Any
+    position: Any
+    speed: Any
+    motor_torque: Any
+    wheel: Any
+
+
+class RackMemory(NamedTuple):
+    """Dry friction of pinion, rack and kingpins."""
+
+    pinion: Any
+    rack: Any
+    kingpins: Any
+
+
+class _Balance(NamedTuple):
+    driver_torque: Any
+    friction: Any
+    resistance: Resistance
+    acceleration: Any
+    rack_acceleration: Any
+    wheel_acceleration: Any
+
+
+@dataclass(frozen=True)
+class RackEps:
+    """Steering wheel, torsion bar, pinion, rack with motor, and linkage; typical of a mid-size car.
+
+    Args:
+        wheel_inertia: of the steering wheel
+        pinion_inertia: of lower column and pinion
+        pinion_damping: viscous, at the pinion
+        rack_mass: of the rack; road wheels and a motor on the rack come on top
+        rack_damping: viscous, of the rack
+        centring: spring that pulls the rack to the middle
+        mesh: teeth between pinion and rack
+        friction: dry, at the pinion, under the load of the gear
+        rack_friction: dry, of yoke and bushings at the rack, as torque and angle at the pinion; under the same load
+        reference_load: torque of the kingpins at the pinion at which friction has its level
+        motor: None for a rack without
+        motor_on_rack: whether the motor drives the rack by belt and ball screw; else it drives the pinion
+        linkage: from the rack to the road wheels
+        torsion_bar: None for a rigid column, with the hands' torque as the driver's
+    """
+
+    wheel_inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.035
+    pinion_inertia: Annotated[float, "kg*m**2", POSITIVE] = 4e-4
+    pinion_damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.1
+    rack_mass: Annotated[float, "kg", POSITIVE] = 3.0
+    rack_damping: Annotated[float, "N*s/m", NOT_NEGATIVE] = 4e3
+    centring: Annotated[float, "N/m", NOT_NEGATIVE] = 0.0
+    mesh: Mesh = field(default_factory=Mesh)
+    friction: DryFriction = field(default_factory=lambda: DryFriction(level=1.0))
+    rack_friction: DryFriction = field(default_factory=lambda: DryFriction(level=2.0))
+    reference_load: Annotated[float, "N*m", POSITIVE] = 4.0
+    motor: Motor | None = field(default_factory=Motor)
+    motor_on_rack: bool = True
+    linkage: Linkage = field(default_factory=Linkage)
+    torsion_bar: TorsionBar | None = field(default_factory=TorsionBar)
+
+    @property
+    def actuators(self) -> tuple[str, ...]:
+        """The assist motor, where there is one."""
+        return () if self.motor is None else ("motor_torque",)
+
+    def init(self) -> RackMotion:
+        """Straight ahead, at rest."""
+        motor = () if self.motor is None else 0.0
+        return RackMotion(0.0, 0.0, 0.0, 0.0, motor, () if self.torsion_bar is None else Wheel(0.0, 0.0))
+
+    def remembered(self) -> RackMemory:
+        """Friction relaxed."""
+        return RackMemory(self.friction.remembered(), self.rack_friction.remembered(), self.linkage.remembered())
+
+    def stiff(self) -> RackMotion:
+        """At rest, with teeth in contact."""
+        return self.init()._replace(position=-self.mesh.play)
+
+    def steer(self, motion: RackMotion) -> Steer:
+        """Of the road wheels."""
+        ratio = self.linkage.rack_ratio
+        return self.linkage.steer(motion.position / ratio, motion.speed / ratio)
+
+    def hand(self, motion: RackMotion) -> Hand:
+        """Of the steering wheel."""
+        return Hand(motion.angle, motion.rate) if self.torsion_bar is None else Hand(*motion.wheel)
+
+    def derivative(self, motion: RackMotion, start: RackMotion, memory: RackMemory, loads: Loads) -> RackMotion:
+        """Rate of change of the motion."""
+        balance = self._balance(motion, start, memory, loads)
+        motor = self.motor
+        return RackMotion(
+            motion.rate,
+            balance.acceleration,
+            motion.speed,
+            balance.rack_acceleration,
+            () if motor is None else motor.torque_rate(motion.motor_torque, loads.actuator_torques[0]),
+            () if self.torsion_bar is None else Wheel(motion.wheel.rate, balance.wheel_acceleration),
+        )
+
+    def advance(self, motion: RackMotion, start: RackMotion, memory: RackMemory, loads: Loads) -> RackMemory:
+        """Friction after a step."""
+        rack, before = self._rack(motion), self._rack(start)
+        return RackMemory(
+            self.friction.advance(memory.pinion, motion.angle - start.angle, motion.rate, angle=motion.angle),
+            self.rack_friction.advance(memory.rack, rack.angle - before.angle, rack.rate, angle=rack.angle),
+            self.linkage.advance(rack.angle, rack.rate, before.angle, memory.kingpins, loads),
+        )
+
+    def signals(self, motion: RackMotion, memory: RackMemory, loads: Loads) -> SteeringSignals:
+        """What can be seen at one instant."""
+        balance, rack = self._balance(motion, motion, memory, loads), self._rack(motion)
+        level = self.friction.sliding_level(motion.angle) + self.rack_friction.sliding_level(rack.angle)
+        return steering_signals(
+            self.linkage,
+            self.hand(motion),
+            balance.wheel_acceleration,
+            balance.driver_torque,
+            self._shaft(motion),
+            motion.angle,
+            rack._replace(acceleration=balance.rack_acceleration / self.linkage.rack_ratio),
+            balance.resistance,
+            Dry(level + self.linkage.friction_level(rack.angle), balance.friction + balance.resistance.friction),
+        )
+
+    def _balance(self, motion: RackMotion, start: RackMotion, memory: RackMemory, loads: Loads) -> _Balance:
+        rack, before, ratio = self._rack(motion), self._rack(start), self.linkage.rack_ratio
+        resistance = self.linkage.resistance(rack.angle, rack.rate, before.angle, memory.kingpins, loads)
+        load = resistance.kingpin / self.reference_load
+        friction = self.friction.torque(memory.pinion, motion.angle - start.angle, motion.rate, load, motion.angle)
+        rack_friction = self.rack_friction.torque(memory.rack, rack.angle - before.angle, rack.rate, load, rack.angle)
+        mesh = self.mesh
+        passed = lash_torque(
+            ratio * motion.angle - motion.position,
+            ratio * motion.rate - motion.speed,
+            mesh.stiffness,
+            mesh.damping,
+            mesh.play,
+        )
+        at_pinion, at_rack, inertia, mass = self._motor(motion)
+        drive = at_pinion - friction - viscous(motion.rate, self.pinion_damping) - ratio * passed
+        push = passed + (at_rack - resistance.total - rack_friction) / ratio
+        push = push - viscous(motion.speed, self.rack_damping) - self.centring * motion.position
+        if self.torsion_bar is None:
+            driver = loads.hand_torque
+            acceleration = wheel_acceleration = (driver + drive) / (inertia + self.wheel_inertia)
+        else:
+            driver = self.torsion_bar.torque(motion.wheel, motion.angle, motion.rate)
+            acceleration = (driver + drive) / inertia
+            wheel_acceleration = (loads.hand_torque - driver) / self.wheel_inertia
+        dry = friction + rack_friction
+        return _Balance(driver, dry, resistance, acceleration, push / mass, wheel_acceleration)
+
+    def _rack(self, motion: RackMotion) -> Rack:
+        ratio = self.linkage.rack_ratio
+        return Rack(motion.position / ratio, motion.speed / ratio, 0.0)
+
+    def _shaft(self, motion: RackMotion) -> Shaft:
+        if self.motor is None:
+            return Shaft(0.0, 0.0, 0.0)
+        rack = self._rack(motion)
+        angle, rate = (rack.angle, rack.rate) if self.motor_on_rack else (motion.angle, motion.rate)
+        return Shaft(motion.motor_torque, self.motor.ratio * angle, self.motor.ratio * rate)
+
+    def _motor(self, motion: RackMotion) -> tuple[Any, Any, Any, Any]:
+        """Torque of the motor at pinion and rack [N*m], inertia of the pinion, mass of the rack with all it moves."""
+        ratio = self.linkage.rack_ratio
+        mass = self.rack_mass + self.linkage.inertia / (ratio * ratio)
+        if self.motor is None:
+            return 0.0, 0.0, self.pinion_inertia, mass
+        shaft, motor = self._shaft(motion), self.motor
+        torque = motor.shaft_torque(shaft.torque, shaft.angle) - viscous(shaft.rate, motor.damping)
+        torque, rotor = column_torque_of_motor(torque, motor.ratio), motor.ratio * motor.ratio * motor.inertia
+        if self.motor_on_rack:
+            return 0.0, torque, self.pinion_inertia, mass + rotor / (ratio * ratio)
+        return torque, 0.0, self.pinion_inertia + rotor, mass
+
+
+def demonstrator_rack() -> RackEps:
+    """Rack and pinion of the demonstrator of Li, Frey and Gauterin, without its motors, which turn the column.
+
+    Source: Table A1 of the paper, without steering wheel and torsion bar. The inertia is printed as 45 kg*m**2 and
+    taken as 0.045, shared between `wheel_inertia` and `pinion_inertia`, of which only the sum counts. The ratio is
+    printed as the reciprocal of what eqs (1) to (5) need. The build-up angle of friction is assumed.
+    """
+    return RackEps(
+        wheel_inertia=0.040,
+        pinion_inertia=0.005,
+        pinion_damping=0.0,
+        rack_mass=3.0,
+        rack_damping=22867.0,
+        centring=31227.0,
+        mesh=Mesh(1e8, 1e3),
+        friction=DryFriction(level=1.11, law=Dahl(math.radians(1.0))),
+        rack_friction=DryFriction(level=0.0),
+        motor=None,
+        linkage=Linkage(
+            ratio=1.0 / 19.7,
+            ackermann_gain=0.0,
+            rack_ratio=1.0 / 146.12,
+            road_wheel_inertia=0.0,
+            friction=DryFriction(level=0.0),
+        ),
+        torsion_bar=None,
+    )
