@@ -1,0 +1,55 @@
+"""Three-phase inverter with pulse-width modulation, averaged over a period: what voltage can be made, what is lost."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tierod.graph.maths import limit, maximum, sqrt
+from tierod.physics.clarke_park import PhaseValues, StatorVector, clarke, inverse_clarke
+
+
+def longest_voltage(supply_voltage: Any) -> Any:
+    """Length of the longest voltage vector [V] that can be made in every direction.
+
+    Args:
+        supply_voltage: of the intermediate circuit [V]
+
+    Source: space-vector modulation, circle inside the hexagon; Holmes and Lipo, Pulse Width Modulation for Power
+    Converters (2003), ch. 6: V_dc / sqrt(3).
+    """
+    return supply_voltage * 3.0**-0.5
+
+
+def limited_voltage(wanted: Any, longest: Any) -> Any:
+    """A vector shortened to a length, its direction kept.
+
+    Args:
+        wanted: StatorVector or RotorVector [V]
+        longest: [V], positive
+    """
+    first, second = wanted
+    share = longest / sqrt(maximum(first * first + second * second, longest * longest))
+    return type(wanted)(share * first, share * second)
+
+
+def lost_voltage(
+    current: StatorVector, supply_voltage: Any, dead_time: Any, period: Any, forward_drop: Any, knee_current: Any
+) -> StatorVector:
+    """Mean voltage [V] that dead time and semiconductors take from what was commanded.
+
+    Args:
+        current: into the motor [A]
+        supply_voltage: of the intermediate circuit [V]
+        dead_time: between the switches of a leg [s]
+        period: of the modulation [s]
+        forward_drop: of switch and diode, mean [V]
+        knee_current: below it a phase's loss falls in proportion to its current, as the parasitic capacitances are
+            charged by it [A], positive
+
+    Source: Choi and Sul, IEEE Trans. Power Electronics 11 (1996) 221: every phase loses (V_dc t_d / T + V_drop) sgn(i),
+    with the sign made continuous around zero; what all phases lose alike drops out.
+    """
+    loss = supply_voltage * dead_time / period + forward_drop
+    shares = [limit(value / knee_current, -1.0, 1.0) for value in inverse_clarke(current)]
+    lost = clarke(PhaseValues(*shares))
+    return StatorVector(loss * lost.alpha, loss * lost.beta)

@@ -1,0 +1,186 @@
+"""A permanent-magnet motor with inverter and current control, integrated at its own rate inside a step of the car."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+from tierod.physics.clarke_park import StatorVector, direction, electrical_angle, turned
+from tierod.physics.inverter import lost_voltage
+from tierod.physics.pm_motor import electric_power, flux_at, resistance_at, torque_of_flux
+from tierod.proving_ground.motor.current_control import ControlMemory, CurrentControl
+from tierod.proving_ground.motor.machine import Inverter, Machine, Warming, Warmth
+from tierod.proving_ground.motor.period import Instant, Load, Rotor, Winding, advance, begin
+from tierod.proving_ground.parts import SOUND, Port
+from tierod.proving_ground.ports import pass_through
+
+
+class DriveState(NamedTuple):
+    """A motor between two steps.
+
+    Args:
+        rotor: of the shaft
+        linkage: flux of the stator [V*s]
+        dry: dry friction of the rotor over its level [-]
+        control: of the current
+        voltage: mean over the period that has just ended [V]
+        told: what the inverter was told to make in that period [V]
+        warmth: of winding and housing
+        sensed: angle that the sensor saw last, before its fault [rad]
+    """
+
+    rotor: Rotor
+    linkage: StatorVector
+    dry: Any
+    control: ControlMemory
+    voltage: StatorVector
+    told: StatorVector
+    warmth: Warmth
+    sensed: Any
+
+
+class FineSignals(NamedTuple):
+    """Signals at the motor's own rate: a tuple of sub-samples per step each, the first at the step's instant.
+
+    Voltages are means over the period that ends at the instant; the target is what the inverter was told to make.
+    """
+
+    motor_current_alpha: Annotated[Any, "A"]
+    motor_current_beta: Annotated[Any, "A"]
+    motor_voltage_alpha: Annotated[Any, "V"]
+    motor_voltage_beta: Annotated[Any, "V"]
+    motor_target_voltage_alpha: Annotated[Any, "V"]
+    motor_target_voltage_beta: Annotated[Any, "V"]
+    motor_angle_mechanical: Annotated[Any, "rad"]
+    motor_speed: Annotated[Any, "rad/s"]
+
+
+class DriveSignals(NamedTuple):
+    """What can be seen of a motor at the instant of a step, and its fine signals over the step that follows."""
+
+    fine: FineSignals
+    motor_torque: Annotated[Any, "N*m"]
+    motor_temperature: Annotated[Any, "K"]
+    supply_current: Annotated[Any, "A"]
+    truth_load_torque: Annotated[Any, "N*m"]
+    truth_motor_friction_torque: Annotated[Any, "N*m"]
+    truth_motor_resistance: Annotated[Any, "ohm"]
+    truth_motor_flux: Annotated[Any, "V*s"]
+
+
+@dataclass(frozen=True)
+class PmMotor:
+    """Motor, inverter, current control and heat as one part; `substeps` periods in every step of the car.
+
+    The machine is integrated in the stator's axes, where the inverter's mean voltage stands still over a period.
+    `turn` moves a rotor of its own against a load; `torque` is for a rotor that a steering carries with it.
+
+    Args:
+        machine: windings, magnets, rotor
+        inverter: with its battery
+        control: of the current
+        warming: of winding and housing
+        substeps: periods of modulation and control in a step
+    """
+
+    machine: Machine = field(default_factory=Machine)
+    inverter: Inverter = field(default_factory=Inverter)
+    control: CurrentControl = field(default_factory=CurrentControl)
+    warming: Warming = field(default_factory=Warming)
+    substeps: int = 10
+
+    def init(self) -> DriveState:
+        """At rest, no current, as warm as the air."""
+        warmth, none = self.warming.init(), StatorVector(0.0, 0.0)
+        linkage = StatorVector(flux_at(warmth.housing, self.machine.flux), 0.0)
+        return DriveState(Rotor(0.0, 0.0), linkage, 0.0, self.control.remembered(), none, none, warmth, 0.0)
+
+    def turn(
+        self, state: DriveState, request: Any, step: Any, load: Load, sensor: Port = SOUND, locked: Any = 0.0
+    ) -> tuple[DriveState, DriveSignals]:
+        """One step of the car with a rotor that turns by itself.
+
+        Args:
+            state: before
+            request: torque at the shaft that is asked for [N*m]
+            step: of the car [s]
+            load: what opposes the rotor besides its own friction
+            sensor: fault of the sensor of the shaft's angle that the current control uses
+            locked: 1 holds the rotor still, 0 lets it turn
+        """
+        after, signals, _ = self._run(state, request, step, sensor, load, 1.0 - locked)
+        return after, signals
+
+    def torque(
+        self, state: DriveState, rotor: Rotor, request: Any, step: Any, sensor: Port = SOUND
+    ) -> tuple[DriveState, DriveSignals, Any]:
+        """One step of the car with a rotor that is carried by a steering, at the same speed over the step.
+
+        Args:
+            state: before; its rotor is replaced
+            rotor: as the steering moves it
+            request: torque at the shaft that is asked for [N*m]
+            step: of the car [s]
+            sensor: fault of the sensor of the shaft's angle that the current control uses
+
+        Returns:
+            state, signals, and the mean torque on the shaft over the step, without the rotor's own friction [N*m]
+        """
+        return self._run(state._replace(rotor=rotor), request, step, sensor, None, 1.0)
+
+    def _run(
+        self, state: DriveState, request: Any, step: Any, sensor: Port, load: Load | None, free: Any
+    ) -> tuple[DriveState, DriveSignals, Any]:
+        machine, pole_pairs, period = self.machine, self.machine.pole_pairs, step / self.substeps
+        winding = self._winding(state.warmth)
+        now = first = begin(machine, state.rotor, state.linkage, state.dry, winding)
+        wanted, longest = self.control.wanted_current(request, pole_pairs), self.inverter.longest_voltage
+        control, voltage, told = state.control, state.voltage, state.told
+        kept, angle = pass_through(sensor, state.sensed, state.rotor.angle)
+        electrical = electrical_angle(angle, pole_pairs)
+        sensed_at = direction(electrical)
+        seen, means = [], []
+        for count in range(self.substeps):
+            seen.append((*now.current, *voltage, *told, *now.rotor))
+            told = control.command
+            control = self.control.step(control, wanted, now.current, angle, sensed_at, longest, period, pole_pairs)
+            voltage = self._made(told, now.current, period)
+            now, mean = advance(machine, now, voltage, winding, period, count * period, load, free)
+            means.append(mean)
+            kept, angle = pass_through(sensor, kept, now.rotor.angle)
+            before, electrical = electrical, electrical_angle(angle, pole_pairs)
+            sensed_at = turned(sensed_at, electrical - before)
+        torque, heat = (sum(values[1:], values[0]) / self.substeps for values in zip(*means, strict=True))
+        warmth = self.warming.after(state.warmth, heat, step)
+        after = DriveState(now.rotor, now.linkage, now.dry, control, voltage, told, warmth, kept)
+        return after, self._signals(state, first, seen, winding, load), torque
+
+    def _winding(self, warmth: Warmth) -> Winding:
+        machine = self.machine
+        return Winding(resistance_at(warmth.winding, machine.resistance), flux_at(warmth.housing, machine.flux))
+
+    def _made(self, told: StatorVector, current: StatorVector, period: Any) -> StatorVector:
+        inverter = self.inverter
+        lost = lost_voltage(
+            current,
+            inverter.supply_voltage,
+            inverter.dead_time,
+            period,
+            inverter.forward_drop,
+            inverter.knee_current,
+        )
+        return StatorVector(told.alpha - lost.alpha, told.beta - lost.beta)
+
+    def _signals(
+        self, state: DriveState, first: Instant, seen: list[tuple], winding: Winding, load: Load | None
+    ) -> DriveSignals:
+        machine = self.machine
+        return DriveSignals(
+            FineSignals(*map(tuple, zip(*seen, strict=True))),
+            torque_of_flux(first.linkage, first.current, machine.pole_pairs),
+            state.warmth.winding,
+            electric_power(state.told, first.current) / self.inverter.supply_voltage,
+            0.0 if load is None else load(*first.rotor, 0.0),
+            machine.friction * first.dry,
+            *winding,
+        )
