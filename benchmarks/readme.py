@@ -17,6 +17,7 @@ SAID = {
     "push-bound": "one live sample, bound buffers",
     "can-decode": "CAN messages decoded",
     "diagnose-1h": "`tierod diagnose` on an hour at 100 Hz, process start to JSON and report",
+    "simulate-eps-car": "virtual EPS car, two-track, 1 kHz, with its sensors",
 }
 
 

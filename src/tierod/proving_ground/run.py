@@ -13,7 +13,7 @@ import numpy as np
 
 from tierod.block import tuning
 from tierod.errors import ParameterError, nearest
-from tierod.graph import kernel
+from tierod.graph.kernel import kernel
 from tierod.graph.trace import initial_memory
 from tierod.proving_ground.courses import Course
 from tierod.proving_ground.faults import Fault, Schedule
