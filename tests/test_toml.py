@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tierod.errors import ParameterError
-from tierod.fields import number, numbers, replaced
+from tierod.fields import check_ranges, number, numbers, replaced
 from tierod.ranges import NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.toml import Document, build, override
 from tierod.toml_builder import kind_name
@@ -274,3 +274,34 @@ def test_replaced_keeps_all_else():
     changed = replaced(WHOLE, {"wheels.0.radius": 1.0, "wheel.pressures.0": 2.0, "spares.boot.radius": 3.0})
     assert (changed.wheels[0].radius, changed.wheel.pressures, changed.spares["boot"].radius) == (1.0, (2.0,), 3.0)
     assert replaced(changed, {path: value for path, (value, _, _) in numbers(WHOLE).items()}) == WHOLE
+
+
+@dataclass(frozen=True)
+class Shift:
+    size: Annotated[float | str, "{signal}", NOT_NEGATIVE]
+    limit: Annotated[float | str, "{signal}"] | None = None
+
+
+def test_an_amount_stays_a_text_until_its_signal_is_known():
+    document = Document.parse("size = '2 deg'\nlimit = '1 m'", "a.toml")
+    raw = build(Shift, document.content, document)
+    assert raw == Shift("2 deg", "1 m")
+    assert build(Shift, {"size": raw.size}, document, signal="rad").size == pytest.approx(math.radians(2.0))
+    with pytest.raises(ParameterError, match=r"a.toml, line 2: 'limit' is '1 m', but is measured in 'rad'"):
+        build(Shift, document.content, document, signal="rad")
+    with pytest.raises(ParameterError, match="'size' is 'much', but has to be a number"):
+        build(Shift, {"size": "much"}, document)
+    with pytest.raises(ParameterError, match="'size' is -2 rad, but has to be at least 0 rad"):
+        build(Shift, {"size": "-2 rad"}, document, signal="rad")
+    assert build(Shift, {"size": 3}, document) == Shift(3.0)
+
+
+@pytest.mark.parametrize(
+    ("wheel", "words"), [(Wheel(0.0), "'radius' is 0 m, but has to be above 0 m"), (Wheel(), None)]
+)
+def test_ranges_are_checked_in_python_too(wheel, words):
+    if words is None:
+        check_ranges(wheel)
+        return
+    with pytest.raises(ParameterError, match=words):
+        check_ranges(wheel)

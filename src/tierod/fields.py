@@ -35,7 +35,7 @@ class Number(NamedTuple):
 
 
 @cache
-def hints(kind: type) -> dict[str, Any]:
+def hints(kind: Any) -> dict[str, Any]:
     """Annotations of a class by field, with their notes."""
     return get_type_hints(kind, include_extras=True)
 
@@ -49,11 +49,21 @@ def meaning(annotation: Any) -> Meaning:
     return Meaning(hint, unit, next((note for note in notes if isinstance(note, Range)), None))
 
 
-def alternatives(hint: Any) -> tuple[Any, ...]:
-    """The members of a union without None; the hint itself where it is none."""
-    if get_origin(hint) in (Union, UnionType):
-        return tuple(member for member in get_args(hint) if member is not type(None))
-    return (hint,)
+def members(means: Meaning) -> tuple[Meaning, ...]:
+    """The members of a union without None, also of unions within it; notes of the whole where they have none."""
+    if get_origin(means.hint) not in (Union, UnionType):
+        return (means,)
+    found: list[Meaning] = []
+    for member in get_args(means.hint):
+        if member is not type(None):
+            found.extend(members(below(member, means)))
+    return tuple(found)
+
+
+def below(annotation: Any, above: Meaning) -> Meaning:
+    """What the annotation of a part means, with the notes of the whole where it has none."""
+    own = meaning(annotation)
+    return Meaning(own.hint, above.unit if own.unit is None else own.unit, own.limits or above.limits)
 
 
 def numbers(instance: Any) -> dict[str, Number]:
@@ -63,37 +73,28 @@ def numbers(instance: Any) -> dict[str, Number]:
 
 def _numbers(value: Any, means: Meaning, path: str) -> Iterator[tuple[str, Number]]:
     if isinstance(value, float | int) and not isinstance(value, bool):
-        members = [meaning(member) for member in alternatives(means.hint)]
-        floats = [member for member in members if member.hint is float]
+        floats = [member for member in members(means) if member.hint is float]
         if floats:
-            yield path, Number(float(value), means.unit or floats[0].unit or "", means.limits or floats[0].limits)
+            yield path, Number(float(value), floats[0].unit or "", floats[0].limits)
         return
-    for name, part, annotation in _parts(value, means):
-        yield from _numbers(part, meaning(annotation), f"{path}.{name}" if path else name)
+    for name, part, inner in _parts(value, means):
+        yield from _numbers(part, inner, f"{path}.{name}" if path else name)
 
 
-def _parts(value: Any, means: Meaning) -> list[tuple[str, Any, Any]]:
-    """(name, value, annotation) of what a value is made of; none for a plain one."""
+def _parts(value: Any, means: Meaning) -> list[tuple[str, Any, Meaning]]:
+    """(name, value, meaning) of what a value is made of; none for a plain one."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         known = hints(type(value))
-        return [(field.name, getattr(value, field.name), known[field.name]) for field in dataclasses.fields(value)]
+        return [(each.name, getattr(value, each.name), meaning(known[each.name])) for each in dataclasses.fields(value)]
     if isinstance(value, Mapping):
         inner = (get_args(means.hint) or (str, Any))[1]
-        return [(str(name), part, _noted(inner, means)) for name, part in value.items()]
+        return [(str(name), part, below(inner, means)) for name, part in value.items()]
     if isinstance(value, tuple):
-        members = [_noted(member, means) for member in alternatives(means.hint)]
-        means = next((each for each in map(meaning, members) if get_origin(each.hint) is tuple), means)
-        inner = get_args(means.hint)
+        whole = next((each for each in members(means) if get_origin(each.hint) is tuple), means)
+        inner = get_args(whole.hint)
         each = inner[:1] * len(value) if inner[-1:] == (Ellipsis,) or len(inner) != len(value) else inner
-        return [(str(i), part, _noted(hint, means)) for i, (part, hint) in enumerate(zip(value, each, strict=False))]
+        return [(str(i), part, below(hint, whole)) for i, (part, hint) in enumerate(zip(value, each, strict=False))]
     return []
-
-
-def _noted(annotation: Any, means: Meaning) -> Any:
-    """An element's annotation, with the unit and range of the whole where it has none itself."""
-    own = meaning(annotation)
-    notes = [note for note in (own.unit or means.unit, own.limits or means.limits) if note is not None]
-    return Annotated[(own.hint, *notes)] if notes else annotation
 
 
 def number(instance: Any, path: str, what: str = "") -> Number:
@@ -140,3 +141,21 @@ def _with(instance: Any, values: dict[str, Any]) -> Any:
     if isinstance(instance, tuple):
         return tuple(values.get(str(number), part) for number, part in enumerate(instance))
     return dataclasses.replace(instance, **values)
+
+
+def check_ranges(instance: Any) -> None:
+    """Hold the numbers of a dataclass against the ranges in its annotations; what is nested looks after itself.
+
+    Raises:
+        ParameterError: a number that is out of its range
+    """
+    kind: Any = type(instance)
+    known = hints(kind)
+    for field in dataclasses.fields(instance):
+        value = getattr(instance, field.name)
+        if isinstance(value, bool) or not isinstance(value, float | int):
+            continue
+        for means in members(meaning(known[field.name])):
+            if means.hint in (float, int) and means.limits is not None and not means.limits.holds(value):
+                unit = f" {means.unit}" if means.unit and "{" not in means.unit else ""
+                raise ParameterError(f"'{field.name}' is {value:g}{unit}, but has to be {means.limits}{unit}")

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 from tierod.errors import InputError, ParameterError, TierodError, nearest
-from tierod.fields import Meaning, alternatives, hints, meaning
+from tierod.fields import Meaning, below, hints, meaning, members
 from tierod.toml_lines import Location
 from tierod.units import scale
 
@@ -37,17 +37,21 @@ class Builder:
 
     def value(self, means: Meaning, given: Any, location: tuple[str | int, ...], base: Any = None) -> Any:
         """A value of the type that an annotation means."""
-        members = [_below(member, means) for member in alternatives(means.hint)]
-        classes: list[Any] = [each.hint for each in members if dataclasses.is_dataclass(each.hint)]
+        known = members(means)
+        classes: list[Any] = [each.hint for each in known if dataclasses.is_dataclass(each.hint)]
         if not classes and dataclasses.is_dataclass(base):
             # The field is declared as a protocol.
-            members = [_below(type(base), means)]
+            known = (below(type(base), means),)
             classes = [type(base)]
         if classes and isinstance(given, dict):
             return self._instance(tuple(classes), given, location, base)
-        others = [each for each in members if each.hint not in classes]
+        others = [each for each in known if each.hint not in classes]
         if not others:
             raise self._error(location, f"is {_shown(given)}, but has to be a table")
+        if isinstance(given, str) and str in {each.hint for each in others}:
+            amounts = [each for each in others if each.hint is float and "{signal}" in (each.unit or "")]
+            if amounts:
+                return self._amount(amounts[0], given, location)
         for each in others[:-1]:
             try:
                 return self._plain(each, given, location, base)
@@ -100,6 +104,12 @@ class Builder:
             raise self._error(location, f"is {value:g}{beside}, but has to be {means.limits}{beside}")
         return value
 
+    def _amount(self, means: Meaning, given: str, location: tuple[str | int, ...]) -> float | str:
+        """A number in the unit of a signal; the text itself where the signal is not known yet."""
+        if self._unit(means) is None and _QUANTITY.fullmatch(given):
+            return given
+        return self._number(means, given, location, None)
+
     def _unit(self, means: Meaning) -> str | None:
         """The unit of a number; None where it depends on a signal that is not known."""
         if means.unit is None or "{signal}" not in means.unit:
@@ -136,7 +146,7 @@ class Builder:
                 if position >= len(base):
                     raise self._error((*location, key), f"is not there; the last of {len(base)} is {len(base) - 1}")
                 hint = inner[0] if inner[-1:] == (Ellipsis,) else inner[position]
-                merged[position] = self.value(_below(hint, means), value, (*location, key), base[position])
+                merged[position] = self.value(below(hint, means), value, (*location, key), base[position])
             return tuple(merged)
         if not isinstance(given, list):
             raise self._error(location, f"is {_shown(given)}, but has to be a list")
@@ -145,7 +155,7 @@ class Builder:
         if len(inner) != len(given):
             raise self._error(location, f"has {len(given)} elements, but needs {len(inner)}")
         return tuple(
-            self.value(_below(hint, means), value, (*location, number))
+            self.value(below(hint, means), value, (*location, number))
             for number, (hint, value) in enumerate(zip(inner, given, strict=True))
         )
 
@@ -155,7 +165,7 @@ class Builder:
         inner = (get_args(means.hint) or (str, Any))[1]
         known = dict(base or {})
         for name, value in given.items():
-            known[name] = self.value(_below(inner, means), value, (*location, name), known.get(name))
+            known[name] = self.value(below(inner, means), value, (*location, name), known.get(name))
         return known
 
     def _instance(self, classes: tuple[Any, ...], table: dict[str, Any], location: tuple[Any, ...], base: Any) -> Any:
@@ -171,7 +181,7 @@ class Builder:
         for name, field in known.items():
             default = _default(field) if base is None else getattr(base, name)
             if name in given:
-                means = _below(hints(kind)[name], Meaning(None, None, None))
+                means = below(hints(kind)[name], Meaning(None, None, None))
                 values[name] = self.value(means, given[name], (*location, name), default)
             elif base is not None:
                 values[name] = default
@@ -195,12 +205,6 @@ class Builder:
         if name not in named:
             raise self.document.error((*location, "kind"), f"no kind is called '{table['kind']}'{nearest(name, named)}")
         return named[name], {key: value for key, value in table.items() if key != "kind"}
-
-
-def _below(annotation: Any, above: Meaning) -> Meaning:
-    """What an annotation means, with the notes of what is around it where it has none."""
-    own = meaning(annotation)
-    return Meaning(own.hint, above.unit if own.unit is None else own.unit, own.limits or above.limits)
 
 
 def _default(field: Any) -> Any:
