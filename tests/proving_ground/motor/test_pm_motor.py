@@ -3,10 +3,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from proving_ground.channels import Run
 from proving_ground.motor.motor_bench import MotorBench
 from proving_ground.motor.three_phases import ThreePhases
-
 from tierod.block import leaves, rebuild, skeleton
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 from tierod.physics.inverter import longest_voltage

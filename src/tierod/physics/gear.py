@@ -1,0 +1,35 @@
+"""Gears between a motor and a shaft: elastic meshing, superposition of two turns."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def gear_coupling_torque(motor_angle: Any, shaft_angle: Any, ratio: Any, stiffness: Any) -> Any:
+    """Torque [N*m] that an elastic gear takes from the motor; the shaft gets it times the ratio.
+
+    Args:
+        motor_angle: of the motor [rad]
+        shaft_angle: of the shaft [rad]
+        ratio: turns of the motor per turn of the shaft, tau [-]
+        stiffness: seen at the motor, k* [N*m/rad]
+
+    Source: Raffone, eqs (2) and (3), printed without the ratio on the side of the shaft and with the wrong sign on that
+    of the motor, corrected.
+    """
+    return stiffness * (motor_angle - ratio * shaft_angle)
+
+
+def superposed_angle(motor_angle: Any, input_angle: Any, motor_ratio: Any, input_ratio: Any) -> Any:
+    """Angle of the pinion [rad] behind a planetary gear with two inputs; rates superpose alike.
+
+    Args:
+        motor_angle: delta_M [rad]
+        input_angle: of the shaft from the steering wheel, delta_S [rad]
+        motor_ratio: turns of the motor per turn of the pinion, i_M [-]
+        input_ratio: turns of the shaft per turn of the pinion, i_D [-]
+
+    Source: Reinelt et al., eq (1). By virtual work a torque at the pinion loads the motor with 1/i_M of it, and the
+    shaft with 1/i_D.
+    """
+    return motor_angle / motor_ratio + input_angle / input_ratio

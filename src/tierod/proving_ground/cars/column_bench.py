@@ -1,0 +1,212 @@
+"""A test bench for the column of an electric power steering: no road, a wheel that is free, locked or held."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+from tierod.graph.maths import where
+from tierod.physics.gear import gear_coupling_torque
+from tierod.physics.torque_ripple import torque_ripple
+from tierod.physics.torsion_bar import torsion_bar_torque
+from tierod.proving_ground.integration import runge_kutta
+from tierod.proving_ground.parts import Port
+from tierod.proving_ground.ports import pass_through
+from tierod.proving_ground.steering.friction import DryFriction
+from tierod.proving_ground.steering.friction_laws import Dahl
+from tierod.proving_ground.steering.motor import Ripple
+from tierod.ranges import NOT_NEGATIVE, POSITIVE
+
+
+class ColumnMotion(NamedTuple):
+    """Angles [rad] and rates [rad/s] of steering wheel, motor and gear."""
+
+    wheel_angle: Any
+    motor_angle: Any
+    gear_angle: Any
+    wheel_rate: Any
+    motor_rate: Any
+    gear_rate: Any
+
+
+class BenchState(NamedTuple):
+    """A bench between two steps."""
+
+    motion: ColumnMotion
+    friction: Any
+    held: Any
+
+
+class BenchPorts(NamedTuple):
+    """Where faults reach the motor."""
+
+    motor_torque: Port
+
+
+class Acting(NamedTuple):
+    """What acts on the bench from outside.
+
+    Args:
+        motor_torque: that the motor is told to give, at its shaft
+        motor_disturbance: that nobody knows of, at its shaft
+        gear_torque: on the output of the gear, as from a road
+        hand_torque: on the wheel, besides what the arms do of themselves
+        grip: 1 is hands that hold the wheel with their inertia, damping and stiffness, 0 hands off
+        held_angle: to which the arms' stiffness pulls
+        locked: 1 locks the wheel where it is, 0 leaves it
+        ports: faults of the motor
+    """
+
+    motor_torque: Annotated[float, "N*m"]
+    motor_disturbance: Annotated[float, "N*m"]
+    gear_torque: Annotated[float, "N*m"]
+    hand_torque: Annotated[float, "N*m"]
+    grip: Annotated[float, ""]
+    held_angle: Annotated[float, "rad"]
+    locked: Annotated[float, ""]
+    ports: BenchPorts
+
+
+class BenchSignals(NamedTuple):
+    """Signals of the bench at the instant of a sample; `truth_hand_torque` is all that turns the wheel from outside."""
+
+    steering_wheel_angle: Annotated[Any, "rad"]
+    motor_angle_mechanical: Annotated[Any, "rad"]
+    driver_torque: Annotated[Any, "N*m"]
+    motor_target_torque: Annotated[Any, "N*m"]
+    steering_wheel_rate: Annotated[Any, "rad/s"]
+    motor_speed: Annotated[Any, "rad/s"]
+    truth_motor_torque: Annotated[Any, "N*m"]
+    truth_gear_angle: Annotated[Any, "rad"]
+    truth_gear_rate: Annotated[Any, "rad/s"]
+    truth_hand_torque: Annotated[Any, "N*m"]
+    truth_motor_friction_torque: Annotated[Any, "N*m"]
+
+
+@dataclass(frozen=True)
+class Arms:
+    """What hands on the wheel add to it, at full grip; stiffness only where they hold an angle."""
+
+    inertia: Annotated[float, "kg*m**2", NOT_NEGATIVE] = 0.007
+    damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.08
+    stiffness: Annotated[float, "N*m/rad", NOT_NEGATIVE] = 0.0
+
+
+@dataclass(frozen=True)
+class ColumnBench:
+    """Steering wheel, gear and motor as three inertias, with dry friction at the motor.
+
+    The defaults have the eigenvalues of the paper's table 3, which fixes five of them; inertia of the wheel, stiffness
+    of the torsion bar and ratio are typical. The fastest mode is one of 112 Hz without damping, so a step is integrated
+    in parts, by the Runge-Kutta method of fourth order. Source: Raffone, eqs (1) to (4), corrected.
+
+    Args:
+        wheel_inertia, wheel_damping: J_sw, beta_sw
+        bar_stiffness: of the torsion bar, k_shaft
+        gear_ratio: turns of the motor per turn of the shaft, tau
+        gear_stiffness: between motor and gear, at the motor, k*
+        gear_inertia: of wheel and worm at the shaft, J_shaft + tau^2 J_worm
+        motor_inertia, motor_damping: J_M2, beta_M2
+        friction: dry, at the motor
+        ripple: None for a smooth motor
+        arms: of whoever holds the wheel
+        locking_time: within which a locked wheel comes to rest
+        parts: of a step
+        step_time: between two samples
+    """
+
+    wheel_inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.035
+    wheel_damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.2286477177
+    bar_stiffness: Annotated[float, "N*m/rad", POSITIVE] = 140.0
+    gear_ratio: Annotated[float, "", POSITIVE] = 18.0
+    gear_stiffness: Annotated[float, "N*m/rad", POSITIVE] = 7.259936574
+    gear_inertia: Annotated[float, "kg*m**2", POSITIVE] = 5.51681521e-3
+    motor_inertia: Annotated[float, "kg*m**2", POSITIVE] = 1.448563969e-4
+    motor_damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 1.483924848e-3
+    friction: DryFriction = field(default_factory=lambda: DryFriction(level=0.1, law=Dahl(0.05)))
+    ripple: Ripple | None = None
+    arms: Arms = field(default_factory=Arms)
+    locking_time: Annotated[float, "s", POSITIVE] = 1e-3
+    parts: int = 5
+    step_time: Annotated[float, "s", POSITIVE] = 1e-3
+
+    Sample = Acting
+
+    def init(self) -> BenchState:
+        """Straight ahead, at rest."""
+        return BenchState(ColumnMotion(*[0.0] * 6), self.friction.remembered(), 0.0)
+
+    def step(self, state: BenchState, sample: Acting) -> tuple[BenchState, BenchSignals]:
+        """One step on; the output belongs to the instant of the sample."""
+        held, given = pass_through(sample.ports.motor_torque, state.held, sample.motor_torque)
+        motion, friction = state.motion, state.friction
+        for _ in range(self.parts):
+            start, memory = motion, friction
+
+            def slope(now: ColumnMotion, start: ColumnMotion = start, memory: Any = memory) -> ColumnMotion:
+                return self.derivative(now, start, memory, given, sample)
+
+            motion = runge_kutta(slope, motion, self.step_time / self.parts)
+            friction = self.friction.advance(memory, motion.motor_angle - start.motor_angle, motion.motor_rate)
+        return BenchState(motion, friction, held), self._signals(state, given, sample)
+
+    def derivative(
+        self, motion: ColumnMotion, start: ColumnMotion, friction: Any, motor_torque: Any, acting: Acting
+    ) -> ColumnMotion:
+        """Rate of change of the motion; dry friction follows the path from the `start`.
+
+        Args:
+            motion: now
+            start: where the friction's memory belongs to
+            friction: memory of the dry friction
+            motor_torque: of the motor's currents [N*m]
+            acting: from outside
+        """
+        bar = self._bar(motion)
+        coupling = gear_coupling_torque(motion.motor_angle, motion.gear_angle, self.gear_ratio, self.gear_stiffness)
+        dry = self.friction.torque(friction, motion.motor_angle - start.motor_angle, motion.motor_rate)
+        driving = self._with_ripple(motor_torque, motion.motor_angle) + acting.motor_disturbance
+        motor = driving - coupling - dry - self.motor_damping * motion.motor_rate
+        gear = bar + self.gear_ratio * coupling + acting.gear_torque
+        return ColumnMotion(
+            motion.wheel_rate,
+            motion.motor_rate,
+            motion.gear_rate,
+            self._wheel_acceleration(motion, bar, acting),
+            motor / self.motor_inertia,
+            gear / self.gear_inertia,
+        )
+
+    def _bar(self, motion: ColumnMotion) -> Any:
+        return torsion_bar_torque(motion.wheel_angle, motion.gear_angle, self.bar_stiffness)
+
+    def _wheel_acceleration(self, motion: ColumnMotion, bar: Any, acting: Acting) -> Any:
+        arms = self.arms
+        pull = arms.damping * motion.wheel_rate + arms.stiffness * (motion.wheel_angle - acting.held_angle)
+        torque = acting.hand_torque - acting.grip * pull - bar - self.wheel_damping * motion.wheel_rate
+        free = torque / (self.wheel_inertia + acting.grip * arms.inertia)
+        return where(acting.locked > 0.5, -motion.wheel_rate / self.locking_time, free)
+
+    def _with_ripple(self, torque: Any, angle: Any) -> Any:
+        if self.ripple is None:
+            return torque
+        return torque + torque_ripple(angle, torque, self.ripple.cogging_torque, self.ripple.share, self.ripple.order)
+
+    def _signals(self, state: BenchState, given: Any, acting: Acting) -> BenchSignals:
+        motion = state.motion
+        bar = self._bar(motion)
+        from_outside = bar + self.wheel_damping * motion.wheel_rate
+        from_outside = from_outside + self.wheel_inertia * self._wheel_acceleration(motion, bar, acting)
+        return BenchSignals(
+            motion.wheel_angle,
+            motion.motor_angle,
+            bar,
+            acting.motor_torque,
+            motion.wheel_rate,
+            motion.motor_rate,
+            self._with_ripple(given, motion.motor_angle) + acting.motor_disturbance,
+            motion.gear_angle,
+            motion.gear_rate,
+            from_outside,
+            self.friction.torque(state.friction, 0.0, motion.motor_rate),
+        )
