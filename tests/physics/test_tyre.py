@@ -67,14 +67,6 @@ def test_slip_share_is_held_at_the_limit():
     assert tyre.brush_slip_share(-LIMIT, ADHESION, LOAD) == -1.0
 
 
-def test_magic_formula_slope_and_peak():
-    factor, shape, curvature = 10.0, 1.3, 0.2
-    slope = tyre.magic_formula(1e-7, factor, shape, LIMIT, curvature) / 1e-7
-    assert slope == pytest.approx(factor * shape * LIMIT, rel=1e-5)
-    forces = tyre.magic_formula(np.linspace(0.0, 1.5, 20_001), factor, shape, LIMIT, curvature)
-    assert forces.max() == pytest.approx(LIMIT, rel=1e-6)
-
-
 def test_relaxation_settles_at_the_slip_and_holds_when_standing():
     deflection, speed, length = 0.0, 10.0, 0.3
     for _ in range(10_000):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.graph.maths import absolute, arctan, maximum, sign, sin, sqrt, where
+from tierod.graph.maths import absolute, maximum, sign, sqrt, where
 
 
 def linear_lateral_force(slip_angle: Any, cornering_stiffness: Any) -> Any:
@@ -95,22 +95,6 @@ def brush_aligning_torque(
     return adhesion * load * contact_half_length * share * sticking * sticking * sticking
 
 
-def magic_formula(slip: Any, stiffness_factor: Any, shape_factor: Any, peak: Any, curvature_factor: Any) -> Any:
-    """Force or torque of Pacejka's Magic Formula without offsets, in the unit of the peak.
-
-    Args:
-        slip: slip angle [rad] or slip ratio [-]
-        stiffness_factor: B [1/rad]; B C D is the slope at zero
-        shape_factor: C [-], about 1.3 for lateral force
-        peak: D [N], adhesion times load
-        curvature_factor: E [-], at most 1
-
-    Source: Pacejka, 3rd ed., eq (4.1): D sin(C arctan(B s - E (B s - arctan(B s)))).
-    """
-    scaled = stiffness_factor * slip
-    return peak * sin(shape_factor * arctan(scaled - curvature_factor * (scaled - arctan(scaled))))
-
-
 def relaxation_rate(deflection: Any, lateral_slip_speed: Any, speed: Any, relaxation_length: Any) -> Any:
     """Rate [m/s] of the lateral deflection of a rolling tyre; deflection over relaxation length is the slip that acts.
 
@@ -126,20 +110,37 @@ def relaxation_rate(deflection: Any, lateral_slip_speed: Any, speed: Any, relaxa
     return lateral_slip_speed - absolute(speed) / relaxation_length * deflection
 
 
-def relaxation_speed(speed: Any, slip_speed: Any, greatest_slip: Any) -> Any:
+def bounded_relaxation_rate(
+    deflection: Any, slip_speed: Any, speed: Any, relaxation_length: Any, shortest_time: Any
+) -> Any:
+    """Rate [m/s] of the deflection of a rolling tyre that no speed makes stiff for an integration of fixed step.
+
+    Args:
+        deflection: of the tyre [m]
+        slip_speed: of the contact patch in the direction of the deflection [m/s]
+        speed: forward speed, for example from `relaxation_speed`, not negative [m/s]
+        relaxation_length: distance over which the force builds up [m]
+        shortest_time: added to the time constant sigma/V; the rate of the equation stays below its inverse [s]
+
+    Source: `relaxation_rate` with a lag of the tread in series; the steady deflection is the same.
+    """
+    rate = relaxation_rate(deflection, slip_speed, speed, relaxation_length)
+    return rate / (1.0 + shortest_time / relaxation_length * speed)
+
+
+def relaxation_speed(speed_squared: Any, slip_speed_squared: Any, greatest_slip: Any) -> Any:
     """Speed [m/s] at which a deflection relaxes, so that the slip that acts never passes the greatest one.
 
     Args:
-        speed: forward speed of the wheel [m/s]
-        slip_speed: of the contact patch over the ground [m/s]
+        speed_squared: square of the wheel's forward speed [m**2/s**2]
+        slip_speed_squared: square of the speed of the contact patch over the ground [m**2/s**2]
         greatest_slip: reached where the patch slides over the ground without rolling [-]
 
     A norm of the fourth power, (V^4 + (Vs/s)^4)^(1/4): below half of the greatest slip the wheel's own speed to 2 %,
     below a fifth of it to 0.04 %; without it a standing tyre that is dragged deflects without limit.
     """
-    sliding = slip_speed / greatest_slip
-    speed, sliding = speed * speed, sliding * sliding
-    return sqrt(sqrt(speed * speed + sliding * sliding))
+    sliding_squared = slip_speed_squared / (greatest_slip * greatest_slip)
+    return sqrt(sqrt(speed_squared * speed_squared + sliding_squared * sliding_squared))
 
 
 def twist_rate(twist: Any, turning: Any, speed: Any, greatest_twist: Any, relaxation_length: Any) -> Any:

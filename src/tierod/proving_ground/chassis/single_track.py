@@ -6,15 +6,15 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import absolute, cos, limit, maximum, sin
+from tierod.graph.maths import cos, limit, maximum, sin
 from tierod.physics import single_track
 from tierod.physics.aerodynamics import air_forces
 from tierod.physics.rolling import holding_friction, rolling_resistance
 from tierod.physics.tyre import (
+    bounded_relaxation_rate,
     brush_aligning_torque,
     brush_lateral_force,
     parking_torque,
-    relaxation_rate,
     relaxation_speed,
     twist_rate,
 )
@@ -22,6 +22,8 @@ from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels, Wind
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 GRAVITY = 9.81
+TREAD_LAG = 1e-3
+"""Of the tread against the rim [s]: keeps a sliding tyre within what a step of 1 ms can follow."""
 
 
 class SingleTrackMotion(NamedTuple):
@@ -201,8 +203,8 @@ class SingleTrack:
         return _Balance(rates, driving, rolling_resistance(weight, self.rolling_coefficient), adhesion * weight)
 
     def _deflection_rate(self, deflection: Any, slip_speed: Any, rolling_speed: Any) -> Any:
-        speed = relaxation_speed(absolute(rolling_speed), slip_speed, self.greatest_slip)
-        return relaxation_rate(deflection, slip_speed, speed, self.relaxation_length)
+        speed = relaxation_speed(rolling_speed * rolling_speed, slip_speed * slip_speed, self.greatest_slip)
+        return bounded_relaxation_rate(deflection, slip_speed, speed, self.relaxation_length, TREAD_LAG)
 
     def _parking_torque(self, adhesion: Any) -> Any:
         """About both kingpins [N*m]."""

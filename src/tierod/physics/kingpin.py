@@ -1,0 +1,45 @@
+"""Torques about the kingpins that neither trail nor scrub makes. Positive where they oppose a turn to the left."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tierod.graph.maths import cos, sin
+
+
+def weight_lever(scrub_radius: Any, inclination: Any, wheel_radius: Any) -> Any:
+    """Lever [m] by which the load of a wheel turns it back to straight ahead.
+
+    Args:
+        scrub_radius: from the kingpin axis, at the ground, outward to the wheel plane [m]
+        inclination: of the kingpin axis, its upper end inward [rad]
+        wheel_radius: [m]
+
+    A narrow rigid wheel that turns about an inclined axis lifts the car by rho sin(i) (1 - cos(steer)), where
+    rho = s cos(i) + R sin(i) is the distance of the hub from the axis.
+    Validity: without caster; the round shoulders of a wide tyre take some of it away.
+    """
+    return (scrub_radius * cos(inclination) + wheel_radius * sin(inclination)) * sin(inclination)
+
+
+def weight_torque(load: Any, lever: Any, sine: Any) -> Any:
+    """Torque [N*m] about one kingpin, from the work of lifting the car.
+
+    Args:
+        load: of the wheel [N]
+        lever: from `weight_lever` [m]
+        sine: of the steer [-]
+    """
+    return load * lever * sine
+
+
+def scrub_radius_torque(left_force: Any, right_force: Any, scrub_radius: Any) -> tuple[Any, Any]:
+    """Torques [N*m] about the left and right kingpin of drive and brake forces at the ground.
+
+    Args:
+        left_force, right_force: of the tyres along their wheels, forward [N]
+        scrub_radius: from the kingpin axis, at the ground, outward to the wheel plane [m]
+
+    Validity: brakes and motors in the wheel.
+    """
+    return scrub_radius * left_force, -scrub_radius * right_force

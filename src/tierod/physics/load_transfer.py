@@ -1,0 +1,31 @@
+"""What accelerations move from wheel to wheel of the vertical load."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def lateral_load_transfer(force: Any, roll_centre_height: Any, roll_torque: Any, track: Any) -> Any:
+    """Load [N] that an axle moves from its left to its right wheel.
+
+    Args:
+        force: lateral force of the axle's tyres on the body, to the left [N]
+        roll_centre_height: of the axle, above ground [m]
+        roll_torque: of the axle's springs and dampers, against a roll to the right [N*m]
+        track: [m]
+
+    Source: Mitschke and Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed., section 23.1: part by the links at once,
+    part by the springs as the body rolls.
+    """
+    return (force * roll_centre_height + roll_torque) / track
+
+
+def longitudinal_load_transfer(force: Any, centre_height: Any, wheelbase: Any) -> Any:
+    """Load [N] that moves from the front to the rear axle.
+
+    Args:
+        force: of all tyres along the road, forward [N]
+        centre_height: of the centre of gravity, above ground [m]
+        wheelbase: [m]
+    """
+    return force * centre_height / wheelbase

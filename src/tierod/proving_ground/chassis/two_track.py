@@ -1,0 +1,327 @@
+"""The full chassis: four wheels with Magic Formula tyres, roll, and load transfer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any, NamedTuple
+
+from tierod.graph.maths import cos, limit, maximum, sin
+from tierod.physics import single_track
+from tierod.physics.aerodynamics import AirForces, air_forces
+from tierod.physics.kingpin import scrub_radius_torque, weight_torque
+from tierod.physics.load_transfer import lateral_load_transfer, longitudinal_load_transfer
+from tierod.physics.rolling import holding_friction, rolling_resistance
+from tierod.physics.tyre import parking_torque, twist_rate
+from tierod.proving_ground.chassis.suspension import Axle, Kingpins
+from tierod.proving_ground.chassis.tyres import Tyre
+from tierod.proving_ground.chassis.wheel import Contact, contact, hub
+from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels, Wind
+from tierod.ranges import NOT_NEGATIVE, POSITIVE
+
+GRAVITY = 9.81
+STOPPING_TIME = 0.004
+"""In which the last bit of rotation of a braked wheel fades [s]: short against all else, stable at 1 ms."""
+
+
+class TwoTrackMotion(NamedTuple):
+    """What the differential equations of the two-track chassis carry on.
+
+    Args:
+        roll_angle, roll_rate: positive when the right side goes down [rad], [rad/s]
+        spins: rotation of every wheel [rad/s]
+        longitudinal, lateral: deflection of every tyre, forward and to the left under a positive force [m]
+        left_twist, right_twist: of the front contact patches [rad]
+        tyre_force, front_force, rear_force: along the body and of the axles across it [N], as the suspension has
+            yielded to them: load transfer and compliance steer follow these
+    """
+
+    speed: Any
+    lateral_speed: Any
+    yaw_rate: Any
+    roll_angle: Any
+    roll_rate: Any
+    spins: Wheels
+    longitudinal: Wheels
+    lateral: Wheels
+    left_twist: Any
+    right_twist: Any
+    tyre_force: Any
+    front_force: Any
+    rear_force: Any
+
+
+class _Sums(NamedTuple):
+    """Forces of all tyres in the directions of the body [N], and their yaw moment [N*m]."""
+
+    along: Any
+    front: Any
+    rear: Any
+    yaw_moment: Any
+
+
+class _Scrub(NamedTuple):
+    """Torques of the turning contact patches [N*m] and the rates of their twists [rad/s]."""
+
+    left: Any
+    right: Any
+    left_rate: Any
+    right_rate: Any
+
+
+class _Balance(NamedTuple):
+    """What the derivative needs of a reaction: finished rates, and what acts on the wheels' rotation."""
+
+    rates: TwoTrackMotion
+    wheel_forces: Wheels
+
+
+@dataclass(frozen=True)
+class TwoTrack:
+    """Planar motion and roll of a body on four wheels.
+
+    Loads and compliance follow the forces with a first-order lag, in the place of the vertical motion of the wheels.
+    Speeds are those of the centre of gravity, about which the body rolls by the arm above its roll axis. Defaults are
+    those of a mid-size car, typical unless said otherwise; axle stiffnesses, with compliance, are 110 and 130 kN/rad.
+
+    Args:
+        centre_height: of the centre of gravity, above ground
+        roll_inertia: of the body about the centre of gravity of the car
+        suspension_lag: of loads and compliance behind the forces
+        drag_area, side_area: drag coefficient, and slope of the side force with the flow's angle, times frontal area
+        side_force_lead: of the point where the wind's side force acts, ahead of the centre of gravity
+        front, rear: axles
+        kingpins: of the front axle
+    """
+
+    mass: Annotated[float, "kg", POSITIVE] = 1600.0
+    yaw_inertia: Annotated[float, "kg*m**2", POSITIVE] = 2800.0
+    front_distance: Annotated[float, "m", POSITIVE] = 1.14
+    rear_distance: Annotated[float, "m", POSITIVE] = 1.69
+    centre_height: Annotated[float, "m", POSITIVE] = 0.55
+    roll_inertia: Annotated[float, "kg*m**2", POSITIVE] = 600.0
+    suspension_lag: Annotated[float, "s", POSITIVE] = 0.012
+    drag_area: Annotated[float, "m**2", NOT_NEGATIVE] = 0.65
+    side_area: Annotated[float, "m**2", NOT_NEGATIVE] = 5.0
+    side_force_lead: Annotated[float, "m"] = 0.5
+    front: Axle = field(default_factory=lambda: Axle(1.55, 0.05, 64e3, 2700.0, 3.32e-6, 1.3))
+    rear: Axle = field(default_factory=lambda: Axle(1.54, 0.10, 44e3, 2200.0, 0.13e-6, 1.1))
+    kingpins: Kingpins = field(default_factory=Kingpins)
+
+    @property
+    def wheelbase(self) -> float:
+        """Distance of the axles [m]."""
+        return self.front_distance + self.rear_distance
+
+    @property
+    def front_load(self) -> float:
+        """Static load of the front axle [N]."""
+        return single_track.front_axle_load(self.mass, self.front_distance, self.rear_distance)
+
+    @property
+    def rear_load(self) -> float:
+        """Static load of the rear axle [N]."""
+        return single_track.front_axle_load(self.mass, self.rear_distance, self.front_distance)
+
+    @property
+    def roll_arm(self) -> float:
+        """Height of the centre of gravity above the roll axis [m]."""
+        axis = self.rear_distance * self.front.roll_centre_height + self.front_distance * self.rear.roll_centre_height
+        return self.centre_height - axis / self.wheelbase
+
+    @property
+    def understeer_gradient(self) -> float:
+        """Extra road-wheel angle per lateral acceleration at the start of the range [rad*s**2/m].
+
+        The pneumatic trails move the points where the axles' forces act.
+        """
+        return single_track.understeer_gradient(
+            self.mass,
+            self.front_distance - self._trail(self.front, self.front_load),
+            self.rear_distance + self._trail(self.rear, self.rear_load),
+            self.front.stiffness(self.front_load),
+            self.rear.stiffness(self.rear_load),
+        )
+
+    def on_tyres(self, front: Tyre, rear: Tyre | None = None) -> TwoTrack:
+        """The same car on other tyres; the same ones in front and behind where one is given."""
+        rear = front if rear is None else rear
+        return replace(self, front=replace(self.front, tyre=front), rear=replace(self.rear, tyre=rear))
+
+    def init(self, speed: float) -> TwoTrackMotion:
+        """Rolling straight ahead on level ground at a speed [m/s]."""
+        front, rear = speed / self.front.tyre.radius, speed / self.rear.tyre.radius
+        still = Wheels(0.0, 0.0, 0.0, 0.0)
+        spins = Wheels(front, front, rear, rear)
+        return TwoTrackMotion(speed, 0.0, 0.0, 0.0, 0.0, spins, still, still, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def reaction(self, motion: TwoTrackMotion, steer: Steer, road: Road, wind: Wind) -> Reaction:
+        """Forces, accelerations and kingpin torques in a state of motion."""
+        loads, hubs = self._loads(motion, road), self._hubs(motion, steer)
+        contacts = self._contacts(motion, loads, hubs, road)
+        scrub = self._scrub(motion, steer, loads, hubs, contacts)
+        sums = self._sums(hubs, contacts, scrub)
+        air = air_forces(
+            motion.speed + wind.headwind_speed,
+            motion.lateral_speed - wind.crosswind_speed,
+            road.support * self.drag_area,
+            road.support * self.side_area,
+            self.side_force_lead,
+        )
+        rates = self._rates(motion, sums, air, road)._replace(
+            longitudinal=Wheels(*(each.longitudinal_rate for each in contacts)),
+            lateral=Wheels(*(each.lateral_rate for each in contacts)),
+            left_twist=scrub.left_rate,
+            right_twist=scrub.right_rate,
+        )
+        kingpin_left, kingpin_right = self._kingpins(loads, hubs, contacts, scrub)
+        left, right = contacts.front_left, contacts.front_right
+        return Reaction(
+            speed=motion.speed,
+            lateral_speed=motion.lateral_speed,
+            yaw_rate=motion.yaw_rate,
+            yaw_acceleration=rates.yaw_rate,
+            longitudinal_acceleration=(sums.along + air.longitudinal) / self.mass,
+            lateral_acceleration=(sums.front + sums.rear + air.lateral) / self.mass,
+            roll_angle=motion.roll_angle,
+            roll_rate=motion.roll_rate,
+            roll_acceleration=rates.roll_rate,
+            kingpin_left=kingpin_left,
+            kingpin_right=kingpin_right,
+            front_lateral_force=sums.front,
+            rear_lateral_force=sums.rear,
+            front_slip_angle=0.5 * (left.slip + right.slip),
+            loads=loads,
+            wheel_speeds=self._wheel_speeds(motion),
+            self_aligning_torque=self._aligning(left) + self._aligning(right),
+            scrub_torque=scrub.left + scrub.right,
+            private=_Balance(rates, Wheels(*(each.longitudinal_force for each in contacts))),
+        )
+
+    def derivative(self, motion: TwoTrackMotion, reaction: Reaction, torques: Wheels, brakes: Wheels) -> TwoTrackMotion:
+        """Rate of change of the motion, see `tierod.proving_ground.parts.Chassis`."""
+        balance: _Balance = reaction.private
+        spins = []
+        for axle, spin, force, load, torque, brake in zip(
+            self._axles, motion.spins, balance.wheel_forces, reaction.loads, torques, brakes, strict=True
+        ):
+            driving = torque - axle.tyre.radius * force
+            greatest = brake + axle.tyre.radius * rolling_resistance(load, axle.tyre.rolling_coefficient)
+            held = holding_friction(spin, driving, greatest, axle.wheel_inertia, STOPPING_TIME)
+            spins.append((driving - held) / axle.wheel_inertia)
+        return balance.rates._replace(spins=Wheels(*spins))
+
+    @property
+    def _axles(self) -> Wheels:
+        return Wheels(self.front, self.front, self.rear, self.rear)
+
+    @staticmethod
+    def _trail(axle: Axle, load: float) -> float:
+        return axle.tyre.trail * 0.5 * load / axle.tyre.nominal_load
+
+    def _loads(self, motion: TwoTrackMotion, road: Road) -> Wheels:
+        upright = 0.5 * road.support * cos(road.bank_angle) * cos(road.grade_angle)
+        shift = 0.5 * longitudinal_load_transfer(motion.tyre_force, self.centre_height, self.wheelbase)
+        loads = []
+        for axle, static, force in (
+            (self.front, upright * self.front_load - shift, motion.front_force),
+            (self.rear, upright * self.rear_load + shift, motion.rear_force),
+        ):
+            mean = maximum(static, 0.0)
+            roll_torque = axle.roll_stiffness * motion.roll_angle + axle.roll_damping * motion.roll_rate
+            transfer = lateral_load_transfer(force, axle.roll_centre_height, roll_torque, axle.track)
+            transfer = limit(transfer, -mean, mean)
+            loads += [mean - transfer, mean + transfer]
+        return Wheels(*loads)
+
+    def _hubs(self, motion: TwoTrackMotion, steer: Steer) -> Wheels:
+        across = motion.lateral_speed + self.roll_arm * motion.roll_rate
+        front_across = across + self.front_distance * motion.yaw_rate
+        rear_across = across - self.rear_distance * motion.yaw_rate
+        front, rear = (0.5 * axle.track * motion.yaw_rate for axle in (self.front, self.rear))
+        yielded = self.front.compliance * motion.front_force
+        rear_steer = -self.rear.compliance * motion.rear_force
+        return Wheels(
+            hub(steer.left - yielded, motion.speed - front, front_across),
+            hub(steer.right - yielded, motion.speed + front, front_across),
+            hub(rear_steer, motion.speed - rear, rear_across),
+            hub(rear_steer, motion.speed + rear, rear_across),
+        )
+
+    def _contacts(self, motion: TwoTrackMotion, loads: Wheels, hubs: Wheels, road: Road) -> Wheels:
+        sides = Wheels(road.adhesion_left, road.adhesion_right, road.adhesion_left, road.adhesion_right)
+        wheels = zip(
+            self._axles,
+            loads,
+            sides,
+            hubs,
+            self._wheel_speeds(motion),
+            motion.longitudinal,
+            motion.lateral,
+            strict=True,
+        )
+        return Wheels(*(contact(axle.tyre, *rest) for axle, *rest in wheels))
+
+    def _scrub(self, motion: TwoTrackMotion, steer: Steer, loads: Wheels, hubs: Wheels, contacts: Wheels) -> _Scrub:
+        tyre, torques, rates = self.front.tyre, [], []
+        for twist, steer_rate, load, side, patch in (
+            (motion.left_twist, steer.left_rate, loads.front_left, hubs.front_left, contacts.front_left),
+            (motion.right_twist, steer.right_rate, loads.front_right, hubs.front_right, contacts.front_right),
+        ):
+            torques.append(parking_torque(load, patch.friction, tyre.pressure) * twist / tyre.twist_angle)
+            turning = steer_rate + motion.yaw_rate
+            rates.append(twist_rate(twist, turning, side.along, tyre.twist_angle, tyre.twist_length))
+        return _Scrub(*torques, *rates)
+
+    def _sums(self, hubs: Wheels, contacts: Wheels, scrub: _Scrub) -> _Sums:
+        forces = []
+        for side, patch in zip(hubs, contacts, strict=True):
+            forces.append(side.to_body(patch.longitudinal_force, patch.lateral_force))
+        (x1, y1), (x2, y2), (x3, y3), (x4, y4) = forces
+        aligning = sum(patch.trail * patch.lateral_force for patch in contacts)
+        turning = 0.5 * (self.front.track * (x2 - x1) + self.rear.track * (x4 - x3))
+        front, rear = y1 + y2, y3 + y4
+        moment = self.front_distance * front - self.rear_distance * rear + turning - aligning
+        return _Sums(x1 + x2 + x3 + x4, front, rear, moment - scrub.left - scrub.right)
+
+    def _rates(self, motion: TwoTrackMotion, sums: _Sums, air: AirForces, road: Road) -> TwoTrackMotion:
+        gravity = road.support * GRAVITY
+        along, across = sums.along + air.longitudinal, sums.front + sums.rear + air.lateral
+        stiffness = self.front.roll_stiffness + self.rear.roll_stiffness - self.mass * gravity * self.roll_arm
+        damping = self.front.roll_damping + self.rear.roll_damping
+        roll_torque = self.roll_arm * (sums.front + sums.rear)
+        roll_torque = roll_torque - stiffness * motion.roll_angle - damping * motion.roll_rate
+        lag = self.suspension_lag
+        return TwoTrackMotion(
+            speed=along / self.mass + motion.lateral_speed * motion.yaw_rate - gravity * sin(road.grade_angle),
+            lateral_speed=across / self.mass - motion.speed * motion.yaw_rate - gravity * sin(road.bank_angle),
+            yaw_rate=(sums.yaw_moment + air.yaw_moment) / self.yaw_inertia,
+            roll_angle=motion.roll_rate,
+            roll_rate=roll_torque / self.roll_inertia,
+            spins=motion.spins,
+            longitudinal=motion.longitudinal,
+            lateral=motion.lateral,
+            left_twist=0.0,
+            right_twist=0.0,
+            tyre_force=(sums.along - motion.tyre_force) / lag,
+            front_force=(sums.front - motion.front_force) / lag,
+            rear_force=(sums.rear - motion.rear_force) / lag,
+        )
+
+    def _kingpins(self, loads: Wheels, hubs: Wheels, contacts: Wheels, scrub: _Scrub) -> tuple[Any, Any]:
+        left, right = contacts.front_left, contacts.front_right
+        lever = self.kingpins.weight_lever(self.front.tyre.radius)
+        drive_left, drive_right = scrub_radius_torque(
+            left.longitudinal_force, right.longitudinal_force, self.kingpins.scrub_radius
+        )
+        weight_left = weight_torque(loads.front_left, lever, hubs.front_left.sine)
+        weight_right = weight_torque(loads.front_right, lever, hubs.front_right.sine)
+        return (
+            self._aligning(left) + scrub.left + drive_left + weight_left,
+            self._aligning(right) + scrub.right + drive_right + weight_right,
+        )
+
+    def _aligning(self, patch: Contact) -> Any:
+        return (self.kingpins.mechanical_trail + patch.trail) * patch.lateral_force
+
+    def _wheel_speeds(self, motion: TwoTrackMotion) -> Wheels:
+        return Wheels(*(spin * axle.tyre.radius for axle, spin in zip(self._axles, motion.spins, strict=True)))

@@ -1,0 +1,121 @@
+"""Tyres as data: coefficients of a Magic Formula tyre, and the kinds that a fleet drives on."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+from tierod.physics.magic_formula import stiffness_per_load
+from tierod.ranges import NOT_NEGATIVE, POSITIVE, Range
+
+
+@dataclass(frozen=True)
+class Tyre:
+    """One tyre, in the parameters of the Magic Formula.
+
+    Defaults are assumed for a 205/55 R16 summer tyre: stiffness and friction in the range of published sets
+    (for example pKy1 21.9, pKx1 22.3, pDy1 1.05, C 1.35 of the ADAMS handbook tyre that CommonRoad prints), relaxation
+    length and pneumatic trail in the range that Pacejka, 3rd ed., ch. 4 and 5, shows.
+
+    Args:
+        radius: effective rolling radius
+        nominal_load: to which the coefficients belong, Fz0
+        cornering_stiffness: greatest one over nominal load, pKy1
+        load_of_greatest: load of the greatest cornering stiffness over nominal load, pKy2
+        longitudinal_stiffness: over load, pKx1
+        friction: greatest lateral force over load at nominal load on a road of adhesion 1, pDy1
+        longitudinal_friction: greatest longitudinal over greatest lateral force
+        load_sensitivity: of the friction, pDy2
+        shape, curvature: C and E of the forces
+        trail: pneumatic trail at nominal load without slip
+        trail_shape: Ct
+        lateral_relaxation, longitudinal_relaxation: rolled distances over which the forces build up
+        damping_time: carcass damping over its stiffness, which calms a standing car
+        greatest_slip: slip of a tyre that slides without rolling
+        pressure: of inflation, for the scrub torque at standstill
+        twist_angle: angle over which the scrub torque of a standing tyre builds up
+        twist_length: rolled distance over which it fades; less than the half contact length, since of a turning brush
+            patch only what its width gives resists while rolling
+        rolling_coefficient: of the rolling resistance
+    """
+
+    radius: Annotated[float, "m", POSITIVE] = 0.31
+    nominal_load: Annotated[float, "N", POSITIVE] = 4500.0
+    cornering_stiffness: Annotated[float, "1/rad", POSITIVE] = 23.5
+    load_of_greatest: Annotated[float, "", POSITIVE] = 2.0
+    longitudinal_stiffness: Annotated[float, "", POSITIVE] = 25.0
+    friction: Annotated[float, "", POSITIVE] = 1.0
+    longitudinal_friction: Annotated[float, "", POSITIVE] = 1.1
+    load_sensitivity: Annotated[float, "", Range(-0.5, 0.0)] = -0.10
+    shape: Annotated[float, "", Range(1.0, 2.0)] = 1.38
+    curvature: Annotated[float, "", Range(-10.0, 1.0)] = -0.3
+    trail: Annotated[float, "m", NOT_NEGATIVE] = 0.024
+    trail_shape: Annotated[float, "", Range(0.5, 1.5)] = 1.08
+    lateral_relaxation: Annotated[float, "m", POSITIVE] = 0.40
+    longitudinal_relaxation: Annotated[float, "m", POSITIVE] = 0.20
+    damping_time: Annotated[float, "s", NOT_NEGATIVE] = 0.003
+    greatest_slip: Annotated[float, "", POSITIVE] = 0.30
+    pressure: Annotated[float, "Pa", POSITIVE] = 2.2e5
+    twist_angle: Annotated[float, "rad", POSITIVE] = math.radians(2.0)
+    twist_length: Annotated[float, "m", POSITIVE] = 0.05
+    rolling_coefficient: Annotated[float, "", NOT_NEGATIVE] = 0.010
+
+    def stiffness(self, load: float) -> float:
+        """Cornering stiffness at a load [N/rad]."""
+        return load * stiffness_per_load(load, self.nominal_load, self.cornering_stiffness, self.load_of_greatest)
+
+
+SUMMER = Tyre()
+
+WINTER = replace(
+    SUMMER,
+    cornering_stiffness=18.0,
+    longitudinal_stiffness=20.0,
+    friction=0.88,
+    lateral_relaxation=0.46,
+    trail=0.026,
+    rolling_coefficient=0.012,
+)
+"""Soft blocks with sipes: a quarter less stiff than the summer tyre, less grip on a dry road. Assumed."""
+
+WORN = replace(
+    SUMMER,
+    cornering_stiffness=27.5,
+    longitudinal_stiffness=31.0,
+    friction=0.90,
+    lateral_relaxation=0.42,
+    trail=0.022,
+    rolling_coefficient=0.009,
+)
+"""Old, hard and with little tread: stiffer, with less grip. Assumed."""
+
+LOW_PRESSURE = replace(
+    SUMMER,
+    cornering_stiffness=20.0,
+    load_of_greatest=1.7,
+    lateral_relaxation=0.48,
+    longitudinal_relaxation=0.24,
+    trail=0.030,
+    pressure=1.5e5,
+    twist_angle=math.radians(2.6),
+    rolling_coefficient=0.014,
+)
+"""A third of the pressure missing: a soft carcass and a long contact patch. Assumed."""
+
+SPORT = replace(
+    SUMMER,
+    cornering_stiffness=29.0,
+    load_of_greatest=2.3,
+    longitudinal_stiffness=30.0,
+    friction=1.10,
+    lateral_relaxation=0.30,
+    longitudinal_relaxation=0.16,
+    trail=0.020,
+    pressure=2.5e5,
+    twist_angle=math.radians(1.6),
+)
+"""Wide, with low side walls: stiff, quick, a short patch. Assumed."""
+
+TYRES = {"summer": SUMMER, "winter": WINTER, "worn": WORN, "low pressure": LOW_PRESSURE, "sport": SPORT}
+"""Kinds of tyre by name, the noise factor of a study."""

@@ -1,0 +1,104 @@
+"""From the driver's wanted force to torques of drive and brakes at the wheels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from tierod.graph.maths import absolute, limit, maximum, minimum
+from tierod.proving_ground.parts import Reaction, Wheels
+from tierod.ranges import NOT_NEGATIVE, POSITIVE, SHARE
+
+CRAWL = 1.0
+"""Speed below which power no longer limits the force [m/s]."""
+
+
+@dataclass(frozen=True)
+class Powertrain:
+    """One engine, open differentials, and brakes; it has no lag of its own, drivers are slower.
+
+    Args:
+        front_share: of the drive force; 1 is front, 0 rear-wheel drive
+        front_brake_share: of the brake force
+        wheel_radius: rolling radius
+        greatest_drive_force: by engine torque in the lowest gear, or by traction
+        greatest_power: at the wheels
+        greatest_brake_force: of all four brakes
+    """
+
+    front_share: Annotated[float, "", SHARE] = 1.0
+    front_brake_share: Annotated[float, "", SHARE] = 0.68
+    wheel_radius: Annotated[float, "m", POSITIVE] = 0.31
+    greatest_drive_force: Annotated[float, "N", NOT_NEGATIVE] = 7000.0
+    greatest_power: Annotated[float, "W", NOT_NEGATIVE] = 110e3
+    greatest_brake_force: Annotated[float, "N", NOT_NEGATIVE] = 18e3
+
+    def torques(self, force: Any, reaction: Reaction) -> tuple[Wheels, Wheels]:
+        """Drive torque and greatest brake torque of every wheel [N*m].
+
+        Args:
+            force: wanted along the road, negative brakes [N]
+            reaction: of the chassis
+        """
+        available = minimum(self.greatest_drive_force, self.greatest_power / maximum(absolute(reaction.speed), CRAWL))
+        drive = 0.5 * self.wheel_radius * limit(force, 0.0, available)
+        brake = 0.5 * self.wheel_radius * limit(-force, 0.0, self.greatest_brake_force)
+        front, rear = self.front_share * drive, (1.0 - self.front_share) * drive
+        front_brake, rear_brake = self.front_brake_share * brake, (1.0 - self.front_brake_share) * brake
+        return Wheels(front, front, rear, rear), Wheels(front_brake, front_brake, rear_brake, rear_brake)
+
+
+@dataclass(frozen=True)
+class WheelMotors:
+    """An electric motor in each front wheel, which drives and brakes, and friction brakes for the rest.
+
+    Defaults are those of the light demonstrator, assumed: a few kilowatts a wheel.
+
+    Args:
+        wheel_radius: rolling radius
+        greatest_torque: of one motor at its wheel
+        greatest_power: of one motor
+        front_brake_share: of the force that friction brakes give
+        greatest_brake_force: of all four friction brakes
+    """
+
+    wheel_radius: Annotated[float, "m", POSITIVE] = 0.243
+    greatest_torque: Annotated[float, "N*m", NOT_NEGATIVE] = 160.0
+    greatest_power: Annotated[float, "W", NOT_NEGATIVE] = 6e3
+    front_brake_share: Annotated[float, "", SHARE] = 0.65
+    greatest_brake_force: Annotated[float, "N", NOT_NEGATIVE] = 4e3
+
+    def requests(self, force: Any, difference: Any, reaction: Reaction) -> tuple[Any, Any]:
+        """Wanted torque of the left and the right motor [N*m], within their limits.
+
+        Args:
+            force: wanted along the road, negative brakes [N]
+            difference: torque of the right motor less that of the left one, which steers to the left [N*m]
+            reaction: of the chassis
+        """
+        mean = 0.5 * self.wheel_radius * force
+        turning = maximum(absolute(reaction.speed), CRAWL) / self.wheel_radius
+        bound = minimum(self.greatest_torque, self.greatest_power / turning)
+        return limit(mean - 0.5 * difference, -bound, bound), limit(mean + 0.5 * difference, -bound, bound)
+
+    def wheels(self, left: Any, right: Any, force: Any) -> tuple[Wheels, Wheels]:
+        """Drive torque and greatest brake torque of every wheel [N*m]; friction brakes give what the motors lack.
+
+        Args:
+            left, right: torques that the motors give [N*m]
+            force: wanted along the road, negative brakes [N]
+        """
+        lacking = limit(-force + (left + right) / self.wheel_radius, 0.0, self.greatest_brake_force)
+        brake = 0.5 * self.wheel_radius * minimum(lacking, maximum(-force, 0.0))
+        front, rear = self.front_brake_share * brake, (1.0 - self.front_brake_share) * brake
+        return Wheels(left, right, 0.0, 0.0), Wheels(front, front, rear, rear)
+
+    def torques(self, force: Any, reaction: Reaction) -> tuple[Wheels, Wheels]:
+        """Drive torque and greatest brake torque of every wheel [N*m], both motors alike.
+
+        Args:
+            force: wanted along the road, negative brakes [N]
+            reaction: of the chassis
+        """
+        left, right = self.requests(force, 0.0, reaction)
+        return self.wheels(left, right, force)
