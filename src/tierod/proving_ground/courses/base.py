@@ -1,0 +1,156 @@
+"""What the kinds of courses have in common: over a way, or over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from tierod.proving_ground.courses.conditions import Acting, AnyCondition
+from tierod.proving_ground.courses.course import Columns, Start, combine
+from tierod.proving_ground.courses.grid import Grid
+from tierod.proving_ground.courses.plan import TICK, Pace, Plan
+from tierod.proving_ground.courses.way import Way
+
+TOLERATED_LAG = 3.0
+"""A car may be so far [m] behind or ahead of its plan before it is hurried or held back."""
+CATCHING_UP = 0.2
+"""Speed per distance behind plan beyond that [1/s]."""
+HASTE = 1.05
+"""A car behind its plan may drive so much faster than the way allows."""
+_CONDITIONS, WAY = 1, 2
+
+
+@dataclass(frozen=True)
+class Described:
+    """Fields of every course.
+
+    Args:
+        name: for messages and provenance
+        description: one sentence
+        source: where it comes from
+        seed: of all that is left to chance
+        conditions: road, air and hands
+    """
+
+    name: str = ""
+    description: str = ""
+    source: str = ""
+    seed: int = 0
+    conditions: tuple[AnyCondition, ...] = ()
+
+    def generator(self, *stream: int) -> np.random.Generator:
+        """A source of chance of its own for every purpose."""
+        return np.random.default_rng([self.seed, *stream])
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The fields alone: what was worked out from them is worked out again where a course is sent."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
+
+    @cached_property
+    def _acting(self) -> list[Acting]:
+        return [each.acting(self.generator(_CONDITIONS, place)) for place, each in enumerate(self.conditions)]
+
+    def _with_conditions(self, columns: Columns, time: np.ndarray, distance: np.ndarray) -> Columns:
+        for act in self._acting:
+            combine(columns, act(time, distance))
+        return columns
+
+
+@dataclass(frozen=True)
+class WayCourse(Described):
+    """Base of the courses that lead along a way in a lane; a kind of course gives its `way`.
+
+    The speed is planned over time, so that halts end; a car that falls behind catches up, but never takes a bend
+    faster than the way allows.
+
+    Args:
+        pace: how the driver takes it
+    """
+
+    pace: Pace = field(default_factory=Pace)
+
+    @cached_property
+    def way(self) -> Way:
+        """The road, and where it stops."""
+        raise NotImplementedError
+
+    @cached_property
+    def plan(self) -> Plan:
+        """When the car is where."""
+        return self.pace.plan(self.way)
+
+    @property
+    def duration(self) -> float:
+        """As planned [s]."""
+        return (len(self.plan.speed) - 1) * TICK
+
+    @property
+    def start(self) -> Start:
+        """At the speed that the way begins with."""
+        return Start(speed=max(float(self.plan.speed[0]), 0.0))
+
+    @cached_property
+    def _road(self) -> Grid:
+        way = self.way
+        allowed = self.pace.fastest(way, stopping=False)
+        rise = np.gradient(0.5 * allowed**2, way.step)
+        return Grid(way.step, {"road.curvature": way.curvature, **way.slopes, "allowed": allowed, "rise": rise})
+
+    @cached_property
+    def _ahead(self) -> Grid:
+        return Grid(self.way.step, {"demand.curvature_ahead": self.way.curvature})
+
+    @cached_property
+    def _planned(self) -> Grid:
+        return Grid(TICK, self.plan._asdict())
+
+    def columns(self, time: np.ndarray, distance: np.ndarray, speed: float, ahead: float) -> Columns:
+        """Inputs at some instants, see `Course.columns`."""
+        columns, planned = self._road.at(distance), self._planned.at(time)
+        columns |= self._ahead.at(distance + speed * ahead)
+        allowed, rise = HASTE * columns.pop("allowed"), columns.pop("rise")
+        lag = planned["distance"] - distance
+        lag -= np.minimum(np.maximum(lag, -TOLERATED_LAG), TOLERATED_LAG)
+        wanted = planned["speed"] + CATCHING_UP * lag
+        hurried = wanted > allowed
+        columns["demand.speed"] = np.maximum(np.where(hurried, allowed, wanted), 0.0)
+        columns["demand.acceleration"] = np.where(hurried, rise, planned["acceleration"])
+        return self._with_conditions(columns, time, distance)
+
+
+@dataclass(frozen=True)
+class TimeCourse(Described):
+    """Base of the open-loop courses without a lane; a kind of course gives `speed_at` and `angle_at`."""
+
+    @property
+    def duration(self) -> float:
+        """Of the whole [s]."""
+        raise NotImplementedError
+
+    @property
+    def start(self) -> Start:
+        """As at the first instant."""
+        zero = np.zeros(1)
+        return Start(float(self.speed_at(zero)[0][0]), float(self.angle_at(zero)[0]))
+
+    def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Wanted speed [m/s] and acceleration [m/s**2] at some instants."""
+        raise NotImplementedError
+
+    def angle_at(self, time: np.ndarray) -> np.ndarray:
+        """Wanted steering-wheel angle [rad] at some instants."""
+        raise NotImplementedError
+
+    def columns(self, time: np.ndarray, distance: np.ndarray, speed: float, ahead: float) -> Columns:
+        """Inputs at some instants, see `Course.columns`."""
+        wanted, acceleration = self.speed_at(time)
+        columns = {
+            "demand.speed": wanted,
+            "demand.acceleration": acceleration,
+            "demand.steering_wheel_angle": self.angle_at(time),
+            "demand.attention": np.zeros(len(time)),
+        }
+        return self._with_conditions(columns, time, distance)

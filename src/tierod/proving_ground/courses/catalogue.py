@@ -1,0 +1,96 @@
+"""The courses that are shipped, and those in files of one's own."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from importlib.resources import files
+from pathlib import Path
+
+from tierod.errors import ParameterError, nearest
+from tierod.proving_ground.courses.base import Described
+from tierod.proving_ground.courses.circuit import Circuit
+from tierod.proving_ground.courses.csv_table import read_table
+from tierod.proving_ground.courses.lane import DoubleLaneChange, Slalom, SteadyCircle, StraightLane
+from tierod.proving_ground.courses.natural import NaturalDrive
+from tierod.proving_ground.courses.open_loop import (
+    AngleRamp,
+    LockToLock,
+    RandomSteer,
+    SineSteer,
+    SteadyAngle,
+    StepSteer,
+)
+from tierod.proving_ground.courses.table import TimeTable, WayTable
+from tierod.toml import Document, build
+
+AnyCourse = (
+    Circuit
+    | NaturalDrive
+    | StraightLane
+    | Slalom
+    | DoubleLaneChange
+    | SteadyCircle
+    | SteadyAngle
+    | AngleRamp
+    | StepSteer
+    | SineSteer
+    | RandomSteer
+    | LockToLock
+    | TimeTable
+    | WayTable
+)
+"""Every kind of course; in TOML the key `kind` names one: "steady-circle"."""
+
+
+def shipped() -> tuple[str, ...]:
+    """Names of the courses that are shipped."""
+    return tuple(sorted(_data()))
+
+
+def described(name: str) -> str:
+    """What a shipped course is, in one sentence.
+
+    Raises:
+        ParameterError: there is no course of this name; the nearest are named
+    """
+    return load(name).description
+
+
+def load(name: str | Path) -> AnyCourse:
+    """A course, from its name or from a TOML or CSV file.
+
+    Args:
+        name: of a shipped course, or the path of a file
+
+    Raises:
+        ParameterError: there is none, or what it says is wrong; file, line and nearest name are told
+    """
+    known = _data()
+    path = known.get(str(name)) or Path(name).expanduser()
+    if path.suffix.lower() == ".csv":
+        return _from_table(path)
+    if path.suffix.lower() != ".toml":
+        raise ParameterError(
+            f"there is no course '{name}'{nearest(str(name), known)} A file's path ends in .toml or .csv."
+        )
+    return from_document(Document.read(path, "course"))
+
+
+def from_document(document: Document) -> AnyCourse:
+    """The course that a TOML document describes; its file names count from the document's folder."""
+    table = dict(document.content)
+    if isinstance(table.get("file"), str):
+        table["file"] = str(document.path.parent / table["file"])
+    course = build(AnyCourse, table, document)
+    return course if course.name else replace(course, name=document.path.stem)
+
+
+def _from_table(path: Path) -> AnyCourse:
+    description, table = read_table(path)
+    kind: type[Described] = TimeTable if "time" in table else WayTable
+    return kind(name=path.stem, description=description, file=str(path))  # type: ignore[call-arg, return-value]
+
+
+def _data() -> dict[str, Path]:
+    folder = files("tierod.proving_ground.courses") / "data"
+    return {Path(each.name).stem: Path(str(each)) for each in folder.iterdir() if each.name.endswith(".toml")}

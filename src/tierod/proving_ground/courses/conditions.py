@@ -1,0 +1,245 @@
+"""What may act on a car and its driver on any course: road, air, hands."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Annotated, Protocol
+
+import numpy as np
+
+from tierod.proving_ground.courses.chance import Repeated, smooth_noise
+from tierod.proving_ground.courses.course import Columns
+from tierod.proving_ground.courses.window import During, Window
+from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE, SHARE
+
+Acting = Callable[[np.ndarray, np.ndarray], Columns]
+"""(instants [s], distances [m]) -> columns that add to, or share in, those of the course."""
+
+
+class Condition(Protocol):
+    """Something that acts within a window."""
+
+    def acting(self, generator: np.random.Generator) -> Acting:
+        """The condition with its chance drawn."""
+
+
+@dataclass(frozen=True)
+class _Steady:
+    """A condition without chance: `levels` at its full share."""
+
+    window: Window = field(default_factory=During)
+
+    def acting(self, generator: np.random.Generator) -> Acting:
+        """The condition as a function of time and place; nothing is left to chance."""
+        levels, usual = self._levels(), self._usual
+
+        def act(time: np.ndarray, distance: np.ndarray) -> Columns:
+            share = self.window.share(time, distance)
+            return {} if share is None else {n: usual + share * (level - usual) for n, level in levels.items()}
+
+        return act
+
+    _usual = 0.0
+
+    def _levels(self) -> dict[str, float]:
+        raise NotImplementedError
+
+
+class _Share(_Steady):
+    _usual = 1.0
+
+
+@dataclass(frozen=True)
+class Adhesion(_Share):
+    """A road more slippery than dry asphalt, on both sides or on one.
+
+    Args:
+        window: when or where
+        left, right: share of the adhesion that is left under the wheels of a side: 0.6 wet, 0.2 snow
+    """
+
+    left: Annotated[float, "", SHARE] = 1.0
+    right: Annotated[float, "", SHARE] = 1.0
+
+    def _levels(self) -> dict[str, float]:
+        return {"road.adhesion_left": self.left, "road.adhesion_right": self.right}
+
+
+@dataclass(frozen=True)
+class Slope(_Steady):
+    """A road that is not level.
+
+    Args:
+        window: when or where
+        bank: positive falls to the right
+        grade: positive climbs
+    """
+
+    bank: Annotated[float, "rad", ANY] = 0.0
+    grade: Annotated[float, "rad", ANY] = 0.0
+
+    def _levels(self) -> dict[str, float]:
+        return {"road.bank_angle": self.bank, "road.grade_angle": self.grade}
+
+
+@dataclass(frozen=True)
+class Breeze(_Steady):
+    """Steady wind.
+
+    Args:
+        window: when or where
+        crosswind, headwind: speed of the air over ground, see `parts.Wind`
+    """
+
+    crosswind: Annotated[float, "m/s", ANY] = 0.0
+    headwind: Annotated[float, "m/s", ANY] = 0.0
+
+    def _levels(self) -> dict[str, float]:
+        return {"wind.crosswind_speed": self.crosswind, "wind.headwind_speed": self.headwind}
+
+
+@dataclass(frozen=True)
+class HandTorque(_Steady):
+    """Torque of the hands beside what the arms do by themselves.
+
+    Args:
+        window: when or where
+        torque: positive to the left
+    """
+
+    torque: Annotated[float, "N*m", ANY] = 0.0
+
+    def _levels(self) -> dict[str, float]:
+        return {"demand.hand_torque": self.torque}
+
+
+@dataclass(frozen=True)
+class Grip(_Share):
+    """How firmly the wheel is held.
+
+    Args:
+        window: when or where
+        share: of the arms' usual stiffness and damping; 0 is hands off
+    """
+
+    share: Annotated[float, "", SHARE] = 0.0
+
+    def _levels(self) -> dict[str, float]:
+        return {"demand.grip": self.share}
+
+
+@dataclass(frozen=True)
+class Attention(_Share):
+    """How much of the offset from the lane the driver corrects.
+
+    Args:
+        window: when or where
+        share: 0 looks elsewhere
+    """
+
+    share: Annotated[float, "", SHARE] = 0.0
+
+    def _levels(self) -> dict[str, float]:
+        return {"demand.attention": self.share}
+
+
+@dataclass(frozen=True)
+class _Random:
+    window: Window = field(default_factory=During)
+
+    def _within(self, name: str, values: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Acting:
+        def act(time: np.ndarray, distance: np.ndarray) -> Columns:
+            share = self.window.share(time, distance)
+            return {} if share is None else {name: share * values(time, distance)}
+
+        return act
+
+
+@dataclass(frozen=True)
+class Restlessness(_Random):
+    """Small needless steering corrections, as a person makes all the time.
+
+    Args:
+        window: when or where
+        deviation: standard deviation of the wanted steering-wheel angle
+        shortest, longest: between two corrections
+    """
+
+    deviation: Annotated[float, "rad", NOT_NEGATIVE] = 0.025
+    shortest: Annotated[float, "s", POSITIVE] = 0.4
+    longest: Annotated[float, "s", POSITIVE] = 1.0
+
+    def acting(self, generator: np.random.Generator) -> Acting:
+        """The condition with its chance drawn."""
+        curve = Repeated(self.deviation * smooth_noise(generator, self.shortest, self.longest, 0.02), 0.02)
+        return self._within("demand.steering_wheel_angle", lambda time, distance: curve.at(time))
+
+
+@dataclass(frozen=True)
+class Tremor(_Random):
+    """Trembling hands: a torque near one frequency, its size wandering.
+
+    Args:
+        window: when or where
+        deviation: standard deviation of the torque
+        frequency: 8 to 12 Hz for hands
+    """
+
+    deviation: Annotated[float, "N*m", NOT_NEGATIVE] = 0.05
+    frequency: Annotated[float, "Hz", POSITIVE] = 9.0
+
+    def acting(self, generator: np.random.Generator) -> Acting:
+        """The condition with its chance drawn."""
+        rate, step = 2.0 * math.pi * self.frequency, 0.05
+        sine = Repeated(self.deviation * smooth_noise(generator, 0.3, 1.0, step), step)
+        cosine = Repeated(self.deviation * smooth_noise(generator, 0.3, 1.0, step), step)
+
+        def torque(time: np.ndarray, distance: np.ndarray) -> np.ndarray:
+            return sine.at(time) * np.sin(rate * time) + cosine.at(time) * np.cos(rate * time)
+
+        return self._within("demand.hand_torque", torque)
+
+
+@dataclass(frozen=True)
+class Gusts(_Random):
+    """Wind across the road that comes and goes.
+
+    Args:
+        window: when or where
+        deviation: standard deviation of the crosswind
+        shortest, longest: between calm and gust
+    """
+
+    deviation: Annotated[float, "m/s", NOT_NEGATIVE] = 2.0
+    shortest: Annotated[float, "s", POSITIVE] = 0.7
+    longest: Annotated[float, "s", POSITIVE] = 4.0
+
+    def acting(self, generator: np.random.Generator) -> Acting:
+        """The condition with its chance drawn."""
+        curve = Repeated(self.deviation * smooth_noise(generator, self.shortest, self.longest, 0.05), 0.05)
+        return self._within("wind.crosswind_speed", lambda time, distance: curve.at(time))
+
+
+@dataclass(frozen=True)
+class Unevenness(_Random):
+    """Waves and ruts: the crossfall of the road wanders over a few metres.
+
+    Args:
+        window: when or where
+        deviation: standard deviation of the bank angle
+        shortest, longest: from one side to the other
+    """
+
+    deviation: Annotated[float, "rad", NOT_NEGATIVE] = 0.004
+    shortest: Annotated[float, "m", POSITIVE] = 3.0
+    longest: Annotated[float, "m", POSITIVE] = 15.0
+
+    def acting(self, generator: np.random.Generator) -> Acting:
+        """The condition with its chance drawn."""
+        curve = Repeated(self.deviation * smooth_noise(generator, self.shortest, self.longest, 0.5), 0.5)
+        return self._within("road.bank_angle", lambda time, distance: curve.at(distance))
+
+
+AnyCondition = Adhesion | Slope | Breeze | HandTorque | Grip | Attention | Restlessness | Tremor | Gusts | Unevenness

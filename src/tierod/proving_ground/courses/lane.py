@@ -1,0 +1,164 @@
+"""Tests along a lane: straight, slalom, double lane change, circle."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated
+
+import numpy as np
+
+from tierod.proving_ground.courses.base import WayCourse
+from tierod.proving_ground.courses.plan import TICK, Plan
+from tierod.proving_ground.courses.way import STEP, Way, across
+from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE
+
+_POINT = 0.05
+"""Spacing of the points by which a line is given [m]."""
+
+
+@dataclass(frozen=True)
+class StraightLane(WayCourse):
+    """Straight on at a constant speed; its conditions make the test: hands off, crosswind, torque steps.
+
+    Args:
+        speed: all the time
+        time: how long
+    """
+
+    speed: Annotated[float, "m/s", POSITIVE] = 80.0 / 3.6
+    time: Annotated[float, "s", POSITIVE] = 60.0
+
+    @cached_property
+    def way(self) -> Way:
+        """A straight road."""
+        return _level(np.zeros(math.ceil(self.speed * self.time / STEP) + 2), self.speed)
+
+    @property
+    def duration(self) -> float:
+        """As long as it is driven [s]."""
+        return self.time
+
+
+@dataclass(frozen=True)
+class Slalom(WayCourse):
+    """Round a row of cones, left and right in turn.
+
+    Args:
+        speed: all the time
+        spacing: of the cones
+        cones: how many
+        swing: greatest distance of the line from the row of cones
+        approach: straight before and after
+    """
+
+    speed: Annotated[float, "m/s", POSITIVE] = 36.0 / 3.6
+    spacing: Annotated[float, "m", POSITIVE] = 18.0
+    cones: int = 10
+    swing: Annotated[float, "m", POSITIVE] = 1.2
+    approach: Annotated[float, "m", POSITIVE] = 60.0
+
+    @cached_property
+    def way(self) -> Way:
+        """A sine between the cones, grown and faded over one spacing."""
+        long = self.spacing * (self.cones + 1)
+        forward = np.arange(0.0, long + 2.0 * self.approach, _POINT)
+        place = (forward - self.approach) / self.spacing
+        fade = _step(place) * _step(self.cones + 1 - place)
+        left = self.swing * fade * np.cos(math.pi * (place - 1.0))
+        return _level(across(forward, left), self.speed)
+
+
+@dataclass(frozen=True)
+class DoubleLaneChange(WayCourse):
+    """To the neighbouring lane and back, through lanes of cones.
+
+    Args:
+        speed: at the beginning, kept as well as the car can
+        offset: of the neighbouring lane, positive to the left
+        entry: length of the lane at the beginning
+        over: length in which the lane is changed
+        aside: length of the neighbouring lane
+        back: length in which the lane is changed back
+        leaving: length of the lane at the end
+        cut: how far the line reaches into the lanes while it changes; they are wider than a car
+        approach: straight before and after
+    """
+
+    speed: Annotated[float, "m/s", POSITIVE] = 80.0 / 3.6
+    offset: Annotated[float, "m", ANY] = 3.5
+    entry: Annotated[float, "m", POSITIVE] = 15.0
+    over: Annotated[float, "m", POSITIVE] = 30.0
+    aside: Annotated[float, "m", POSITIVE] = 25.0
+    back: Annotated[float, "m", POSITIVE] = 25.0
+    leaving: Annotated[float, "m", POSITIVE] = 30.0
+    cut: Annotated[float, "m", NOT_NEGATIVE] = 10.0
+    approach: Annotated[float, "m", POSITIVE] = 60.0
+
+    @cached_property
+    def way(self) -> Way:
+        """From the middle of one lane to that of the other and back."""
+        away = self.approach + self.entry
+        home = away + self.over + self.aside
+        forward = np.arange(0.0, home + self.back + self.leaving + self.approach, _POINT)
+        left = self._changed(forward - away, self.over) - self._changed(forward - home, self.back)
+        return _level(across(forward, left), self.speed)
+
+    def _changed(self, place: np.ndarray, length: float) -> np.ndarray:
+        return self.offset * _step((place + self.cut) / (length + 2.0 * self.cut))
+
+
+@dataclass(frozen=True)
+class SteadyCircle(WayCourse):
+    """Round a circle while the speed rises slowly; the constant-radius test of ISO 4138.
+
+    Args:
+        radius: positive turns to the left
+        first_speed, last_speed: at the beginning and at the end
+        rise: of the speed
+        settle: time at the first speed, from the straight into the circle
+        hold: time at the last speed
+        entry: straight before the circle, and length over which the curvature then builds up
+    """
+
+    radius: Annotated[float, "m", ANY] = 100.0
+    first_speed: Annotated[float, "m/s", POSITIVE] = 5.0
+    last_speed: Annotated[float, "m/s", POSITIVE] = 25.0
+    rise: Annotated[float, "m/s**2", POSITIVE] = 0.15
+    settle: Annotated[float, "s", NOT_NEGATIVE] = 20.0
+    hold: Annotated[float, "s", NOT_NEGATIVE] = 5.0
+    entry: Annotated[float, "m", POSITIVE] = 30.0
+
+    @property
+    def duration(self) -> float:
+        """Of the whole [s]."""
+        return self.settle + (self.last_speed - self.first_speed) / self.rise + self.hold
+
+    @cached_property
+    def plan(self) -> Plan:
+        """The speed rises steadily."""
+        time = np.arange(0.0, self.duration + TICK, TICK)
+        until = (self.last_speed - self.first_speed) / self.rise
+        rising = np.clip(time - self.settle, 0.0, until)
+        speed = self.first_speed + self.rise * rising
+        distance = self.first_speed * time + 0.5 * self.rise * rising**2
+        distance += self.rise * until * np.maximum(time - self.settle - until, 0.0)
+        return Plan(distance, speed, self.rise * ((rising > 0.0) & (rising < until)))
+
+    @cached_property
+    def way(self) -> Way:
+        """Straight, then a circle without end."""
+        distance = np.arange(0.0, self.plan.distance[-1] + 50.0, STEP)
+        return _level(_step(distance / self.entry - 1.0) / self.radius, self.last_speed)
+
+
+def _level(curvature: np.ndarray, speed: float) -> Way:
+    """A level road on which no bend slows the driver down."""
+    return Way(curvature, np.full(len(curvature), speed), np.full(len(curvature), math.inf))
+
+
+def _step(share: np.ndarray) -> np.ndarray:
+    """From 0 to 1 as share does, with continuous curvature: quintic."""
+    share = np.clip(share, 0.0, 1.0)
+    return share**3 * (10.0 + share * (6.0 * share - 15.0))

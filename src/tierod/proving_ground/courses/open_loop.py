@@ -1,0 +1,247 @@
+"""Open-loop tests: a steering-wheel angle over time at a given speed, no lane."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated
+
+import numpy as np
+
+from tierod.errors import ParameterError
+from tierod.proving_ground.courses.base import TimeCourse
+from tierod.proving_ground.courses.chance import band_limited
+from tierod.proving_ground.courses.course import Columns, combine
+from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE
+
+
+@dataclass(frozen=True)
+class AtSpeed(TimeCourse):
+    """Base of the tests at one speed.
+
+    Args:
+        speed: all the time
+        settle: straight on before the test
+        rest: time after it
+    """
+
+    speed: Annotated[float, "m/s", NOT_NEGATIVE] = 100.0 / 3.6
+    settle: Annotated[float, "s", NOT_NEGATIVE] = 3.0
+    rest: Annotated[float, "s", NOT_NEGATIVE] = 3.0
+
+    @property
+    def test_time(self) -> float:
+        """Between settling and rest [s]."""
+        raise NotImplementedError
+
+    @property
+    def duration(self) -> float:
+        """Of the whole [s]."""
+        return self.settle + self.test_time + self.rest
+
+    def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Constant."""
+        return np.full(len(time), self.speed), np.zeros(len(time))
+
+
+@dataclass(frozen=True)
+class StepSteer(AtSpeed):
+    """The wheel is turned at once and held; ISO 7401.
+
+    Args:
+        angle: of the steering wheel, positive to the left
+        rate: at which it is turned
+        hold: how long it is held
+    """
+
+    angle: Annotated[float, "rad", ANY] = math.radians(40.0)
+    rate: Annotated[float, "rad/s", POSITIVE] = math.radians(400.0)
+    hold: Annotated[float, "s", POSITIVE] = 5.0
+
+    @property
+    def test_time(self) -> float:
+        """Turning and holding [s]."""
+        return abs(self.angle) / self.rate + self.hold
+
+    def angle_at(self, time: np.ndarray) -> np.ndarray:
+        """A ramp, then constant."""
+        turned = np.minimum(np.maximum(time - self.settle, 0.0) * self.rate, abs(self.angle))
+        return math.copysign(1.0, self.angle) * turned
+
+
+@dataclass(frozen=True)
+class SineSteer(AtSpeed):
+    """Sines: one period or many (ISO 7401), the weave on centre (ISO 13674-1), or a sine with dwell.
+
+    Args:
+        amplitude: of the steering-wheel angle, the first swing to the left
+        frequency: of the sine
+        periods: how many
+        dwell: pause at the last extreme
+    """
+
+    amplitude: Annotated[float, "rad", ANY] = math.radians(30.0)
+    frequency: Annotated[float, "Hz", POSITIVE] = 0.5
+    periods: int = 1
+    dwell: Annotated[float, "s", NOT_NEGATIVE] = 0.0
+
+    @property
+    def test_time(self) -> float:
+        """All periods and the dwell [s]."""
+        return self.periods / self.frequency + self.dwell
+
+    def angle_at(self, time: np.ndarray) -> np.ndarray:
+        """The sine, stopped at its last extreme."""
+        phase = (time - self.settle) * self.frequency
+        extreme = self.periods - 0.25
+        phase = np.where(phase > extreme, np.maximum(phase - self.dwell * self.frequency, extreme), phase)
+        return self.amplitude * np.sin(2.0 * math.pi * np.minimum(np.maximum(phase, 0.0), self.periods))
+
+
+@dataclass(frozen=True)
+class RandomSteer(AtSpeed):
+    """Random steering within a band of frequencies; ISO 7401.
+
+    Args:
+        deviation: standard deviation of the steering-wheel angle
+        lowest, highest: frequencies
+        time: how long
+    """
+
+    deviation: Annotated[float, "rad", NOT_NEGATIVE] = math.radians(10.0)
+    lowest: Annotated[float, "Hz", POSITIVE] = 0.2
+    highest: Annotated[float, "Hz", POSITIVE] = 2.0
+    time: Annotated[float, "s", POSITIVE] = 60.0
+
+    def __post_init__(self):
+        if not self.lowest < self.highest:
+            raise ParameterError(
+                f"random steering from {self.lowest:g} to {self.highest:g} Hz has no band; give the lower one first"
+            )
+
+    @property
+    def test_time(self) -> float:
+        """As given [s]."""
+        return self.time
+
+    @cached_property
+    def _curve(self) -> tuple[np.ndarray, np.ndarray]:
+        step = 0.02 / self.highest
+        curve = band_limited(self.generator(0), self.lowest, self.highest, self.time, step)
+        time = np.arange(len(curve)) * step
+        fade = np.clip(np.minimum(time, self.time - time), 0.0, 1.0)
+        return self.settle + time, self.deviation * fade * curve
+
+    def angle_at(self, time: np.ndarray) -> np.ndarray:
+        """The curve that chance made, faded in and out over a second."""
+        return np.interp(time, *self._curve, left=0.0, right=0.0)
+
+
+@dataclass(frozen=True)
+class AngleRamp(AtSpeed):
+    """Ever more steering at one speed; the constant-speed test of ISO 4138.
+
+    Args:
+        angle: of the steering wheel at the end
+        rate: at which it grows
+    """
+
+    angle: Annotated[float, "rad", ANY] = math.radians(100.0)
+    rate: Annotated[float, "rad/s", POSITIVE] = math.radians(4.0)
+
+    @property
+    def test_time(self) -> float:
+        """Until the angle is reached [s]."""
+        return abs(self.angle) / self.rate
+
+    def angle_at(self, time: np.ndarray) -> np.ndarray:
+        """A slow ramp."""
+        turned = np.minimum(np.maximum(time - self.settle, 0.0) * self.rate, abs(self.angle))
+        return math.copysign(1.0, self.angle) * turned
+
+
+@dataclass(frozen=True)
+class SteadyAngle(TimeCourse):
+    """The wheel held while the speed rises slowly; the constant-angle test of ISO 4138.
+
+    Args:
+        angle: of the steering wheel
+        turning: time in which it is turned
+        first_speed, last_speed: at the beginning and at the end
+        rise: of the speed
+        settle: time at the first speed
+    """
+
+    angle: Annotated[float, "rad", ANY] = math.radians(30.0)
+    turning: Annotated[float, "s", POSITIVE] = 3.0
+    first_speed: Annotated[float, "m/s", POSITIVE] = 5.0
+    last_speed: Annotated[float, "m/s", POSITIVE] = 30.0
+    rise: Annotated[float, "m/s**2", POSITIVE] = 0.2
+    settle: Annotated[float, "s", POSITIVE] = 10.0
+
+    @property
+    def duration(self) -> float:
+        """Of the whole [s]."""
+        return self.settle + (self.last_speed - self.first_speed) / self.rise
+
+    def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Constant, then rising."""
+        rising = (time > self.settle) & (time < self.duration)
+        passed = np.minimum(np.maximum(time, self.settle), self.duration) - self.settle
+        return self.first_speed + self.rise * passed, self.rise * rising
+
+    def angle_at(self, time: np.ndarray) -> np.ndarray:
+        """Turned smoothly, then held."""
+        share = np.minimum(time / self.turning, 1.0)
+        return self.angle * (0.5 - 0.5 * np.cos(math.pi * share))
+
+
+@dataclass(frozen=True)
+class LockToLock(TimeCourse):
+    """The slow turn of the standing car from the middle to the right lock, to the left one, and back.
+
+    A rest before every stroke; each stroke is half a cosine.
+    Source: Mohtat et al., Appendix A: 0, -570, +570, 0 degrees.
+
+    Args:
+        lock_angle: of the steering wheel at the locks
+        rate: greatest, of the steering wheel
+        rest: before every stroke, and at the end
+        load: share of the car's weight on its wheels: 1 on the ground, 0 on a hoist
+    """
+
+    lock_angle: Annotated[float, "rad", POSITIVE] = math.radians(570.0)
+    rate: Annotated[float, "rad/s", POSITIVE] = 1.0
+    rest: Annotated[float, "s", POSITIVE] = 2.0
+    load: Annotated[float, "", NOT_NEGATIVE] = 1.0
+
+    @cached_property
+    def _strokes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Angles [rad] between the strokes; start and end [s] of every stroke."""
+        targets = self.lock_angle * np.array([0.0, -1.0, 1.0, 0.0])
+        turning = 0.5 * math.pi * np.abs(np.diff(targets)) / self.rate
+        ends = np.cumsum(turning + self.rest)
+        return targets, ends - turning, ends
+
+    @property
+    def duration(self) -> float:
+        """Of the whole [s]."""
+        return float(self._strokes[2][-1] + self.rest)
+
+    def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """At rest."""
+        return np.zeros(len(time)), np.zeros(len(time))
+
+    def angle_at(self, time: np.ndarray) -> np.ndarray:
+        """Strokes and rests."""
+        targets, starts, ends = self._strokes
+        stroke = np.minimum(np.searchsorted(ends, time), len(ends) - 1)
+        share = np.clip((time - starts[stroke]) / (ends - starts)[stroke], 0.0, 1.0)
+        return targets[stroke] + (targets[stroke + 1] - targets[stroke]) * (0.5 - 0.5 * np.cos(math.pi * share))
+
+    def columns(self, time: np.ndarray, distance: np.ndarray, speed: float, ahead: float) -> Columns:
+        """Inputs at some instants, see `Course.columns`."""
+        columns = super().columns(time, distance, speed, ahead)
+        combine(columns, {"road.support": np.full(len(time), self.load)})
+        return columns

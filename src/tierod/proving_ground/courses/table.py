@@ -1,0 +1,136 @@
+"""Courses as tables in CSV files: one row per instant, or one per place."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated
+
+import numpy as np
+
+from tierod.errors import ParameterError
+from tierod.proving_ground.courses.base import TimeCourse, WayCourse
+from tierod.proving_ground.courses.course import Columns, combine
+from tierod.proving_ground.courses.csv_table import PLACES, known_columns, read_table
+from tierod.proving_ground.courses.way import STEP, Way
+from tierod.ranges import NOT_NEGATIVE, POSITIVE
+
+_SLOPES = ("bank_angle", "grade_angle")
+
+
+@dataclass(frozen=True)
+class TimeTable(TimeCourse):
+    """Speed, steering-wheel angle and whatever else over time, straight between the rows.
+
+    Args:
+        file: CSV with the column `time`; without `attention` no lane is followed
+    """
+
+    file: str = ""
+
+    @cached_property
+    def _table(self) -> dict[str, np.ndarray]:
+        return _read(self.file, "time")
+
+    @property
+    def duration(self) -> float:
+        """Until the last row [s]."""
+        return float(self._table["time"][-1])
+
+    def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """As the rows say; at rest where they do not."""
+        instants = self._table["time"]
+        speed = self._table.get("speed", np.zeros(len(instants)))
+        rise = np.append(np.diff(speed) / np.diff(instants), 0.0)
+        return np.interp(time, instants, speed), rise[np.maximum(np.searchsorted(instants, time, side="right") - 1, 0)]
+
+    def angle_at(self, time: np.ndarray) -> np.ndarray:
+        """As the rows say; straight on where they do not."""
+        table = self._table
+        return np.interp(time, table["time"], table.get("steering_wheel_angle", np.zeros(len(table["time"]))))
+
+    def columns(self, time: np.ndarray, distance: np.ndarray, speed: float, ahead: float) -> Columns:
+        """Inputs at some instants, see `Course.columns`."""
+        columns = super().columns(time, distance, speed, ahead)
+        table, dotted = self._table, known_columns()
+        if "attention" in table:
+            del columns["demand.attention"]
+        own = [name for name in table if name not in (*PLACES, "speed", "steering_wheel_angle")]
+        combine(columns, {dotted[name][0]: np.interp(time, table["time"], table[name]) for name in own})
+        return columns
+
+
+@dataclass(frozen=True)
+class WayTable(WayCourse):
+    """A road as rows of `distance` and `curvature`, or of points `x` and `y`, straight or smooth between them.
+
+    Args:
+        file: CSV; `speed` limits the speed, `bank_angle` and `grade_angle` tilt the road
+        speed: limit where no row sets a lower one
+        lateral_acceleration: limit in bends
+        wait: at rest before the start; 0 begins rolling
+        laps: how often the way is driven, one after the other
+    """
+
+    file: str = ""
+    speed: Annotated[float, "m/s", POSITIVE] = 50.0 / 3.6
+    lateral_acceleration: Annotated[float, "m/s**2", POSITIVE] = 3.0
+    wait: Annotated[float, "s", NOT_NEGATIVE] = 0.0
+    laps: int = 1
+
+    @cached_property
+    def way(self) -> Way:
+        """The rows on equal steps."""
+        table = _read(self.file, "distance or x")
+        gone, curvature = _line(table, self.file)
+        place = np.arange(0.0, gone[-1], STEP)
+        count = len(place) * self.laps
+        limit = np.minimum(np.interp(place, gone, table["speed"]), self.speed) if "speed" in table else None
+        slopes = {f"road.{n}": np.tile(np.interp(place, gone, table[n]), self.laps) for n in _SLOPES if n in table}
+        return Way(
+            np.tile(curvature(place), self.laps),
+            np.full(count, self.speed) if limit is None else np.tile(limit, self.laps),
+            np.full(count, self.lateral_acceleration),
+            slopes,
+            ((0.0, self.wait),) if self.wait > 0.0 else (),
+        )
+
+
+def _read(file: str, wanted: str) -> dict[str, np.ndarray]:
+    if not file:
+        raise ParameterError("a course from a table needs its CSV file; give it as 'file'")
+    _, table = read_table(file)
+    if not any(name in table for name in wanted.split(" or ")):
+        raise ParameterError(f"{file}: there is no column {wanted}; add one")
+    return table
+
+
+def _line(table: dict[str, np.ndarray], file: str):
+    """Distance [m] of every row, and curvature [1/m] as a function of distance."""
+    if "distance" in table:
+        if "curvature" not in table:
+            raise ParameterError(f"{file}: there is no column curvature beside distance; add it")
+        gone = table["distance"] - table["distance"][0]
+        return gone, lambda place: np.interp(place, gone, table["curvature"])
+    if "y" not in table:
+        raise ParameterError(f"{file}: there is no column y beside x; add it")
+    return _through(table["x"], table["y"])
+
+
+def _through(forward: np.ndarray, left: np.ndarray):
+    """The smooth line through points; closed where the last point is the first."""
+    from scipy.interpolate import CubicSpline
+
+    points = np.column_stack([forward, left])
+    chord = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    closed = math.hypot(*(points[-1] - points[0])) < 1e-6 * chord[-1]
+    if closed:
+        points[-1] = points[0]
+    spline = CubicSpline(chord, points, bc_type="periodic" if closed else "natural")
+    fine = np.linspace(0.0, chord[-1], 20 * len(chord) + 1)
+    first, second = spline(fine, 1), spline(fine, 2)
+    length = np.hypot(*first.T)
+    gone = np.concatenate([[0.0], np.cumsum(0.5 * (length[1:] + length[:-1]) * np.diff(fine))])
+    bent = (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / length**3
+    return np.interp(chord, fine, gone), lambda place: np.interp(place, gone, bent)
