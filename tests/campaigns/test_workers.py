@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from campaigns.worker_tasks import do, linger
-from tierod.campaigns.workers import Failure, spread
+from tierod.campaigns.workers import Failure, Workers, spread
 from tierod.errors import OutputError
 
 
@@ -18,6 +18,14 @@ def test_every_task_gives_its_result_whatever_the_number_of_processes():
     tasks = [("square", n) for n in range(7)]
     for processes in (1, 2, 20):
         assert sorted(spread(do, tasks, processes)) == [(n, n * n) for n in range(7)]
+
+
+def test_processes_are_kept_from_one_lot_of_tasks_to_the_next():
+    with Workers(do, 2) as workers:
+        first = {pid for _, pid in workers.run([("pid", 0.2), ("pid", 0.2)])}
+        again = {pid for _, pid in workers.run([("pid", 0.2), ("pid", 0.2)])}
+    assert len(first) == 2
+    assert again == first
 
 
 def test_no_task_needs_no_process():
@@ -61,9 +69,9 @@ def test_workers_compute_with_one_thread_and_the_parent_as_before(monkeypatch):
 PARENT = """
 import sys
 from campaigns.worker_tasks import linger
-from tierod.campaigns.workers import spread
+from tierod.campaigns.workers import Workers
 if __name__ == "__main__":
-    list(spread(linger, [sys.argv[1]], 1))
+    list(Workers(linger, 1).run([sys.argv[1]]))
 """
 
 
@@ -81,8 +89,8 @@ def test_no_worker_outlives_a_parent_that_is_killed(tmp_path):
 
 def test_a_script_without_a_guard_is_told_what_to_do(tmp_path):
     script = tmp_path / "unguarded.py"
-    script.write_text("from campaigns.worker_tasks import do\nfrom tierod.campaigns.workers import spread\n"
-                      "print(list(spread(do, [('square', 2)], 1)))\n")  # fmt: skip
+    script.write_text("from campaigns.worker_tasks import do\nfrom tierod.campaigns.workers import Workers\n"
+                      "print(list(Workers(do, 1).run([('square', 2)])))\n")  # fmt: skip
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
     done = subprocess.run([sys.executable, script], env=environment, capture_output=True, text=True, check=False)
     assert done.returncode != 0

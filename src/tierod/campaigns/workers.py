@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import os
 import signal
+import time
 import traceback
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
-from tierod.errors import OutputError, ParameterError, TierodError
+from tierod.errors import CompileError, MissingExtra, OutputError, ParameterError, TierodError
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Set to one in the workers: they share the cores already, and sums would depend on the number of threads."""
+
+
+LOOK_PERIOD = 0.5
+"""Seconds between two looks whether the parent is there."""
+
+_looked = 0.0
 
 
 @dataclass(frozen=True)
@@ -24,7 +31,7 @@ class Failure:
 
     Args:
         reason: in words
-        lasting: whether the same task would fail again; not so after a crash of the process
+        lasting: whether the same task would fail again; not so after a crash, or where something was not installed
         detail: traceback, if there is one
     """
 
@@ -43,32 +50,29 @@ def stop_if_orphaned() -> None:
     Raises:
         Orphaned: it is gone
     """
-    parent = parent_process()
-    if parent is not None and not parent.is_alive():
+    global _looked
+    if (parent := parent_process()) is None or time.monotonic() - _looked < LOOK_PERIOD:
+        return
+    _looked = time.monotonic()
+    if not parent.is_alive():
         raise Orphaned
 
 
 def spread(work: Callable[[Any], Any], tasks: Sequence[Any], processes: int) -> Iterator[tuple[int, Any]]:
-    """(number of the task, result or Failure) of every task, in the order in which they end.
+    """(number of the task, result or Failure) of one lot of tasks; arguments and errors as of `Workers`."""
+    with Workers(work, processes) as workers:
+        yield from workers.run(tasks)
+
+
+class Workers:
+    """Processes that are kept from one lot of tasks to the next; a context.
 
     Args:
         work: importable function of one task; OSError and OutputError are raised here too, all other exceptions make a
             Failure
-        tasks: picklable; started in their order
         processes: how many work at a time
-
-    Raises:
-        OSError, OutputError: as a task raised it (a full disk, for example); the tasks under way are given up
-        ParameterError: the processes cannot start
     """
-    pool = _Pool(work, min(processes, len(tasks)))
-    try:
-        yield from pool.run(enumerate(tasks))
-    finally:
-        pool.close()
 
-
-class _Pool:
     def __init__(self, work: Callable[[Any], Any], processes: int):
         self.work, self.processes = work, processes
         self.context = get_context("spawn")
@@ -76,28 +80,47 @@ class _Pool:
         self.busy: dict[Connection, int] = {}
         self.starting: set[Connection] = set()
 
-    def run(self, tasks: Iterable[tuple[int, Any]]) -> Iterator[tuple[int, Any]]:
-        waiting = iter(tasks)
-        for _ in range(self.processes):
-            self._give(self._start(), waiting)
+    def __enter__(self) -> Workers:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def run(self, tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+        """(number of the task, result or Failure) of every task, in the order in which they end.
+
+        Args:
+            tasks: picklable; started in their order
+
+        Raises:
+            OSError, OutputError: as a task raised it (a full disk, for example)
+            ParameterError: the processes cannot start
+        """
+        waiting = iter(enumerate(tasks))
+        idle = [connection for connection in self.workers if connection not in self.busy]
+        for number in range(min(self.processes, len(tasks))):
+            self._give(idle[number] if number < len(idle) else self._start(), waiting)
         while self.busy:
             for each in wait(list(self.busy)):
                 assert isinstance(each, Connection)
-                try:
-                    result = each.recv()
-                except (EOFError, OSError):
-                    number, result = self.busy.pop(each), self._bury(each)
-                    self._give(self._start(), waiting)
-                    yield number, result
+                if (answer := self._answer(each)) is None:
                     continue
-                if each in self.starting:
-                    self.starting.remove(each)
-                    continue
-                if isinstance(result, OSError | OutputError):
-                    raise result
-                number = self.busy.pop(each)
-                self._give(each, waiting)
+                number, result = answer
+                self._give(each if each in self.workers else self._start(), waiting)
                 yield number, result
+
+    def _answer(self, connection: Connection) -> tuple[int, Any] | None:
+        """(number of the task, what became of it); None where a process only says that it has started."""
+        try:
+            result = connection.recv()
+        except (EOFError, OSError):
+            return self.busy.pop(connection), self._bury(connection)
+        if connection in self.starting:
+            self.starting.remove(connection)
+            return None
+        if isinstance(result, OSError | OutputError):
+            raise result
+        return self.busy.pop(connection), result
 
     def _start(self) -> Connection:
         ours, theirs = self.context.Pipe()
@@ -137,6 +160,8 @@ class _Pool:
             connection.close()
         for process in self.workers.values():
             process.join()
+        self.workers.clear()
+        self.busy.clear()
 
 
 @contextmanager
@@ -172,7 +197,8 @@ def _done(work: Callable[[Any], Any], task: Any) -> Any:
     except MemoryError:
         return Failure("the memory was not enough; run with fewer --workers", lasting=False)
     except TierodError as error:
-        return Failure(" ".join(str(error).split()), lasting=True)
+        passing = isinstance(error, CompileError | MissingExtra)
+        return Failure(" ".join(str(error).split()), lasting=not passing)
     except Exception as error:
         reason = f"a defect of tierod itself: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
         return Failure(reason, lasting=True, detail=traceback.format_exc())
