@@ -2,7 +2,7 @@
 
 import subprocess
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
 from typing import NamedTuple
@@ -33,6 +33,12 @@ class Other:
     names: tuple[str, ...] = ("a", "b")
 
 
+@dataclass(frozen=True)
+class Placed:
+    value: float
+    place: str = field(compare=False)
+
+
 class Pair(NamedTuple):
     a: float
     b: float
@@ -50,6 +56,7 @@ def test_equal_content_has_one_fingerprint():
     assert fingerprint(made()) == fingerprint(made(more={"y": Path("/elsewhere/a.toml"), "x": 1}))
     assert fingerprint({"a", "b", "c"}) == fingerprint({"c", "b", "a"})
     assert fingerprint([1, 2]) == fingerprint((1, 2))
+    assert fingerprint(Placed(1.0, "here")) == fingerprint(Placed(1.0, "there"))
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ import pytest
 from tierod.campaigns.definition import CampaignFile
 from tierod.campaigns.matrix import points, with_changes
 from tierod.errors import ParameterError
+from tierod.proving_ground.faults.triggers import AtTime
 from tierod.toml import Document, build
 
 HEAD = """name = "steps"
@@ -25,8 +26,9 @@ values = ["small", "large"]
 summer = {}
 winter = { "parameters.chassis.stiffness" = 0.8 }
 [faults.step]
-faults = [{ element = "friction", behaviour = "offset", start = "30 s" }]
-size = "amount"
+element = "steering.friction.level"
+behaviour = "step"
+start = "30 s"
 sizes = [1.5, "4 N*m"]
 """
 
@@ -56,13 +58,22 @@ def test_levels_change_the_scenario():
         "duration": 60,
         "car": "large",
         "parameters.chassis.stiffness": 0.8,
-        "faults": [{"element": "friction", "behaviour": "offset", "start": "30 s", "amount": "4 N*m"}],
     }
 
 
-def test_a_named_fault_gets_its_size_as_a_change():
-    text = HEAD + '[faults.step]\nfaults = ["step"]\nsize = "amount.value"\nsizes = [2]\n' + MONITORS
-    assert matrix(text)[-1].changes({})["faults"] == [{"fault": "step", "amount": {"value": 2}}]
+def test_faults_come_with_their_sizes_and_with_what_acts_together():
+    point = matrix(HEAD + AXES + MONITORS)[2]
+    (fault,) = point.faults
+    assert (fault.name, fault.element, fault.trigger) == ("step", "steering.friction.level", AtTime(30.0))
+    assert fault == fault.with_size(1.5)
+    together = HEAD + """
+[faults.double]
+element = "yaw_rate"
+behaviour = "offset"
+size = "1 deg/s"
+together = [{ element = "driver_torque", behaviour = "total-loss" }]
+""" + MONITORS  # fmt: skip
+    assert [fault.element for fault in matrix(together)[-1].faults] == ["yaw_rate", "driver_torque"]
 
 
 def test_an_axis_sets_what_it_is_told_to():
@@ -96,9 +107,10 @@ def test_without_faults_all_drives_are_sound():
         (HEAD + "[axes.mass]\nvalues = [1]\nlevels = { a = {} }\n", 5, "either values or levels"),
         (HEAD + "[axes.mass]\nset = 'm'\nlevels = { a = {} }\n", 5, "'set' belongs to values"),
         (HEAD + "[axes.mass]\nvalues = [1,\n 1]\n", 7, "two levels '1'"),
-        (HEAD + "[faults.sound]\nfaults = ['a']\n", 5, "cannot be called 'sound'"),
-        (HEAD + "[faults.step]\nfaults = []\n", 5, "no fault is given"),
-        (HEAD + "[faults.step]\nfaults = ['a']\nsizes = [1]\n", 5, "give both or none"),
+        (HEAD + "[faults.sound]\nelement = 'yaw_rate'\n", 5, "cannot be called 'sound'"),
+        (HEAD + "[faults.step]\nsizes = []\n", 5, "'sizes' is a list"),
+        (HEAD + "[faults.step]\nsize = 1\nsizes = [1]\n", 6, "say the same"),
+        (HEAD + "[faults.step]\nelement = 'yaw_rate'\nbehaviour = 'ofset'\n", 7, "did you mean 'offset' or 'noise'?"),
         (HEAD + "sound = false\n", 5, "the matrix is empty"),
         (HEAD + "exclude = [{ fault = 'sound' }]\n", 5, "every cell of the matrix is excluded"),
         (HEAD + "exclude = [{ faul = 'sound' }]\n", 5, "no axis is called 'faul'; did you mean 'fault'?"),

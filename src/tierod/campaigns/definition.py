@@ -37,28 +37,7 @@ class Axis:
         """(level, changes of the scenario, where it stands in the axis) of every level."""
         if self.levels:
             return [(level, changes, ("levels", level)) for level, changes in self.levels.items()]
-        return [(_label(value), {self.set or name: value}, ("values", at)) for at, value in enumerate(self.values)]
-
-
-@dataclass(frozen=True)
-class GivenFault:
-    """A fault in one or several sizes.
-
-    Args:
-        faults: tables as in a scenario, which act together; names of shipped faults or files may stand in their place
-        size: dotted name in the first of them that takes the `sizes`
-        sizes: one level each; none for a fault without sizes
-    """
-
-    faults: tuple[Any, ...]
-    size: str = ""
-    sizes: tuple[Any, ...] = ()
-
-    def __post_init__(self) -> None:
-        if not self.faults:
-            raise ParameterError("no fault is given; write at least one table under 'faults'")
-        if bool(self.size) != bool(self.sizes):
-            raise ParameterError("'size' says which value takes the 'sizes'; give both or none")
+        return [(label(value), {self.set or name: value}, ("values", at)) for at, value in enumerate(self.values)]
 
 
 @dataclass(frozen=True)
@@ -117,7 +96,8 @@ class CampaignFile:
         seeds: of the drives; the innermost axis
         changes: of the scenario by dotted name, for all drives
         axes: name -> axis, outermost first
-        faults: name -> fault; an axis of its own, with the sound drive before them
+        faults: name -> table of a fault as in a scenario, and its `sizes`, one level each; further faults that act with
+            it stand in `together`; an axis of its own, with the sound drive before them
         sound: whether drives without a fault belong to the matrix
         exclude: axis -> level or levels: cells that are left out
         include: axis -> level or levels, and "seeds": cells that are added; axes that are not named have all levels
@@ -134,7 +114,7 @@ class CampaignFile:
     seeds: Seeds | tuple[int, ...]
     changes: Mapping[str, Any] = field(default_factory=dict)
     axes: Mapping[str, Axis] = field(default_factory=dict)
-    faults: Mapping[str, GivenFault] = field(default_factory=dict)
+    faults: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     sound: bool = True
     exclude: tuple[Mapping[str, Any], ...] = ()
     include: tuple[Mapping[str, Any], ...] = ()
@@ -144,7 +124,8 @@ class CampaignFile:
     gates: tuple[GateEntry, ...] = ()
 
 
-def _label(value: Any) -> str:
+def label(value: Any) -> str:
+    """What a level with this value is called."""
     if isinstance(value, bool):
         return "true" if value else "false"
     return f"{value:g}" if isinstance(value, float) else str(value)

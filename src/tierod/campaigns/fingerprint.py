@@ -31,7 +31,7 @@ def fingerprint(*values: Any) -> str:
 
     Args:
         values: dataclasses, mappings, sequences, arrays, sets, texts, numbers; a path counts by its name alone, since
-            what was read from it stands beside it
+            what was read from it stands beside it; fields that do not count in comparisons do not count here
 
     Raises:
         TypeError: something of which the content is not known, such as a function
@@ -77,7 +77,7 @@ def _told_of_class(value: Any) -> Iterator[bytes]:
         yield f"class {value.__module__}.{value.__qualname__}".encode()
         return
     yield f"dataclass {type(value).__qualname__}".encode()
-    for field in dataclasses.fields(value):
+    for field in filter(lambda each: each.compare, dataclasses.fields(value)):
         yield field.name.encode()
         yield from _told(getattr(value, field.name))
 

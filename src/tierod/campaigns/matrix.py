@@ -7,9 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from tierod.campaigns.definition import CampaignFile, Seeds
+from tierod.campaigns.definition import CampaignFile, Seeds, label
 from tierod.campaigns.rows import FAULT, SEED, SIZE, SOUND, is_at
 from tierod.errors import nearest
+from tierod.proving_ground.faults.fault import Fault
 from tierod.toml import Document
 
 Location = tuple[str | int, ...]
@@ -25,11 +26,13 @@ class Level:
         place: axis -> level
         changes: of the scenario, by dotted name
         location: where it stands in the campaign file
+        faults: that it brings
     """
 
     place: Mapping[str, str]
     changes: Mapping[str, Any]
     location: Location
+    faults: tuple[Fault, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,11 @@ class Point:
             merged |= level.changes
         return merged
 
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """That act on the drive."""
+        return tuple(fault for level in self.levels for fault in level.faults)
+
 
 def levels_of(file: CampaignFile, document: Document) -> list[list[Level]]:
     """Every axis with its levels, the faults last.
@@ -72,29 +80,38 @@ def levels_of(file: CampaignFile, document: Document) -> list[list[Level]]:
     for name in file.faults:
         if name == SOUND:
             raise document.error(("faults", name), f"a fault cannot be called '{SOUND}', which is a drive without one")
-        faults += _distinct(_sizes(file, name), document)
+        faults += _distinct(_sizes(file, name, document), document)
     if not faults:
         raise document.error(("sound",), "the matrix is empty: there are no faults, and sound drives are left out")
     return [*axes, faults]
 
 
-def _sizes(file: CampaignFile, name: str) -> list[Level]:
-    given = file.faults[name]
-    if not given.sizes:
-        return [Level({FAULT: name, SIZE: ""}, {"faults": list(given.faults)}, ("faults", name))]
+def _sizes(file: CampaignFile, name: str, document: Document) -> list[Level]:
+    """One fault with its sizes."""
+    table = dict(file.faults[name])
+    location: Location = ("faults", name)
+    sizes, together = table.pop("sizes", None), table.pop("together", [])
+    if not isinstance(together, list) or not (sizes is None or (isinstance(sizes, list) and sizes)):
+        raise document.error(location, "'sizes' is a list of sizes, 'together' a list of further faults; correct that")
+    if sizes is not None and "size" in table:
+        raise document.error((*location, "size"), "'size' and 'sizes' say the same; leave one out")
+    others = [Fault.from_table(each, document, (*location, "together", at)) for at, each in enumerate(together)]
+    table.setdefault("name", name)
+    if sizes is None:
+        return [Level({FAULT: name, SIZE: ""}, {}, location, (_fault(table, document, location), *others))]
     return [
         Level(
-            {FAULT: name, SIZE: f"{size:g}" if isinstance(size, float) else str(size)},
-            {"faults": [_sized(given.faults[0], given.size, size), *given.faults[1:]]},
-            ("faults", name, "sizes", at),
+            {FAULT: name, SIZE: label(size)},
+            {},
+            (*location, "sizes", at),
+            (_fault(table | {"size": size}, document, location), *others),
         )
-        for at, size in enumerate(given.sizes)
+        for at, size in enumerate(sizes)
     ]
 
 
-def _sized(fault: Any, path: str, size: Any) -> Any:
-    """A fault with its size put in; a fault that is only named becomes a table that changes it."""
-    return with_changes(fault if isinstance(fault, Mapping) else {"fault": fault}, {path: size})
+def _fault(table: Mapping[str, Any], document: Document, location: Location) -> Fault:
+    return Fault.from_table(table, document, location)
 
 
 def with_changes(content: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
@@ -209,16 +226,16 @@ def check_where(
     """
     known: dict[str, list[str]] = {}
     for level in itertools.chain(*axes):
-        for axis, label in level.place.items():
-            known.setdefault(axis, []).append(label)
+        for axis, name in level.place.items():
+            known.setdefault(axis, []).append(name)
     known[SEED] = [] if seeds is None else [str(seed) for seed in seeds]
     for axis, wanted in where.items():
         if axis not in known:
             raise document.error((*location, axis), f"no axis is called '{axis}'{nearest(axis, known)}")
-        for label in map(str, wanted if isinstance(wanted, list | tuple) else [wanted]):
-            if label not in known[axis] and not (axis == SEED and seeds is None):
+        for name in map(str, wanted if isinstance(wanted, list | tuple) else [wanted]):
+            if name not in known[axis] and not (axis == SEED and seeds is None):
                 raise document.error(
-                    (*location, axis), f"the axis '{axis}' has no level '{label}'{nearest(label, known[axis])}"
+                    (*location, axis), f"the axis '{axis}' has no level '{name}'{nearest(name, known[axis])}"
                 )
 
 

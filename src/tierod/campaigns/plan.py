@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from tierod.campaigns.definition import LEARNT
 from tierod.campaigns.fingerprint import fingerprint, ground_code, tower_code
 from tierod.campaigns.judging import Window
 from tierod.campaigns.matrix import Point
@@ -108,17 +107,23 @@ class Plan:
         return drive["outcome"] != "failed" and not store.has_recording(drive)
 
     def open_judges(self, cell: Cell, store: Store) -> list[Judge]:
-        """The monitors whose verdict is not there."""
+        """The monitors whose verdict is not there, or could not be made for a reason that may have passed."""
         return [
-            judge
-            for judge in self.judges
-            if store.verdict(self.verdict_name(cell, judge), self.verdict_key(cell, judge)) is None
+            judge for judge in self.judges if not (self.verdict(cell, judge, store) or {"lasting": False})["lasting"]
         ]
+
+    def verdict(self, cell: Cell, judge: Judge, store: Store) -> dict[str, Any] | None:
+        """The record of a verdict."""
+        return store.verdict(self.verdict_name(cell, judge), self.verdict_key(cell, judge))
+
+
+DECIDING = ("car", "course", "duration", "seed", "sensors", "faults", "scatter")
+"""Fields of a scenario that decide its drive; names and descriptions do not."""
 
 
 def drive_key(scenario: Any) -> str:
     """Of all that decides a drive: what is driven and the code that drives."""
-    return fingerprint(scenario.content, ground_code())
+    return fingerprint({name: getattr(scenario, name) for name in DECIDING}, ground_code())
 
 
 def window_of(windows: Sequence[Mapping[str, Any]]) -> Window | None:
@@ -137,6 +142,3 @@ def teachers(points: Sequence[Point], same_car: Sequence[str]) -> list[int | Non
             first.setdefault(car, number)
     found = [first.get(car, -1) for car in cars]
     return [None if teacher == number else teacher for number, teacher in enumerate(found)]
-
-
-__all__ = ["LEARNT", "Cell", "Judge", "Plan", "drive_key", "teachers", "window_of"]
