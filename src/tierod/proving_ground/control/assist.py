@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.physics.assist import assist_torque
+from tierod.graph.maths import limit
+from tierod.physics.assist import active_return_share, active_return_torque, assist_speed_factor, assist_torque
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 
@@ -15,62 +16,114 @@ class AssistMemory(NamedTuple):
     Args:
         driver_torque: of the step before [N*m]
         filtered_torque: driver's torque behind the lead filter [N*m]
+        torque: requested, at the column [N*m]
     """
 
     driver_torque: Any
     filtered_torque: Any
+    torque: Any
 
 
 @dataclass(frozen=True)
-class AssistUnit:
-    """Assist by characteristic and speed, behind a lead filter that keeps the loop with the torsion bar stable.
-
-    Args:
-        linear_gain, quadratic_gain, dead_band, half_speed, maximum_torque: see `tierod.physics.assist`
-        lead_time, lag_time: of the filter (1 + lead s) / (1 + lag s) on the driver's torque
-        motor_gear: turn of the motor per turn of the column, as the unit believes
-        step_time: of the unit
-    """
+class Characteristic:
+    """The assist map, see `tierod.physics.assist.assist_torque`."""
 
     linear_gain: Annotated[float, "", NOT_NEGATIVE] = 2.0
     quadratic_gain: Annotated[float, "1/(N*m)", NOT_NEGATIVE] = 1.5
     dead_band: Annotated[float, "N*m", NOT_NEGATIVE] = 0.0
     half_speed: Annotated[float, "m/s", POSITIVE] = 15.0
+
+    def torque(self, driver_torque: Any, speed: Any, maximum: Any) -> Any:
+        """Assist at the column [N*m] for a driver's torque [N*m] and speed [m/s], below a limit [N*m]."""
+        return assist_torque(
+            driver_torque, speed, self.linear_gain, self.quadratic_gain, self.dead_band, self.half_speed, maximum
+        )
+
+
+@dataclass(frozen=True)
+class ActiveReturn:
+    """Help for a released wheel on its way back, see `tierod.physics.assist`; at most 3 N*m as it stands.
+
+    Args:
+        rate_gain: wanted rate per angle
+        maximum_rate: limit of the wanted rate
+        gain: torque per rate error
+        best_speed: at which all is given
+        fade_torque: driver torque at which a half is left
+    """
+
+    rate_gain: Annotated[float, "1/s", NOT_NEGATIVE] = 1.5
+    maximum_rate: Annotated[float, "rad/s", POSITIVE] = 3.0
+    gain: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 1.0
+    best_speed: Annotated[float, "m/s", POSITIVE] = 6.0
+    fade_torque: Annotated[float, "N*m", POSITIVE] = 1.0
+
+    def torque(self, angle: Any, rate: Any, speed: Any, driver_torque: Any) -> Any:
+        """Torque at the column [N*m]."""
+        share = active_return_share(speed, driver_torque, self.best_speed, self.fade_torque)
+        return share * active_return_torque(angle, rate, self.rate_gain, self.maximum_rate, self.gain)
+
+
+@dataclass(frozen=True)
+class AssistUnit:
+    """Assist by characteristic and speed, active return and damping; a control unit at the step of the car.
+
+    The driver's torque passes a lead filter, without which a high gain makes the loop of bar and motor unstable.
+    Return and damping act on the rate below the bar, which the unit works out from steering wheel and twist: on the
+    rate above the bar they would excite it.
+
+    Args:
+        characteristic: assist map
+        active_return: help on the way back
+        damping: torque per rate of the column at high speed
+        damping_speed: at which half of the damping is given
+        lead_time, lag_time: of the filter (1 + lead s) / (1 + lag s)
+        maximum_torque: limit of the request, at the column
+        torque_rate: limit of the request's rate of change, at the column
+        bar_stiffness: of the torsion bar, as the unit believes
+        motor_ratio: turns of the motor per turn of the column, as the unit believes
+        step_time: of the unit
+    """
+
+    characteristic: Characteristic = field(default_factory=Characteristic)
+    active_return: ActiveReturn = field(default_factory=ActiveReturn)
+    damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.2
+    damping_speed: Annotated[float, "m/s", POSITIVE] = 15.0
+    lead_time: Annotated[float, "s", NOT_NEGATIVE] = 0.008
+    lag_time: Annotated[float, "s", NOT_NEGATIVE] = 0.0005
     maximum_torque: Annotated[float, "N*m", POSITIVE] = 60.0
-    lead_time: Annotated[float, "s", NOT_NEGATIVE] = 0.015
-    lag_time: Annotated[float, "s", NOT_NEGATIVE] = 0.001
-    motor_gear: Annotated[float, "", POSITIVE] = 20.0
+    torque_rate: Annotated[float, "N*m/s", POSITIVE] = 2000.0
+    bar_stiffness: Annotated[float, "N*m/rad", POSITIVE] = 140.0
+    motor_ratio: Annotated[float, "", POSITIVE] = 20.0
     step_time: Annotated[float, "s", POSITIVE] = 1e-3
 
     def remembered(self) -> AssistMemory:
         """At rest."""
-        return AssistMemory(0.0, 0.0)
+        return AssistMemory(0.0, 0.0, 0.0)
 
     def decide(
         self, memory: AssistMemory, driver_torque: Any, speed: Any, angle: Any, rate: Any
     ) -> tuple[AssistMemory, Any]:
-        """Requested torque at the motor shaft [N*m], once a step.
+        """Requested torque at the motor's shaft [N*m], once a step.
 
         Args:
             memory: from the step before
             driver_torque: in the torsion bar [N*m]
-            speed: [m/s]
+            speed: forward speed [m/s]
             angle, rate: of the steering wheel [rad], [rad/s]
         """
-        step = self.step_time
-        inertia = 2.0 * self.lag_time
-        filtered = (
-            (inertia - step) * memory.filtered_torque
-            + (step + 2.0 * self.lead_time) * driver_torque
-            + (step - 2.0 * self.lead_time) * memory.driver_torque
-        ) / (inertia + step)
-        torque = assist_torque(
-            filtered,
-            speed,
-            self.linear_gain,
-            self.quadratic_gain,
-            self.dead_band,
-            self.half_speed,
-            self.maximum_torque,
-        )
-        return AssistMemory(driver_torque, filtered), torque / self.motor_gear
+        filtered = self._lead(memory, driver_torque)
+        rate = rate - (driver_torque - memory.driver_torque) / (self.step_time * self.bar_stiffness)
+        wanted = self.characteristic.torque(filtered, speed, self.maximum_torque)
+        wanted = wanted + self.active_return.torque(angle, rate, speed, driver_torque)
+        wanted = wanted - self.damping * (1.0 - assist_speed_factor(speed, self.damping_speed)) * rate
+        wanted = limit(wanted, -self.maximum_torque, self.maximum_torque)
+        most = self.torque_rate * self.step_time
+        torque = limit(wanted, memory.torque - most, memory.torque + most)
+        return AssistMemory(driver_torque, filtered, torque), torque / self.motor_ratio
+
+    def _lead(self, memory: AssistMemory, driver_torque: Any) -> Any:
+        """(1 + lead s) / (1 + lag s) by Tustin's rule."""
+        step, lead, lag = self.step_time, 2.0 * self.lead_time, 2.0 * self.lag_time
+        torque = (step + lead) * driver_torque + (step - lead) * memory.driver_torque
+        return (torque + (lag - step) * memory.filtered_torque) / (step + lag)

@@ -83,7 +83,7 @@ class ColumnEps:
     wheel_inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.035
     column_inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.001
     damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.4
-    friction: DryFriction = field(default_factory=lambda: DryFriction(level=3.0))
+    friction: DryFriction = field(default_factory=DryFriction)
     reference_load: Annotated[float, "N*m", POSITIVE] = 4.0
     motor: Motor = field(default_factory=Motor)
     linkage: Linkage = field(default_factory=Linkage)

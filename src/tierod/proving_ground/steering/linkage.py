@@ -57,7 +57,8 @@ class Linkage:
         rack_ratio: travel of the rack per turn of the pinion; the default is 55 mm per revolution
         road_wheel_inertia: of one road wheel about its kingpin
         friction: of ball joints and struts, both kingpins together, over the mean steer of the road wheels; under the
-            front axle's load
+            front axle's load; a level of 5 to 20 N*m is typical (0.3 to 1.3 N*m at the steering wheel), the default is
+            none
         reference_load: load of the front axle at which that friction has its level
         end_stop: at both ends of the travel
     """
@@ -68,7 +69,7 @@ class Linkage:
     rack_ratio: Annotated[float, "m/rad", POSITIVE] = 8.75e-3
     road_wheel_inertia: Annotated[float, "kg*m**2", NOT_NEGATIVE] = 0.5
     friction: DryFriction = field(
-        default_factory=lambda: DryFriction(level=15.5, law=Dahl(math.radians(0.1)), load_share=0.3)
+        default_factory=lambda: DryFriction(level=0.0, law=Dahl(math.radians(0.1)), load_share=0.3)
     )
     reference_load: Annotated[float, "N", POSITIVE] = 9400.0
     end_stop: EndStop = field(default_factory=EndStop)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
@@ -11,7 +10,6 @@ from tierod.physics.lash import lash_torque
 from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.proving_ground.parts import Hand, Loads, Steer
 from tierod.proving_ground.steering.friction import DryFriction
-from tierod.proving_ground.steering.friction_laws import Dahl
 from tierod.proving_ground.steering.linkage import Linkage, Resistance
 from tierod.proving_ground.steering.motor import Motor
 from tierod.proving_ground.steering.observed import Dry, Rack, Shaft, SteeringSignals, steering_signals
@@ -44,10 +42,9 @@ class RackMotion(NamedTuple):
 
 
 class RackMemory(NamedTuple):
-    """Dry friction of pinion, rack and kingpins."""
+    """Dry friction of the gear and of the kingpins."""
 
-    pinion: Any
-    rack: Any
+    gear: Any
     kingpins: Any
 
 
@@ -72,8 +69,9 @@ class RackEps:
         rack_damping: viscous, of the rack
         centring: spring that pulls the rack to the middle
         mesh: teeth between pinion and rack
-        friction: dry, at the pinion, under the load of the gear
-        rack_friction: dry, of yoke and bushings at the rack, as torque and angle at the pinion; under the same load
+        friction: dry, of the whole gear, as torque and angle at the pinion; under the load of the gear
+        friction_on_rack: whether it acts on the rack (yoke, bushings, screw: divided by the rack ratio it is a force)
+            or on the pinion
         reference_load: torque of the kingpins at the pinion at which friction has its level
         motor: None for a rack without
         motor_on_rack: whether the motor drives the rack by belt and ball screw; else it drives the pinion
@@ -88,8 +86,8 @@ class RackEps:
     rack_damping: Annotated[float, "N*s/m", NOT_NEGATIVE] = 4e3
     centring: Annotated[float, "N/m", NOT_NEGATIVE] = 0.0
     mesh: Mesh = field(default_factory=Mesh)
-    friction: DryFriction = field(default_factory=lambda: DryFriction(level=1.0))
-    rack_friction: DryFriction = field(default_factory=lambda: DryFriction(level=2.0))
+    friction: DryFriction = field(default_factory=DryFriction)
+    friction_on_rack: bool = True
     reference_load: Annotated[float, "N*m", POSITIVE] = 4.0
     motor: Motor | None = field(default_factory=Motor)
     motor_on_rack: bool = True
@@ -108,7 +106,7 @@ class RackEps:
 
     def remembered(self) -> RackMemory:
         """Friction relaxed."""
-        return RackMemory(self.friction.remembered(), self.rack_friction.remembered(), self.linkage.remembered())
+        return RackMemory(self.friction.remembered(), self.linkage.remembered())
 
     def stiff(self) -> RackMotion:
         """At rest, with teeth in contact."""
@@ -140,15 +138,14 @@ class RackEps:
         """Friction after a step."""
         rack, before = self._rack(motion), self._rack(start)
         return RackMemory(
-            self.friction.advance(memory.pinion, motion.angle - start.angle, motion.rate, angle=motion.angle),
-            self.rack_friction.advance(memory.rack, rack.angle - before.angle, rack.rate, angle=rack.angle),
+            self.friction.advance(memory.gear, *self._rubbed(motion, start), angle=self._rubbing(motion)),
             self.linkage.advance(rack.angle, rack.rate, before.angle, memory.kingpins, loads),
         )
 
     def signals(self, motion: RackMotion, memory: RackMemory, loads: Loads) -> SteeringSignals:
         """What can be seen at one instant."""
         balance, rack = self._balance(motion, motion, memory, loads), self._rack(motion)
-        level = self.friction.sliding_level(motion.angle) + self.rack_friction.sliding_level(rack.angle)
+        level = self.friction.sliding_level(self._rubbing(motion)) + self.linkage.friction_level(rack.angle)
         return steering_signals(
             self.linkage,
             self.hand(motion),
@@ -158,15 +155,14 @@ class RackEps:
             motion.angle,
             rack._replace(acceleration=balance.rack_acceleration / self.linkage.rack_ratio),
             balance.resistance,
-            Dry(level + self.linkage.friction_level(rack.angle), balance.friction + balance.resistance.friction),
+            Dry(level, balance.friction + balance.resistance.friction),
         )
 
     def _balance(self, motion: RackMotion, start: RackMotion, memory: RackMemory, loads: Loads) -> _Balance:
         rack, before, ratio = self._rack(motion), self._rack(start), self.linkage.rack_ratio
         resistance = self.linkage.resistance(rack.angle, rack.rate, before.angle, memory.kingpins, loads)
         load = resistance.kingpin / self.reference_load
-        friction = self.friction.torque(memory.pinion, motion.angle - start.angle, motion.rate, load, motion.angle)
-        rack_friction = self.rack_friction.torque(memory.rack, rack.angle - before.angle, rack.rate, load, rack.angle)
+        friction = self.friction.torque(memory.gear, *self._rubbed(motion, start), load, self._rubbing(motion))
         mesh = self.mesh
         passed = lash_torque(
             ratio * motion.angle - motion.position,
@@ -176,8 +172,12 @@ class RackEps:
             mesh.play,
         )
         at_pinion, at_rack, inertia, mass = self._motor(motion)
-        drive = at_pinion - friction - viscous(motion.rate, self.pinion_damping) - ratio * passed
-        push = passed + (at_rack - resistance.total - rack_friction) / ratio
+        if self.friction_on_rack:
+            at_rack = at_rack - friction
+        else:
+            at_pinion = at_pinion - friction
+        drive = at_pinion - viscous(motion.rate, self.pinion_damping) - ratio * passed
+        push = passed + (at_rack - resistance.total) / ratio
         push = push - viscous(motion.speed, self.rack_damping) - self.centring * motion.position
         if self.torsion_bar is None:
             driver = loads.hand_torque
@@ -186,12 +186,20 @@ class RackEps:
             driver = self.torsion_bar.torque(motion.wheel, motion.angle, motion.rate)
             acceleration = (driver + drive) / inertia
             wheel_acceleration = (loads.hand_torque - driver) / self.wheel_inertia
-        dry = friction + rack_friction
-        return _Balance(driver, dry, resistance, acceleration, push / mass, wheel_acceleration)
+        return _Balance(driver, friction, resistance, acceleration, push / mass, wheel_acceleration)
 
     def _rack(self, motion: RackMotion) -> Rack:
         ratio = self.linkage.rack_ratio
         return Rack(motion.position / ratio, motion.speed / ratio, 0.0)
+
+    def _rubbing(self, motion: RackMotion) -> Any:
+        """Angle of the pinion at the place of the friction [rad]."""
+        return motion.position / self.linkage.rack_ratio if self.friction_on_rack else motion.angle
+
+    def _rubbed(self, motion: RackMotion, start: RackMotion) -> tuple[Any, Any]:
+        """Path since the start of the step and rate there [rad], [rad/s]."""
+        turned = self._rubbing(motion) - self._rubbing(start)
+        return turned, motion.speed / self.linkage.rack_ratio if self.friction_on_rack else motion.rate
 
     def _shaft(self, motion: RackMotion) -> Shaft:
         if self.motor is None:
@@ -212,32 +220,3 @@ class RackEps:
         if self.motor_on_rack:
             return 0.0, torque, self.pinion_inertia, mass + rotor / (ratio * ratio)
         return torque, 0.0, self.pinion_inertia + rotor, mass
-
-
-def demonstrator_rack() -> RackEps:
-    """Rack and pinion of the demonstrator of Li, Frey and Gauterin, without its motors, which turn the column.
-
-    Source: Table A1 of the paper, without steering wheel and torsion bar. The inertia is printed as 45 kg*m**2 and
-    taken as 0.045, shared between `wheel_inertia` and `pinion_inertia`, of which only the sum counts. The ratio is
-    printed as the reciprocal of what eqs (1) to (5) need. The build-up angle of friction is assumed.
-    """
-    return RackEps(
-        wheel_inertia=0.040,
-        pinion_inertia=0.005,
-        pinion_damping=0.0,
-        rack_mass=3.0,
-        rack_damping=22867.0,
-        centring=31227.0,
-        mesh=Mesh(1e8, 1e3),
-        friction=DryFriction(level=1.11, law=Dahl(math.radians(1.0))),
-        rack_friction=DryFriction(level=0.0),
-        motor=None,
-        linkage=Linkage(
-            ratio=1.0 / 19.7,
-            ackermann_gain=0.0,
-            rack_ratio=1.0 / 146.12,
-            road_wheel_inertia=0.0,
-            friction=DryFriction(level=0.0),
-        ),
-        torsion_bar=None,
-    )
