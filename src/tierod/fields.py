@@ -49,15 +49,19 @@ def meaning(annotation: Any) -> Meaning:
     return Meaning(hint, unit, next((note for note in notes if isinstance(note, Range)), None))
 
 
+def alternatives(hint: Any) -> tuple[Any, ...]:
+    """The members of a union without None, as they are written; the hint itself where it is none."""
+    if get_origin(hint) in (Union, UnionType):
+        return tuple(member for member in get_args(hint) if member is not type(None))
+    return (hint,)
+
+
 def members(means: Meaning) -> tuple[Meaning, ...]:
     """The members of a union without None, also of unions within it; notes of the whole where they have none."""
-    if get_origin(means.hint) not in (Union, UnionType):
+    parts = alternatives(means.hint)
+    if parts == (means.hint,):
         return (means,)
-    found: list[Meaning] = []
-    for member in get_args(means.hint):
-        if member is not type(None):
-            found.extend(members(below(member, means)))
-    return tuple(found)
+    return tuple(found for part in parts for found in members(below(part, means)))
 
 
 def below(annotation: Any, above: Meaning) -> Meaning:
