@@ -13,7 +13,8 @@ def ackermann_angle(mean_angle: Any, gain: Any) -> Any:
         gain: half the difference of both wheels per squared steer [1/rad]; track / (2 wheelbase) lets all wheels roll
             about one centre (full Ackermann), zero keeps the wheels parallel
 
-    Second order of cot(right) - cot(left) = track / wheelbase; at 0.5 rad within 0.5 % of the full condition.
+    Validity: the second order of cot(right) - cot(left) = track / wheelbase; the difference of both wheels is 5 % too
+    large at 0.35 rad and 11 % at 0.5 rad.
     Source: Rajamani, Vehicle Dynamics and Control (2012), section 2.2:
     the difference of both wheels is steer^2 track / wheelbase.
     """
