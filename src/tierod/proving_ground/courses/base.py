@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -16,8 +16,6 @@ from tierod.proving_ground.courses.way import Way
 
 TOLERATED_LAG = 3.0
 """A car may be so far [m] behind or ahead of its plan before it is hurried or held back."""
-CATCHING_UP = 0.2
-"""Speed per distance behind plan beyond that [1/s]."""
 HASTE = 1.05
 """A car behind its plan may drive so much faster than the way allows."""
 _CONDITIONS, WAY = 1, 2
@@ -72,6 +70,9 @@ class WayCourse(Described):
 
     pace: Pace = field(default_factory=Pace)
 
+    catching_up: ClassVar[float] = 0.2
+    """Speed per distance behind plan beyond what is tolerated [1/s]."""
+
     @cached_property
     def way(self) -> Way:
         """The road, and where it stops."""
@@ -114,7 +115,7 @@ class WayCourse(Described):
         allowed, rise = HASTE * columns.pop("allowed"), columns.pop("rise")
         lag = planned["distance"] - distance
         lag -= np.minimum(np.maximum(lag, -TOLERATED_LAG), TOLERATED_LAG)
-        wanted = planned["speed"] + CATCHING_UP * lag
+        wanted = planned["speed"] + self.catching_up * lag
         hurried = wanted > allowed
         columns["demand.speed"] = np.maximum(np.where(hurried, allowed, wanted), 0.0)
         columns["demand.acceleration"] = np.where(hurried, rise, planned["acceleration"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 
@@ -19,7 +19,14 @@ _POINT = 0.05
 
 
 @dataclass(frozen=True)
-class StraightLane(WayCourse):
+class AtWill(WayCourse):
+    """Base of the tests whose speed is given over time: nobody hurries to be somewhere in time."""
+
+    catching_up: ClassVar[float] = 0.0
+
+
+@dataclass(frozen=True)
+class StraightLane(AtWill):
     """Straight on at a constant speed; its conditions make the test: hands off, crosswind, torque steps.
 
     Args:
@@ -42,7 +49,7 @@ class StraightLane(WayCourse):
 
 
 @dataclass(frozen=True)
-class Slalom(WayCourse):
+class Slalom(AtWill):
     """Round a row of cones, left and right in turn.
 
     Args:
@@ -71,7 +78,7 @@ class Slalom(WayCourse):
 
 
 @dataclass(frozen=True)
-class DoubleLaneChange(WayCourse):
+class DoubleLaneChange(AtWill):
     """To the neighbouring lane and back, through lanes of cones.
 
     Args:
@@ -110,7 +117,7 @@ class DoubleLaneChange(WayCourse):
 
 
 @dataclass(frozen=True)
-class SteadyCircle(WayCourse):
+class SteadyCircle(AtWill):
     """Round a circle while the speed rises slowly; the constant-radius test of ISO 4138.
 
     Args:

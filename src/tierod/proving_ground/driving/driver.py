@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
 from tierod.block import Ring
-from tierod.graph.maths import arctan, limit, maximum
+from tierod.graph.maths import arctan, limit, maximum, minimum
 from tierod.physics.single_track import steady_road_wheel_angle
 from tierod.proving_ground.driving.pedals import Foot, Pedals
 from tierod.proving_ground.parts import Demand, Hand, Intent, Seen
@@ -22,9 +22,10 @@ class Muscles(NamedTuple):
 
 
 class Mind(NamedTuple):
-    """What a driver remembers: offsets not yet reacted to, and the foot."""
+    """What a driver remembers: offsets not yet reacted to, curvature that is being steered, and the foot."""
 
     offset_ahead: Ring
+    curvature: Any
     foot: Foot
 
 
@@ -40,6 +41,7 @@ class HumanDriver:
         mass: believed, of the car
         wheelbase: believed
         understeer_gradient: believed, extra road-wheel angle per lateral acceleration
+        rear_distance: believed, from the centre of gravity to the rear axle; a car's middle turns in before its rear
         steering_ratio: believed, road-wheel angle per steering-wheel angle
         arm_stiffness: torque per angle between muscles and wheel
         arm_damping: torque per rate between muscles and wheel
@@ -48,6 +50,8 @@ class HumanDriver:
         preview_time: how far ahead the offset from the road is judged
         anticipation: how early the road's curvature is steered, makes up for muscles and vehicle
         correction: share of the offset correction that the person makes with full attention
+        greatest_offset: an offset beyond it is corrected no faster
+        expected_effort: believed torque at the steering wheel per lateral acceleration, which the arms press in advance
         persistence: integral gain on the remaining angle error, for a person told to reach an angle (no attention to
             a lane, hands on the wheel)
         slowest_correction: speed below which the offset is corrected the less, not at all at rest
@@ -59,14 +63,17 @@ class HumanDriver:
     mass: Annotated[float, "kg", POSITIVE] = 1600.0
     wheelbase: Annotated[float, "m", POSITIVE] = 2.83
     understeer_gradient: Annotated[float, "rad*s**2/m", ANY] = 3.73e-3
+    rear_distance: Annotated[float, "m", POSITIVE] = 1.69
     steering_ratio: Annotated[float, "", POSITIVE] = 1.0 / 15.5
-    arm_stiffness: Annotated[float, "N*m/rad", NOT_NEGATIVE] = 40.0
+    arm_stiffness: Annotated[float, "N*m/rad", POSITIVE] = 40.0
     arm_damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 2.0
     muscle_time: Annotated[float, "s", POSITIVE] = 0.08
     torque_limit: Annotated[float, "N*m", POSITIVE] = 15.0
     preview_time: Annotated[float, "s", POSITIVE] = 1.5
     anticipation: Annotated[float, "s", NOT_NEGATIVE] = 0.25
-    correction: Annotated[float, "", NOT_NEGATIVE] = 1.0
+    correction: Annotated[float, "", NOT_NEGATIVE] = 1.5
+    greatest_offset: Annotated[float, "m", POSITIVE] = 1.5
+    expected_effort: Annotated[float, "N*m*s**2/m", NOT_NEGATIVE] = 0.8
     persistence: Annotated[float, "1/s", NOT_NEGATIVE] = 3.0
     slowest_correction: Annotated[float, "m/s", POSITIVE] = 3.0
     pedals: Pedals = field(default_factory=Pedals)
@@ -79,7 +86,7 @@ class HumanDriver:
 
     def remembered(self) -> Mind:
         """Nothing seen yet."""
-        return Mind(Ring(self.delay_steps), self.pedals.remembered())
+        return Mind(Ring(self.delay_steps), 0.0, self.pedals.remembered())
 
     def decide(self, memory: Mind, seen: Seen, demand: Demand) -> tuple[Mind, Intent]:
         """Once a step: judge what is seen, after the reaction time.
@@ -92,18 +99,23 @@ class HumanDriver:
         foot, acceleration = self.pedals.press(
             memory.foot, seen.speed, demand.speed, demand.acceleration, self.step_time
         )
-        curvature = demand.curvature_ahead + self._correcting(memory.offset_ahead.oldest, seen.speed, demand.attention)
+        attention = demand.attention * limit(seen.speed / self.slowest_correction, 0.0, 1.0)
+        offset = memory.offset_ahead.oldest
+        gone = minimum(seen.speed * self.step_time / self.rear_distance, 1.0)
+        ahead = memory.curvature + gone * (demand.curvature_ahead - memory.curvature)
+        curvature = ahead + self._correcting(attention * offset, seen.speed)
         steer = arctan(steady_road_wheel_angle(curvature, seen.speed, self.wheelbase, self.understeer_gradient))
-        wanted = demand.steering_wheel_angle + steer / self.steering_ratio
+        pressed = self.expected_effort * seen.speed * seen.speed * ahead / self.arm_stiffness
+        wanted = demand.steering_wheel_angle + steer / self.steering_ratio + pressed
         offset_rate = seen.speed * seen.heading_error + seen.lateral_speed
-        offset_ahead = memory.offset_ahead.push(seen.lateral_offset + self.preview_time * offset_rate)
-        return Mind(offset_ahead, foot), Intent(wanted, self.mass * acceleration)
+        near = limit(seen.lateral_offset, -self.greatest_offset, self.greatest_offset)
+        noticed = memory.offset_ahead.push(near + self.preview_time * offset_rate)
+        return Mind(noticed, ahead, foot), Intent(wanted, self.mass * acceleration)
 
-    def _correcting(self, offset_ahead: Any, speed: Any, attention: Any) -> Any:
+    def _correcting(self, offset_ahead: Any, speed: Any) -> Any:
         """Curvature [1/m] that would lead back to the path over the preview distance."""
         reach = self.preview_time * maximum(speed, self.slowest_correction)
-        rolling = limit(speed / self.slowest_correction, 0.0, 1.0)
-        return -2.0 * self.correction * attention * rolling * offset_ahead / (reach * reach)
+        return -2.0 * self.correction * offset_ahead / (reach * reach)
 
     def hand_torque(self, motion: Muscles, hand: Hand, demand: Demand) -> Any:
         """Torque of the hands on the steering wheel [N*m].
