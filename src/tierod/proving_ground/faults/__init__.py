@@ -1,0 +1,63 @@
+"""Faults as data: element, behaviour, trigger and duration, apart from vehicle and scenario."""
+
+from tierod.proving_ground.faults.behaviours import (
+    BEHAVIOURS,
+    BitFlip,
+    Course,
+    Delay,
+    Drift,
+    DropOut,
+    Gain,
+    Intermittent,
+    Noise,
+    Offset,
+    Outlier,
+    Ramp,
+    Scale,
+    Sluggish,
+    Spikes,
+    Step,
+    Stuck,
+    TorqueLoss,
+    TotalLoss,
+    WithTemperature,
+)
+from tierod.proving_ground.faults.fault import Effect, Fault
+from tierod.proving_ground.faults.schedule import Schedule
+from tierod.proving_ground.faults.shipped import FaultFile, load, shipped
+from tierod.proving_ground.faults.triggers import Always, AtDistance, AtTime, When, Within, trigger_of
+
+__all__ = [
+    "BEHAVIOURS",
+    "Always",
+    "AtDistance",
+    "AtTime",
+    "BitFlip",
+    "Course",
+    "Delay",
+    "Drift",
+    "DropOut",
+    "Effect",
+    "Fault",
+    "FaultFile",
+    "Gain",
+    "Intermittent",
+    "Noise",
+    "Offset",
+    "Outlier",
+    "Ramp",
+    "Scale",
+    "Schedule",
+    "Sluggish",
+    "Spikes",
+    "Step",
+    "Stuck",
+    "TorqueLoss",
+    "TotalLoss",
+    "When",
+    "WithTemperature",
+    "Within",
+    "load",
+    "shipped",
+    "trigger_of",
+]

@@ -1,0 +1,146 @@
+"""A fault made ready for one run: checked against car and sensors, with its window and its chance."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tierod.errors import ParameterError
+from tierod.proving_ground.faults.behaviour import SIGNAL, Behaviour
+from tierod.proving_ground.faults.chance import Chance
+from tierod.proving_ground.faults.changes import Course
+from tierod.proving_ground.faults.elements import Reach, Target
+from tierod.proving_ground.faults.fault import Fault, resolved
+from tierod.proving_ground.faults.triggers import AtDistance, AtTime, When, Within
+from tierod.proving_ground.faults.watch import Watch
+
+_LOOP_RATE = 1000.0
+"""Steps per second of control loops [Hz]."""
+_EARLY = 1e-9
+"""Rounding of the clock of a run [s]."""
+
+
+class Change(NamedTuple):
+    """One effect of a fault: a behaviour, with amounts in the unit of its targets."""
+
+    behaviour: Behaviour
+    targets: tuple[Target, ...]
+
+
+class Active:
+    """A fault in a run: when it began, and its chance.
+
+    Args:
+        fault: as given
+        changes: its effects
+        key: single out run and fault, for chance
+        rates: readings per second of what every effect acts on [Hz]
+    """
+
+    def __init__(self, fault: Fault, changes: tuple[Change, ...], key: tuple[int, ...], rates: tuple[float, ...]):
+        self.fault, self.changes, self.key, self.rates = fault, changes, key, rates
+        self.start: float | None = None
+        self.end = np.inf
+        self.watch: Watch | None = None
+        self.chances: tuple[Chance, ...] = ()
+
+    def begin(self, start: float, seconds: float) -> None:
+        """The fault begins.
+
+        Args:
+            start: when [s]
+            seconds: when the run ends [s]
+        """
+        lasts = self.fault.duration or self.fault.behaviour.usual_duration
+        self.start, self.watch = start, None
+        self.end = seconds if lasts is None else min(start + lasts, seconds)
+        self.chances = tuple(
+            Chance((*self.key, number), start, self.end - start, rate) for number, rate in enumerate(self.rates)
+        )
+
+    def during(self, time: np.ndarray) -> np.ndarray:
+        """Whether it lasts at given times [s]."""
+        if self.start is None:
+            return np.zeros(len(time), dtype=bool)
+        return (time >= self.start - _EARLY) & (time < self.end - _EARLY)
+
+
+def prepared(fault: Fault, reach: Reach, key: tuple[int, ...], seconds: float) -> Active:
+    """A fault ready for a run.
+
+    Args:
+        fault: as given
+        reach: what faults can change about the car
+        key: for chance
+        seconds: duration of the run [s]
+
+    Raises:
+        ParameterError: the fault does not fit the car, its sensors or the run
+    """
+    changes = tuple(_change(fault, reach, each.element, each.behaviour, seconds) for each in fault.effects)
+    active = Active(fault, changes, key, tuple(_rate(change, reach) for change in changes))
+    trigger = fault.trigger
+    if isinstance(trigger, AtDistance | When):
+        try:
+            active.watch = Watch(trigger, reach)
+        except ParameterError as error:
+            raise fault.error("trigger", str(error)) from None
+    else:
+        active.begin(_start(fault, key, seconds), seconds)
+    return active
+
+
+def _change(fault: Fault, reach: Reach, element: str, behaviour: Behaviour, seconds: float) -> Change:
+    try:
+        targets = reach.targets(element, behaviour)
+    except ParameterError as error:
+        raise fault.error("behaviour" if "does not fit" in str(error) else "element", str(error)) from None
+    behaviour = resolved(fault, behaviour, targets[0].unit)
+    for target in targets:
+        if target.role == SIGNAL:
+            _check_reading(fault, behaviour, reach, target)
+        elif target.limits is not None:
+            _check_range(fault, behaviour, target, seconds)
+    return Change(behaviour, targets)
+
+
+def _check_reading(fault: Fault, behaviour: Behaviour, reach: Reach, target: Target) -> None:
+    """Refuse what a recorded channel cannot do, such as a bit flip without a last bit."""
+    nothing = np.empty(0)
+    try:
+        behaviour.on_channel(nothing, nothing, nothing > 0.0, reach.sensors[target.name], Chance((0,), 0.0, 0.0))
+    except ParameterError as error:
+        raise fault.error("behaviour", str(error)) from None
+
+
+def _check_range(fault: Fault, behaviour: Behaviour, target: Target, seconds: float) -> None:
+    """Refuse what takes a parameter out of its range; each fault by itself."""
+    assert target.limits is not None
+    core = behaviour.core
+    since = np.union1d(np.linspace(0.0, seconds, 101), core.times if isinstance(core, Course) else [])
+    change = core.change(since, Chance((0,), 0.0, 0.0))
+    values = np.atleast_1d(change.gain * target.usual + change.offset)
+    wrong = next((value for value in values if not target.limits.holds(value)), None)
+    if wrong is not None:
+        unit = f" {target.unit}" if target.unit else ""
+        message = f"'{target.name}' would become {wrong:g}{unit}, but has to be {target.limits}{unit}"
+        raise fault.error("size", message)
+
+
+def _rate(change: Change, reach: Reach) -> float:
+    names = [target.name for target in change.targets if target.role == SIGNAL]
+    return reach.sensors[names[0]].rate if names else _LOOP_RATE
+
+
+def _start(fault: Fault, key: tuple[int, ...], seconds: float) -> float:
+    trigger: Any = fault.trigger
+    if isinstance(trigger, Within):
+        start, latest = float(np.random.default_rng(key).uniform(trigger.earliest, trigger.latest)), trigger.latest
+    else:
+        start = latest = trigger.time if isinstance(trigger, AtTime) else 0.0
+    if not latest < seconds:
+        raise fault.error(
+            "trigger", f"the fault begins at {latest:g} s, but the run ends at {seconds:g} s; begin earlier"
+        )
+    return start

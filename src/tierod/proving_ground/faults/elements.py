@@ -1,0 +1,196 @@
+"""What of a car a fault can change, and in what unit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any, NamedTuple
+
+from tierod.block import leaves, skeleton, units
+from tierod.errors import ParameterError, nearest
+from tierod.fields import Number, numbers
+from tierod.graph.trace import trace
+from tierod.proving_ground.faults.behaviour import ACTUATOR, LOOP, PARAMETER, SIGNAL, SURROUNDING, Behaviour
+from tierod.proving_ground.faults.behaviours import BEHAVIOURS
+from tierod.proving_ground.faults.changes import Sluggish
+from tierod.proving_ground.parts import Demand, Road, Wind
+from tierod.proving_ground.recorder import channel_names, declared_units
+from tierod.proving_ground.sensors import SensorSet
+from tierod.ranges import Range
+from tierod.signals import SIGNALS
+from tierod.toml_builder import kind_name
+
+PREFIXES = {"sensor.": SIGNAL, "loop.": LOOP, "actuator.": ACTUATOR, "car.": PARAMETER}
+"""How a name says which of several things it means."""
+
+_AROUND: Mapping[str, Any] = {"road": Road, "wind": Wind, "demand": Demand}
+
+
+class Target(NamedTuple):
+    """Where an effect of a fault goes.
+
+    Args:
+        role: SIGNAL, LOOP, ACTUATOR, PARAMETER or SURROUNDING
+        name: channel, port, dotted path of a parameter, or input of the car
+        unit: of its values; None where nothing says
+        usual: value without fault, of a parameter
+        limits: of a parameter
+    """
+
+    role: str
+    name: str
+    unit: str | None
+    usual: float = 0.0
+    limits: Range | None = None
+
+
+def split(element: str) -> tuple[str, str]:
+    """(prefix or "", rest) of the name of an element."""
+    prefix = next((each for each in PREFIXES if element.startswith(each)), "")
+    return prefix, element.removeprefix(prefix)
+
+
+def unit_without_car(element: str) -> str | None:
+    """The unit of an element whose name tells it; None where it takes a car."""
+    _, name = split(element.split("|")[0].strip())
+    if name in SIGNALS:
+        return SIGNALS[name].unit
+    head, _, rest = name.partition(".")
+    if head in _AROUND and rest in _AROUND[head]._fields:
+        return units(_AROUND[head])[_AROUND[head]._fields.index(rest)]
+    return None
+
+
+class Reach:
+    """All that faults can change about a car with its sensors.
+
+    Args:
+        car: a block
+        sensors: that read it
+    """
+
+    def __init__(self, car: Any, sensors: SensorSet):
+        self.car, self.sensors = car, sensors
+
+    @cached_property
+    def outputs(self) -> dict[str, str | None]:
+        """Unit of every channel of the car, None where nothing says."""
+        declared = declared_units(trace(self.car).output_tree)
+        return {name: SIGNALS[name].unit if name in SIGNALS else declared.get(name) for name in channel_names(self.car)}
+
+    @cached_property
+    def inputs(self) -> dict[str, str]:
+        """Unit of every input of the car by dotted name."""
+        names = [name for name, _ in leaves(skeleton(self.car.Sample))]
+        return dict(zip(names, units(self.car.Sample), strict=True))
+
+    @cached_property
+    def parameters(self) -> dict[str, Number]:
+        """Every float field of the car by dotted path."""
+        return numbers(self.car)
+
+    @property
+    def recorded(self) -> set[str]:
+        """Channels that are measured."""
+        return set(self.sensors.sensors) & set(self.outputs)
+
+    @property
+    def ports(self) -> set[str]:
+        """Signals and actuators in the car's own loops."""
+        return {name.split(".")[1] for name in self.inputs if name.startswith("ports.")}
+
+    @property
+    def actuators(self) -> set[str]:
+        """Ports whose torque moves something."""
+        steering = getattr(self.car, "steering", None)
+        own = getattr(self.car, "actuators", getattr(steering, "actuators", ()))
+        return set(own) & self.ports
+
+    @property
+    def surroundings(self) -> set[str]:
+        """Inputs of the car that are no ports."""
+        return {name for name in self.inputs if not name.startswith("ports.")}
+
+    def by_role(self) -> dict[str, set[str]]:
+        """Every name that a fault can change, by what it is."""
+        return {
+            SIGNAL: self.recorded,
+            LOOP: self.ports - self.actuators,
+            ACTUATOR: self.actuators,
+            PARAMETER: set(self.parameters),
+            SURROUNDING: self.surroundings,
+        }
+
+    def targets(self, element: str, behaviour: Behaviour) -> tuple[Target, ...]:
+        """Where a behaviour of an element goes: a signal that is recorded and read in the loop is two targets.
+
+        Args:
+            element: name, or several with "|" between them, of which the first that the car has is taken
+            behaviour: what it does
+
+        Raises:
+            ParameterError: the car has no such element, or it cannot behave so
+        """
+        known = self.by_role()
+        names = [name.strip() for name in element.split("|")]
+        for name in names:
+            prefix, plain = split(name)
+            roles = [role for role in known if plain in known[role] and PREFIXES.get(prefix, role) == role]
+            if roles:
+                return tuple(self._target(role, plain, behaviour) for role in _chosen(plain, roles, behaviour))
+        raise ParameterError(self._missing(names[0], known))
+
+    def _missing(self, name: str, known: Mapping[str, set[str]]) -> str:
+        prefix, plain = split(name)
+        if plain in SIGNALS and plain in self.outputs and not prefix:
+            return f"no sensor records '{plain}'; add one to the sensors"
+        role = PREFIXES.get(prefix)
+        names = known[role] if role else set().union(*known.values())
+        what = f"no {role} called" if role else "no"
+        return f"the car has {what} '{plain}' that could fail{nearest(plain, names)}"
+
+    def _target(self, role: str, name: str, behaviour: Behaviour) -> Target:
+        if role == ACTUATOR and isinstance(behaviour.core, Sluggish):
+            role, name = PARAMETER, self._lag_of(name)
+        if role == PARAMETER:
+            number = self.parameters[name]
+            return Target(role, name, number.unit, number.value, number.limits)
+        if role == SURROUNDING:
+            return Target(role, name, self.inputs[name])
+        return Target(role, name, SIGNALS[name].unit if name in SIGNALS else self.outputs.get(name))
+
+    def _lag_of(self, actuator: str) -> str:
+        """The parameter that is an actuator's time constant."""
+        stem = actuator.removesuffix("_torque")
+        for path in (f"steering.{stem}_lag", f"steering.{stem}.lag", f"powertrain.{stem}.lag", "powertrain.lag"):
+            if path in self.parameters:
+                return path
+        raise ParameterError(f"'{actuator}' of this car has no time constant that could grow; choose another behaviour")
+
+
+def _chosen(name: str, roles: list[str], behaviour: Behaviour) -> list[str]:
+    """What a name means beside a behaviour."""
+    fits, kind = behaviour.core.fits, kind_name(type(behaviour.core))
+    if SIGNAL in roles and ACTUATOR in roles:
+        if {SIGNAL, ACTUATOR} <= fits:
+            raise ParameterError(
+                f"'{name}' is an actuator and a recorded signal; write 'actuator.{name}' or 'sensor.{name}'"
+            )
+        roles = [ACTUATOR] if ACTUATOR in fits else [SIGNAL]
+    for role in roles:
+        if role not in fits:
+            possible = sorted(each for each, kinds in BEHAVIOURS.items() if role in kinds.fits)
+            message = f"'{kind}' does not fit '{name}', {_WORDS[role]}; possible: {', '.join(possible)}"
+            if len(roles) > 1 and SIGNAL in fits:
+                message += f"; or leave the loop alone with 'sensor.{name}'"
+            raise ParameterError(message)
+    return roles
+
+
+_WORDS = {
+    SIGNAL: "a recorded signal",
+    LOOP: "which a control unit of the car reads",
+    ACTUATOR: "an actuator",
+    PARAMETER: "a parameter of the car",
+    SURROUNDING: "something around the car",
+}

@@ -1,0 +1,160 @@
+"""A fault as data: what fails, how, from when, and for how long; apart from vehicle and scenario."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+from tierod.errors import ParameterError
+from tierod.fields import check_ranges
+from tierod.proving_ground.faults.behaviour import Behaviour
+from tierod.proving_ground.faults.behaviours import AnyBehaviour
+from tierod.proving_ground.faults.triggers import Always, AnyTrigger
+from tierod.ranges import POSITIVE
+from tierod.toml import Document, Location, build
+from tierod.toml_builder import kind_name
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One element and what it does."""
+
+    element: str
+    behaviour: AnyBehaviour
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where in a file a fault stands."""
+
+    document: Document
+    location: tuple[str | int, ...]
+
+    def error(self, part: str, message: str) -> ParameterError:
+        """An error that points at the line of a part, or of the short form that gave it."""
+        table: Any = self.document.content
+        for name in self.location:
+            table = table[name]
+        forms = {"size": ("size", "behaviour"), "trigger": ("start", "trigger"), "duration": ("end", "duration")}
+        known = forms.get(part, (part,))
+        return self.document.error((*self.location, next((key for key in known if key in table), known[-1])), message)
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One fault.
+
+    Args:
+        element: a signal ("yaw_rate", both in the recording and where the car's control units read it), a parameter of
+            the car ("steering.friction.level") or something around it ("road.adhesion_left"); "sensor.", "loop.",
+            "actuator." or "car." before the name says which is meant; of names with "|" between them the first that the
+            car has is taken
+        behaviour: what it does
+        trigger: when it begins
+        duration: how long it lasts [s]; None until the end, or a second for an outlier
+        name: short; made from element and behaviour if empty
+        also: further effects of the same fault, over the same time
+        origin: where it stands, for messages
+    """
+
+    element: str
+    behaviour: AnyBehaviour
+    trigger: AnyTrigger = field(default_factory=Always)
+    duration: Annotated[float, "s", POSITIVE] | None = None
+    name: str = ""
+    also: tuple[Effect, ...] = ()
+    origin: Origin | None = field(default=None, compare=False, repr=False)
+
+    def __post_init__(self):
+        check_ranges(self)
+
+    @property
+    def label(self) -> str:
+        """The name, or what stands for it."""
+        return self.name or f"{self.element} {kind_name(type(self.behaviour))}"
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """All that it does."""
+        return (Effect(self.element, self.behaviour), *self.also)
+
+    def with_size(self, size: Any) -> Fault:
+        """The fault in another size: the main field of its behaviour, see `Behaviour.main`.
+
+        Raises:
+            ParameterError: it has no size
+        """
+        return replace(self, behaviour=_sized(self.behaviour, size))
+
+    def error(self, part: str, message: str) -> ParameterError:
+        """An error that names the fault's line, or the fault.
+
+        Args:
+            part: "element", "behaviour", "size", "trigger" or "duration"
+            message: what is wrong
+        """
+        if self.origin is None:
+            return ParameterError(f"fault '{self.label}': {message}")
+        return self.origin.error(part, message)
+
+    @classmethod
+    def from_table(
+        cls, table: Mapping[str, Any], document: Document, location: Location = (), base: Fault | None = None
+    ) -> Fault:
+        """The fault that a table describes.
+
+        Args:
+            table: `element`; `behaviour` as a table with `kind`, or its name beside `size`; `trigger` as a table with
+                `kind` or a text as of `trigger_of`, or `start`; `duration` or `end`; `name`; `also`. With `use`, the
+                name of a shipped fault or a file beside the document, the rest changes that one.
+            document, location: where the table stands
+            base: what holds where the table says nothing
+
+        Raises:
+            ParameterError: a slip, with file and line
+        """
+        from tierod.proving_ground.faults.reading import Reader
+
+        return Reader(document, tuple(location), table, base).fault()
+
+
+def _sized(behaviour: Any, size: Any) -> Any:
+    if behaviour.main is None:
+        raise ParameterError(f"'{kind_name(type(behaviour))}' has no size; leave it out")
+    inner = getattr(behaviour, behaviour.main)
+    return replace(behaviour, **{behaviour.main: _sized(inner, size) if isinstance(inner, Behaviour) else size})
+
+
+def resolved(fault: Fault, behaviour: Any, unit: str | None) -> Any:
+    """A behaviour with all amounts in the unit of what it is about.
+
+    Raises:
+        ParameterError: a text whose unit does not fit
+    """
+    texts = _texts(behaviour)
+    if not texts:
+        return behaviour
+    document = Document({}, "", Path(fault.label))
+    try:
+        return build(type(behaviour), texts, document, base=behaviour, signal="" if unit is None else unit)
+    except ParameterError as error:
+        raise fault.error("size", str(error).removeprefix(f"{document.path}: ")) from None
+
+
+def _texts(behaviour: Any) -> dict[str, Any]:
+    """Amounts that are texts still, by field."""
+    found: dict[str, Any] = {}
+    for each in dataclasses.fields(behaviour):
+        value = getattr(behaviour, each.name)
+        if isinstance(value, Behaviour):
+            inner = _texts(value)
+            if inner:
+                found[each.name] = inner
+        elif isinstance(value, tuple) and any(isinstance(part, str) for part in value):
+            found[each.name] = list(value)
+        elif isinstance(value, str):
+            found[each.name] = value
+    return found

@@ -1,0 +1,254 @@
+"""How signals fail, in a recording and in a control loop of the car."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from tierod.errors import ParameterError
+from tierod.proving_ground.faults.behaviour import (
+    ACTUATOR,
+    LOOP,
+    PARAMETER,
+    SIGNAL,
+    SURROUNDING,
+    Amount,
+    Behaviour,
+    Change,
+    si,
+)
+from tierod.proving_ground.faults.chance import Chance
+from tierod.proving_ground.sensors import Sensor
+from tierod.ranges import NOT_NEGATIVE, POSITIVE, Range
+from tierod.toml_builder import SIGNAL_UNIT
+
+_VALUES = frozenset({SIGNAL, LOOP, ACTUATOR})
+_ALL = _VALUES | {PARAMETER, SURROUNDING}
+
+
+@dataclass(frozen=True)
+class TotalLoss(Behaviour):
+    """The signal is zero."""
+
+    fits: ClassVar[frozenset[str]] = _VALUES
+
+    def change(self, since: np.ndarray, chance: Chance) -> Change:
+        """Zero."""
+        return Change(gain=0.0)
+
+
+@dataclass(frozen=True)
+class Stuck(Behaviour):
+    """The signal stays where it is, or at a value.
+
+    Args:
+        value: where it stays; where it was when the fault began, if None
+    """
+
+    value: Annotated[Amount, SIGNAL_UNIT] | None = None
+    fits: ClassVar[frozenset[str]] = _VALUES
+    main: ClassVar[str | None] = "value"
+
+    def change(self, since: np.ndarray, chance: Chance) -> Change:
+        """Held, or the value."""
+        return Change(held=True) if self.value is None else Change(gain=0.0, offset=si(self.value))
+
+
+@dataclass(frozen=True)
+class Offset(Behaviour):
+    """A constant is added, of either sign."""
+
+    size: Annotated[Amount, SIGNAL_UNIT]
+    fits: ClassVar[frozenset[str]] = _ALL
+    main: ClassVar[str | None] = "size"
+
+    def change(self, since: np.ndarray, chance: Chance) -> Change:
+        """The constant."""
+        return Change(offset=si(self.size))
+
+
+@dataclass(frozen=True)
+class Gain(Behaviour):
+    """The signal is multiplied: 1 is right, -1 has the wrong sign."""
+
+    gain: Annotated[float, ""]
+    fits: ClassVar[frozenset[str]] = _ALL
+    main: ClassVar[str | None] = "gain"
+
+    def change(self, since: np.ndarray, chance: Chance) -> Change:
+        """The factor."""
+        return Change(gain=self.gain)
+
+
+@dataclass(frozen=True)
+class Drift(Behaviour):
+    """What is added grows from zero.
+
+    Args:
+        rate: growth per second
+        limit: magnitude at which it stops; never if None
+    """
+
+    rate: Annotated[Amount, "{signal}/s"]
+    limit: Annotated[Amount, SIGNAL_UNIT] | None = None
+    fits: ClassVar[frozenset[str]] = _ALL
+    main: ClassVar[str | None] = "rate"
+
+    def change(self, since: np.ndarray, chance: Chance) -> Change:
+        """The growing offset."""
+        offset = si(self.rate) * since
+        if self.limit is None:
+            return Change(offset=offset)
+        limit = abs(si(self.limit))
+        return Change(offset=np.clip(offset, -limit, limit))
+
+
+@dataclass(frozen=True)
+class Outlier(Behaviour):
+    """For a second the signal is far off: a multiple of itself, or a value.
+
+    Source: Li, Frey, Gauterin, Sensors 23 (2023) 887, section 5: "a large outlier in the sensor data over a very short
+    time such as one second".
+
+    Args:
+        factor: of the signal
+        value: in its place, if not None
+    """
+
+    factor: Annotated[float, ""] = 3.0
+    value: Annotated[Amount, SIGNAL_UNIT] | None = None
+    fits: ClassVar[frozenset[str]] = _VALUES
+    main: ClassVar[str | None] = "factor"
+    usual_duration: ClassVar[float | None] = 1.0
+
+    def change(self, since: np.ndarray, chance: Chance) -> Change:
+        """The multiple or the value."""
+        return Change(gain=self.factor) if self.value is None else Change(gain=0.0, offset=si(self.value))
+
+
+@dataclass(frozen=True)
+class Spikes(Behaviour):
+    """Short pulses of either sign are added, at random instants.
+
+    Args:
+        size: height
+        rate: how many per second on average
+        width: duration of each; a channel whose readings lie further apart misses some
+    """
+
+    size: Annotated[Amount, SIGNAL_UNIT]
+    rate: Annotated[float, "Hz", POSITIVE] = 1.0
+    width: Annotated[float, "s", POSITIVE] = 0.01
+    fits: ClassVar[frozenset[str]] = _VALUES
+    main: ClassVar[str | None] = "size"
+
+    def change(self, since: np.ndarray, chance: Chance) -> Change:
+        """The pulses."""
+        times, signs = chance.events(self.rate)
+        if not len(times):
+            return Change()
+        latest = np.searchsorted(times, since, side="right") - 1
+        inside = (latest >= 0) & (since - times[latest] < self.width)
+        return Change(offset=np.where(inside, si(self.size) * signs[latest], 0.0))
+
+
+@dataclass(frozen=True)
+class Noise(Behaviour):
+    """White noise is added: anew every millisecond, or with every reading where there are more."""
+
+    deviation: Annotated[Amount, SIGNAL_UNIT, NOT_NEGATIVE]
+    fits: ClassVar[frozenset[str]] = _VALUES
+    main: ClassVar[str | None] = "deviation"
+
+    def change(self, since: np.ndarray, chance: Chance) -> Change:
+        """The noise."""
+        return Change(offset=si(self.deviation) * chance.normal(since))
+
+
+@dataclass(frozen=True)
+class Delay(Behaviour):
+    """Readings come late, while their stamps do not tell. Recorded signals only: a loop has no memory to delay by."""
+
+    time: Annotated[float, "s", POSITIVE]
+    fits: ClassVar[frozenset[str]] = frozenset({SIGNAL})
+    main: ClassVar[str | None] = "time"
+
+    def on_channel(
+        self, time: np.ndarray, values: np.ndarray, active: np.ndarray, sensor: Sensor, chance: Chance
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The latest reading that is old enough; the first one where none is."""
+        old = np.searchsorted(time, time - self.time + 1e-9, side="right") - 1
+        return time, np.where(active, values[np.maximum(old, 0)], values)
+
+
+@dataclass(frozen=True)
+class BitFlip(Behaviour):
+    """One bit of the raw number on the bus is the wrong one. Recorded signals only: what it adds depends on the value.
+
+    Args:
+        bit: which, from 0 for the least significant
+        bits: of the number, which is signed (two's complement)
+        quantum: value of the last bit; that of the sensor if None
+    """
+
+    bit: Annotated[int, "", Range(0, 62)]
+    bits: Annotated[int, "", Range(2, 63)] = 16
+    quantum: Annotated[Amount, SIGNAL_UNIT, POSITIVE] | None = None
+    fits: ClassVar[frozenset[str]] = frozenset({SIGNAL})
+    main: ClassVar[str | None] = "bit"
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.bit >= self.bits:
+            raise ParameterError(f"bit {self.bit} does not exist among {self.bits} bits; the last is {self.bits - 1}")
+
+    def on_channel(
+        self, time: np.ndarray, values: np.ndarray, active: np.ndarray, sensor: Sensor, chance: Chance
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The readings with the bit turned over."""
+        quantum = sensor.quantum if self.quantum is None else si(self.quantum)
+        if quantum == 0.0:
+            raise ParameterError("a bit flip needs the value of the last bit: the sensor has no quantum, so give one")
+        raw = np.round(values[active] / quantum).astype(np.int64) & ((1 << self.bits) - 1)
+        raw ^= 1 << self.bit
+        negative = raw >> (self.bits - 1) == 1
+        changed = values.copy()
+        changed[active] = quantum * (raw - np.where(negative, 1 << self.bits, 0))
+        return time, changed
+
+
+@dataclass(frozen=True)
+class DropOut(Behaviour):
+    """Frames do not come. A loop goes on with what came last; so does a recording if `repeat` is set.
+
+    Args:
+        share: of the frames that do not come, at random
+        repeat: whether the bus repeats the last value instead
+    """
+
+    share: Annotated[float, "", Range(0.0, 1.0, open_low=True)] = 1.0
+    repeat: bool = False
+    fits: ClassVar[frozenset[str]] = frozenset({SIGNAL, LOOP})
+    main: ClassVar[str | None] = "share"
+
+    def change(self, since: np.ndarray, chance: Chance) -> Change:
+        """Held while frames are lost."""
+        # A step between two frames goes by the one before it.
+        frame = np.floor((since + chance.start) * chance.rate + 1e-6) / chance.rate
+        return Change(held=self._lost(frame, chance))
+
+    def on_channel(
+        self, time: np.ndarray, values: np.ndarray, active: np.ndarray, sensor: Sensor, chance: Chance
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The frames that come."""
+        if self.repeat:
+            return super().on_channel(time, values, active, sensor, chance)
+        lost = active.copy()
+        lost[active] = self._lost(time[active], chance)
+        return time[~lost], values[~lost]
+
+    def _lost(self, time: np.ndarray, chance: Chance) -> np.ndarray:
+        """Whether the latest frame was lost; stamps may jitter by nearly half of the time between two."""
+        return chance.uniform(np.floor(time * chance.rate + 0.5).astype(int)) < self.share

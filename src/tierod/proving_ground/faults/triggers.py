@@ -1,0 +1,155 @@
+"""When a fault begins."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from tierod.errors import InputError, ParameterError
+from tierod.fields import check_ranges
+from tierod.ranges import NOT_NEGATIVE
+from tierod.toml_builder import kind_name
+from tierod.units import scale
+
+
+@dataclass(frozen=True)
+class Always:
+    """From the beginning of the run."""
+
+
+@dataclass(frozen=True)
+class AtTime:
+    """At a time of the run."""
+
+    time: Annotated[float, "s", NOT_NEGATIVE]
+
+    def __post_init__(self):
+        check_ranges(self)
+
+
+@dataclass(frozen=True)
+class AtDistance:
+    """Where the car has gone so far along its path."""
+
+    distance: Annotated[float, "m", NOT_NEGATIVE]
+
+    def __post_init__(self):
+        check_ranges(self)
+
+
+@dataclass(frozen=True)
+class Within:
+    """At a random time between two, drawn anew for every seed."""
+
+    earliest: Annotated[float, "s", NOT_NEGATIVE]
+    latest: Annotated[float, "s", NOT_NEGATIVE]
+
+    def __post_init__(self):
+        check_ranges(self)
+        if not self.earliest < self.latest:
+            raise ParameterError(f"the earliest time, {self.earliest:g} s, is not before the latest, {self.latest:g} s")
+
+
+class Comparison(NamedTuple):
+    """A signal held against a value.
+
+    Args:
+        signal: channel of the car
+        magnitude: whether its sign does not matter
+        relation: ">", ">=", "<" or "<="
+        value: as written
+        unit: as written, "" for none
+    """
+
+    signal: str
+    magnitude: bool
+    relation: str
+    value: float
+    unit: str
+
+    def holds(self, values: np.ndarray, unit: str) -> np.ndarray:
+        """Whether it holds for values in a unit."""
+        limit = self.value if not self.unit else scale(self.unit, unit)(self.value)
+        seen = np.abs(values) if self.magnitude else values
+        return {">": seen > limit, ">=": seen >= limit, "<": seen < limit, "<=": seen <= limit}[self.relation]
+
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_COMPARISON = re.compile(rf"\s*(\|?)\s*([A-Za-z_]\w*)\s*(\|?)\s*(>=|<=|>|<)\s*({_NUMBER})\s*(.*?)\s*")
+_EXAMPLE = "write it like 'vehicle_speed > 36 km/h and |yaw_rate| > 0.1 rad/s'"
+
+
+@dataclass(frozen=True)
+class When:
+    """When a condition on signals of the car has held for a while, as they are, before sensors.
+
+    Args:
+        condition: comparisons joined by "and": "vehicle_speed > 36 km/h and |yaw_rate| > 0.1 rad/s"
+        hold: how long it has to hold without a break
+    """
+
+    condition: str
+    hold: Annotated[float, "s", NOT_NEGATIVE] = 0.0
+
+    def __post_init__(self):
+        check_ranges(self)
+        _ = self.comparisons
+
+    @cached_property
+    def comparisons(self) -> tuple[Comparison, ...]:
+        """What has to hold at once."""
+        return tuple(_comparison(part) for part in re.split(r"\s+and\s+", self.condition.strip()))
+
+
+def _comparison(text: str) -> Comparison:
+    found = _COMPARISON.fullmatch(text)
+    if found is None or found[1] != found[3]:
+        raise ParameterError(f"'{text}' is no condition; {_EXAMPLE}")
+    return Comparison(found[2], bool(found[1]), found[4], float(found[5]), found[6])
+
+
+AnyTrigger = Always | AtTime | AtDistance | Within | When
+"""Every trigger of a fault."""
+
+_QUANTITY = rf"({_NUMBER})\s*([^\s\d][^\s]*)"
+
+
+def trigger_of(text: str) -> AnyTrigger:
+    """The trigger that a text names.
+
+    Args:
+        text: "always", "at 30 s", "at 500 m", "between 10 s and 60 s", or a condition with or without "for 0.5 s"
+
+    Raises:
+        ParameterError: none of these
+    """
+    plain = text.strip()
+    if plain == "always":
+        return Always()
+    if at := re.fullmatch(rf"at\s+{_QUANTITY}", plain):
+        for kind, unit in ((AtTime, "s"), (AtDistance, "m")):
+            try:
+                return kind(float(scale(at[2], unit)(float(at[1]))))
+            except InputError:
+                continue
+        raise ParameterError(f"'{plain}' is neither a time nor a distance; write 'at 30 s' or 'at 500 m'")
+    if between := re.fullmatch(rf"between\s+{_QUANTITY}\s+and\s+{_QUANTITY}", plain):
+        return Within(_seconds(between[1], between[2]), _seconds(between[3], between[4]))
+    held = re.fullmatch(rf"(.*)\s+for\s+{_QUANTITY}", plain)
+    return When(held[1], _seconds(held[2], held[3])) if held else When(plain)
+
+
+def _seconds(number: str, unit: str) -> float:
+    try:
+        return float(scale(unit, "s")(float(number)))
+    except InputError as error:
+        raise ParameterError(f"'{number} {unit}' is no time: {error}") from None
+
+
+def described(trigger: AnyTrigger) -> dict[str, Any]:
+    """A trigger as numbers and texts, for a file."""
+    return {"kind": kind_name(type(trigger))} | {name: getattr(trigger, name) for name in trigger.__match_args__}
