@@ -178,15 +178,7 @@ def test_a_slip_in_a_file_is_named_with_its_line(text, line, words):
         ("element = 'road.curvture'\nbehaviour = 'step'\nsize = 1", 2, "did you mean 'road.curvature'"),
         ("element = 'sideslip_angle'\nbehaviour = 'total-loss'", 2, "no sensor records 'sideslip_angle'"),
         ("element = 'rack_force'\nbehaviour = 'total-loss'", 2, "the car has no 'rack_force'"),
-        (
-            "element = 'actuator.yaw_rate'\nbehaviour = 'stuck'",
-            2,
-            (
-                "element = 'actuator.yaw_rate'\nbehaviour = 'stuck'",
-                2,
-                "no actuator called 'yaw_rate' that could fail; known",
-            ),
-        ),
+        ("element = 'actuator.yaw_rate'\nbehaviour = 'stuck'", 2, "no actuator called 'yaw_rate' that could"),
         ("element = 'sensor.mass'\nbehaviour = 'stuck'", 2, "no signal called 'mass'"),
         ("element = 'motor_torque'\nbehaviour = 'stuck'", 2, "write 'actuator.motor_torque' or 'sensor.motor_torque'"),
         (
