@@ -6,6 +6,9 @@ from tierod.block import leaves, skeleton
 from tierod.graph import scan
 from tierod.proving_ground.recorder import channel_names
 
+ONES = ("road.adhesion_left", "road.adhesion_right", "road.support", "demand.grip")
+"""What is one unless said otherwise, as are the gains of ports; all else is zero."""
+
 
 class Run:
     """A block's outputs over `count` steps; sub-sampled signals are interleaved.
@@ -14,7 +17,7 @@ class Run:
         block: to be run
         count: of steps
         state: to begin with; the block's own where None
-        inputs: by dotted name; each a number or an array of `count`. All others are zero, gains of ports one
+        inputs: a number or an array of `count` each; `demand__x` names the column demand.x
     """
 
     def __init__(self, block, count, state=None, **inputs):
@@ -23,7 +26,7 @@ class Run:
         assert inputs.keys() <= set(names), sorted(inputs.keys() - set(names))
         samples = np.zeros((count, len(names)))
         for column, name in enumerate(names):
-            samples[:, column] = inputs.get(name, 1.0 if name.endswith(".gain") else 0.0)
+            samples[:, column] = inputs.get(name, 1.0 if name in ONES or name.endswith(".gain") else 0.0)
         self.result = scan(block, samples, state)
         self.columns = channel_names(block)
 

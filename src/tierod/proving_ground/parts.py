@@ -95,7 +95,8 @@ class Loads(NamedTuple):
     Args:
         kingpin_left, kingpin_right: torque of tyre and road about each kingpin, opposing a turn to the left [N*m]
         hand_torque: of the driver's hands on the steering wheel [N*m]
-        actuator_torques: of every motor at its shaft, as requested by its controller [N*m], one per actuator
+        actuator_torques: of every motor at its shaft, as requested by its controller [N*m], one per actuator; a motor
+            that turns by itself gives the speed of its shaft instead [rad/s]
         front_load: vertical load of the front axle [N]
         speed: forward speed [m/s]
     """

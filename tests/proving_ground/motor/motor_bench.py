@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from tierod.proving_ground.motor import AFS_MOTOR, PmMotor, Rotor
 from tierod.proving_ground.parts import Port
+from tierod.proving_ground.ports import pass_through
 
 
 class Acting(NamedTuple):
@@ -29,17 +30,24 @@ class MotorBench:
     Sample = Acting
 
     def init(self):
-        return self.motor.init(), 0.0
+        return self.motor.init(), 0.0, 0.0
 
     def step(self, state, sample):
-        drive, angle = state
-        if self.carried:
-            rotor = Rotor(angle, sample.carried_speed)
-            drive, signals, torque = self.motor.torque(drive, rotor, sample.request, self.step_time, sample.sensor)
-            return (drive, angle + self.step_time * sample.carried_speed), (signals, Mean(torque))
+        drive, angle, kept = state
+
+        def sense(value):
+            nonlocal kept
+            kept, passed = pass_through(sample.sensor, kept, value)
+            return passed
 
         def load(angle, speed, elapsed):
             return sample.load + sample.load_damping * speed
 
-        drive, signals = self.motor.turn(drive, sample.request, self.step_time, load, sample.sensor, sample.locked)
-        return (drive, angle), (signals, Mean(0.0))
+        if self.carried:
+            rotor = Rotor(angle, sample.carried_speed)
+            drive, signals, torque = self.motor.torque(drive, rotor, sample.request, self.step_time, sense)
+            angle = angle + self.step_time * sample.carried_speed
+        else:
+            torque = 0.0
+            drive, signals = self.motor.turn(drive, sample.request, self.step_time, load, sense, sample.locked)
+        return (drive, angle, kept), (signals, Mean(torque))

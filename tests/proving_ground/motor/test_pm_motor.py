@@ -116,7 +116,7 @@ def test_a_false_angle_turns_the_current_away(error):
 
 def test_a_stuck_angle_stops_the_motor():
     held = np.where(np.arange(800) < 400, 0.0, 1.0)
-    run = Run(MotorBench(), 800, request=0.5, load_damping=0.005, sensor__held=held)
+    run = Run(MotorBench(), 800, request=0.8, load_damping=0.005, sensor__held=held)
     assert run["motor_speed"][3999] > 40.0
     assert np.max(np.abs(run["motor_speed"][-500:])) < 20.0
 

@@ -171,7 +171,10 @@ class Car:
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """Names of the signals that control units read, and of the actuators, where faults can act."""
+        """Names of the signals that control units read, and of the actuators, where faults can act.
+
+        An actuator without a port of its own gives what its control unit asks for.
+        """
         return self.steering.actuators
 
     @property
@@ -250,7 +253,8 @@ class Car:
             return passed
 
         memory, requests, signals = self.control(held.control, observed, read)
-        torques = tuple(read(name, wanted) for name, wanted in zip(self.steering.actuators, requests, strict=True))
+        requested = zip(self.steering.actuators, requests, strict=True)
+        torques = tuple(read(name, wanted) if name in kept else wanted for name, wanted in requested)
         return memory, torques, signals, tuple(kept[name] for name in self.ports)
 
     def _derivative(

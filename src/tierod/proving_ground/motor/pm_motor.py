@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
@@ -11,8 +12,13 @@ from tierod.physics.pm_motor import electric_power, flux_at, resistance_at, torq
 from tierod.proving_ground.motor.current_control import ControlMemory, CurrentControl
 from tierod.proving_ground.motor.machine import Inverter, Machine, Warming, Warmth
 from tierod.proving_ground.motor.period import Instant, Load, Rotor, Winding, advance, begin
-from tierod.proving_ground.parts import SOUND, Port
-from tierod.proving_ground.ports import pass_through
+
+Sense = Callable[[Any], Any]
+"""True angle [rad] -> angle as the sensor of the shaft reads it: the port of a car's control unit."""
+
+
+def _true(angle: Any) -> Any:
+    return angle
 
 
 class DriveState(NamedTuple):
@@ -26,7 +32,6 @@ class DriveState(NamedTuple):
         voltage: mean over the period that has just ended [V]
         told: what the inverter was told to make in that period [V]
         warmth: of winding and housing
-        sensed: angle that the sensor saw last, before its fault [rad]
     """
 
     rotor: Rotor
@@ -36,7 +41,6 @@ class DriveState(NamedTuple):
     voltage: StatorVector
     told: StatorVector
     warmth: Warmth
-    sensed: Any
 
 
 class FineSignals(NamedTuple):
@@ -93,10 +97,10 @@ class PmMotor:
         """At rest, no current, as warm as the air."""
         warmth, none = self.warming.init(), StatorVector(0.0, 0.0)
         linkage = StatorVector(flux_at(warmth.housing, self.machine.flux), 0.0)
-        return DriveState(Rotor(0.0, 0.0), linkage, 0.0, self.control.remembered(), none, none, warmth, 0.0)
+        return DriveState(Rotor(0.0, 0.0), linkage, 0.0, self.control.remembered(), none, none, warmth)
 
     def turn(
-        self, state: DriveState, request: Any, step: Any, load: Load, sensor: Port = SOUND, locked: Any = 0.0
+        self, state: DriveState, request: Any, step: Any, load: Load, sense: Sense = _true, locked: Any = 0.0
     ) -> tuple[DriveState, DriveSignals]:
         """One step of the car with a rotor that turns by itself.
 
@@ -105,14 +109,14 @@ class PmMotor:
             request: torque at the shaft that is asked for [N*m]
             step: of the car [s]
             load: what opposes the rotor besides its own friction
-            sensor: fault of the sensor of the shaft's angle that the current control uses
+            sense: what the current control reads of the shaft's angle
             locked: 1 holds the rotor still, 0 lets it turn
         """
-        after, signals, _ = self._run(state, request, step, sensor, load, 1.0 - locked)
+        after, signals, _ = self._run(state, request, step, sense, load, 1.0 - locked)
         return after, signals
 
     def torque(
-        self, state: DriveState, rotor: Rotor, request: Any, step: Any, sensor: Port = SOUND
+        self, state: DriveState, rotor: Rotor, request: Any, step: Any, sense: Sense = _true
     ) -> tuple[DriveState, DriveSignals, Any]:
         """One step of the car with a rotor that is carried by a steering, at the same speed over the step.
 
@@ -121,22 +125,22 @@ class PmMotor:
             rotor: as the steering moves it
             request: torque at the shaft that is asked for [N*m]
             step: of the car [s]
-            sensor: fault of the sensor of the shaft's angle that the current control uses
+            sense: what the current control reads of the shaft's angle
 
         Returns:
             state, signals, and the mean torque on the shaft over the step, without the rotor's own friction [N*m]
         """
-        return self._run(state._replace(rotor=rotor), request, step, sensor, None, 1.0)
+        return self._run(state._replace(rotor=rotor), request, step, sense, None, 1.0)
 
     def _run(
-        self, state: DriveState, request: Any, step: Any, sensor: Port, load: Load | None, free: Any
+        self, state: DriveState, request: Any, step: Any, sense: Sense, load: Load | None, free: Any
     ) -> tuple[DriveState, DriveSignals, Any]:
         machine, pole_pairs, period = self.machine, self.machine.pole_pairs, step / self.substeps
         winding = self._winding(state.warmth)
         now = first = begin(machine, state.rotor, state.linkage, state.dry, winding)
         wanted, longest = self.control.wanted_current(request, pole_pairs), self.inverter.longest_voltage
         control, voltage, told = state.control, state.voltage, state.told
-        kept, angle = pass_through(sensor, state.sensed, state.rotor.angle)
+        angle = sense(now.rotor.angle)
         electrical = electrical_angle(angle, pole_pairs)
         sensed_at = direction(electrical)
         seen, means = [], []
@@ -147,12 +151,12 @@ class PmMotor:
             voltage = self._made(told, now.current, period)
             now, mean = advance(machine, now, voltage, winding, period, count * period, load, free)
             means.append(mean)
-            kept, angle = pass_through(sensor, kept, now.rotor.angle)
+            angle = sense(now.rotor.angle)
             before, electrical = electrical, electrical_angle(angle, pole_pairs)
             sensed_at = turned(sensed_at, electrical - before)
         torque, heat = (sum(values[1:], values[0]) / self.substeps for values in zip(*means, strict=True))
         warmth = self.warming.after(state.warmth, heat, step)
-        after = DriveState(now.rotor, now.linkage, now.dry, control, voltage, told, warmth, kept)
+        after = DriveState(now.rotor, now.linkage, now.dry, control, voltage, told, warmth)
         return after, self._signals(state, first, seen, winding, load), torque
 
     def _winding(self, warmth: Warmth) -> Winding:

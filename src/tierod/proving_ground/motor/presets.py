@@ -6,8 +6,8 @@ from tierod.proving_ground.motor.current_control import CurrentControl
 from tierod.proving_ground.motor.machine import Machine
 from tierod.proving_ground.motor.pm_motor import PmMotor
 
-AFS_MOTOR = PmMotor()
-"""Of an active front steering, after the papers of Reinelt et al. in kind; its worm adds most of the dry friction."""
+AFS_MOTOR = PmMotor(machine=Machine(friction=0.3))
+"""Of an active front steering, as those of Reinelt et al. in kind; most of the dry friction is that of its worm."""
 
 EPS_MOTOR = PmMotor(
     machine=Machine(

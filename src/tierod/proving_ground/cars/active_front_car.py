@@ -1,0 +1,95 @@
+"""A car with active front steering, whose motor is simulated with its currents at 10 kHz."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+from tierod.proving_ground.cars.car import Car, Observed
+from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory
+from tierod.proving_ground.control.assist import AssistMemory, AssistUnit
+from tierod.proving_ground.control.variable_ratio import VariableRatio
+from tierod.proving_ground.motor import AFS_MOTOR, DriveState, PmMotor
+from tierod.proving_ground.motor.pm_motor import DriveSignals
+from tierod.proving_ground.steering.active_front import ActiveFront
+
+
+class Superposing(NamedTuple):
+    """Signals of the control units, and of the motor at its own rate."""
+
+    target_motor_angle_mechanical: Annotated[Any, "rad"]
+    motor_target_torque: Annotated[Any, "N*m"]
+    motor: DriveSignals
+
+
+class Units(NamedTuple):
+    """Memories of assist unit and angle control, and the motor between two steps."""
+
+    assist: AssistMemory
+    angle: AngleMemory
+    motor: DriveState
+
+
+@dataclass(frozen=True)
+class ActiveFrontCar(Car):
+    """Chassis, active front steering, driver, and the control units of superposition and assist.
+
+    Args:
+        motor: of the superposition
+        ratio: wanted turn of the pinion per turn of the steering wheel, over that without motor
+        angle_control: of the motor's shaft
+        assist: control unit of the assist below the gear
+    """
+
+    steering: ActiveFront = field(default_factory=ActiveFront)  # type: ignore[assignment]
+    motor: PmMotor = field(default_factory=lambda: AFS_MOTOR)
+    ratio: VariableRatio = field(default_factory=VariableRatio)
+    angle_control: AngleControl = field(
+        default_factory=lambda: AngleControl(stiffness=3.0, damping=0.03, integral=30.0, torque_limit=3.0)
+    )
+    assist: AssistUnit = field(default_factory=lambda: AssistUnit(motor_ratio=1.0))
+
+    @property
+    def ports(self) -> tuple[str, ...]:
+        """What the control units read, the motors, and the lock: with an offset of one it holds the motor."""
+        return (
+            "driver_torque",
+            "steering_wheel_angle",
+            "steering_wheel_rate",
+            "vehicle_speed",
+            "motor_angle_mechanical",
+            "column_assist_torque",
+            "motor_torque",
+            "motor_lock",
+        )
+
+    def reset(self) -> Units:
+        """Control units at rest, motor cold."""
+        return Units(self.assist.remembered(), self.angle_control.remembered(), self.motor.init())
+
+    def control(self, memory: Units, seen: Observed, read: Callable[[str, Any], Any]) -> tuple[Any, tuple, Any]:
+        """Assist, target of the motor's angle, its control, and the motor over the step that follows."""
+        steering, before = seen.steering, memory.motor.rotor
+        speed, wheel = read("vehicle_speed", seen.reaction.speed), read("steering_wheel_angle", seen.hand.angle)
+        assist, assist_torque = self.assist.decide(
+            memory.assist,
+            read("driver_torque", steering.driver_torque),
+            speed,
+            wheel,
+            read("steering_wheel_rate", seen.hand.rate),
+        )
+        share = (self.ratio.gain(speed) - 1.0) / self.steering.input_ratio
+        target = self.steering.motor_ratio * share * wheel
+        sensed = read("motor_angle_mechanical", before.angle)
+        angle, torque = self.angle_control.decide(memory.angle, target, sensed)
+        motor, signals = self.motor.turn(
+            memory.motor,
+            read("motor_torque", torque),
+            self.step_time,
+            lambda *now: self.steering.motor_load(steering, *now),
+            lambda angle: read("motor_angle_mechanical", angle),
+            read("motor_lock", 0.0),
+        )
+        mean_speed = (motor.rotor.angle - before.angle) / self.step_time
+        return Units(assist, angle, motor), (assist_torque, mean_speed), Superposing(target, torque, signals)

@@ -1,0 +1,127 @@
+"""The automated demonstrator: front wheels driven one by one, two steering motors, no steering wheel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+from tierod.graph.maths import exp
+from tierod.proving_ground.cars.car import Body, Car, Held, Motion, Observed
+from tierod.proving_ground.chassis import Axle, Kingpins, TwoTrack, Tyre
+from tierod.proving_ground.driving.automated import AutomatedDriver, Command, Sensed
+from tierod.proving_ground.parts import Chassis, Intent, Reaction, Road, Wheels
+from tierod.proving_ground.powertrain import WheelMotors
+from tierod.proving_ground.steering.demonstrator import Demonstrator
+from tierod.ranges import POSITIVE
+
+
+class Commanded(NamedTuple):
+    """Targets of the automated driver."""
+
+    target_steering_wheel_angle: Annotated[Any, "rad"]
+    target_vehicle_speed: Annotated[Any, "m/s"]
+    steering_motor_1_target_torque: Annotated[Any, "N*m"]
+    steering_motor_2_target_torque: Annotated[Any, "N*m"]
+    target_drive_torque_left: Annotated[Any, "N*m"]
+    target_drive_torque_right: Annotated[Any, "N*m"]
+
+
+class Units(NamedTuple):
+    """Memory of the automated driver, and the torques of both wheel motors [N*m]."""
+
+    command: Command
+    left: Any
+    right: Any
+
+
+def demonstrator_chassis() -> TwoTrack:
+    """Chassis of the demonstrator of Li, Frey and Gauterin, a car at a scale of 1 to 1.5.
+
+    Source: Table A1 of the paper for mass, yaw inertia, distances, track and wheel radius. The cornering stiffness is
+    35 kN/rad an axle, as usual for these loads; the printed 322 kN/rad would be some ten times that. Everything about
+    roll, and the scrub radius, is assumed.
+    """
+    tyre = Tyre(
+        radius=0.243, nominal_load=1000.0, cornering_stiffness=26.0, lateral_relaxation=0.3, trail=0.018, pressure=2.0e5
+    )
+    front = Axle(1.084, 0.03, 14e3, 700.0, 0.0, 0.45, tyre)
+    rear = Axle(1.084, 0.05, 11e3, 600.0, 0.0, 0.40, tyre)
+    return TwoTrack(
+        mass=403.2,
+        yaw_inertia=548.3,
+        front_distance=0.904,
+        rear_distance=1.166,
+        centre_height=0.35,
+        roll_inertia=70.0,
+        drag_area=0.5,
+        side_area=2.5,
+        side_force_lead=0.3,
+        front=front,
+        rear=rear,
+        kingpins=Kingpins(mechanical_trail=0.02, scrub_radius=0.05, inclination=0.1),
+    ).with_axle_stiffness(35e3, 35e3)
+
+
+@dataclass(frozen=True)
+class DemonstratorCar(Car):
+    """Chassis, steering with two motors, wheel motors in front, and the automated driver.
+
+    Args:
+        driver: gives the targets of all motors
+        powertrain: the wheel motors
+        drive_lag: time constant of the wheel motors' torque
+    """
+
+    chassis: Chassis = field(default_factory=demonstrator_chassis)
+    steering: Demonstrator = field(default_factory=Demonstrator)  # type: ignore[assignment]
+    driver: AutomatedDriver = field(default_factory=AutomatedDriver)  # type: ignore[assignment]
+    powertrain: WheelMotors = field(default_factory=WheelMotors)  # type: ignore[assignment]
+    drive_lag: Annotated[float, "s", POSITIVE] = 0.01
+
+    @property
+    def ports(self) -> tuple[str, ...]:
+        """What the automated driver reads, and the four motors."""
+        return (
+            "steering_wheel_angle",
+            "yaw_rate",
+            "wheel_speed_rear_left",
+            "wheel_speed_rear_right",
+            *self.steering.actuators,
+        )
+
+    def reset(self) -> Units:
+        """Controls at rest, motors without torque."""
+        return Units(self.driver.reset(), 0.0, 0.0)
+
+    def control(self, memory: Units, seen: Observed, read: Callable[[str, Any], Any]) -> tuple[Any, tuple, Any]:
+        """The automated driver's step, and the lag of the wheel motors."""
+        wheels = seen.reaction.wheel_speeds
+        rear_left = read("wheel_speed_rear_left", wheels.rear_left)
+        rear_right = read("wheel_speed_rear_right", wheels.rear_right)
+        sensed = Sensed(
+            0.5 * (rear_left + rear_right),
+            read("yaw_rate", seen.reaction.yaw_rate),
+            read("steering_wheel_angle", seen.hand.angle),
+        )
+        place: Any = seen.intent
+        command, targets = self.driver.command(memory.command, place, seen.demand, sensed)
+        left, right = self.powertrain.requests(targets.force, targets.drive_difference, seen.reaction)
+        passed = 1.0 - exp(-self.step_time / self.drive_lag)
+        units = Units(
+            command, memory.left + passed * (left - memory.left), memory.right + passed * (right - memory.right)
+        )
+        first = targets.steering_torque_1 / self.steering.motor_1.ratio
+        second = targets.steering_torque_2 / self.steering.motor_2.ratio
+        signals = Commanded(targets.steering_wheel_angle, targets.speed, first, second, left, right)
+        return units, (first, second, units.left, units.right), signals
+
+    def drives(self, intent: Intent, reaction: Reaction, torques: tuple) -> tuple[Wheels, Wheels]:
+        """The wheel motors drive and brake; friction brakes are for emergencies that nobody drives here."""
+        return self.powertrain.wheels(torques[2], torques[3], 0.0)
+
+    def _body(
+        self, motion: Motion, held: Held, reaction: Reaction, hand_torque: Any, intent: Intent, road: Road
+    ) -> Body:
+        body = super()._body(motion, held, reaction, hand_torque, intent, road)
+        return body._replace(truth_drive_force=(held.torques[2] + held.torques[3]) / self.powertrain.wheel_radius)

@@ -1,0 +1,71 @@
+"""A car steered by wire, the virtual test vehicle for sideslip from the steering's torque."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+from tierod.proving_ground.cars.car import Car, Observed
+from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory
+from tierod.proving_ground.control.feel import Feel
+from tierod.proving_ground.control.variable_ratio import VariableRatio
+from tierod.proving_ground.steering.steer_by_wire import SteerByWire
+from tierod.ranges import POSITIVE
+
+
+class Steered(NamedTuple):
+    """Signals of the control units."""
+
+    target_road_wheel_angle: Annotated[Any, "rad"]
+    motor_target_torque: Annotated[Any, "N*m"]
+
+
+@dataclass(frozen=True)
+class SteerByWireCar(Car):
+    """Chassis, steer-by-wire steering, driver, and the control of road wheels and feel.
+
+    The angle control knows the damping of the steering (Yih, Ryu, Gerdes give it that much) and learns the rest.
+
+    Args:
+        steering_ratio: wanted turn of the road wheels per turn of the steering wheel, where the gain is one
+        gain: over the speed
+        angle_control: of the road wheels, from their angle to the torque of the actuator at its shaft
+        feel: of the steering wheel
+    """
+
+    steering: SteerByWire = field(default_factory=SteerByWire)  # type: ignore[assignment]
+    steering_ratio: Annotated[float, "", POSITIVE] = 1.0 / 17.0
+    gain: VariableRatio = field(default_factory=lambda: VariableRatio(standing=1.0, fast=1.0))
+    angle_control: AngleControl = field(
+        default_factory=lambda: AngleControl(
+            stiffness=8.0, damping=0.1, integral=80.0, torque_limit=0.9, forward_damping=0.06
+        )
+    )
+    feel: Feel = field(default_factory=Feel)
+
+    @property
+    def ports(self) -> tuple[str, ...]:
+        """What the control units read, and both motors."""
+        return (
+            "steering_wheel_angle",
+            "steering_wheel_rate",
+            "vehicle_speed",
+            "road_wheel_angle",
+            *self.steering.actuators,
+        )
+
+    def reset(self) -> AngleMemory:
+        """Memory of the angle control."""
+        return self.angle_control.remembered()
+
+    def control(self, memory: AngleMemory, seen: Observed, read: Callable[[str, Any], Any]) -> tuple[Any, tuple, Any]:
+        """Target of the road wheels, its control, and the feel."""
+        wheel = read("steering_wheel_angle", seen.hand.angle)
+        gain = self.gain.gain(read("vehicle_speed", seen.reaction.speed))
+        target = self.steering_ratio * gain * wheel
+        memory, torque = self.angle_control.decide(
+            memory, target, read("road_wheel_angle", seen.steering.road_wheel_angle)
+        )
+        feedback = self.feel.torque(wheel, read("steering_wheel_rate", seen.hand.rate), seen.steering.motor_torque)
+        return memory, (torque, feedback), Steered(target, torque)

@@ -1,0 +1,193 @@
+"""The automated driver: follows a path and keeps a speed by target angle, target torques, and sensed signals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+from tierod.graph.maths import arctan, limit, maximum, where
+from tierod.physics.pursuit import pursuit_curvature
+from tierod.physics.single_track import steady_road_wheel_angle
+from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory
+from tierod.proving_ground.control.speed_control import SpeedControl
+from tierod.proving_ground.parts import Demand, Hand, Intent, Seen
+from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE, SHARE
+
+
+class Place(NamedTuple):
+    """Where localisation says that the car is; takes the place of an `Intent`, since commands come from sensed signals.
+
+    Args:
+        steering_wheel_angle, force: of an intent, zero
+        lateral_offset: from the path, positive to the left [m]
+        offset_rate: [m/s]
+        curvature: of the path here [1/m]
+    """
+
+    steering_wheel_angle: Any
+    force: Any
+    lateral_offset: Any
+    offset_rate: Any
+    curvature: Any
+
+
+class Sensed(NamedTuple):
+    """What sensors tell: speed [m/s], yaw rate [rad/s], steering-wheel angle [rad]."""
+
+    speed: Any
+    yaw_rate: Any
+    steering_wheel_angle: Any
+
+
+class Targets(NamedTuple):
+    """What the automated driver asks for.
+
+    Args:
+        steering_wheel_angle: [rad]
+        speed: [m/s]
+        steering_torque_1, steering_torque_2: of both steering motors, at the column [N*m]
+        force: along the road [N]
+        drive_difference: torque of the right wheel less that of the left one [N*m]
+    """
+
+    steering_wheel_angle: Any
+    speed: Any
+    steering_torque_1: Any
+    steering_torque_2: Any
+    force: Any
+    drive_difference: Any
+
+
+class Command(NamedTuple):
+    """What the automated driver remembers: its controls, its last target angle [rad], and the time of the split [s]."""
+
+    angle: AngleMemory
+    speed: Any
+    target: Any
+    time: Any
+
+
+@dataclass(frozen=True)
+class Split:
+    """How the steering torque is shared between two motors.
+
+    Args:
+        share: of the first motor, in the mean
+        swing: by which the share swings about its mean, so that a loss of one motor can be told from that of the other
+        period: of the swing
+    """
+
+    share: Annotated[float, "", SHARE] = 0.5
+    swing: Annotated[float, "", SHARE] = 0.0
+    period: Annotated[float, "s", POSITIVE] = 0.24
+
+    def first(self, time: Any) -> Any:
+        """Share of the first motor [-] at a time within the period [s]."""
+        return self.share + where(time < 0.5 * self.period, self.swing, -self.swing)
+
+
+@dataclass(frozen=True)
+class AutomatedDriver:
+    """Pure pursuit with the path's curvature ahead, an angle control for two steering motors, and a speed control.
+
+    Localisation (offset and course against the path) is sound; speed, yaw rate and steering-wheel angle are what
+    sensors say. The driver knows the car by numbers of its own.
+
+    Args:
+        mass, wheelbase, understeer_gradient, steering_ratio: believed; the ratio is road wheel per steering wheel
+        anticipation: how far ahead in time the curvature is read: the lag of steering and tyres
+        preview_time: how far ahead the offset is judged
+        least_preview: distance below which the preview does not shrink
+        correction: share of pure pursuit's correction
+        yaw_feedback: road-wheel angle per error of the yaw rate
+        target_rate: limit of the target angle's rate
+        angle_control: of the column
+        split: of its torque between the motors
+        drive_steering: drive torque difference per steering torque; above zero, the wheel motors help to steer
+        speed_control: of the car
+        step_time: between two decisions
+    """
+
+    mass: Annotated[float, "kg", POSITIVE] = 403.2
+    wheelbase: Annotated[float, "m", POSITIVE] = 2.07
+    understeer_gradient: Annotated[float, "rad*s**2/m", ANY] = 1.5e-3
+    steering_ratio: Annotated[float, "", POSITIVE] = 1.0 / 19.7
+    anticipation: Annotated[float, "s", NOT_NEGATIVE] = 0.15
+    preview_time: Annotated[float, "s", POSITIVE] = 0.8
+    least_preview: Annotated[float, "m", POSITIVE] = 3.0
+    correction: Annotated[float, "", NOT_NEGATIVE] = 1.0
+    yaw_feedback: Annotated[float, "s", NOT_NEGATIVE] = 0.03
+    target_rate: Annotated[float, "rad/s", POSITIVE] = 8.0
+    angle_control: AngleControl = field(
+        default_factory=lambda: AngleControl(
+            stiffness=40.0, damping=1.0, integral=120.0, torque_limit=24.0, forward_damping=1.0
+        )
+    )
+    split: Split = field(default_factory=Split)
+    drive_steering: Annotated[float, "", NOT_NEGATIVE] = 0.0
+    speed_control: SpeedControl = field(default_factory=SpeedControl)
+    step_time: Annotated[float, "s", POSITIVE] = 1e-3
+
+    def init(self) -> tuple:
+        """No muscles."""
+        return ()
+
+    def remembered(self) -> tuple:
+        """Localisation has no memory."""
+        return ()
+
+    def decide(self, memory: tuple, seen: Seen, demand: Demand) -> tuple[tuple, Intent]:
+        """Once a step: where the car is; see `command`."""
+        offset_rate = seen.speed * seen.heading_error + seen.lateral_speed
+        return (), Place(0.0, 0.0, seen.lateral_offset, offset_rate, seen.curvature)  # type: ignore[return-value]
+
+    def hand_torque(self, motion: tuple, hand: Hand, demand: Demand) -> Any:
+        """Nobody's hands; what a course adds by hand torque acts all the same [N*m]."""
+        return demand.hand_torque
+
+    def derivative(self, motion: tuple, intent: Intent, hand: Hand, demand: Demand) -> tuple:
+        """No muscles."""
+        return ()
+
+    def reset(self) -> Command:
+        """Memory of the controls before the first step."""
+        return Command(self.angle_control.remembered(), self.speed_control.remembered(), 0.0, 0.0)
+
+    def command(self, memory: Command, place: Place, demand: Demand, sensed: Sensed) -> tuple[Command, Targets]:
+        """Once a step: all targets from sensed signals.
+
+        Args:
+            memory: of the step before
+            place: from `decide`
+            demand: of the course
+            sensed: through the ports of the car
+        """
+        most = self.target_rate * self.step_time
+        target = limit(self._wanted_angle(place, demand, sensed), memory.target - most, memory.target + most)
+        angle, torque = self.angle_control.decide(memory.angle, target, sensed.steering_wheel_angle)
+        speed, acceleration = self.speed_control.decide(memory.speed, demand.speed, demand.acceleration, sensed.speed)
+        first = self.split.first(memory.time) * torque
+        time = memory.time + self.step_time
+        time = where(time < self.split.period - 0.5 * self.step_time, time, 0.0)
+        targets = Targets(
+            target,
+            demand.speed,
+            first,
+            torque - first,
+            self.mass * acceleration,
+            self.drive_steering * torque,
+        )
+        return Command(angle, speed, target, time), targets
+
+    def _wanted_angle(self, place: Place, demand: Demand, sensed: Sensed) -> Any:
+        """Steering-wheel angle [rad] that follows the path."""
+        reach = maximum(self.preview_time * sensed.speed, self.least_preview)
+        ahead = place.lateral_offset + self.preview_time * place.offset_rate
+        back = self.correction * demand.attention * pursuit_curvature(ahead, reach)
+        steer = arctan(
+            steady_road_wheel_angle(
+                demand.curvature_ahead + back, sensed.speed, self.wheelbase, self.understeer_gradient
+            )
+        )
+        steer = steer - self.yaw_feedback * demand.attention * (sensed.yaw_rate - sensed.speed * place.curvature)
+        return demand.steering_wheel_angle + steer / self.steering_ratio

@@ -1,0 +1,169 @@
+"""Active front steering: a motor that adds its turn to that of the steering wheel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+from tierod.errors import ParameterError
+from tierod.physics.gear import superposed_angle
+from tierod.proving_ground.parts import Hand, Loads, Steer
+from tierod.proving_ground.steering.column_eps import ColumnEps, ColumnMemory, ColumnMotion
+from tierod.proving_ground.steering.motor import Motor
+from tierod.proving_ground.steering.torsion_bar import Wheel
+from tierod.ranges import POSITIVE
+
+
+class ActiveFrontMotion(NamedTuple):
+    """The column below the gear with the steering wheel above, and the angle of the motor that turns by itself."""
+
+    column: ColumnMotion
+    motor_angle: Any
+
+
+class ActiveFrontSignals(NamedTuple):
+    """Signals of the steering before sensors; those of the motor come from its drive.
+
+    `truth_gear_input_angle` is the turn of the shaft that enters the gear, below the torsion bar; the friction is that
+    of `SteeringSignals`.
+    """
+
+    steering_wheel_angle: Annotated[Any, "rad"]
+    steering_wheel_rate: Annotated[Any, "rad/s"]
+    driver_torque: Annotated[Any, "N*m"]
+    column_assist_torque: Annotated[Any, "N*m"]
+    pinion_angle: Annotated[Any, "rad"]
+    pinion_rate: Annotated[Any, "rad/s"]
+    rack_position: Annotated[Any, "m"]
+    rack_force: Annotated[Any, "N"]
+    tie_rod_force_left: Annotated[Any, "N"]
+    tie_rod_force_right: Annotated[Any, "N"]
+    road_wheel_angle_left: Annotated[Any, "rad"]
+    road_wheel_angle_right: Annotated[Any, "rad"]
+    truth_gear_input_angle: Annotated[Any, "rad"]
+    truth_friction_torque: Annotated[Any, "N*m"]
+    truth_friction_resistance: Annotated[Any, "N*m"]
+
+
+@dataclass(frozen=True)
+class ActiveFront:
+    """Steering wheel, torsion bar, superposition gear with its motor, and below it a column with assist.
+
+    Pinion = motor / i_M + shaft from the steering wheel / i_D; the gear is rigid, so that the torsion bar is what gives
+    way between the hands and the motor. The motor's rotor is not part of the column: its drive integrates it at a rate
+    of its own, hands in the speed, and takes the load back by `motor_load`.
+
+    Args:
+        column: below the gear; its torsion bar and assist motor are stated at the pinion
+        motor_ratio: turns of the motor per turn of the pinion, i_M
+        input_ratio: turns of the shaft from the steering wheel per turn of the pinion, i_D
+
+    Raises:
+        ParameterError: the column has no torsion bar
+    """
+
+    column: ColumnEps = field(
+        default_factory=lambda: ColumnEps(
+            motor=Motor(ratio=1.0, inertia=0.06, damping=0.4, lag=2e-3, maximum_torque=60.0)
+        )
+    )
+    motor_ratio: Annotated[float, "", POSITIVE] = 22.5
+    input_ratio: Annotated[float, "", POSITIVE] = 1.0
+
+    def __post_init__(self):
+        if self.column.torsion_bar is None:
+            raise ParameterError("the column of an ActiveFront has no torsion bar; give ColumnEps a TorsionBar")
+
+    @property
+    def actuators(self) -> tuple[str, ...]:
+        """The assist motor's torque and the superposing motor's speed."""
+        return ("column_assist_torque", "motor_speed")
+
+    def init(self) -> ActiveFrontMotion:
+        """Straight ahead, at rest."""
+        return ActiveFrontMotion(self.column.init(), 0.0)
+
+    def remembered(self) -> ColumnMemory:
+        """Friction relaxed."""
+        return self.column.remembered()
+
+    def stiff(self) -> ActiveFrontMotion:
+        """At rest."""
+        return ActiveFrontMotion(self.column.stiff(), 0.0)
+
+    def steer(self, motion: ActiveFrontMotion) -> Steer:
+        """Of the road wheels."""
+        return self.column.steer(motion.column)
+
+    def hand(self, motion: ActiveFrontMotion) -> Hand:
+        """Of the steering wheel."""
+        return Hand(*motion.column.wheel)
+
+    def motor_load(self, signals: ActiveFrontSignals, angle: Any, speed: Any, elapsed: Any) -> Any:
+        """Torque that the gear opposes to the motor [N*m]; wheel and pinion turn on as they did at the instant.
+
+        Args:
+            signals: at the start of a step
+            angle, speed: of the motor [rad], [rad/s]
+            elapsed: since then [s]
+        """
+        bar = self.column.torsion_bar
+        assert bar is not None
+        hand = Hand(signals.steering_wheel_angle + elapsed * signals.steering_wheel_rate, signals.steering_wheel_rate)
+        pinion = signals.pinion_angle + elapsed * signals.pinion_rate
+        torque = bar.torque(self._superposed(angle, speed, hand), pinion, signals.pinion_rate)
+        return torque / self.motor_ratio
+
+    def derivative(
+        self, motion: ActiveFrontMotion, start: ActiveFrontMotion, memory: ColumnMemory, loads: Loads
+    ) -> ActiveFrontMotion:
+        """Rate of change of the motion."""
+        speed = loads.actuator_torques[1]
+        rates = self.column.derivative(self._seen(motion, speed), start.column, memory, self._below(loads))
+        wheel = Wheel(motion.column.wheel.rate, rates.wheel.rate / self.input_ratio)
+        return ActiveFrontMotion(rates._replace(wheel=wheel), speed)
+
+    def advance(
+        self, motion: ActiveFrontMotion, start: ActiveFrontMotion, memory: ColumnMemory, loads: Loads
+    ) -> ColumnMemory:
+        """Friction after a step."""
+        return self.column.advance(motion.column, start.column, memory, self._below(loads))
+
+    def signals(self, motion: ActiveFrontMotion, memory: ColumnMemory, loads: Loads) -> ActiveFrontSignals:
+        """What can be seen at one instant."""
+        seen = self._seen(motion, loads.actuator_torques[1])
+        below, column = self.column.signals(seen, memory, self._below(loads)), motion.column
+        return ActiveFrontSignals(
+            column.wheel.angle,
+            column.wheel.rate,
+            below.driver_torque / self.input_ratio,
+            below.motor_torque,
+            column.angle,
+            column.rate,
+            below.rack_position,
+            below.rack_force,
+            below.tie_rod_force_left,
+            below.tie_rod_force_right,
+            below.road_wheel_angle_left,
+            below.road_wheel_angle_right,
+            self.input_ratio * (column.angle - motion.motor_angle / self.motor_ratio),
+            below.truth_friction_torque,
+            below.truth_friction_resistance,
+        )
+
+    def _superposed(self, motor_angle: Any, motor_speed: Any, hand: Hand) -> Wheel:
+        """Where the pinion would be without twist of the torsion bar."""
+        return Wheel(
+            superposed_angle(motor_angle, hand.angle, self.motor_ratio, self.input_ratio),
+            superposed_angle(motor_speed, hand.rate, self.motor_ratio, self.input_ratio),
+        )
+
+    def _seen(self, motion: ActiveFrontMotion, motor_speed: Any) -> ColumnMotion:
+        """The column as if its steering wheel were where gear and hands put the upper end of the torsion bar."""
+        return motion.column._replace(wheel=self._superposed(motion.motor_angle, motor_speed, self.hand(motion)))
+
+    def _below(self, loads: Loads) -> Loads:
+        """By virtual work, the hands' torque counts by the input ratio at the pinion."""
+        return loads._replace(
+            hand_torque=self.input_ratio * loads.hand_torque, actuator_torques=loads.actuator_torques[:1]
+        )

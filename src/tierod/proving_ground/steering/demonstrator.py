@@ -1,0 +1,141 @@
+"""Steering of a demonstrator without steering wheel: two motors on the column, a stiff rack of two bodies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+from tierod.physics.steering_ratio import column_torque_of_motor
+from tierod.proving_ground.parts import Hand, Loads, Steer
+from tierod.proving_ground.steering.motor import Motor
+from tierod.proving_ground.steering.rack_eps import RackEps, RackMemory, RackMotion
+from tierod.proving_ground.steering.rack_presets import demonstrator_rack
+
+
+class DemonstratorMotion(NamedTuple):
+    """Column and rack, and the torques of both motors at their shafts [N*m]."""
+
+    rack: RackMotion
+    torque_1: Any
+    torque_2: Any
+
+
+class DemonstratorSignals(NamedTuple):
+    """Signals before sensors, and what no sensor sees; the steering-wheel angle is that of the column.
+
+    The drive torques are those that have acted over the step before. Friction is that of `SteeringSignals`.
+    """
+
+    steering_wheel_angle: Annotated[Any, "rad"]
+    steering_wheel_rate: Annotated[Any, "rad/s"]
+    steering_shaft_torque: Annotated[Any, "N*m"]
+    tie_rod_force: Annotated[Any, "N"]
+    tie_rod_force_left: Annotated[Any, "N"]
+    tie_rod_force_right: Annotated[Any, "N"]
+    steering_motor_1_torque: Annotated[Any, "N*m"]
+    steering_motor_2_torque: Annotated[Any, "N*m"]
+    drive_torque_left: Annotated[Any, "N*m"]
+    drive_torque_right: Annotated[Any, "N*m"]
+    rack_position: Annotated[Any, "m"]
+    rack_speed: Annotated[Any, "m/s"]
+    road_wheel_angle_left: Annotated[Any, "rad"]
+    road_wheel_angle_right: Annotated[Any, "rad"]
+    truth_steering_wheel_acceleration: Annotated[Any, "rad/s**2"]
+    truth_friction_torque: Annotated[Any, "N*m"]
+    truth_friction_resistance: Annotated[Any, "N*m"]
+
+
+def steering_motor() -> Motor:
+    """One of the demonstrator's, directly on the column; assumed."""
+    return Motor(ratio=1.0, inertia=2.5e-3, damping=0.0, lag=3e-3, maximum_torque=12.0)
+
+
+@dataclass(frozen=True)
+class Demonstrator:
+    """Column with two redundant motors, rack and pinion.
+
+    The inertia of the motors is part of the rack's `wheel_inertia`; the sensor of the shaft's torque sits below them.
+    Source: Li, Frey, Gauterin, eq (2), whose connection force is multiplied by the rack ratio in the first row (printed
+    without).
+
+    Args:
+        rack: column, pinion, rack and linkage
+        motor_1, motor_2: on the column
+    """
+
+    rack: RackEps = field(default_factory=demonstrator_rack)
+    motor_1: Motor = field(default_factory=steering_motor)
+    motor_2: Motor = field(default_factory=steering_motor)
+
+    @property
+    def actuators(self) -> tuple[str, ...]:
+        """Both steering motors, and those of the front wheels, which the car hands to the chassis."""
+        return ("steering_motor_1_torque", "steering_motor_2_torque", "drive_torque_left", "drive_torque_right")
+
+    def init(self) -> DemonstratorMotion:
+        """Straight ahead, at rest."""
+        return DemonstratorMotion(self.rack.init(), 0.0, 0.0)
+
+    def remembered(self) -> RackMemory:
+        """Friction relaxed."""
+        return self.rack.remembered()
+
+    def stiff(self) -> DemonstratorMotion:
+        """At rest, with teeth in contact."""
+        return DemonstratorMotion(self.rack.stiff(), 0.0, 0.0)
+
+    def steer(self, motion: DemonstratorMotion) -> Steer:
+        """Of the road wheels."""
+        return self.rack.steer(motion.rack)
+
+    def hand(self, motion: DemonstratorMotion) -> Hand:
+        """Of the column, which stands for a steering wheel."""
+        return self.rack.hand(motion.rack)
+
+    def derivative(
+        self, motion: DemonstratorMotion, start: DemonstratorMotion, memory: RackMemory, loads: Loads
+    ) -> DemonstratorMotion:
+        """Rate of change of the motion."""
+        return DemonstratorMotion(
+            self.rack.derivative(motion.rack, start.rack, memory, self._on_rack(motion, loads)),
+            self.motor_1.torque_rate(motion.torque_1, loads.actuator_torques[0]),
+            self.motor_2.torque_rate(motion.torque_2, loads.actuator_torques[1]),
+        )
+
+    def advance(
+        self, motion: DemonstratorMotion, start: DemonstratorMotion, memory: RackMemory, loads: Loads
+    ) -> RackMemory:
+        """Friction after a step."""
+        return self.rack.advance(motion.rack, start.rack, memory, self._on_rack(motion, loads))
+
+    def signals(self, motion: DemonstratorMotion, memory: RackMemory, loads: Loads) -> DemonstratorSignals:
+        """What can be seen at one instant."""
+        seen = self.rack.signals(motion.rack, memory, self._on_rack(motion, loads))
+        acceleration = seen.truth_steering_wheel_acceleration
+        motors = (self.motor_1, self.motor_2)
+        above = sum(motor.ratio * motor.ratio * motor.inertia for motor in motors)
+        return DemonstratorSignals(
+            seen.steering_wheel_angle,
+            seen.steering_wheel_rate,
+            seen.driver_torque - above * acceleration,
+            seen.tie_rod_force_left + seen.tie_rod_force_right,
+            seen.tie_rod_force_left,
+            seen.tie_rod_force_right,
+            motion.torque_1,
+            motion.torque_2,
+            loads.actuator_torques[2],
+            loads.actuator_torques[3],
+            seen.rack_position,
+            seen.rack_speed,
+            seen.road_wheel_angle_left,
+            seen.road_wheel_angle_right,
+            acceleration,
+            seen.truth_friction_torque,
+            seen.truth_friction_resistance,
+        )
+
+    def _on_rack(self, motion: DemonstratorMotion, loads: Loads) -> Loads:
+        """What acts on the column: both motors, as hands would, and hands if there are any."""
+        first = column_torque_of_motor(motion.torque_1, self.motor_1.ratio)
+        second = column_torque_of_motor(motion.torque_2, self.motor_2.ratio)
+        return loads._replace(hand_torque=loads.hand_torque + first + second, actuator_torques=())

@@ -1,0 +1,223 @@
+"""Steer-by-wire: an actuator turns the road wheels, a feedback unit lets the hands feel something."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+from tierod.physics.friction import viscous
+from tierod.physics.steering_ratio import column_torque_of_motor
+from tierod.proving_ground.parts import Hand, Loads, Steer
+from tierod.proving_ground.steering.friction import DryFriction
+from tierod.proving_ground.steering.friction_laws import Dahl
+from tierod.proving_ground.steering.linkage import Linkage, Resistance
+from tierod.proving_ground.steering.motor import Motor
+from tierod.ranges import NOT_NEGATIVE, POSITIVE, SHARE
+
+
+class HandWheelMotion(NamedTuple):
+    """Angle [rad] and rate [rad/s] of the steering wheel, torque of the feedback motor [N*m]."""
+
+    angle: Any
+    rate: Any
+    torque: Any
+
+
+class SteerByWireMotion(NamedTuple):
+    """Turn of the pinion [rad], its rate [rad/s], torque of the actuator at its shaft [N*m], and the steering wheel."""
+
+    angle: Any
+    rate: Any
+    motor_torque: Any
+    wheel: HandWheelMotion
+
+
+class SteerByWireMemory(NamedTuple):
+    """Dry friction of the road wheels and of the steering wheel."""
+
+    road_wheels: Any
+    wheel: Any
+
+
+class SteerByWireSignals(NamedTuple):
+    """Signals before sensors, and what no sensor sees (`truth_`); friction is stated at the road wheels.
+
+    The driver's torque is measured between steering wheel and feedback motor; friction of the unit is below.
+    """
+
+    steering_wheel_angle: Annotated[Any, "rad"]
+    steering_wheel_rate: Annotated[Any, "rad/s"]
+    driver_torque: Annotated[Any, "N*m"]
+    feedback_torque: Annotated[Any, "N*m"]
+    road_wheel_angle: Annotated[Any, "rad"]
+    road_wheel_rate: Annotated[Any, "rad/s"]
+    road_wheel_angle_left: Annotated[Any, "rad"]
+    road_wheel_angle_right: Annotated[Any, "rad"]
+    pinion_angle: Annotated[Any, "rad"]
+    rack_position: Annotated[Any, "m"]
+    motor_torque: Annotated[Any, "N*m"]
+    motor_current: Annotated[Any, "A"]
+    road_wheel_torque: Annotated[Any, "N*m"]
+    truth_road_wheel_friction: Annotated[Any, "N*m"]
+    truth_road_wheel_friction_level: Annotated[Any, "N*m"]
+    truth_road_wheel_acceleration: Annotated[Any, "rad/s**2"]
+
+
+@dataclass(frozen=True)
+class HandWheel:
+    """A steering wheel with a feedback motor on its shaft; assumed.
+
+    Args:
+        inertia: of the steering wheel
+        damping: viscous
+        friction: dry, of bearings and motor
+        motor: of the feedback, on the shaft
+    """
+
+    inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.035
+    damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.05
+    friction: DryFriction = field(default_factory=lambda: DryFriction(level=0.3))
+    motor: Motor = field(default_factory=lambda: Motor(ratio=1.0, inertia=2e-3, damping=0.0, maximum_torque=8.0))
+
+
+class _Balance(NamedTuple):
+    driving: Any
+    resistance: Resistance
+    acceleration: Any
+    wheel_friction: Any
+    wheel_acceleration: Any
+
+
+@dataclass(frozen=True)
+class SteerByWire:
+    """Actuator, power assist, rack and road wheels; and the steering wheel, joined to them by control alone.
+
+    J_w delta'' + b_w delta' + tau_f + tau_a = r_s r_p r_g eta tau_motor, with dry friction that builds up over an angle
+    in place of a sign. The defaults stand for a sports car whose column was taken out and whose hydraulic assist was
+    kept; none of them is printed. Source: Yih, Ryu, Gerdes, eqs (1), (2) and (5).
+
+    Args:
+        inertia: of gear, assist and rack, seen at the road wheels; with rotor and road wheels J_w = 3.5 kg*m**2
+        damping: viscous, of everything, seen at the road wheels, b_w
+        power_assist: torque at the pinion over that of the actuator, r_p
+        efficiency: of the actuator's gear, eta
+        motor: of the actuator, with ratio r_g to the pinion
+        torque_constant: of that motor, k_M
+        linkage: from the pinion to the road wheels, 1/r_s; its friction is F_w
+        hand_wheel: in front of the driver
+    """
+
+    inertia: Annotated[float, "kg*m**2", NOT_NEGATIVE] = 0.874
+    damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 160.0
+    power_assist: Annotated[float, "", POSITIVE] = 3.0
+    efficiency: Annotated[float, "", SHARE] = 0.7
+    motor: Motor = field(default_factory=lambda: Motor(ratio=75.0, inertia=1e-6, damping=0.0, maximum_torque=0.9))
+    torque_constant: Annotated[float, "N*m/A", POSITIVE] = 0.06
+    linkage: Linkage = field(
+        default_factory=lambda: Linkage(
+            ratio=1.0 / 17.0,
+            road_wheel_inertia=0.5,
+            friction=DryFriction(level=30.0, law=Dahl(math.radians(0.1))),
+        )
+    )
+    hand_wheel: HandWheel = field(default_factory=HandWheel)
+
+    @property
+    def actuators(self) -> tuple[str, ...]:
+        """The motor at the rack, and the one that the hands feel."""
+        return ("motor_torque", "feedback_torque")
+
+    def init(self) -> SteerByWireMotion:
+        """Straight ahead, at rest."""
+        return SteerByWireMotion(0.0, 0.0, 0.0, HandWheelMotion(0.0, 0.0, 0.0))
+
+    def remembered(self) -> SteerByWireMemory:
+        """Friction relaxed."""
+        return SteerByWireMemory(self.linkage.remembered(), self.hand_wheel.friction.remembered())
+
+    def stiff(self) -> SteerByWireMotion:
+        """At rest."""
+        return self.init()
+
+    def steer(self, motion: SteerByWireMotion) -> Steer:
+        """Of the road wheels."""
+        return self.linkage.steer(motion.angle, motion.rate)
+
+    def hand(self, motion: SteerByWireMotion) -> Hand:
+        """Of the steering wheel."""
+        return Hand(motion.wheel.angle, motion.wheel.rate)
+
+    def derivative(
+        self, motion: SteerByWireMotion, start: SteerByWireMotion, memory: SteerByWireMemory, loads: Loads
+    ) -> SteerByWireMotion:
+        """Rate of change of the motion."""
+        balance, (road, feedback) = self._balance(motion, start, memory, loads), loads.actuator_torques
+        return SteerByWireMotion(
+            motion.rate,
+            balance.acceleration,
+            self.motor.torque_rate(motion.motor_torque, road),
+            HandWheelMotion(
+                motion.wheel.rate,
+                balance.wheel_acceleration,
+                self.hand_wheel.motor.torque_rate(motion.wheel.torque, feedback),
+            ),
+        )
+
+    def advance(
+        self, motion: SteerByWireMotion, start: SteerByWireMotion, memory: SteerByWireMemory, loads: Loads
+    ) -> SteerByWireMemory:
+        """Friction after a step."""
+        wheel = motion.wheel
+        return SteerByWireMemory(
+            self.linkage.advance(motion.angle, motion.rate, start.angle, memory.road_wheels, loads),
+            self.hand_wheel.friction.advance(memory.wheel, wheel.angle - start.wheel.angle, wheel.rate),
+        )
+
+    def signals(self, motion: SteerByWireMotion, memory: SteerByWireMemory, loads: Loads) -> SteerByWireSignals:
+        """What can be seen at one instant."""
+        balance, linkage, steer = self._balance(motion, motion, memory, loads), self.linkage, self.steer(motion)
+        wheel, ratio = motion.wheel, linkage.ratio
+        return SteerByWireSignals(
+            wheel.angle,
+            wheel.rate,
+            loads.hand_torque - self.hand_wheel.inertia * balance.wheel_acceleration,
+            wheel.torque,
+            0.5 * (steer.left + steer.right),
+            0.5 * (steer.left_rate + steer.right_rate),
+            steer.left,
+            steer.right,
+            motion.angle,
+            linkage.rack_ratio * motion.angle,
+            motion.motor_torque,
+            motion.motor_torque / self.torque_constant,
+            balance.driving / ratio,
+            balance.resistance.friction / ratio,
+            linkage.friction_level(motion.angle) / ratio,
+            balance.acceleration * ratio,
+        )
+
+    def _balance(
+        self, motion: SteerByWireMotion, start: SteerByWireMotion, memory: SteerByWireMemory, loads: Loads
+    ) -> _Balance:
+        ratio, unit, wheel = self.linkage.ratio, self.hand_wheel, motion.wheel
+        torque = self.motor.shaft_torque(motion.motor_torque, self.motor.ratio * motion.angle)
+        driving = self.power_assist * self.efficiency * column_torque_of_motor(torque, self.motor.ratio)
+        resistance = self.linkage.resistance(motion.angle, motion.rate, start.angle, memory.road_wheels, loads)
+        friction = unit.friction.torque(memory.wheel, wheel.angle - start.wheel.angle, wheel.rate)
+        friction = friction + viscous(wheel.rate, unit.damping)
+        hand_inertia = unit.inertia + unit.motor.ratio * unit.motor.ratio * unit.motor.inertia
+        return _Balance(
+            driving,
+            resistance,
+            (driving - resistance.total - viscous(motion.rate, ratio * ratio * self.damping)) / self._inertia(),
+            friction,
+            (loads.hand_torque + unit.motor.ratio * wheel.torque - friction) / hand_inertia,
+        )
+
+    def _inertia(self) -> Any:
+        """Of everything that turns with the road wheels, at the pinion [kg*m**2]."""
+        linkage, motor = self.linkage, self.motor
+        return (
+            linkage.ratio * linkage.ratio * self.inertia + linkage.inertia + motor.ratio * motor.ratio * motor.inertia
+        )
