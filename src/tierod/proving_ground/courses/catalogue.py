@@ -65,15 +65,19 @@ def load(name: str | Path) -> AnyCourse:
     Raises:
         ParameterError: there is none, or what it says is wrong; file, line and nearest name are told
     """
+    path = find(name)
+    return _from_table(path) if path.suffix.lower() == ".csv" else from_document(Document.read(path, "course"))
+
+
+def find(name: str | Path) -> Path:
+    """The file of a course; arguments and errors as of `load`, but it need not exist."""
     known = _data()
     path = known.get(str(name)) or Path(name).expanduser()
-    if path.suffix.lower() == ".csv":
-        return _from_table(path)
-    if path.suffix.lower() != ".toml":
+    if path.suffix.lower() not in (".toml", ".csv"):
         raise ParameterError(
             f"there is no course '{name}'{nearest(str(name), known)} A file's path ends in .toml or .csv."
         )
-    return from_document(Document.read(path, "course"))
+    return path
 
 
 def from_document(document: Document) -> AnyCourse:

@@ -13,7 +13,7 @@ from tierod.errors import ParameterError
 from tierod.proving_ground.courses.base import TimeCourse
 from tierod.proving_ground.courses.chance import band_limited
 from tierod.proving_ground.courses.course import Columns, combine
-from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE
+from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 
 
 @dataclass(frozen=True)
@@ -214,7 +214,7 @@ class LockToLock(TimeCourse):
     lock_angle: Annotated[float, "rad", POSITIVE] = math.radians(570.0)
     rate: Annotated[float, "rad/s", POSITIVE] = 1.0
     rest: Annotated[float, "s", POSITIVE] = 2.0
-    load: Annotated[float, "", NOT_NEGATIVE] = 1.0
+    load: Annotated[float, "", SHARE] = 1.0
 
     @cached_property
     def _strokes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
