@@ -40,6 +40,18 @@ def lateral_acceleration(front_force: Any, rear_force: Any, mass: Any) -> Any:
     return (front_force + rear_force) / mass
 
 
+def yaw_moment(front_force: Any, rear_force: Any, front_distance: Any, rear_distance: Any) -> Any:
+    """Moment [N*m] of the axle forces about the vertical axis through the centre of gravity.
+
+    Args:
+        front_force: lateral force of the front axle, across the body [N]
+        rear_force: lateral force of the rear axle [N]
+        front_distance: from the centre of gravity to the front axle [m]
+        rear_distance: from the centre of gravity to the rear axle [m]
+    """
+    return front_distance * front_force - rear_distance * rear_force
+
+
 def yaw_acceleration(
     front_force: Any, rear_force: Any, yaw_inertia: Any, front_distance: Any, rear_distance: Any
 ) -> Any:
@@ -54,7 +66,7 @@ def yaw_acceleration(
 
     Source: Mohtat et al., eq (3).
     """
-    return (front_distance * front_force - rear_distance * rear_force) / yaw_inertia
+    return yaw_moment(front_force, rear_force, front_distance, rear_distance) / yaw_inertia
 
 
 def front_axle_load(mass: Any, front_distance: Any, rear_distance: Any, gravity: Any = 9.81) -> Any:

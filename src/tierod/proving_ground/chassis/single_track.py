@@ -6,9 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import cos, limit, maximum, sin
+from tierod.graph.maths import limit, maximum, sin, sqrt
 from tierod.physics import single_track
 from tierod.physics.aerodynamics import air_forces
+from tierod.physics.kingpin import weight_torque
 from tierod.physics.rolling import holding_friction, rolling_resistance
 from tierod.physics.tyre import (
     bounded_relaxation_rate,
@@ -18,12 +19,11 @@ from tierod.physics.tyre import (
     relaxation_speed,
     twist_rate,
 )
+from tierod.proving_ground.chassis.wheel import LEAST_ADHESION, TREAD_LAG, hub
 from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels, Wind
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 GRAVITY = 9.81
-TREAD_LAG = 1e-3
-"""Of the tread against the rim [s]: keeps a sliding tyre within what a step of 1 ms can follow."""
 
 
 class SingleTrackMotion(NamedTuple):
@@ -36,6 +36,16 @@ class SingleTrackMotion(NamedTuple):
     rear_deflection: Any
     twist: Any
     longitudinal_force: Any
+
+
+class _Tyres(NamedTuple):
+    """Forces of the axles across the body and of both along it [N], and what the front one shows."""
+
+    front: Any
+    rear: Any
+    drag: Any
+    self_aligning_torque: Any
+    front_slip: Any
 
 
 class _Balance(NamedTuple):
@@ -58,6 +68,7 @@ class SingleTrack:
     Args:
         adhesion: of the tyres on a road of adhesion 1
         relaxation_length: rolled distance over which lateral force builds up
+        damping_time: carcass damping over its stiffness, which calms a standing car
         greatest_slip: tangent of the slip angle that a sliding tyre is taken to have at most
         contact_half_length: half the contact length; a third of it is the pneumatic trail
         twist_angle: angle over which the scrub torque of a standing tyre builds up
@@ -76,6 +87,7 @@ class SingleTrack:
     rear_stiffness: Annotated[float, "N/rad", POSITIVE] = 130e3
     adhesion: Annotated[float, "", POSITIVE] = 1.0
     relaxation_length: Annotated[float, "m", POSITIVE] = 0.3
+    damping_time: Annotated[float, "s", NOT_NEGATIVE] = 0.003
     greatest_slip: Annotated[float, "", POSITIVE] = 0.4
     mechanical_trail: Annotated[float, "m"] = 0.025
     contact_half_length: Annotated[float, "m", POSITIVE] = 0.075
@@ -117,34 +129,30 @@ class SingleTrack:
 
     def reaction(self, motion: SingleTrackMotion, steer: Steer, road: Road, wind: Wind) -> Reaction:
         """Forces, accelerations and kingpin torques in a state of motion."""
-        angle, angle_rate = 0.5 * (steer.left + steer.right), 0.5 * (steer.left_rate + steer.right_rate)
-        sine, cosine = sin(angle), cos(angle)
-        adhesion = self.adhesion * maximum(0.5 * (road.adhesion_left + road.adhesion_right), 1e-3)
-        front_slip = motion.front_deflection / self.relaxation_length
-        front_tyre = (self.front_stiffness, adhesion, self.front_load)
-        front_force = road.support * brush_lateral_force(front_slip, *front_tyre)
-        aligning = road.support * brush_aligning_torque(front_slip, *front_tyre, self.contact_half_length)
-        rear_force = road.support * brush_lateral_force(
-            motion.rear_deflection / self.relaxation_length, self.rear_stiffness, adhesion, self.rear_load
-        )
-        scrub = road.support * self._parking_torque(adhesion) * motion.twist / self.twist_angle
-        self_aligning = aligning + self.mechanical_trail * front_force
-        kingpin = 0.5 * (self_aligning + scrub + road.support * self.front_load * self.weight_lever * sine)
-        across = cosine * front_force
+        adhesion = self.adhesion * maximum(0.5 * (road.adhesion_left + road.adhesion_right), LEAST_ADHESION)
+        sine, rates, tyres = self._tyres(motion, steer, road, adhesion)
         air = air_forces(
             motion.speed + wind.headwind_speed,
             motion.lateral_speed - wind.crosswind_speed,
-            self.drag_area,
-            self.side_area,
+            road.support * self.drag_area,
+            road.support * self.side_area,
             self.side_force_lead,
         )
-        lateral = single_track.lateral_acceleration(across, rear_force + road.support * air.lateral, self.mass)
-        yaw_acceleration = (
-            single_track.yaw_acceleration(across, rear_force, self.yaw_inertia, self.front_distance, self.rear_distance)
-            + road.support * air.yaw_moment / self.yaw_inertia
+        scrub = road.support * self._parking_torque(adhesion) * motion.twist / self.twist_angle
+        weight = weight_torque(road.support * self.front_load, self.weight_lever, sine)
+        kingpin = 0.5 * (tyres.self_aligning_torque + scrub + weight)
+        lateral = single_track.lateral_acceleration(tyres.front, tyres.rear + air.lateral, self.mass)
+        yaw_moment = single_track.yaw_moment(tyres.front, tyres.rear, self.front_distance, self.rear_distance)
+        yaw_acceleration = (yaw_moment + air.yaw_moment) / self.yaw_inertia
+        drag = tyres.drag + air.longitudinal
+        gravity = road.support * GRAVITY
+        driving = drag - self.mass * gravity * sin(road.grade_angle)
+        rates = rates._replace(
+            speed=(motion.longitudinal_force + driving) / self.mass + motion.lateral_speed * motion.yaw_rate,
+            lateral_speed=lateral - motion.speed * motion.yaw_rate - gravity * sin(road.bank_angle),
+            yaw_rate=yaw_acceleration,
         )
-        drag = road.support * air.longitudinal - sine * front_force
-        balance = self._balance(motion, (sine, cosine, angle_rate), road, (lateral, yaw_acceleration, drag, adhesion))
+        resistance = rolling_resistance(self.mass * gravity, self.rolling_coefficient)
         return Reaction(
             speed=motion.speed,
             lateral_speed=motion.lateral_speed,
@@ -157,14 +165,14 @@ class SingleTrack:
             roll_acceleration=0.0,
             kingpin_left=kingpin,
             kingpin_right=kingpin,
-            front_lateral_force=across,
-            rear_lateral_force=rear_force,
-            front_slip_angle=front_slip,
+            front_lateral_force=tyres.front,
+            rear_lateral_force=tyres.rear,
+            front_slip_angle=tyres.front_slip,
             loads=self._loads(road),
-            wheel_speeds=self._wheel_speeds(motion, sine, cosine),
-            self_aligning_torque=self_aligning,
+            wheel_speeds=self._wheel_speeds(motion, sine),
+            self_aligning_torque=tyres.self_aligning_torque,
             scrub_torque=scrub,
-            private=balance,
+            private=_Balance(rates, driving, resistance, adhesion * self.mass * gravity),
         )
 
     def derivative(
@@ -178,29 +186,27 @@ class SingleTrack:
         wanted = limit(drive - held, -balance.adhesion_limit, balance.adhesion_limit)
         return balance.rates._replace(longitudinal_force=(wanted - motion.longitudinal_force) / self.force_lag)
 
-    def _balance(self, motion: SingleTrackMotion, steer: tuple, road: Road, forces: tuple) -> _Balance:
-        sine, cosine, angle_rate = steer
-        lateral, yaw_acceleration, drag, adhesion = forces
-        gravity = road.support * GRAVITY
-        driving = drag - self.mass * gravity * sin(road.grade_angle)
-        front_across = motion.lateral_speed + self.front_distance * motion.yaw_rate
+    def _tyres(
+        self, motion: SingleTrackMotion, steer: Steer, road: Road, adhesion: Any
+    ) -> tuple[Any, SingleTrackMotion, _Tyres]:
+        """Sine of the steer, rates of all deflections, and what the tyres do."""
+        angle, angle_rate = 0.5 * (steer.left + steer.right), 0.5 * (steer.left_rate + steer.right_rate)
+        across = motion.lateral_speed + self.front_distance * motion.yaw_rate
+        front_hub = hub(angle, motion.speed, across)
         rear_slip_speed = single_track.rear_slip_speed(motion.lateral_speed, motion.yaw_rate, self.rear_distance)
-        front_rolling = cosine * motion.speed + sine * front_across
-        rates = SingleTrackMotion(
-            speed=(motion.longitudinal_force + driving) / self.mass + motion.lateral_speed * motion.yaw_rate,
-            lateral_speed=lateral - motion.speed * motion.yaw_rate - gravity * sin(road.bank_angle),
-            yaw_rate=yaw_acceleration,
-            front_deflection=self._deflection_rate(
-                motion.front_deflection, sine * motion.speed - cosine * front_across, front_rolling
-            ),
-            rear_deflection=self._deflection_rate(motion.rear_deflection, rear_slip_speed, motion.speed),
-            twist=twist_rate(
-                motion.twist, angle_rate + motion.yaw_rate, front_rolling, self.twist_angle, self.twist_length
-            ),
-            longitudinal_force=0.0,
-        )
-        weight = self.mass * gravity
-        return _Balance(rates, driving, rolling_resistance(weight, self.rolling_coefficient), adhesion * weight)
+        front_rate = self._deflection_rate(motion.front_deflection, -front_hub.across, front_hub.along)
+        rear_rate = self._deflection_rate(motion.rear_deflection, rear_slip_speed, motion.speed)
+        turning = angle_rate + motion.yaw_rate
+        twisting = twist_rate(motion.twist, turning, front_hub.along, self.twist_angle, self.twist_length)
+        front_slip = (motion.front_deflection + self.damping_time * front_rate) / self.relaxation_length
+        rear_slip = (motion.rear_deflection + self.damping_time * rear_rate) / self.relaxation_length
+        front_tyre = (self.front_stiffness, adhesion, self.front_load)
+        front_force = road.support * brush_lateral_force(front_slip, *front_tyre)
+        rear_force = road.support * brush_lateral_force(rear_slip, self.rear_stiffness, adhesion, self.rear_load)
+        aligning = road.support * brush_aligning_torque(front_slip, *front_tyre, self.contact_half_length)
+        drag, front_across = front_hub.to_body(0.0, front_force)
+        tyres = _Tyres(front_across, rear_force, drag, aligning + self.mechanical_trail * front_force, front_slip)
+        return front_hub.sine, SingleTrackMotion(0.0, 0.0, 0.0, front_rate, rear_rate, twisting, 0.0), tyres
 
     def _deflection_rate(self, deflection: Any, slip_speed: Any, rolling_speed: Any) -> Any:
         speed = relaxation_speed(rolling_speed * rolling_speed, slip_speed * slip_speed, self.greatest_slip)
@@ -214,12 +220,9 @@ class SingleTrack:
         front, rear = (0.5 * road.support * load for load in (self.front_load, self.rear_load))
         return Wheels(front, front, rear, rear)
 
-    def _wheel_speeds(self, motion: SingleTrackMotion, sine: Any, cosine: Any) -> Wheels:
+    def _wheel_speeds(self, motion: SingleTrackMotion, sine: Any) -> Wheels:
         half = 0.5 * self.track * motion.yaw_rate
+        left, right = motion.speed - half, motion.speed + half
+        cosine = sqrt(1.0 - sine * sine)
         across = sine * (motion.lateral_speed + self.front_distance * motion.yaw_rate)
-        return Wheels(
-            cosine * (motion.speed - half) + across,
-            cosine * (motion.speed + half) + across,
-            motion.speed - half,
-            motion.speed + half,
-        )
+        return Wheels(cosine * left + across, cosine * right + across, left, right)

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from tierod.graph.maths import cos, limit, maximum, sin
-from tierod.physics import single_track
 from tierod.physics.aerodynamics import AirForces, air_forces
 from tierod.physics.kingpin import scrub_radius_torque, weight_torque
 from tierod.physics.load_transfer import lateral_load_transfer, longitudinal_load_transfer
 from tierod.physics.rolling import holding_friction, rolling_resistance
+from tierod.physics.single_track import yaw_moment
 from tierod.physics.tyre import parking_torque, twist_rate
-from tierod.proving_ground.chassis.suspension import Axle, Kingpins
-from tierod.proving_ground.chassis.tyres import Tyre
+from tierod.proving_ground.chassis.two_track_parameters import TwoTrackParameters
 from tierod.proving_ground.chassis.wheel import Contact, contact, hub
 from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels, Wind
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 GRAVITY = 9.81
 STOPPING_TIME = 0.004
@@ -50,7 +48,7 @@ class TwoTrackMotion(NamedTuple):
     rear_force: Any
 
 
-class _Sums(NamedTuple):
+class Sums(NamedTuple):
     """Forces of all tyres in the directions of the body [N], and their yaw moment [N*m]."""
 
     along: Any
@@ -59,7 +57,7 @@ class _Sums(NamedTuple):
     yaw_moment: Any
 
 
-class _Scrub(NamedTuple):
+class Scrub(NamedTuple):
     """Torques of the turning contact patches [N*m] and the rates of their twists [rad/s]."""
 
     left: Any
@@ -68,7 +66,7 @@ class _Scrub(NamedTuple):
     right_rate: Any
 
 
-class _Balance(NamedTuple):
+class Balance(NamedTuple):
     """What the derivative needs of a reaction: finished rates, and what acts on the wheels' rotation."""
 
     rates: TwoTrackMotion
@@ -76,76 +74,12 @@ class _Balance(NamedTuple):
 
 
 @dataclass(frozen=True)
-class TwoTrack:
-    """Planar motion and roll of a body on four wheels.
+class TwoTrack(TwoTrackParameters):
+    """Planar motion and roll of a body on four wheels; the fields are those of `TwoTrackParameters`.
 
     Loads and compliance follow the forces with a first-order lag, in the place of the vertical motion of the wheels.
-    Speeds are those of the centre of gravity, about which the body rolls by the arm above its roll axis. Defaults are
-    those of a mid-size car, typical unless said otherwise; axle stiffnesses, with compliance, are 110 and 130 kN/rad.
-
-    Args:
-        centre_height: of the centre of gravity, above ground
-        roll_inertia: of the body about the centre of gravity of the car
-        suspension_lag: of loads and compliance behind the forces
-        drag_area, side_area: drag coefficient, and slope of the side force with the flow's angle, times frontal area
-        side_force_lead: of the point where the wind's side force acts, ahead of the centre of gravity
-        front, rear: axles
-        kingpins: of the front axle
+    Speeds are those of the centre of gravity, about which the body rolls by the arm above its roll axis.
     """
-
-    mass: Annotated[float, "kg", POSITIVE] = 1600.0
-    yaw_inertia: Annotated[float, "kg*m**2", POSITIVE] = 2800.0
-    front_distance: Annotated[float, "m", POSITIVE] = 1.14
-    rear_distance: Annotated[float, "m", POSITIVE] = 1.69
-    centre_height: Annotated[float, "m", POSITIVE] = 0.55
-    roll_inertia: Annotated[float, "kg*m**2", POSITIVE] = 600.0
-    suspension_lag: Annotated[float, "s", POSITIVE] = 0.012
-    drag_area: Annotated[float, "m**2", NOT_NEGATIVE] = 0.65
-    side_area: Annotated[float, "m**2", NOT_NEGATIVE] = 5.0
-    side_force_lead: Annotated[float, "m"] = 0.5
-    front: Axle = field(default_factory=lambda: Axle(1.55, 0.05, 64e3, 2700.0, 3.32e-6, 1.3))
-    rear: Axle = field(default_factory=lambda: Axle(1.54, 0.10, 44e3, 2200.0, 0.13e-6, 1.1))
-    kingpins: Kingpins = field(default_factory=Kingpins)
-
-    @property
-    def wheelbase(self) -> float:
-        """Distance of the axles [m]."""
-        return self.front_distance + self.rear_distance
-
-    @property
-    def front_load(self) -> float:
-        """Static load of the front axle [N]."""
-        return single_track.front_axle_load(self.mass, self.front_distance, self.rear_distance)
-
-    @property
-    def rear_load(self) -> float:
-        """Static load of the rear axle [N]."""
-        return single_track.front_axle_load(self.mass, self.rear_distance, self.front_distance)
-
-    @property
-    def roll_arm(self) -> float:
-        """Height of the centre of gravity above the roll axis [m]."""
-        axis = self.rear_distance * self.front.roll_centre_height + self.front_distance * self.rear.roll_centre_height
-        return self.centre_height - axis / self.wheelbase
-
-    @property
-    def understeer_gradient(self) -> float:
-        """Extra road-wheel angle per lateral acceleration at the start of the range [rad*s**2/m].
-
-        The pneumatic trails move the points where the axles' forces act.
-        """
-        return single_track.understeer_gradient(
-            self.mass,
-            self.front_distance - self._trail(self.front, self.front_load),
-            self.rear_distance + self._trail(self.rear, self.rear_load),
-            self.front.stiffness(self.front_load),
-            self.rear.stiffness(self.rear_load),
-        )
-
-    def on_tyres(self, front: Tyre, rear: Tyre | None = None) -> TwoTrack:
-        """The same car on other tyres; the same ones in front and behind where one is given."""
-        rear = front if rear is None else rear
-        return replace(self, front=replace(self.front, tyre=front), rear=replace(self.rear, tyre=rear))
 
     def init(self, speed: float) -> TwoTrackMotion:
         """Rolling straight ahead on level ground at a speed [m/s]."""
@@ -156,10 +90,10 @@ class TwoTrack:
 
     def reaction(self, motion: TwoTrackMotion, steer: Steer, road: Road, wind: Wind) -> Reaction:
         """Forces, accelerations and kingpin torques in a state of motion."""
-        loads, hubs = self._loads(motion, road), self._hubs(motion, steer)
-        contacts = self._contacts(motion, loads, hubs, road)
-        scrub = self._scrub(motion, steer, loads, hubs, contacts)
-        sums = self._sums(hubs, contacts, scrub)
+        loads, hubs = self.loads(motion, road), self.hubs(motion, steer)
+        contacts = self.contacts(motion, loads, hubs, road)
+        scrub = self.scrub(motion, steer, loads, hubs, contacts)
+        sums = self.sums(hubs, contacts, scrub)
         air = air_forces(
             motion.speed + wind.headwind_speed,
             motion.lateral_speed - wind.crosswind_speed,
@@ -194,15 +128,15 @@ class TwoTrack:
             wheel_speeds=self._wheel_speeds(motion),
             self_aligning_torque=self._aligning(left) + self._aligning(right),
             scrub_torque=scrub.left + scrub.right,
-            private=_Balance(rates, Wheels(*(each.longitudinal_force for each in contacts))),
+            private=Balance(rates, Wheels(*(each.longitudinal_force for each in contacts))),
         )
 
     def derivative(self, motion: TwoTrackMotion, reaction: Reaction, torques: Wheels, brakes: Wheels) -> TwoTrackMotion:
         """Rate of change of the motion, see `tierod.proving_ground.parts.Chassis`."""
-        balance: _Balance = reaction.private
+        balance: Balance = reaction.private
         spins = []
         for axle, spin, force, load, torque, brake in zip(
-            self._axles, motion.spins, balance.wheel_forces, reaction.loads, torques, brakes, strict=True
+            self.axles, motion.spins, balance.wheel_forces, reaction.loads, torques, brakes, strict=True
         ):
             driving = torque - axle.tyre.radius * force
             greatest = brake + axle.tyre.radius * rolling_resistance(load, axle.tyre.rolling_coefficient)
@@ -211,14 +145,12 @@ class TwoTrack:
         return balance.rates._replace(spins=Wheels(*spins))
 
     @property
-    def _axles(self) -> Wheels:
+    def axles(self) -> Wheels:
+        """The axle of every wheel."""
         return Wheels(self.front, self.front, self.rear, self.rear)
 
-    @staticmethod
-    def _trail(axle: Axle, load: float) -> float:
-        return axle.tyre.trail * 0.5 * load / axle.tyre.nominal_load
-
-    def _loads(self, motion: TwoTrackMotion, road: Road) -> Wheels:
+    def loads(self, motion: TwoTrackMotion, road: Road) -> Wheels:
+        """Vertical load of every wheel [N]; a wheel that lifts off leaves all of the axle's load to the other."""
         upright = 0.5 * road.support * cos(road.bank_angle) * cos(road.grade_angle)
         shift = 0.5 * longitudinal_load_transfer(motion.tyre_force, self.centre_height, self.wheelbase)
         loads = []
@@ -233,7 +165,8 @@ class TwoTrack:
             loads += [mean - transfer, mean + transfer]
         return Wheels(*loads)
 
-    def _hubs(self, motion: TwoTrackMotion, steer: Steer) -> Wheels:
+    def hubs(self, motion: TwoTrackMotion, steer: Steer) -> Wheels:
+        """Steer of every wheel, with compliance, and motion of its contact point."""
         across = motion.lateral_speed + self.roll_arm * motion.roll_rate
         front_across = across + self.front_distance * motion.yaw_rate
         rear_across = across - self.rear_distance * motion.yaw_rate
@@ -247,10 +180,11 @@ class TwoTrack:
             hub(rear_steer, motion.speed + rear, rear_across),
         )
 
-    def _contacts(self, motion: TwoTrackMotion, loads: Wheels, hubs: Wheels, road: Road) -> Wheels:
+    def contacts(self, motion: TwoTrackMotion, loads: Wheels, hubs: Wheels, road: Road) -> Wheels:
+        """What every contact patch does."""
         sides = Wheels(road.adhesion_left, road.adhesion_right, road.adhesion_left, road.adhesion_right)
         wheels = zip(
-            self._axles,
+            self.axles,
             loads,
             sides,
             hubs,
@@ -261,7 +195,8 @@ class TwoTrack:
         )
         return Wheels(*(contact(axle.tyre, *rest) for axle, *rest in wheels))
 
-    def _scrub(self, motion: TwoTrackMotion, steer: Steer, loads: Wheels, hubs: Wheels, contacts: Wheels) -> _Scrub:
+    def scrub(self, motion: TwoTrackMotion, steer: Steer, loads: Wheels, hubs: Wheels, contacts: Wheels) -> Scrub:
+        """What turns the front contact patches without rolling."""
         tyre, torques, rates = self.front.tyre, [], []
         for twist, steer_rate, load, side, patch in (
             (motion.left_twist, steer.left_rate, loads.front_left, hubs.front_left, contacts.front_left),
@@ -270,9 +205,10 @@ class TwoTrack:
             torques.append(parking_torque(load, patch.friction, tyre.pressure) * twist / tyre.twist_angle)
             turning = steer_rate + motion.yaw_rate
             rates.append(twist_rate(twist, turning, side.along, tyre.twist_angle, tyre.twist_length))
-        return _Scrub(*torques, *rates)
+        return Scrub(*torques, *rates)
 
-    def _sums(self, hubs: Wheels, contacts: Wheels, scrub: _Scrub) -> _Sums:
+    def sums(self, hubs: Wheels, contacts: Wheels, scrub: Scrub) -> Sums:
+        """Forces of all tyres on the body."""
         forces = []
         for side, patch in zip(hubs, contacts, strict=True):
             forces.append(side.to_body(patch.longitudinal_force, patch.lateral_force))
@@ -280,10 +216,10 @@ class TwoTrack:
         aligning = sum(patch.trail * patch.lateral_force for patch in contacts)
         turning = 0.5 * (self.front.track * (x2 - x1) + self.rear.track * (x4 - x3))
         front, rear = y1 + y2, y3 + y4
-        moment = self.front_distance * front - self.rear_distance * rear + turning - aligning
-        return _Sums(x1 + x2 + x3 + x4, front, rear, moment - scrub.left - scrub.right)
+        moment = yaw_moment(front, rear, self.front_distance, self.rear_distance) + turning - aligning
+        return Sums(x1 + x2 + x3 + x4, front, rear, moment - scrub.left - scrub.right)
 
-    def _rates(self, motion: TwoTrackMotion, sums: _Sums, air: AirForces, road: Road) -> TwoTrackMotion:
+    def _rates(self, motion: TwoTrackMotion, sums: Sums, air: AirForces, road: Road) -> TwoTrackMotion:
         gravity = road.support * GRAVITY
         along, across = sums.along + air.longitudinal, sums.front + sums.rear + air.lateral
         stiffness = self.front.roll_stiffness + self.rear.roll_stiffness - self.mass * gravity * self.roll_arm
@@ -307,7 +243,7 @@ class TwoTrack:
             rear_force=(sums.rear - motion.rear_force) / lag,
         )
 
-    def _kingpins(self, loads: Wheels, hubs: Wheels, contacts: Wheels, scrub: _Scrub) -> tuple[Any, Any]:
+    def _kingpins(self, loads: Wheels, hubs: Wheels, contacts: Wheels, scrub: Scrub) -> tuple[Any, Any]:
         left, right = contacts.front_left, contacts.front_right
         lever = self.kingpins.weight_lever(self.front.tyre.radius)
         drive_left, drive_right = scrub_radius_torque(
@@ -324,4 +260,4 @@ class TwoTrack:
         return (self.kingpins.mechanical_trail + patch.trail) * patch.lateral_force
 
     def _wheel_speeds(self, motion: TwoTrackMotion) -> Wheels:
-        return Wheels(*(spin * axle.tyre.radius for axle, spin in zip(self._axles, motion.spins, strict=True)))
+        return Wheels(*(spin * axle.tyre.radius for axle, spin in zip(self.axles, motion.spins, strict=True)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from tierod.graph.maths import maximum, sin, sqrt
+from tierod.graph.maths import limit, maximum, sin, sqrt
 from tierod.physics.magic_formula import combined_forces, friction_at_load, stiffness_per_load, trail
 from tierod.physics.tyre import bounded_relaxation_rate, relaxation_speed
 from tierod.proving_ground.chassis.tyres import Tyre
@@ -14,6 +14,9 @@ LEAST_ADHESION = 0.01
 
 TREAD_LAG = 1e-3
 """Of the tread against the rim [s]: keeps a spinning or locked wheel within what a step of 1 ms can follow."""
+
+REVERSING = 0.1
+"""Speed below which the trail changes over to the other side, since the patch then rolls backwards [m/s]."""
 
 
 class Hub(NamedTuple):
@@ -93,4 +96,5 @@ def contact(
         tyre.curvature,
     )
     lever = trail(load, tyre.nominal_load, tyre.trail, forces.angle, tyre.trail_shape)
+    lever = lever * limit(hub.along / REVERSING, -1.0, 1.0)
     return Contact(forces.longitudinal, forces.lateral, lever, longitudinal_rate, lateral_rate, slips[1], friction)

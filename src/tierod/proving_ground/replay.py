@@ -1,0 +1,94 @@
+"""A chassis alone, over recorded or prescribed steer and speed, for comparison with recordings and other simulators."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+from tierod.proving_ground.chassis import TwoTrack
+from tierod.proving_ground.integration import rosenbrock
+from tierod.proving_ground.parts import Chassis, Reaction, Road, Steer, Wheels, Wind
+from tierod.proving_ground.powertrain import Powertrain
+from tierod.ranges import NOT_NEGATIVE, POSITIVE
+
+
+class Course(NamedTuple):
+    """What a chassis is driven with at one instant."""
+
+    road_wheel_angle: Annotated[float, "rad"]
+    road_wheel_rate: Annotated[float, "rad/s"]
+    speed: Annotated[float, "m/s"]
+    bank_angle: Annotated[float, "rad"] = 0.0
+    grade_angle: Annotated[float, "rad"] = 0.0
+
+
+class Driven(NamedTuple):
+    """What the chassis did, at the instant of its sample."""
+
+    speed: Annotated[Any, "m/s"]
+    lateral_speed: Annotated[Any, "m/s"]
+    yaw_rate: Annotated[Any, "rad/s"]
+    yaw_acceleration: Annotated[Any, "rad/s**2"]
+    longitudinal_acceleration: Annotated[Any, "m/s**2"]
+    lateral_acceleration: Annotated[Any, "m/s**2"]
+    roll_angle: Annotated[Any, "rad"]
+    front_lateral_force: Annotated[Any, "N"]
+    rear_lateral_force: Annotated[Any, "N"]
+    self_aligning_torque: Annotated[Any, "N*m"]
+    kingpin_torque: Annotated[Any, "N*m"]
+    loads: Wheels
+    wheel_speeds: Wheels
+
+
+class _Motion(NamedTuple):
+    chassis: Any
+
+
+@dataclass(frozen=True)
+class Replay:
+    """Drives a chassis by its road wheels, both steered alike; a stiff controller keeps the speed by drive and brakes.
+
+    Args:
+        chassis: what is driven
+        powertrain: how the force for the speed is shared by the wheels
+        start_speed: rolling straight ahead
+        speed_gain: force per error of speed; a car of 1600 kg is 0.05 m/s late where the speed changes by 1 m/s**2
+        step_time: of the integration, by Heun's method as in the cars
+    """
+
+    chassis: Chassis = field(default_factory=TwoTrack)
+    powertrain: Powertrain = field(default_factory=Powertrain)
+    start_speed: Annotated[float, "m/s", NOT_NEGATIVE] = 20.0
+    speed_gain: Annotated[float, "N*s/m", NOT_NEGATIVE] = 32e3
+    step_time: Annotated[float, "s", POSITIVE] = 1e-3
+
+    Sample = Course
+
+    def init(self) -> Any:
+        """Straight ahead at the starting speed."""
+        return self.chassis.init(self.start_speed)
+
+    def step(self, state: Any, sample: Course) -> tuple[Any, Driven]:
+        """One step on; the output belongs to the instant of the sample."""
+        first = self._reaction(state, sample)
+        force = self.speed_gain * (sample.speed - first.speed)
+        torques, brakes = self.powertrain.torques(force, first)
+
+        def slope(motion: _Motion) -> _Motion:
+            now = motion.chassis
+            return _Motion(self.chassis.derivative(now, self._reaction(now, sample), torques, brakes))
+
+        after = rosenbrock(slope, _Motion(state), self.step_time, "", [])
+        return after.chassis, _driven(first)
+
+    def _reaction(self, motion: Any, sample: Course) -> Reaction:
+        angle, rate = sample.road_wheel_angle, sample.road_wheel_rate
+        road = Road(0.0, sample.bank_angle, sample.grade_angle, 1.0, 1.0, 1.0)
+        return self.chassis.reaction(motion, Steer(angle, angle, rate, rate), road, Wind(0.0, 0.0))
+
+
+def _driven(reaction: Reaction) -> Driven:
+    return Driven(
+        kingpin_torque=reaction.kingpin_left + reaction.kingpin_right,
+        **{name: getattr(reaction, name) for name in Driven._fields if name != "kingpin_torque"},
+    )
