@@ -25,6 +25,8 @@ from tierod.units import COUNT, known, scale, split_name, split_suffix, tidy
         ("m/s²", "m/s**2"),
         ("m/s^2", "m/s**2"),
         ("[m/s]", "m/s"),
+        ("(m/s)", "m/s"),
+        ("1/(N*m)", "1/(N*m)"),
         ("Nm", "N*m"),
         ("N m", "N*m"),
         ("U/  min", "rpm"),

@@ -104,7 +104,7 @@ def tidy(text: str, wanted: str = "") -> str:
     Raises:
         InputError: nobody knows the unit
     """
-    bare = text.strip().strip("[]()").strip()
+    bare = _unwrapped(text)
     if wanted == "m/s**2" and bare.lower() in ("g", "gs", "g0", "g_0", "gn"):
         return "g_0"
     found = _TIDY.get(re.sub(r"\s+", "", bare).lower().replace("**", "^"), _TIDY.get(bare.lower()))
@@ -113,6 +113,13 @@ def tidy(text: str, wanted: str = "") -> str:
     if bare in _SI:
         return bare
     return _by_pint(bare)
+
+
+def _unwrapped(text: str) -> str:
+    """Without the brackets around it; those of "1/(N*m)" belong to the unit."""
+    outer = text.strip().strip("[]").strip()
+    inner = outer.strip("()").strip()
+    return outer if "(" in inner else inner
 
 
 _SI = frozenset(
