@@ -51,7 +51,7 @@ def test_a_window_of_place_follows_the_distance_and_comes_again():
 
 def test_nothing_is_said_outside_a_window():
     assert act(Grip(During(100.0, 101.0))) == {}
-    assert During().share(TIME, PLACE).min() == 1.0
+    assert During().share(TIME, PLACE) == 1.0
 
 
 def test_an_empty_window_is_refused():

@@ -37,7 +37,10 @@ class _Steady:
 
         def act(time: np.ndarray, distance: np.ndarray) -> Columns:
             share = self.window.share(time, distance)
-            return {} if share is None else {n: usual + share * (level - usual) for n, level in levels.items()}
+            if share is None:
+                return {}
+            around = np.full(len(time), usual)
+            return {name: around + share * (level - usual) for name, level in levels.items()}
 
         return act
 

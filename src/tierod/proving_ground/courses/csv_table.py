@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import re
+from functools import cache
 from pathlib import Path
 from typing import get_type_hints
 
@@ -19,6 +20,7 @@ PLACES = {"time": "s", "distance": "m", "x": "m", "y": "m"}
 _HEADING = re.compile(r"\s*(\w+)\s*(?:\[(.*)\])?\s*")
 
 
+@cache
 def known_columns() -> dict[str, tuple[str, str]]:
     """(dotted name, unit) by the short name that a file writes."""
     return {

@@ -13,14 +13,14 @@ class Grid:
     def __init__(self, step: float, columns: Columns):
         """Columns [one value per point] at 0, step, 2 step, ..."""
         self.names, self._rate = tuple(columns), 1.0 / step
-        self._table = np.column_stack([*columns.values()])
-        self._last = len(self._table) - 1
+        table = np.column_stack([*columns.values()])
+        self._last = len(table) - 1
+        self._table = np.vstack([table, table[-1:]])
 
     def at(self, place: np.ndarray) -> Columns:
         """Every column at some places, in seconds or metres like the step."""
         position = np.minimum(np.maximum(place * self._rate, 0.0), self._last)
         before = position.astype(np.intp)
-        after = np.minimum(before + 1, self._last)
         rows = self._table.take(before, axis=0)
-        rows += (position - before)[:, None] * (self._table.take(after, axis=0) - rows)
+        rows += (position - before)[:, None] * (self._table.take(before + 1, axis=0) - rows)
         return dict(zip(self.names, rows.T, strict=True))

@@ -30,8 +30,8 @@ class During:
     def __post_init__(self):
         _in_order(self.start, self.end, "s")
 
-    def share(self, time: np.ndarray, distance: np.ndarray) -> np.ndarray | None:
-        """How much of the condition holds, 0 to 1; None where it does not hold at all."""
+    def share(self, time: np.ndarray, distance: np.ndarray) -> np.ndarray | float | None:
+        """How much of the condition holds, 0 to 1; one number where it is always so, None where it does not hold."""
         return _share(time, self.start, self.end, self.ramp, self.every)
 
 
@@ -53,8 +53,8 @@ class Along:
     def __post_init__(self):
         _in_order(self.start, self.end, "m")
 
-    def share(self, time: np.ndarray, distance: np.ndarray) -> np.ndarray | None:
-        """How much of the condition holds, 0 to 1; None where it does not hold at all."""
+    def share(self, time: np.ndarray, distance: np.ndarray) -> np.ndarray | float | None:
+        """How much of the condition holds, 0 to 1; one number where it is always so, None where it does not hold."""
         return _share(distance, self.start, self.end, self.ramp, self.every)
 
 
@@ -66,11 +66,13 @@ def _in_order(start: float, end: float, unit: str) -> None:
         raise ParameterError(f"a window from {start:g} to {end:g} {unit} is empty; let its end come after its start")
 
 
-def _share(place: np.ndarray, start: float, end: float, ramp: float, every: float) -> np.ndarray | None:
+def _share(place: np.ndarray, start: float, end: float, ramp: float, every: float) -> np.ndarray | float | None:
     if every < math.inf:
         place = np.mod(place, every)
     elif place[-1] < start or place[0] > end:
         return None
+    elif start == -math.inf and end == math.inf:
+        return 1.0
     if ramp == 0.0:
         return ((place >= start) & (place < end)).astype(float)
     inside = np.minimum(np.minimum(place - start, end - place) / ramp, 1.0)
