@@ -1,0 +1,104 @@
+"""A steering on a rig: hands, motor and kingpins as told, integrated as a car does it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from tierod.graph import scan
+from tierod.proving_ground.control.assist import AssistUnit
+from tierod.proving_ground.integration import implicit_inverse, rosenbrock
+from tierod.proving_ground.parts import Loads
+from tierod.proving_ground.steering.column_eps import ColumnEps
+
+STEP = 1e-3
+
+
+class Told(NamedTuple):
+    """What a rig does at one instant; the hands are a torque, and a spring and damper towards an angle."""
+
+    hand_torque: Annotated[float, "N*m"] = 0.0
+    hand_angle: Annotated[float, "rad"] = 0.0
+    motor_torque: Annotated[float, "N*m"] = 0.0
+    kingpin_torque: Annotated[float, "N*m"] = 0.0
+    speed: Annotated[float, "m/s"] = 0.0
+
+
+class Motion(NamedTuple):
+    steering: Any
+
+
+class State(NamedTuple):
+    motion: Motion
+    friction: Any
+    assist: Any
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A steering with linear kingpins and hands; with an assist unit or the motor's torque as told."""
+
+    steering: Any = field(default_factory=ColumnEps)
+    assist: AssistUnit | None = None
+    kingpin_stiffness: float = 0.0
+    front_load: float = 9400.0
+    arm_stiffness: float = 0.0
+    arm_damping: float = 0.0
+    step_time: float = STEP
+
+    Sample = Told
+
+    def init(self):
+        assist = () if self.assist is None else self.assist.remembered()
+        return State(Motion(self.steering.init()), self.steering.remembered(), assist)
+
+    def loads(self, motion, told, torques):
+        steer, hand = self.steering.steer(motion), self.steering.hand(motion)
+        arms = self.arm_stiffness * (told.hand_angle - hand.angle) - self.arm_damping * hand.rate
+        half = 0.5 * told.kingpin_torque
+        return Loads(
+            half + self.kingpin_stiffness * steer.left,
+            half + self.kingpin_stiffness * steer.right,
+            told.hand_torque + arms,
+            torques,
+            self.front_load,
+            told.speed,
+        )
+
+    def step(self, state, told):
+        steering, start = self.steering, state.motion.steering
+        hand = steering.hand(start)
+        torques = (told.motor_torque,) * len(steering.actuators)
+        signals = steering.signals(start, state.friction, self.loads(start, told, torques))
+        assist = state.assist
+        if self.assist is not None:
+            assist, torque = self.assist.decide(assist, signals.driver_torque, told.speed, hand.angle, hand.rate)
+            torques = (torque,)
+
+        def slope(motion):
+            loads = self.loads(motion.steering, told, torques)
+            return Motion(steering.derivative(motion.steering, start, state.friction, loads))
+
+        after = rosenbrock(slope, state.motion, self.step_time, "steering", self.inverse())
+        loads = self.loads(after.steering, told, torques)
+        friction = steering.advance(after.steering, start, state.friction, loads)
+        return State(after, friction, assist), signals
+
+    def inverse(self):
+        point, memory = self.steering.stiff(), self.steering.remembered()
+        idle = Loads(0.0, 0.0, 0.0, (0.0,) * len(self.steering.actuators), 0.0, 0.0)
+        return implicit_inverse(lambda m: self.steering.derivative(m, point, memory, idle), point, self.step_time)
+
+    def run(self, seconds, state=None, **told):
+        """The scan over some seconds; what is told are numbers or functions of time."""
+        time = np.arange(round(seconds / self.step_time)) * self.step_time
+        columns = Told()._replace(**told)
+        values = [value(time) if callable(value) else np.full(len(time), value) for value in columns]
+        return time, scan(self, np.column_stack(values), self.init() if state is None else state)
+
+    def placed(self, **motion):
+        """The rig at rest with some of its motion as given."""
+        state = self.init()
+        return state._replace(motion=Motion(state.motion.steering._replace(**motion)))
