@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import exp, limit
+from tierod.graph.maths import exp, limit, where
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 
@@ -29,7 +29,8 @@ class AngleMemory(NamedTuple):
 class AngleControl:
     """Proportional, integral and derivative action on an angle, with the target's rate and its damping ahead.
 
-    Rates come from differences of the angles behind one low-pass for both.
+    Rates come from differences of the angles behind one low-pass for both. The integral rests while the torque is at
+    its limit.
 
     Args:
         stiffness: torque per angle error
@@ -69,7 +70,5 @@ class AngleControl:
         asked = self.stiffness * error + self.damping * (target_rate - rate) + memory.integral
         asked = asked + self.forward_damping * target_rate
         torque = limit(asked, -self.torque_limit, self.torque_limit)
-        # What the limit cuts off is taken back, so that the integral does not wind up.
-        growth = self.step_time * self.integral
-        integral = memory.integral + growth * (error + (torque - asked) / self.stiffness)
+        integral = memory.integral + where(torque == asked, self.step_time * self.integral * error, 0.0)
         return AngleMemory(angle, target, rate, target_rate, integral), torque

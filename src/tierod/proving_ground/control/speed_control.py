@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from tierod.graph.maths import limit
+from tierod.graph.maths import limit, where
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 
 @dataclass(frozen=True)
 class SpeedControl:
     """Planned acceleration ahead, proportional and integral action on the speed error; the memory is the integral.
+
+    The integral rests while the acceleration is at its limit.
 
     Args:
         proportional: acceleration per speed error
@@ -41,4 +43,4 @@ class SpeedControl:
         error = target - speed
         asked = planned + self.proportional * error + memory
         given = limit(asked, -self.greatest_acceleration, self.greatest_acceleration)
-        return memory + self.step_time * self.integral * (error + (given - asked) / self.proportional), given
+        return memory + where(given == asked, self.step_time * self.integral * error, 0.0), given
