@@ -52,6 +52,8 @@ class Builder:
             amounts = [each for each in others if each.hint is float and "{signal}" in (each.unit or "")]
             if amounts:
                 return self._amount(amounts[0], given, location)
+        if isinstance(given, float | int) and not isinstance(given, bool):
+            others = [each for each in others if each.hint in (float, int)] or others
         for each in others[:-1]:
             try:
                 return self._plain(each, given, location, base)

@@ -1,35 +1,204 @@
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from tierod.proving_ground import EpsCar, Scatter, SensorNoise
+from tierod.errors import ParameterError
+from tierod.fields import numbers
+from tierod.proving_ground.cars.eps_car import EpsCar
+from tierod.proving_ground.chassis import SingleTrack, TwoTrack
+from tierod.proving_ground.scatter import Scatter, Spread
+from tierod.proving_ground.sensors import SensorSet
+from tierod.proving_ground.steering.column_eps import ColumnEps
+from tierod.proving_ground.steering.rack_eps import RackEps
+from tierod.toml import Document, build
+
+CARS = {
+    "two-track": EpsCar(TwoTrack(), ColumnEps()),
+    "single-track": EpsCar(SingleTrack(), ColumnEps()),
+    "rack": EpsCar(TwoTrack(), RackEps()),
+}
+SENSORS = SensorSet.production()
+NOTHING = Scatter(*[0.0] * 10)
 
 
-def draws(scatter, count=400):
+def draws(scatter, car=CARS["two-track"], count=400):
     generator = np.random.default_rng(0)
-    return [scatter.draw(EpsCar(), SensorNoise(), generator) for _ in range(count)]
+    return [scatter.draw(car, SENSORS, generator) for _ in range(count)]
+
+
+def value(instance, path):
+    return numbers(instance)[path].value
+
+
+def ratio(car, path, name="two-track"):
+    return value(car, path) / value(CARS[name], path)
 
 
 def test_spread_is_the_one_asked_for():
-    cars = draws(Scatter())
+    drawn = draws(Scatter())
     logs = {
-        0.4: [np.log(car.steering.damping / 0.8) for car, _ in cars],
-        0.3: [np.log(car.steering.inertia / 0.1) for car, _ in cars],
-        0.1: [np.log(noise.driver_torque.gain) for _, noise in cars],
+        0.4: [math.log(ratio(car, "steering.damping")) for car, _ in drawn],
+        0.3: [math.log(ratio(car, "steering.motor.inertia")) for car, _ in drawn],
+        0.1: [math.log(sensors["driver_torque"].gain) for _, sensors in drawn],
     }
     for deviation, values in logs.items():
         assert np.std(values) == pytest.approx(deviation, rel=0.15)
         assert np.mean(values) == pytest.approx(0.0, abs=0.2 * deviation)
-    assert np.std([noise.driver_torque.bias for _, noise in cars]) == pytest.approx(0.3, rel=0.15)
+    assert np.std([sensors["driver_torque"].bias for _, sensors in drawn]) == pytest.approx(0.3, rel=0.15)
+    assert np.std([sensors["lateral_acceleration"].bias for _, sensors in drawn]) == pytest.approx(0.3, rel=0.15)
 
 
-def test_both_parts_of_the_trail_scatter_together_and_the_mass_stays():
-    car, noise = draws(Scatter(), 1)[0]
-    assert car.chassis.mechanical_trail / 0.025 == pytest.approx(car.chassis.contact_half_length / 0.075)
+@pytest.mark.parametrize(
+    ("name", "together"),
+    [
+        ("two-track", ("chassis.kingpins.mechanical_trail", "chassis.front.tyre.trail")),
+        ("single-track", ("chassis.mechanical_trail", "chassis.contact_half_length")),
+        ("two-track", ("steering.wheel_inertia", "steering.column_inertia", "steering.motor.inertia")),
+        ("rack", ("steering.wheel_inertia", "steering.rack_mass", "steering.motor.inertia")),
+        ("two-track", ("steering.damping", "steering.motor.damping")),
+        ("rack", ("steering.pinion_damping", "steering.rack_damping", "steering.motor.damping")),
+    ],
+)
+def test_what_belongs_together_scatters_together(name, together):
+    car, _ = draws(Scatter(), CARS[name], 1)[0]
+    ratios = [ratio(car, path, name) for path in together]
+    assert ratios[0] != 1.0
+    np.testing.assert_allclose(ratios, ratios[0])
+
+
+def test_all_else_stays():
+    car, sensors = draws(Scatter(), count=1)[0]
     assert car.chassis.mass == EpsCar().chassis.mass
-    assert noise.steering_wheel_rate.noise == 0.02
-    assert noise.yaw_rate == SensorNoise().yaw_rate
+    assert value(car, "chassis.rear.tyre.trail") == value(EpsCar(), "chassis.rear.tyre.trail")
+    assert sensors["steering_wheel_rate"].noise == 0.02
+    assert sensors["yaw_rate"] == SENSORS["yaw_rate"]
+    assert car.driver == EpsCar().driver
 
 
-def test_no_scatter_is_the_nominal_car():
-    none = Scatter(*[0.0] * 10)
-    assert none.draw(EpsCar(), SensorNoise(), np.random.default_rng(0))[0] == EpsCar()
+@pytest.mark.parametrize("name", CARS)
+def test_the_harder_form(name):
+    hard = replace(NOTHING, tyre_stiffness=0.2, mass=0.08, torque_delay=0.05)
+    car, sensors = draws(hard, CARS[name], 1)[0]
+    front, rear = (
+        ("chassis.front_stiffness", "chassis.rear_stiffness")
+        if name == "single-track"
+        else ("chassis.front.tyre.cornering_stiffness", "chassis.rear.tyre.cornering_stiffness")
+    )
+    assert len({ratio(car, front, name), ratio(car, rear, name), 1.0}) == 3
+    assert ratio(car, "chassis.mass", name) == pytest.approx(ratio(car, "chassis.yaw_inertia", name))
+    assert ratio(car, "chassis.mass", name) != 1.0
+    assert sensors["motor_torque"].delay == sensors["driver_torque"].delay == 0.05
+
+
+@pytest.mark.parametrize("car", CARS.values(), ids=list(CARS))
+def test_no_scatter_is_the_nominal_car(car):
+    assert NOTHING.draw(car, SENSORS, np.random.default_rng(0))[0] == car
+
+
+def test_one_does_not_move_another():
+    usual = draws(Scatter(), count=1)[0][0]
+    with_mass = draws(Scatter(mass=0.1), count=1)[0][0]
+    assert with_mass.steering == usual.steering
+    more = {"chassis.drag_area": Spread(0.2), "sensors.yaw_rate.gain": Spread(0.05)}
+    assert draws(Scatter(parameters=more), count=1)[0][0].steering == usual.steering
+    one, other = ({name: more[name] for name in names} for names in (more, reversed(more)))
+    assert draws(Scatter(parameters=one), count=3) == draws(Scatter(parameters=other), count=3)
+    alone = draws(Scatter(parameters={"sensors.yaw_rate.gain": Spread(0.05)}), count=1)[0][1]
+    assert alone == draws(Scatter(parameters=more), count=1)[0][1]
+
+
+def test_any_parameter_of_car_and_sensors():
+    scatter = replace(
+        NOTHING,
+        parameters={
+            "chassis.mass": Spread(0.1, also=("chassis.yaw_inertia",)),
+            "chassis.centre_height": Spread("30 mm", "normal"),
+            "sensors.yaw_rate.bias": Spread("0.5 deg/s", "normal"),
+        },
+    )
+    drawn = draws(scatter)
+    masses = [math.log(ratio(car, "chassis.mass")) for car, _ in drawn]
+    assert np.std(masses) == pytest.approx(0.1, rel=0.15)
+    np.testing.assert_allclose(masses, [math.log(ratio(car, "chassis.yaw_inertia")) for car, _ in drawn], atol=1e-12)
+    assert np.std([car.chassis.centre_height for car, _ in drawn]) == pytest.approx(0.03, rel=0.15)
+    biases = [sensors["yaw_rate"].bias for _, sensors in drawn]
+    assert np.std(biases) == pytest.approx(math.radians(0.5), rel=0.15)
+    assert np.mean(biases) == pytest.approx(SENSORS["yaw_rate"].bias, abs=1.5e-3)
+
+
+def test_a_parameter_that_scatters_already_scatters_more():
+    both = draws(replace(NOTHING, damping=0.3, parameters={"steering.damping": Spread(0.4)}))
+    logs = [math.log(ratio(car, "steering.damping")) for car, _ in both]
+    assert np.std(logs) == pytest.approx(0.5, rel=0.1)
+
+
+def test_a_draw_stays_in_its_range():
+    wide = replace(NOTHING, parameters={"steering.friction.load_share": Spread(0.5, "normal")})
+    shares = [value(car, "steering.friction.load_share") for car, _ in draws(wide)]
+    assert min(shares) >= 0.0
+    assert max(shares) <= 1.0
+    huge = replace(NOTHING, parameters={"steering.friction.load_share": Spread(1e9, "normal")})
+    with pytest.raises(ParameterError, match="of 1000 draws none gave 'steering.friction.load_share'"):
+        draws(huge, count=30)
+
+
+def read(text):
+    document = Document.parse(text, "drive.toml")
+    return build(Scatter, document.content["scatter"], document, ("scatter",))
+
+
+def test_a_table():
+    scatter = read("""
+        [scatter]
+        torque_gain = "5 %"
+        torque_delay = "20 ms"
+        [scatter.parameters]
+        "chassis.mass" = { deviation = 0.08, also = ["chassis.yaw_inertia"] }
+        steering.friction.level = 0.2
+        "sensors.yaw_rate.bias" = { deviation = "0.2 deg/s", kind = "normal" }
+    """)
+    assert scatter == Scatter(
+        torque_gain=0.05,
+        torque_delay=0.02,
+        parameters={
+            "chassis.mass": Spread(0.08, also=("chassis.yaw_inertia",)),
+            "steering.friction.level": Spread(0.2),
+            "sensors.yaw_rate.bias": Spread("0.2 deg/s", "normal"),
+        },
+    )
+    assert read("[scatter]") == Scatter()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[scatter]\ndampin = 1", "line 2: 'dampin' is not known here; did you mean 'damping'"),
+        ("[scatter]\ndamping = -1", "line 2: 'scatter.damping' is -1"),
+        ("[scatter]\ndriver_torque_offset = '1 m'", "line 2: .*measured in"),
+        ("[scatter]\nparameters = 3", "line 2: 'parameters' has to be a table"),
+        ("[scatter.parameters]\n'chassis.mass' = 'x'", "line 2: .*has to be a number"),
+        (
+            "[scatter.parameters]\n'chassis.mass' = { deviation = 1, kind = 'uniform' }",
+            "line 2: .*not among log-normal",
+        ),
+        ("[scatter.parameters]\n'chassis.mass' = { kind = 'normal' }", "line 2: 'deviation' is missing"),
+        ("[scatter.parameters]\n'chassis.mass' = -0.1", "line 2: .*at least 0"),
+        ("[scatter.parameters]\n'chassis.mas' = 0.1", "line 2: neither car nor sensors .*did you mean 'chassis.mass"),
+        ("[scatter.parameters]\nsensors.yaw.bias = 0.1", "line 2: .*did you mean 'sensors.yaw_rate.bias'"),
+        ("[scatter.parameters]\n'chassis.mass' = { deviation = 1, also = ['x'] }", "line 2: .*parameter 'x'"),
+        ("[scatter.parameters]\n'chassis.mass' = '3 kg'", "line 2: .*measured in a number without unit"),
+        ("[scatter.parameters]\n'chassis.mass' = { deviation = '3 m', kind = 'normal' }", "line 2: .*measured in 'kg'"),
+    ],
+)
+def test_a_slip_is_named_with_its_line(text, words):
+    with pytest.raises(ParameterError, match=r"drive.toml, " + words):
+        read(text).fitted(EpsCar(), SENSORS)
+
+
+def test_a_slip_in_python():
+    with pytest.raises(ParameterError, match="neither car nor sensors have a parameter 'mass'"):
+        draws(Scatter(parameters={"mass": Spread(0.1)}))
+    with pytest.raises(ParameterError, match="'damping' is -1"):
+        Scatter(damping=-1.0)

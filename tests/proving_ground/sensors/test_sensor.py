@@ -19,7 +19,6 @@ def chance(seed=0):
 def test_ideal_sensor_reads_the_truth():
     truth = np.linspace(-1.0, 1.0, 50)
     assert np.array_equal(Sensor().read(truth, chance()), truth)
-    assert np.array_equal(Sensor().measure(truth, chance()), truth)
     taken, stamps = Sensor(rate=50.0).instants(1.0, chance())
     assert np.array_equal(taken, np.arange(50) / 50.0)
     assert np.array_equal(stamps, taken)
@@ -48,8 +47,6 @@ def test_delay_is_the_age_of_what_is_read():
     taken, stamps = Sensor(delay=0.05).instants(1.0, chance())
     np.testing.assert_allclose(stamps[5:] - taken[5:], 0.05)
     assert not taken[:5].any()
-    late = Sensor(delay=0.05, rate=100.0).measure(np.arange(100.0), chance())
-    np.testing.assert_allclose(late[5:], np.arange(95.0))
 
 
 def test_noise_has_its_deviation():

@@ -129,10 +129,3 @@ class Sensor:
             values = values - (high - low) * np.floor((values - low) / (high - low))
             values = np.where(values >= high, low, values)
         return values if self.saturation is None else np.clip(values, *self.saturation)
-
-    def measure(self, truth: np.ndarray, generator: np.random.Generator) -> np.ndarray:
-        """Readings of a true signal that was sampled at the sensor's rate, without jitter and loss, shape (n,)."""
-        if self.delay > 0.0:
-            index = np.arange(len(truth))
-            truth = np.interp(index - self.delay * self.rate, index, truth)
-        return self.read(truth, generator)
