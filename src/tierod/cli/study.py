@@ -1,35 +1,116 @@
-"""Measure the estimators on virtual drives: the figures of the documentation."""
+"""Measure on virtual cars what papers and tierod claim, claim by claim."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from tierod.studies.claims import Claim
+    from tierod.studies.registry import Effort, Study
 
 
 def study(
     name: Annotated[str | None, typer.Argument(help="Which study; every one where not given.")] = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Folder for the figures as Markdown.")] = None,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder for report.html and claims.json; of every study its own.")
+    ] = Path("out"),
+    quick: Annotated[bool, typer.Option("--quick", help="A few minutes of driving only: a try, no figures.")] = False,
+    processes: Annotated[int | None, typer.Option(min=1, help="Worker processes; one per core.")] = None,
 ) -> int:
-    """Run a study and print its tables, as soon as each is there."""
-    import sys
-
+    """Run a study: tables and claims to the terminal, a page and claims.json into a folder."""
     from tierod.cli.terminal import messages
     from tierod.errors import ParameterError, nearest
-    from tierod.files import write_text
-    from tierod.studies.registry import STUDIES
+    from tierod.studies.registry import STUDIES, Effort
 
     if name is not None and name not in STUDIES:
         raise ParameterError(f"there is no study '{name}'{nearest(name, STUDIES)}")
+    effort = Effort(quick, processes)
     for chosen in STUDIES.values() if name is None else [STUDIES[name]]:
-        sections = []
-        for section in chosen.sections(lambda what: messages().print(f"measuring: {what}")):
-            sections.append(section)
-            sys.stdout.write(section + "\n")
-            sys.stdout.flush()
-        if output is not None:
-            output.mkdir(parents=True, exist_ok=True)
-            path = write_text(output / f"{chosen.name}.md", f"# Study: {chosen.name}\n\n" + "\n".join(sections))
+        folder = output / chosen.name if name is None else output
+        for path in _run(chosen, effort, folder):
             messages().print(f"written: {path}", soft_wrap=True, markup=False)
     return 0
+
+
+def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
+    """Both files of a study, written when all of it is known."""
+    import sys
+    from datetime import UTC, datetime
+
+    from tierod import __version__
+    from tierod.files import write_text
+    from tierod.report.study_page import StudyPage, render_study
+    from tierod.studies.claims import Claim, claims_document
+    from tierod.studies.content import Item, Table
+
+    folder.mkdir(parents=True, exist_ok=True)
+    items: list[Item] = []
+    with _told(chosen.name) as progress:
+        for item in chosen.items(effort, progress):
+            items.append(item)
+            if isinstance(item, Table):
+                sys.stdout.write(item.markdown() + "\n")
+                sys.stdout.flush()
+    _print([item for item in items if isinstance(item, Claim)])
+    page = StudyPage(
+        chosen.name,
+        chosen.title,
+        chosen.summary,
+        chosen.groups,
+        items,
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+        version=__version__,
+        command=f"tierod study {chosen.name}" + " --quick" * effort.quick,
+        remark="This was a quick run over a few minutes of driving. Its figures say little." if effort.quick else "",
+    )
+    texts = {
+        "report.html": render_study(page),
+        "claims.json": claims_document([item for item in items if isinstance(item, Claim)]),
+    }
+    return [write_text(folder / file, text) for file, text in texts.items()]
+
+
+@contextmanager
+def _told(name: str) -> Iterator[Callable[[float, str], None]]:
+    """Share done and what comes next, to stderr: a bar where somebody watches, a line for every part of the study."""
+    from tierod.cli.terminal import messages, progress
+
+    last = ""
+    with progress(f"study {name}") as advance:
+
+        def told(share: float, what: str) -> None:
+            nonlocal last
+            if what != last:
+                messages().print(f"measuring: {what}", markup=False)
+                last = what
+            advance(share)
+
+        yield told
+
+
+def _print(claims: Sequence[Claim]) -> None:
+    """The claims as a table, and how many hold."""
+    from tierod.cli.terminal import output, rows
+    from tierod.report.display import number
+
+    words = {True: "yes", False: "NO", None: "-"}
+    console = output()
+    cells = [
+        (
+            claim.id,
+            claim.printed if isinstance(claim.printed, str) else number(claim.printed),
+            number(claim.figure),
+            "-" if claim.goal is None else str(claim.goal),
+            claim.unit,
+            words[claim.met],
+        )
+        for claim in claims
+    ]
+    console.print(rows(("claim", "printed", "ours", "goal", "unit", "holds"), cells, right=(1, 2, 3)))
+    held, failed = (sum(claim.met is met for claim in claims) for met in (True, False))
+    console.print(f"{len(claims)} claims: {held} hold, {failed} do not, {len(claims) - held - failed} not judged")

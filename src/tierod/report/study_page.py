@@ -44,6 +44,7 @@ class _Section:
     parts: list[tuple[str, Any]] = field(default_factory=list)
 
 
+_PLURAL = {"holds": "hold", "does not hold": "do not hold", "not judged": "not judged"}
 _VERDICTS = {True: ("✓", "holds", "good"), False: ("✕", "does not hold", "bad"), None: ("–", "not judged", "open")}
 
 
@@ -56,6 +57,7 @@ def render_study(page: StudyPage) -> str:
         page=page,
         created=moment(page.created),
         counts=[(*_VERDICTS[met], sum(claim.met is met for claim in claims)) for met in (True, False, None)],
+        plural=_PLURAL,
         groups=[(title, rows) for title, rows in _groups(page.groups, claims) if rows],
         sections=sections,
         charts=[chart_script(figure) for figure in charts],

@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from tierod.studies.claims import Claim
+
+Numbers = Sequence[float] | np.ndarray
 
 
 @dataclass(frozen=True)
@@ -54,8 +58,8 @@ class Lines:
     """A curve; NaN breaks it."""
 
     name: str
-    x: Sequence[float]
-    y: Sequence[float]
+    x: Numbers
+    y: Numbers
     dashed: bool = False
 
 
@@ -64,8 +68,8 @@ class Bars:
     """A histogram: shares between edges."""
 
     name: str
-    edges: Sequence[float]
-    shares: Sequence[float]
+    edges: Numbers
+    shares: Numbers
 
 
 @dataclass(frozen=True)
@@ -73,10 +77,10 @@ class Points:
     """Marks at numbers or at named places, with the range that each stands for."""
 
     name: str
-    x: Sequence[float] | Sequence[str]
-    y: Sequence[float]
-    low: Sequence[float] | None = None
-    high: Sequence[float] | None = None
+    x: Numbers | Sequence[str]
+    y: Numbers
+    low: Numbers | None = None
+    high: Numbers | None = None
 
 
 @dataclass(frozen=True)
@@ -85,8 +89,8 @@ class Boxes:
 
     name: str
     places: Sequence[str]
-    mean: Sequence[float]
-    deviation: Sequence[float]
+    mean: Numbers
+    deviation: Numbers
 
 
 Mark = Lines | Bars | Points | Boxes

@@ -1,9 +1,27 @@
-"""Every study there is: sections of Markdown, made one after the other."""
+"""Every study there is."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from tierod.studies.content import Item
+
+Progress = Callable[[float, str], None]
+"""Told the share done (0 to 1) and what comes next."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much is put into a study.
+
+    Args:
+        quick: a few minutes of driving only: shows that everything works, its figures say little
+        processes: worker processes; one per core if None
+    """
+
+    quick: bool = False
+    processes: int | None = None
 
 
 @dataclass(frozen=True)
@@ -12,27 +30,23 @@ class Study:
 
     Args:
         name: as given on the command line
+        title: what it is about, a few words
         summary: one sentence
-        sections: makes the sections of the study, Markdown each; called with a function that is told what comes next
+        items: works the study out: claims, tables and charts, one after the other
+        groups: title of every group of claims, in the order they are shown
     """
 
     name: str
+    title: str
     summary: str
-    sections: Callable[[Callable[[str], None]], Iterator[str]]
+    items: Callable[[Effort, Progress], Iterator[Item]]
+    groups: Mapping[str, str] = field(default_factory=dict)
 
 
-def _friction(announce: Callable[[str], None]) -> Iterator[str]:
-    from tierod.studies import friction_accuracy, friction_paper
+def _friction(effort: Effort, progress: Progress) -> Iterator[Item]:
+    from tierod.studies.friction.study import items
 
-    announce("the default estimator and its verdict")
-    yield "## The default estimator and its verdict\n"
-    for name in friction_accuracy.TABLES:
-        announce(name)
-        yield friction_accuracy.table(friction_accuracy.run(tables=(name,))) + "\n"
-    announce("the paper's methods")
-    yield "## The paper's methods\n"
-    for table in friction_paper.tables():
-        yield table.markdown()
+    return items(effort, progress)
 
 
 STUDIES: Mapping[str, Study] = {
@@ -40,8 +54,16 @@ STUDIES: Mapping[str, Study] = {
     for study in (
         Study(
             "friction",
-            "Bias, scatter, detection time and false verdicts of every friction estimator on virtual drives.",
+            "Friction of the steering",
+            "The paper of Mohtat et al. claim by claim, and how exact and how soon tierod's own estimator is.",
             _friction,
+            {
+                "paper": "What the paper says",
+                "estimator": "tierod's default estimator",
+                "verdict": "tierod's verdict",
+                "laws": "Friction laws that the estimator does not know",
+                "plant": "The virtual car itself",
+            },
         ),
     )
 }

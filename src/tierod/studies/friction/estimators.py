@@ -1,0 +1,114 @@
+"""The estimators that the study compares, by name; all believe in the same vehicle file, whatever car is driven."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+from tierod.models.friction_estimation import FrictionParameters
+from tierod.monitors.friction.baseline import BaselineFrictionMonitor, BaselineGate, BaselineParameters
+from tierod.monitors.friction.conditioning import AngleObserver, SteeringConditioning
+from tierod.monitors.friction.joint_filter import equal_low_pass
+from tierod.monitors.friction.monitor import FrictionMonitor
+from tierod.monitors.friction.presliding import PreslidingFrictionFilter
+from tierod.monitors.friction.presliding_tuning import DEVIATIONS, PROCESS, PreslidingTuning
+from tierod.monitors.friction.refined import consistent, printed, printed_open
+from tierod.monitors.friction.unscented import unscented
+from tierod.vehicles import Vehicle, load
+
+VEHICLE = "midsize-eps"
+GRAVITY = 9.81
+
+DEFAULT = "default"
+"""tierod's own estimator, with its verdict."""
+PRINTED = "paper, printed"
+POSTERIOR = "paper, printed, operating point estimated"
+PER_SAMPLE = "paper, printed, virtual rows of G one"
+OPEN = "paper, printed, aligning torque open"
+CORRECTED = "paper, corrected"
+UNSCENTED = "paper, unscented"
+PRINTED_SMOOTH = "paper, printed, 5 Hz low-pass"
+CORRECTED_SMOOTH = "paper, corrected, 5 Hz low-pass"
+SINGLE_LAW = "single-law estimator"
+
+BASELINE = "baseline"
+BASELINE_SIGN = "baseline, printed sign"
+BASELINE_GATED = "baseline, printed gate"
+BASELINE_IN_G = "baseline, printed gate in g"
+
+
+@cache
+def vehicle() -> Vehicle:
+    """What every estimator of the study believes of the car."""
+    return load(VEHICLE)
+
+
+def _parameters() -> FrictionParameters:
+    return vehicle().parameters_for(FrictionParameters)
+
+
+def without(*coefficients: str, cutoff: float = 12.0, half_width: float = 0.0) -> PreslidingFrictionFilter:
+    """The default estimator with some coefficients fixed at their priors, or with another conditioning.
+
+    Args:
+        coefficients: names in `Coefficients` that are not learnt
+        cutoff: of the low-pass before the law [Hz]
+        half_width: of the play [rad]
+    """
+    fixed = dict.fromkeys(coefficients, 0.0)
+    tuning = PreslidingTuning(process=PROCESS._replace(**fixed), deviations=DEVIATIONS._replace(**fixed))
+    conditioning = SteeringConditioning(cutoff=cutoff, angle=AngleObserver(half_width=half_width))
+    return PreslidingFrictionFilter(_parameters(), tuning, conditioning)
+
+
+def _single_law() -> PreslidingFrictionFilter:
+    """What the default estimator grew from: one exponential law, 5 Hz before it, a play, six coefficients."""
+    tried = without("finite", "long", "trail_drop", "load_share", cutoff=5.0, half_width=3e-4)
+    return replace(tried, regressor_cutoff=49.0)
+
+
+def monitor(level: tuple[float, float] | None = None) -> FrictionMonitor:
+    """The default estimator with its verdict.
+
+    Args:
+        level: own level of the car from an earlier drive and its standard deviation [N*m]; None learns it anew
+    """
+    return FrictionMonitor.of_vehicle(vehicle(), 0.01, *(level or (None, 0.0)))
+
+
+def _baseline(gate: BaselineGate | None = None, literal_sign: bool = False) -> BaselineFrictionMonitor:
+    parameters = vehicle().parameters_for(BaselineParameters)
+    return BaselineFrictionMonitor(parameters, math.inf, gate=gate, literal_sign=literal_sign)
+
+
+def _gate_in_g() -> BaselineGate:
+    """The printed gate with its limits of lateral acceleration read in g: printed in m/s^2 they hardly ever open."""
+    return BaselineGate(minimum_acceleration=0.1 * GRAVITY, maximum_acceleration=0.5 * GRAVITY)
+
+
+ESTIMATORS: Mapping[str, Callable[[], Any]] = {
+    PRINTED: lambda: printed(_parameters()),
+    POSTERIOR: lambda: printed(_parameters(), operating_point="estimate"),
+    PER_SAMPLE: lambda: printed(_parameters(), virtual_noise="per sample"),
+    OPEN: lambda: printed_open(_parameters()),
+    CORRECTED: lambda: consistent(_parameters()),
+    UNSCENTED: lambda: unscented(_parameters()),
+    PRINTED_SMOOTH: lambda: replace(printed(_parameters()), low_pass=equal_low_pass(5.0)),
+    CORRECTED_SMOOTH: lambda: replace(consistent(_parameters()), low_pass=equal_low_pass(5.0)),
+    SINGLE_LAW: _single_law,
+    "default, one law in place of three": lambda: without("finite", "long"),
+    "default, no load share": lambda: without("load_share"),
+    "default, no trail drop": lambda: without("trail_drop"),
+}
+"""Blocks with outputs `friction_torque` and `enabled`; the default estimator runs with its verdict, see `monitor`."""
+
+BASELINES: Mapping[str, Callable[[], BaselineFrictionMonitor]] = {
+    BASELINE: _baseline,
+    BASELINE_SIGN: lambda: _baseline(literal_sign=True),
+    BASELINE_GATED: lambda: _baseline(BaselineGate()),
+    BASELINE_IN_G: lambda: _baseline(_gate_in_g()),
+}
+"""Forms of the baseline monitor, whose figure is a variance over 15 s."""
