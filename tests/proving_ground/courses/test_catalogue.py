@@ -6,6 +6,7 @@ import pytest
 
 from tierod.block import leaves, skeleton
 from tierod.errors import ParameterError
+from tierod.proving_ground.cars.column_bench import Acting
 from tierod.proving_ground.courses import described, load, shipped
 from tierod.proving_ground.courses.catalogue import AnyCourse
 from tierod.proving_ground.parts import Demand, Road, Wind
@@ -16,7 +17,7 @@ KNOWN = {
     f"{part}.{path}"
     for part, kind in (("road", Road), ("wind", Wind), ("demand", Demand))
     for path, _ in leaves(skeleton(kind))
-}
+} | {path for path, _ in leaves(skeleton(Acting)) if not path.startswith("ports.")}
 COURSES = {name: load(name) for name in shipped()}
 
 
