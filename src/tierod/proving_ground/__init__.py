@@ -1,32 +1,36 @@
-"""The virtual test vehicle: car, driver, road, sensors and friction fault; never imported by a monitor."""
+"""The virtual test vehicle: cars, drivers, courses, sensors and faults; never imported by a monitor."""
 
-from tierod.proving_ground.car import EpsCar
-from tierod.proving_ground.drives import drive, lock_to_lock
+from tierod.proving_ground.cars.eps_car import EpsCar
+from tierod.proving_ground.chassis import SingleTrack, TwoTrack
+from tierod.proving_ground.courses.roads import Bends, City, Country, Motorway
+from tierod.proving_ground.drives import drive, lock_to_lock, with_friction
 from tierod.proving_ground.friction_course import FrictionCourse
-from tierod.proving_ground.parameters import AssistMap, Chassis, Driver, Steering, TorsionBar
-from tierod.proving_ground.road import CITY, COUNTRY, MIXED, MOTORWAY, Bends, Road, RoadKind, random_road
+from tierod.proving_ground.run import Outcome, run
 from tierod.proving_ground.scatter import Scatter
-from tierod.proving_ground.sensors import Sensor, SensorNoise
+from tierod.proving_ground.sensors import Sensor, SensorNoise, SensorSet
+from tierod.proving_ground.steering.column_eps import ColumnEps
+from tierod.proving_ground.steering.friction import DryFriction
+from tierod.proving_ground.steering.rack_eps import RackEps
 
 __all__ = [
-    "CITY",
-    "COUNTRY",
-    "MIXED",
-    "MOTORWAY",
-    "AssistMap",
     "Bends",
-    "Chassis",
-    "Driver",
+    "City",
+    "ColumnEps",
+    "Country",
+    "DryFriction",
     "EpsCar",
     "FrictionCourse",
-    "Road",
-    "RoadKind",
+    "Motorway",
+    "Outcome",
+    "RackEps",
     "Scatter",
     "Sensor",
     "SensorNoise",
-    "Steering",
-    "TorsionBar",
+    "SensorSet",
+    "SingleTrack",
+    "TwoTrack",
     "drive",
     "lock_to_lock",
-    "random_road",
+    "run",
+    "with_friction",
 ]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tierod.errors import ParameterError
+from tierod.proving_ground.faults import Course
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,13 @@ class FrictionCourse:
     def ramp(cls, before: float, after: float, start: float, stop: float) -> FrictionCourse:
         """A straight rise from one level [N*m] to another between two instants [s]."""
         return cls((start, stop), (before, after))
+
+    def behaviour(self) -> Course:
+        """The course as the behaviour of a fault that acts from the beginning on."""
+        times = np.array(self.times)
+        step = np.flatnonzero(np.diff(times) == 0.0)
+        times[step] -= 1e-6
+        return Course(tuple(times.tolist()), self.levels)
 
     def at(self, time: np.ndarray) -> np.ndarray:
         """The level [N*m] at instants [s]; at a step, the level after it."""

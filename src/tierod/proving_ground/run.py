@@ -17,7 +17,7 @@ from tierod.graph.kernel import kernel
 from tierod.graph.trace import initial_memory
 from tierod.proving_ground.courses import Course
 from tierod.proving_ground.faults import Fault, Schedule
-from tierod.proving_ground.recorder import Recorder, channel, channel_names, declared_units
+from tierod.proving_ground.recorder import TRUTH_RATE, Recorder, channel, channel_names, declared_units
 from tierod.proving_ground.scatter import Scatter
 from tierod.proving_ground.sensors import SensorSet
 from tierod.proving_ground.varied import Varied
@@ -25,7 +25,7 @@ from tierod.recording import Channel, Recording
 
 PIECE = 200
 """Steps between two looks at the course; over 0.2 s the distance is foreseen to a few centimetres."""
-WAITING_PIECE = 20
+WAITING_PIECE = 50
 """Steps between two looks while a fault waits for its condition."""
 
 LIMITS = {"truth_speed": 150.0, "yaw_rate": 30.0, "steering_wheel_rate": 1e3}
@@ -40,7 +40,7 @@ DEFAULTS = {
 }
 """What a course does not say; all else is zero, a port's gain is one, a parameter is what the car says."""
 
-_SENSORS, _SCATTER, _FAULTS = 2, 3, 4
+_SENSORS, _SCATTER = 2, 3
 
 
 @dataclass(frozen=True)
@@ -118,11 +118,11 @@ def run(
         "seconds": seconds,
         "vehicle": dict(tuning(car)),
         "sensors": {name: dataclasses.asdict(sensor) for name, sensor in measured.items()},
-        "faults": list(schedule.windows),
+        "faults": list(schedule.provenance),
         "diverged_at": diverged_at,
     }
     recording = Recording(channels, provenance | dict(metadata or {}))
-    return Outcome(recording, diverged_at, tuple(schedule.windows))
+    return Outcome(recording, diverged_at, schedule.windows)
 
 
 def generator(seed: int, stream: int, part: int = 0) -> np.random.Generator:
@@ -176,18 +176,21 @@ class _Drive:
         samples[:] = self.usual
         ahead = distance + speed * (time - time[0])
         self._set(samples, self.course.columns(time, ahead, speed, self.ahead), f"the course '{self.course.name}'")
-        self._set(samples, self.schedule.inputs(time), "a fault")
+        self._set(samples, self.schedule.inputs(time, lambda name: samples[:, self._column(name, "a fault")]), "a fault")
         outputs = np.empty((len(time), len(self.kernel.graph.output)))
         self.kernel.scan(self.memory, samples, outputs, done)
         return outputs
 
     def _set(self, samples: np.ndarray, columns: Mapping[str, Any], whose: str) -> None:
         for name, values in columns.items():
-            if name not in self.index:
-                raise ParameterError(
-                    f"{whose} sets '{name}', which {self.kernel.graph.name} does not have{nearest(name, self.index)}"
-                )
-            samples[:, self.index[name]] = values
+            samples[:, self._column(name, whose)] = values
+
+    def _column(self, name: str, whose: str) -> int:
+        if name not in self.index:
+            raise ParameterError(
+                f"{whose} sets '{name}', which {self.kernel.graph.name} does not have{nearest(name, self.index)}"
+            )
+        return self.index[name]
 
     def _good(self, outputs: np.ndarray) -> int:
         """How many rows are finite and within the limits."""
@@ -220,7 +223,7 @@ def _measured(
     for name, sensor in sensors.items():
         stamps = instants[name][1][: len(truths[name])]
         values = sensor.read(truths[name], chance[name])
-        stamps, values = schedule.on_channel(name, stamps, values, chance[name])
+        stamps, values = schedule.on_channel(name, stamps, values)
         channels[name] = channel(name, stamps, values, described)
     return channels
 
@@ -228,8 +231,6 @@ def _measured(
 def _true(
     truths: Mapping[str, np.ndarray], measured: Mapping[str, Any], described: Mapping[str, str]
 ) -> dict[str, Channel]:
-    from tierod.proving_ground.recorder import TRUTH_RATE
-
     grids: dict[int, np.ndarray] = {}
     return {
         name: channel(name, grids.setdefault(len(v), np.arange(len(v)) / TRUTH_RATE), v, described)

@@ -10,6 +10,7 @@ import numpy as np
 
 from tierod.monitors.friction.refined_signals import FrictionSample
 from tierod.proving_ground import EpsCar, FrictionCourse, SensorNoise, drive
+from tierod.proving_ground.steering.friction_laws import Dahl
 from tierod.recording import Aligned
 
 NAMES = (*FrictionSample._fields, "vehicle_speed")
@@ -26,10 +27,11 @@ def driven(
 ) -> Aligned:
     """A mixed drive at 100 Hz; 0.01 degrees of Dahl angle is Coulomb friction."""
     car = EpsCar()
-    car = replace(car, steering=replace(car.steering, dahl_angle=math.radians(dahl_degrees)))
+    law = Dahl(math.radians(dahl_degrees))
+    car = replace(car, steering=replace(car.steering, friction=replace(car.steering.friction, law=law)))
     sensors = SensorNoise()
     sensors = replace(sensors, steering_wheel_rate=replace(sensors.steering_wheel_rate, noise=rate_noise))
-    return drive(car, minutes, friction, seed=seed, noise=sensors, scatter=scatter).align(NAMES, 100.0)
+    return drive(car, minutes, friction, seed=seed, sensors=sensors, scatter=scatter).align(NAMES, 100.0)
 
 
 def enabled_seconds(enabled: np.ndarray) -> np.ndarray:

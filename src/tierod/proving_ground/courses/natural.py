@@ -27,7 +27,8 @@ _MARGIN = 5.0
 class NaturalDrive(WayCourse):
     """A drive over roads that chance makes, stretch by stretch; the same seed makes the same roads to the bit.
 
-    Bends, halts and hills draw from streams of their own, so that more halts do not move a bend.
+    Bends, halts and hills draw from streams of their own, so that more halts do not move a bend; they take their time
+    from the drive, which then has fewer bends.
 
     Args:
         roads: kinds of roads, in order, again and again
@@ -76,6 +77,7 @@ class NaturalDrive(WayCourse):
                 piece, before = self._piece(kind, bends, heading)
                 if halts.random() < kind.halts:
                     stops.append(((points + before) * STEP, halts.uniform(*kind.halt)))
+                    planned += stops[-1][1]
                 pieces.append(piece)
                 points += len(piece[0])
                 curved = np.sqrt(kind.lateral_acceleration / np.maximum(np.abs(piece[0]), 1e-6))

@@ -58,6 +58,10 @@ class SensorSet:
         left_out = {name: self[name] for name in names}
         return replace(self, sensors={name: each for name, each in self.items() if name not in left_out})
 
+    def only(self, names: Iterable[str]) -> SensorSet:
+        """The set with these channels alone."""
+        return replace(self, sensors={name: self[name] for name in names})
+
     def at_rate(self, rate: float) -> SensorSet:
         """The set with all sensors at one rate [Hz]."""
         return replace(self, sensors={name: replace(each, rate=rate) for name, each in self.items()})

@@ -17,9 +17,9 @@ from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE
 
 @dataclass(frozen=True)
 class EndStop:
-    """Stops at both ends of the travel, seen at the pinion; 8.5 rad is 2.7 turns from lock to lock."""
+    """Stops at both ends of the travel, seen at the pinion, beyond the 570 degrees of Mohtat et al., Appendix A."""
 
-    angle: Annotated[float, "rad", POSITIVE] = 8.5
+    angle: Annotated[float, "rad", POSITIVE] = math.radians(572.0)
     stiffness: Annotated[float, "N*m/rad", NOT_NEGATIVE] = 400.0
     damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 5.0
 
