@@ -23,9 +23,14 @@ class Output(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Motor:
+    lag: Annotated[float, "s", POSITIVE] = 0.002
+
+
+@dataclass(frozen=True)
 class Steering:
     level: Annotated[float, "N*m", NOT_NEGATIVE] = 4.0
-    motor_lag: Annotated[float, "s", POSITIVE] = 0.002
+    motor: Motor = field(default_factory=Motor)
 
     @property
     def actuators(self) -> tuple[str, ...]:

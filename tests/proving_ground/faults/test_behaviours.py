@@ -190,8 +190,8 @@ def test_a_parameter_that_comes_and_goes():
 
 def test_a_sluggish_actuator_is_one_with_another_lag():
     slow = schedule(Sluggish(0.08), "motor_torque")
-    assert slow.parameters == ("steering.motor_lag",)
-    assert set(slow.inputs(TIME)["parameters.steering.motor_lag"]) == {0.002, 0.08}
+    assert slow.parameters == ("steering.motor.lag",)
+    assert set(slow.inputs(TIME)["parameters.steering.motor.lag"]) == {0.002, 0.08}
 
 
 def test_a_torque_loss_leaves_the_rest():

@@ -78,7 +78,8 @@ def prepared(fault: Fault, reach: Reach, key: tuple[int, ...], seconds: float) -
     Raises:
         ParameterError: the fault does not fit the car, its sensors or the run
     """
-    changes = tuple(_change(fault, reach, each.element, each.behaviour, seconds) for each in fault.effects)
+    found = (_change(fault, reach, each.element, each.behaviour, seconds) for each in fault.effects)
+    changes = tuple(change for change in found if change.targets)
     active = Active(fault, changes, key, tuple(_rate(change, reach) for change in changes))
     trigger = fault.trigger
     if isinstance(trigger, AtDistance | When):
@@ -96,7 +97,8 @@ def _change(fault: Fault, reach: Reach, element: str, behaviour: Behaviour, seco
         targets = reach.targets(element, behaviour)
     except ParameterError as error:
         raise fault.error("behaviour" if "does not fit" in str(error) else "element", str(error)) from None
-    behaviour = resolved(fault, behaviour, targets[0].unit)
+    if targets:
+        behaviour = resolved(fault, behaviour, targets[0].unit)
     for target in targets:
         if target.role == SIGNAL:
             _check_reading(fault, behaviour, reach, target)

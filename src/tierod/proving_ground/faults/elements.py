@@ -20,6 +20,18 @@ from tierod.ranges import Range
 from tierod.signals import SIGNALS
 from tierod.toml_builder import kind_name
 
+NOTHING = "nothing"
+"""Behind "|": an effect that is left out where the car has none of the elements before it."""
+
+LAGS = {
+    "motor_torque": "steering.motor.lag",
+    "column_assist_torque": "steering.column.motor.lag",
+    "feedback_torque": "steering.hand_wheel.motor.lag",
+    "steering_motor_1_torque": "steering.motor_1.lag",
+    "steering_motor_2_torque": "steering.motor_2.lag",
+}
+"""The parameter that is the time constant of an actuator."""
+
 PREFIXES = {"sensor.": SIGNAL, "loop.": LOOP, "actuator.": ACTUATOR, "car.": PARAMETER}
 """How a name says which of several things it means."""
 
@@ -101,10 +113,10 @@ class Reach:
 
     @property
     def actuators(self) -> set[str]:
-        """Ports whose torque moves something."""
+        """Ports whose torque moves something; the assist motor is one in every car that has its port."""
         steering = getattr(self.car, "steering", None)
         own = getattr(self.car, "actuators", getattr(steering, "actuators", ()))
-        return set(own) & self.ports
+        return {"motor_torque", *own} & self.ports
 
     @property
     def surroundings(self) -> set[str]:
@@ -125,7 +137,8 @@ class Reach:
         """Where a behaviour of an element goes: a signal that is recorded and read in the loop is two targets.
 
         Args:
-            element: name, or several with "|" between them, of which the first that the car has is taken
+            element: name, or several with "|" between them, of which the first that the car has is taken; "nothing" is
+                no target
             behaviour: what it does
 
         Raises:
@@ -134,6 +147,8 @@ class Reach:
         known = self.by_role()
         names = [name.strip() for name in element.split("|")]
         for name in names:
+            if name == NOTHING:
+                return ()
             prefix, plain = split(name)
             roles = [role for role in known if plain in known[role] and PREFIXES.get(prefix, role) == role]
             if roles:
@@ -161,11 +176,12 @@ class Reach:
 
     def _lag_of(self, actuator: str) -> str:
         """The parameter that is an actuator's time constant."""
-        stem = actuator.removesuffix("_torque")
-        for path in (f"steering.{stem}_lag", f"steering.{stem}.lag", f"powertrain.{stem}.lag", "powertrain.lag"):
-            if path in self.parameters:
-                return path
-        raise ParameterError(f"'{actuator}' of this car has no time constant that could grow; choose another behaviour")
+        path = LAGS.get(actuator, "")
+        if path not in self.parameters:
+            raise ParameterError(
+                f"'{actuator}' of this car has no time constant that could grow; choose another behaviour"
+            )
+        return path
 
 
 def _chosen(name: str, roles: list[str], behaviour: Behaviour) -> list[str]:

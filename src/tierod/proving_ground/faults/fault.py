@@ -51,7 +51,7 @@ class Fault:
         element: a signal ("yaw_rate", both in the recording and where the car's control units read it), a parameter of
             the car ("steering.friction.level") or something around it ("road.adhesion_left"); "sensor.", "loop.",
             "actuator." or "car." before the name says which is meant; of names with "|" between them the first that the
-            car has is taken
+            car has is taken, and "nothing" leaves an effect out
         behaviour: what it does
         trigger: when it begins
         duration: how long it lasts [s]; None until the end, or a second for an outlier
