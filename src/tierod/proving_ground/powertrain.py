@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from tierod.graph.maths import absolute, limit, maximum, minimum
+from tierod.graph.maths import absolute, exp, limit, maximum, minimum
 from tierod.proving_ground.parts import Reaction, Wheels
 from tierod.ranges import NOT_NEGATIVE, POSITIVE, SHARE
 
@@ -60,6 +60,7 @@ class WheelMotors:
         greatest_power: of one motor
         front_brake_share: of the force that friction brakes give
         greatest_brake_force: of all four friction brakes
+        lag: time constant of a motor's torque behind what is asked of it
     """
 
     wheel_radius: Annotated[float, "m", POSITIVE] = 0.243
@@ -67,6 +68,7 @@ class WheelMotors:
     greatest_power: Annotated[float, "W", NOT_NEGATIVE] = 6e3
     front_brake_share: Annotated[float, "", SHARE] = 0.65
     greatest_brake_force: Annotated[float, "N", NOT_NEGATIVE] = 4e3
+    lag: Annotated[float, "s", POSITIVE] = 0.01
 
     def requests(self, force: Any, difference: Any, reaction: Reaction) -> tuple[Any, Any]:
         """Wanted torque of the left and the right motor [N*m], within their limits.
@@ -80,6 +82,16 @@ class WheelMotors:
         turning = maximum(absolute(reaction.speed), CRAWL) / self.wheel_radius
         bound = minimum(self.greatest_torque, self.greatest_power / turning)
         return limit(mean - 0.5 * difference, -bound, bound), limit(mean + 0.5 * difference, -bound, bound)
+
+    def lagging(self, torque: Any, request: Any, step: Any) -> Any:
+        """Torque of a motor after a step [N*m].
+
+        Args:
+            torque: before [N*m]
+            request: from `requests` [N*m]
+            step: [s]
+        """
+        return torque + (1.0 - exp(-step / self.lag)) * (request - torque)
 
     def wheels(self, left: Any, right: Any, force: Any) -> tuple[Wheels, Wheels]:
         """Drive torque and greatest brake torque of every wheel [N*m]; friction brakes give what the motors lack.

@@ -39,7 +39,7 @@ def test_the_hands_feel_the_feedback_motor_alone():
     rates = STEERING.derivative(motion, motion, memory, LOADS)
     unit = STEERING.hand_wheel
     left = 0.5 - 0.9 - unit.damping * 0.2
-    assert rates.wheel.rate == pytest.approx(left / (unit.inertia + unit.motor.inertia))
+    assert rates.wheel.rate == pytest.approx(left / (unit.inertia + STEERING.feedback.inertia))
     away = LOADS._replace(kingpin_left=900.0)
     assert STEERING.derivative(motion, motion, memory, away).wheel == rates.wheel
 

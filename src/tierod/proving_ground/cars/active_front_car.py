@@ -51,6 +51,11 @@ class ActiveFrontCar(Car):
     assist: AssistUnit = field(default_factory=lambda: AssistUnit(motor_ratio=1.0))
 
     @property
+    def actuators(self) -> tuple[str, ...]:
+        """Motors whose torque faults can change; that of the superposition turns by itself in the car."""
+        return ("column_assist_torque", "motor_torque")
+
+    @property
     def ports(self) -> tuple[str, ...]:
         """What the control units read, the motors, and the lock: with an offset of one it holds the motor."""
         return (

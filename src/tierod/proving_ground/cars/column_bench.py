@@ -132,6 +132,11 @@ class ColumnBench:
 
     Sample = Acting
 
+    @property
+    def actuators(self) -> tuple[str, ...]:
+        """The motor."""
+        return ("motor_torque",)
+
     def init(self) -> BenchState:
         """Straight ahead, at rest."""
         return BenchState(ColumnMotion(*[0.0] * 6), self.friction.remembered(), 0.0)

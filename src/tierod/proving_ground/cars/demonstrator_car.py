@@ -6,14 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import exp
 from tierod.proving_ground.cars.car import Body, Car, Held, Motion, Observed
 from tierod.proving_ground.chassis import Axle, Kingpins, TwoTrack, Tyre
 from tierod.proving_ground.driving.automated import AutomatedDriver, Command, Sensed
 from tierod.proving_ground.parts import Chassis, Intent, Reaction, Road, Wheels
 from tierod.proving_ground.powertrain import WheelMotors
 from tierod.proving_ground.steering.demonstrator import Demonstrator
-from tierod.ranges import POSITIVE
 
 
 class Commanded(NamedTuple):
@@ -70,14 +68,12 @@ class DemonstratorCar(Car):
     Args:
         driver: gives the targets of all motors
         powertrain: the wheel motors
-        drive_lag: time constant of the wheel motors' torque
     """
 
     chassis: Chassis = field(default_factory=demonstrator_chassis)
     steering: Demonstrator = field(default_factory=Demonstrator)  # type: ignore[assignment]
     driver: AutomatedDriver = field(default_factory=AutomatedDriver)  # type: ignore[assignment]
     powertrain: WheelMotors = field(default_factory=WheelMotors)  # type: ignore[assignment]
-    drive_lag: Annotated[float, "s", POSITIVE] = 0.01
 
     @property
     def ports(self) -> tuple[str, ...]:
@@ -107,12 +103,13 @@ class DemonstratorCar(Car):
         place: Any = seen.intent
         command, targets = self.driver.command(memory.command, place, seen.demand, sensed)
         left, right = self.powertrain.requests(targets.force, targets.drive_difference, seen.reaction)
-        passed = 1.0 - exp(-self.step_time / self.drive_lag)
         units = Units(
-            command, memory.left + passed * (left - memory.left), memory.right + passed * (right - memory.right)
+            command,
+            self.powertrain.lagging(memory.left, left, self.step_time),
+            self.powertrain.lagging(memory.right, right, self.step_time),
         )
-        first = targets.steering_torque_1 / self.steering.motor_1.ratio
-        second = targets.steering_torque_2 / self.steering.motor_2.ratio
+        first = targets.steering_torque_1 / self.steering.steering_motor_1.ratio
+        second = targets.steering_torque_2 / self.steering.steering_motor_2.ratio
         signals = Commanded(targets.steering_wheel_angle, targets.speed, first, second, left, right)
         return units, (first, second, units.left, units.right), signals
 

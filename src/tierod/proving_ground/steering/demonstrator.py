@@ -60,12 +60,12 @@ class Demonstrator:
 
     Args:
         rack: column, pinion, rack and linkage
-        motor_1, motor_2: on the column
+        steering_motor_1, steering_motor_2: on the column
     """
 
     rack: RackEps = field(default_factory=demonstrator_rack)
-    motor_1: Motor = field(default_factory=steering_motor)
-    motor_2: Motor = field(default_factory=steering_motor)
+    steering_motor_1: Motor = field(default_factory=steering_motor)
+    steering_motor_2: Motor = field(default_factory=steering_motor)
 
     @property
     def actuators(self) -> tuple[str, ...]:
@@ -98,8 +98,8 @@ class Demonstrator:
         """Rate of change of the motion."""
         return DemonstratorMotion(
             self.rack.derivative(motion.rack, start.rack, memory, self._on_rack(motion, loads)),
-            self.motor_1.torque_rate(motion.torque_1, loads.actuator_torques[0]),
-            self.motor_2.torque_rate(motion.torque_2, loads.actuator_torques[1]),
+            self.steering_motor_1.torque_rate(motion.torque_1, loads.actuator_torques[0]),
+            self.steering_motor_2.torque_rate(motion.torque_2, loads.actuator_torques[1]),
         )
 
     def advance(
@@ -112,7 +112,7 @@ class Demonstrator:
         """What can be seen at one instant."""
         seen = self.rack.signals(motion.rack, memory, self._on_rack(motion, loads))
         acceleration = seen.truth_steering_wheel_acceleration
-        motors = (self.motor_1, self.motor_2)
+        motors = (self.steering_motor_1, self.steering_motor_2)
         above = sum(motor.ratio * motor.ratio * motor.inertia for motor in motors)
         return DemonstratorSignals(
             seen.steering_wheel_angle,
@@ -136,6 +136,6 @@ class Demonstrator:
 
     def _on_rack(self, motion: DemonstratorMotion, loads: Loads) -> Loads:
         """What acts on the column: both motors, as hands would, and hands if there are any."""
-        first = column_torque_of_motor(motion.torque_1, self.motor_1.ratio)
-        second = column_torque_of_motor(motion.torque_2, self.motor_2.ratio)
+        first = column_torque_of_motor(motion.torque_1, self.steering_motor_1.ratio)
+        second = column_torque_of_motor(motion.torque_2, self.steering_motor_2.ratio)
         return loads._replace(hand_torque=loads.hand_torque + first + second, actuator_torques=())

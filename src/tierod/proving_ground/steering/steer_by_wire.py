@@ -66,19 +66,17 @@ class SteerByWireSignals(NamedTuple):
 
 @dataclass(frozen=True)
 class HandWheel:
-    """A steering wheel with a feedback motor on its shaft; assumed.
+    """A steering wheel on a shaft that ends at the feedback motor; assumed.
 
     Args:
         inertia: of the steering wheel
         damping: viscous
         friction: dry, of bearings and motor
-        motor: of the feedback, on the shaft
     """
 
     inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.035
     damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.05
     friction: DryFriction = field(default_factory=lambda: DryFriction(level=0.3))
-    motor: Motor = field(default_factory=lambda: Motor(ratio=1.0, inertia=2e-3, damping=0.0, maximum_torque=8.0))
 
 
 class _Balance(NamedTuple):
@@ -106,6 +104,7 @@ class SteerByWire:
         torque_constant: of that motor, k_M
         linkage: from the pinion to the road wheels, 1/r_s; its friction is F_w
         hand_wheel: in front of the driver
+        feedback: motor on the shaft of the steering wheel
     """
 
     inertia: Annotated[float, "kg*m**2", NOT_NEGATIVE] = 0.874
@@ -122,6 +121,7 @@ class SteerByWire:
         )
     )
     hand_wheel: HandWheel = field(default_factory=HandWheel)
+    feedback: Motor = field(default_factory=lambda: Motor(ratio=1.0, inertia=2e-3, damping=0.0, maximum_torque=8.0))
 
     @property
     def actuators(self) -> tuple[str, ...]:
@@ -160,7 +160,7 @@ class SteerByWire:
             HandWheelMotion(
                 motion.wheel.rate,
                 balance.wheel_acceleration,
-                self.hand_wheel.motor.torque_rate(motion.wheel.torque, feedback),
+                self.feedback.torque_rate(motion.wheel.torque, feedback),
             ),
         )
 
@@ -206,13 +206,13 @@ class SteerByWire:
         resistance = self.linkage.resistance(motion.angle, motion.rate, start.angle, memory.road_wheels, loads)
         friction = unit.friction.torque(memory.wheel, wheel.angle - start.wheel.angle, wheel.rate)
         friction = friction + viscous(wheel.rate, unit.damping)
-        hand_inertia = unit.inertia + unit.motor.ratio * unit.motor.ratio * unit.motor.inertia
+        hand_inertia = unit.inertia + self.feedback.ratio * self.feedback.ratio * self.feedback.inertia
         return _Balance(
             driving,
             resistance,
             (driving - resistance.total - viscous(motion.rate, ratio * ratio * self.damping)) / self._inertia(),
             friction,
-            (loads.hand_torque + unit.motor.ratio * wheel.torque - friction) / hand_inertia,
+            (loads.hand_torque + self.feedback.ratio * wheel.torque - friction) / hand_inertia,
         )
 
     def _inertia(self) -> Any:
