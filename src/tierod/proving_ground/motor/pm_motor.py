@@ -12,6 +12,7 @@ from tierod.physics.pm_motor import electric_power, flux_at, resistance_at, torq
 from tierod.proving_ground.motor.current_control import ControlMemory, CurrentControl
 from tierod.proving_ground.motor.machine import Inverter, Machine, Warming, Warmth
 from tierod.proving_ground.motor.period import Instant, Load, Rotor, Winding, advance, begin
+from tierod.ranges import POSITIVE
 
 Sense = Callable[[Any], Any]
 """True angle [rad] -> angle as the sensor of the shaft reads it: the port of a car's control unit."""
@@ -57,6 +58,8 @@ class FineSignals(NamedTuple):
     motor_target_voltage_beta: Annotated[Any, "V"]
     motor_angle_mechanical: Annotated[Any, "rad"]
     motor_speed: Annotated[Any, "rad/s"]
+    resolver_cosine: Annotated[Any, "V"]
+    resolver_sine: Annotated[Any, "V"]
 
 
 class DriveSignals(NamedTuple):
@@ -84,6 +87,7 @@ class PmMotor:
         inverter: with its battery
         control: of the current
         warming: of winding and housing
+        resolver_amplitude: of the angle sensor's sine and cosine, which turn with the electrical angle
         substeps: periods of modulation and control in a step
     """
 
@@ -91,6 +95,7 @@ class PmMotor:
     inverter: Inverter = field(default_factory=Inverter)
     control: CurrentControl = field(default_factory=CurrentControl)
     warming: Warming = field(default_factory=Warming)
+    resolver_amplitude: Annotated[float, "V", POSITIVE] = 2.0
     substeps: int = 10
 
     def init(self) -> DriveState:
@@ -145,7 +150,8 @@ class PmMotor:
         sensed_at = direction(electrical)
         seen, means = [], []
         for count in range(self.substeps):
-            seen.append((*now.current, *voltage, *told, *now.rotor))
+            resolver = (self.resolver_amplitude * now.at.cosine, self.resolver_amplitude * now.at.sine)
+            seen.append((*now.current, *voltage, *told, *now.rotor, *resolver))
             told = control.command
             control = self.control.step(control, wanted, now.current, angle, sensed_at, longest, period, pole_pairs)
             voltage = self._made(told, now.current, period)

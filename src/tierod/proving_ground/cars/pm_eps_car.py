@@ -1,0 +1,83 @@
+"""A car with electric power steering whose motor is simulated with its currents at 10 kHz."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any, NamedTuple
+
+from tierod.proving_ground.cars.car import Observed
+from tierod.proving_ground.cars.eps_car import EpsCar
+from tierod.proving_ground.motor import EPS_MOTOR, DriveState, PmMotor, Rotor
+from tierod.proving_ground.parts import Steering
+from tierod.proving_ground.steering.column_eps import ColumnEps
+from tierod.proving_ground.steering.motor import Motor
+
+
+class Driven(NamedTuple):
+    """Signals of assist unit and drive; torque, angle and speed of the shaft are those of the steering."""
+
+    motor_target_torque: Annotated[Any, "N*m"]
+    motor_current_alpha: Annotated[Any, "A"]
+    motor_current_beta: Annotated[Any, "A"]
+    motor_voltage_alpha: Annotated[Any, "V"]
+    motor_voltage_beta: Annotated[Any, "V"]
+    motor_target_voltage_alpha: Annotated[Any, "V"]
+    motor_target_voltage_beta: Annotated[Any, "V"]
+    motor_temperature: Annotated[Any, "K"]
+    supply_current: Annotated[Any, "A"]
+    truth_motor_resistance: Annotated[Any, "ohm"]
+    truth_motor_flux: Annotated[Any, "V*s"]
+
+
+class Units(NamedTuple):
+    """Memory of the assist unit, and the motor between two steps."""
+
+    assist: Any
+    motor: DriveState
+
+
+def steering_for_drive() -> ColumnEps:
+    """A column whose motor adds hardly any lag to that of the drive's currents."""
+    return ColumnEps(motor=replace(Motor(), lag=2e-4))
+
+
+@dataclass(frozen=True)
+class PmEpsCar(EpsCar):
+    """An `EpsCar` with a drive in front of the steering's motor; the steering carries the rotor.
+
+    Args:
+        motor: with inverter, current control and heat; rotor inertia and friction are those of the steering's motor
+    """
+
+    steering: Steering = field(default_factory=steering_for_drive)
+    motor: PmMotor = field(default_factory=lambda: EPS_MOTOR)
+
+    @property
+    def ports(self) -> tuple[str, ...]:
+        """What assist unit and drive read, and the motor."""
+        return (*super().ports, "motor_angle_mechanical")
+
+    def reset(self) -> Units:
+        """Assist unit at rest, motor cold."""
+        return Units(super().reset(), self.motor.init())
+
+    def control(self, memory: Units, seen: Observed, read: Callable[[str, Any], Any]) -> tuple[Any, tuple, Any]:
+        """The assist unit's step, and the drive over the step that follows."""
+        assist, (request,), _ = super().control(memory.assist, seen, read)
+        motor, signals, torque = self.motor.torque(
+            memory.motor,
+            Rotor(seen.steering.motor_angle_mechanical, seen.steering.motor_speed),
+            request,
+            self.step_time,
+            lambda angle: read("motor_angle_mechanical", angle),
+        )
+        shown = Driven(
+            request,
+            *signals.fine[:6],
+            signals.motor_temperature,
+            signals.supply_current,
+            signals.truth_motor_resistance,
+            signals.truth_motor_flux,
+        )
+        return Units(assist, motor), (torque,), shown
