@@ -1,0 +1,100 @@
+"""List the faults that can be injected into a simulation, or show one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from tierod.cli.terminal import output, print_json, rows
+
+if TYPE_CHECKING:
+    from tierod.proving_ground.faults import FaultFile
+
+
+def faults(
+    name: Annotated[str | None, typer.Argument(help="a shipped fault, or the path of a fault file")] = None,
+    behaviours: Annotated[bool, typer.Option("--behaviours", help="list how elements can behave instead")] = False,
+    toml: Annotated[bool, typer.Option("--toml", help="print the file, to begin one of your own")] = False,
+    json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
+) -> None:
+    """List the faults that are shipped, or show one: what fails, how, from when, and for how long."""
+    from tierod.errors import ParameterError
+    from tierod.proving_ground.faults import load, shipped
+
+    if toml and json:
+        raise ParameterError("--toml and --json exclude each other; give one of them")
+    if toml and name is None:
+        raise ParameterError("--toml needs a fault; 'tierod faults' lists them")
+    if behaviours:
+        if name is not None:
+            raise ParameterError(f"--behaviours lists all of them; leave '{name}' out")
+        _behaviours(json)
+    elif name is None:
+        found = [load(each) for each in shipped()]
+        print_json({"faults": [_document(each) for each in found]}) if json else _list(found)
+    elif toml:
+        print(load(name).path.read_text(encoding="utf-8"), end="")
+    elif json:
+        print_json(_document(load(name)))
+    else:
+        _show(load(name))
+
+
+def _document(file: FaultFile) -> dict[str, Any]:
+    from tierod.proving_ground.faults import triggers
+    from tierod.proving_ground.faults.behaviours import described
+
+    fault = file.fault
+    return {
+        "name": file.name,
+        "description": file.description,
+        "source": file.source,
+        "effects": [{"element": each.element, "behaviour": described(each.behaviour)} for each in fault.effects],
+        "trigger": triggers.described(fault.trigger),
+        "duration": fault.duration or fault.behaviour.usual_duration,
+    }
+
+
+def _list(found: list[FaultFile]) -> None:
+    console = output()
+    console.print(rows(("fault", "what happens"), [(each.name, each.description) for each in found]))
+    console.print(
+        "\nShow one with 'tierod faults NAME'; begin your own with 'tierod faults NAME --toml > fault.toml'.\n"
+        "How elements can behave is listed by 'tierod faults --behaviours'."
+    )
+
+
+def _show(file: FaultFile) -> None:
+    from rich.text import Text
+
+    from tierod.proving_ground.faults import wording
+
+    console, fault = output(), file.fault
+    console.print(Text.assemble((file.name, "bold"), f": {file.description}"), Text(file.source), sep="\n")
+    console.print()
+    console.print(rows(("element", "behaviour"), [(each.element, wording.of_effect(each)) for each in fault.effects]))
+    console.print(
+        Text(
+            f"\nBegins {wording.of_beginning(fault)}, lasts {wording.of_duration(fault)}.".replace("lasts for", "lasts")
+        )
+    )
+    console.print(
+        Text(
+            f'\nIn a scenario:\n[[faults]]\nuse = "{file.name}"   # element, behaviour, size, start, end, ... may follow'
+        )
+    )
+
+
+def _behaviours(json: bool) -> None:
+    from tierod.proving_ground.faults import BEHAVIOURS, wording
+
+    cells = []
+    for name, kind in sorted(BEHAVIOURS.items()):
+        first = (kind.__doc__ or "").strip().split("\n\n")[0]
+        cells.append((name, " ".join(first.split()), wording.of_fields(kind), ", ".join(sorted(kind.fits)) or "any"))
+    if json:
+        titles = ("name", "description", "fields", "elements")
+        print_json({"behaviours": [dict(zip(titles, row, strict=True)) for row in cells]})
+        return
+    output().print(rows(("behaviour", "what it does", "takes", "fits"), cells))

@@ -1,0 +1,86 @@
+"""Faults in words, for people."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, cast
+
+from tierod.fields import hints, meaning, members
+from tierod.proving_ground.faults.behaviour import Behaviour
+from tierod.proving_ground.faults.elements import unit_without_car
+from tierod.proving_ground.faults.fault import Effect, Fault
+from tierod.proving_ground.faults.triggers import Always, AtDistance, AtTime, When, Within
+from tierod.toml_builder import SIGNAL_UNIT, kind_name
+
+
+def of_effect(effect: Effect) -> str:
+    """What an element does: "step: to 12.5 N*m"."""
+    return _of_behaviour(effect.behaviour, unit_without_car(effect.element))
+
+
+def _of_behaviour(behaviour: Any, unit: str | None) -> str:
+    parts = []
+    kind: Any = type(behaviour)
+    known = hints(kind)
+    for field in dataclasses.fields(behaviour):
+        value = getattr(behaviour, field.name)
+        if value is None:
+            continue
+        own = _unit(known[field.name], unit)
+        name = field.name.replace("_", " ")
+        if isinstance(value, Behaviour):
+            parts.append(f"({_of_behaviour(value, unit)})")
+        elif isinstance(value, bool):
+            parts += [name] if value else []
+        elif isinstance(value, tuple):
+            parts.append(f"{name} {', '.join(_amount(each, own) for each in value)}")
+        else:
+            parts.append(f"{name} {_amount(value, own)}")
+    name = kind_name(kind).replace("-", " ")
+    return f"{name}: {', '.join(parts)}" if parts else name
+
+
+def _unit(annotation: Any, signal: str | None) -> str:
+    """The unit of a field; "" where it depends on a signal that is not known."""
+    unit = next((means.unit for means in members(meaning(annotation)) if means.unit), "")
+    if unit == SIGNAL_UNIT or signal is None:
+        return (signal or "") if "{signal}" in unit else unit
+    return unit.format(signal=signal or "1")
+
+
+def _amount(value: Any, unit: str) -> str:
+    return value if isinstance(value, str) else f"{value:.6g} {unit}".strip()
+
+
+def of_beginning(fault: Fault) -> str:
+    """When a fault begins."""
+    trigger = fault.trigger
+    if isinstance(trigger, Always):
+        return "from the beginning"
+    if isinstance(trigger, AtTime):
+        return f"at {trigger.time:g} s"
+    if isinstance(trigger, AtDistance):
+        return f"at {trigger.distance:g} m"
+    if isinstance(trigger, Within):
+        return f"at random between {trigger.earliest:g} s and {trigger.latest:g} s"
+    assert isinstance(trigger, When)
+    held = f" for {trigger.hold:g} s" if trigger.hold else ""
+    return f"when {trigger.condition}{held}"
+
+
+def of_duration(fault: Fault) -> str:
+    """How long a fault lasts."""
+    lasts = fault.duration or fault.behaviour.usual_duration
+    return "until the end" if lasts is None else f"{lasts:g} s"
+
+
+def of_fields(kind: type[Behaviour]) -> str:
+    """What a behaviour takes: "to [unit of the element], over [s]"; what may be left out is in parentheses."""
+    parts = []
+    known = hints(cast("Any", kind))
+    for field in dataclasses.fields(kind):
+        unit = _unit(known[field.name], "unit of the element")
+        needed = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
+        text = f"{field.name} [{unit}]" if unit else field.name
+        parts.append(text if needed else f"({text})")
+    return ", ".join(parts)
