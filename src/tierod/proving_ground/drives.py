@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
+from tierod.block import tuning
 from tierod.errors import ParameterError
 from tierod.proving_ground.cars.eps_car import EpsCar
 from tierod.proving_ground.courses import Course
@@ -21,6 +21,7 @@ from tierod.proving_ground.run import run
 from tierod.proving_ground.scatter import Scatter
 from tierod.proving_ground.sensors import SensorNoise, SensorSet
 from tierod.recording import Recording
+from tierod.toml import override
 
 LEVEL = "steering.friction.level"
 """The parameter of a car that a friction fault changes."""
@@ -73,7 +74,8 @@ def drive(
     course = NaturalDrive(
         name="natural drive", seed=seed, conditions=tuple(conditions), roads=tuple(roads), time=seconds
     )
-    return _recorded(vehicle or EpsCar(), course, friction, seed, Scatter() if scatter is True else scatter, sensors)
+    spread = Scatter() if scatter is True else scatter or None
+    return _recorded(vehicle or EpsCar(), course, friction, seed, spread, sensors)
 
 
 def lock_to_lock(
@@ -107,7 +109,7 @@ def lock_to_lock(
     if not (rate > 0.0 and lock_angle > 0.0):
         raise ParameterError(f"lock to lock needs a positive rate and angle, not {rate} rad/s and {lock_angle} rad")
     course = LockToLock(name="lock to lock", lock_angle=lock_angle, rate=rate, load=0.0 if hoist else 1.0)
-    return _recorded(vehicle or EpsCar(), course, friction, seed, False, sensors, {"hoist": hoist})
+    return _recorded(vehicle or EpsCar(), course, friction, seed, None, sensors, {"hoist": hoist})
 
 
 def _recorded(
@@ -115,17 +117,17 @@ def _recorded(
     course: Course,
     friction: FrictionCourse | float | None,
     seed: int,
-    scatter: Scatter | bool,
+    scatter: Scatter | None,
     sensors: SensorSet | SensorNoise | None,
     metadata: dict[str, Any] | None = None,
 ) -> Recording:
-    level = car.steering.friction.level if friction is None else friction
+    level = dict(tuning(car))[LEVEL] if friction is None else friction
     levels = level if isinstance(level, FrictionCourse) else FrictionCourse.constant(float(level))
     car = with_friction(car, levels.levels[0])
     faults = () if len(set(levels.levels)) == 1 else (Fault(element=LEVEL, behaviour=levels.behaviour()),)
     measured = SensorSet.production().only(CHANNELS) if sensors is None else SensorSet(dict(sensors.items()))
     said = {"friction": dataclasses.asdict(levels), "stretches": _stretches(course)} | (metadata or {})
-    outcome = run(car, course, None, seed, measured, faults, scatter or None, said)
+    outcome = run(car, course, None, seed, measured, faults, scatter, said)
     if outcome.diverged_at is not None:
         raise ParameterError(
             f"the drive with seed {seed} diverged after {outcome.diverged_at:.2f} s: the car left the road for good; "
@@ -143,5 +145,4 @@ def _stretches(course: Course) -> list[tuple[float, str]] | None:
 
 def with_friction(car: EpsCar, level: float) -> EpsCar:
     """The car with another level of dry friction at the column [N*m]."""
-    steering = car.steering
-    return replace(car, steering=replace(steering, friction=replace(steering.friction, level=float(level))))
+    return override(car, {LEVEL: float(level)})

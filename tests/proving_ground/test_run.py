@@ -1,0 +1,144 @@
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from tierod.errors import ParameterError
+from tierod.proving_ground import EpsCar, Scatter, SensorSet, SingleTrack, run
+from tierod.proving_ground.courses import Start
+from tierod.proving_ground.courses.natural import NaturalDrive
+from tierod.proving_ground.courses.open_loop import SineSteer, StepSteer
+from tierod.proving_ground.faults import AtTime, Fault, Gain, Offset, Stuck, trigger_of
+from tierod.proving_ground.faults import Step as Jump
+
+CAR = EpsCar(chassis=SingleTrack())
+FEW = SensorSet.production().only(("steering_wheel_angle", "driver_torque", "motor_torque", "yaw_rate"))
+IDEAL = SensorSet.ideal().only(("steering_wheel_angle", "driver_torque", "motor_torque", "yaw_rate"))
+DRIVE = NaturalDrive(name="some roads", seed=3, time=60.0)
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A course with columns of its own."""
+
+    column: str = "demand.steering_wheel_angle"
+    value: float = 0.3
+    speed: float = 15.0
+    name: str = "turn"
+    duration: float = 5.0
+
+    @property
+    def start(self):
+        return Start(self.speed)
+
+    def columns(self, time, distance, speed, ahead):
+        return {"demand.speed": np.full(len(time), self.speed), self.column: np.full(len(time), self.value)}
+
+
+def test_a_run_gives_measured_channels_and_the_truth_beside_them():
+    recording = run(CAR, DRIVE, 10.0, seed=1, sensors=FEW).recording
+    for name in FEW.sensors:
+        assert len(recording[name].values) == 1000
+        assert np.std(recording[name].values - recording[f"truth_{name}"].values) > 0.0
+    assert recording["truth_speed"].unit == "m/s"
+    assert recording["truth_friction_torque"].unit == "N*m"
+    assert recording.metadata["car"] == "EpsCar"
+    assert recording.metadata["course"] == "some roads"
+    assert recording.metadata["vehicle"]["chassis.mass"] == 1600.0
+
+
+def test_the_same_seed_gives_the_same_bits():
+    faults = [Fault("yaw_rate", Gain(2.0), AtTime(4.0))]
+    one, same, other = (
+        run(CAR, DRIVE, 8.0, seed=seed, sensors=FEW, faults=faults, scatter=Scatter()).recording for seed in (7, 7, 8)
+    )
+    for name in one.names:
+        assert np.array_equal(one[name].values, same[name].values)
+    assert not np.array_equal(one["driver_torque"].values, other["driver_torque"].values)
+
+
+def test_how_a_run_is_cut_moves_the_course_by_less_than_the_eye_sees(monkeypatch):
+    usual = run(CAR, DRIVE, 40.0, sensors=IDEAL).recording
+    module = __import__("tierod.proving_ground.run", fromlist=["PIECE"])
+    monkeypatch.setattr(module, "PIECE", 10)
+    fine = run(CAR, DRIVE, 40.0, sensors=IDEAL).recording
+    angle = fine["steering_wheel_angle"].values
+    assert np.max(np.abs(usual["steering_wheel_angle"].values - angle)) < 0.02 * np.max(np.abs(angle))
+
+
+def test_a_run_that_diverges_keeps_what_was_good():
+    course = Turn(value=0.4)
+    outcome = run(CAR, course, sensors=FEW, faults=[Fault("chassis.yaw_inertia", Jump(1e-3), AtTime(2.0))])
+    assert 2.0 <= outcome.diverged_at < 3.5
+    recording = outcome.recording
+    assert recording.metadata["diverged_at"] == outcome.diverged_at
+    for name in recording.names:
+        assert np.isfinite(recording[name].values).all()
+        assert recording[name].time[-1] == pytest.approx(outcome.diverged_at, abs=0.02)
+
+
+def test_a_fault_waits_for_its_condition():
+    course = StepSteer(name="step", speed=20.0, settle=1.0, hold=3.0, rest=1.0)
+    fault = Fault("yaw_rate", Offset(0.5), trigger_of("yaw_rate > 5 deg/s"), duration=1.0)
+    outcome = run(CAR, course, sensors=IDEAL, faults=[fault])
+    truth, measured = (outcome.recording[name] for name in ("truth_yaw_rate", "yaw_rate"))
+    wrong = measured.time[np.abs(measured.values - truth.values) > 0.4]
+    crossed = truth.time[np.argmax(truth.values > math.radians(5.0))]
+    (window,) = outcome.windows
+    assert crossed <= window["start"] <= crossed + 0.06
+    assert wrong[0] == pytest.approx(window["start"], abs=0.011)
+    assert wrong[-1] == pytest.approx(window["end"], abs=0.011)
+
+
+def test_a_parameter_and_a_surrounding_change_while_driving():
+    faults = [
+        Fault("steering.friction.level", Jump("12.5 N*m"), AtTime(2.0)),
+        Fault("road.adhesion_left", Jump(0.4), AtTime(3.0)),
+    ]
+    recording = run(CAR, Turn(value=0.1), sensors=IDEAL, faults=faults).recording
+    level, adhesion = recording["truth_friction_torque"], recording["truth_road_friction"]
+    assert np.array_equal(level.values, np.where(level.time < 2.0 - 1e-9, 4.0, 12.5))
+    assert adhesion.values == pytest.approx(np.where(adhesion.time < 3.0 - 1e-9, 1.0, 0.7))
+
+
+def test_a_fault_of_a_signal_that_the_car_reads_changes_the_drive():
+    course = SineSteer(name="weave", speed=20.0, periods=3)
+    sound = run(CAR, course, sensors=IDEAL).recording
+    stuck = run(CAR, course, sensors=IDEAL, faults=[Fault("driver_torque", Stuck(), AtTime(5.0))]).recording
+    before = sound["motor_torque"].time < 5.0
+    assert np.array_equal(sound["motor_torque"].values[before], stuck["motor_torque"].values[before])
+    assert np.max(np.abs(sound["motor_torque"].values - stuck["motor_torque"].values)) > 0.02
+    held = stuck["driver_torque"].values[~before]
+    assert np.ptp(held) == 0.0
+
+
+def test_sensors_of_what_the_car_lacks_are_left_out():
+    sensors = FEW.with_sensors({"motor_current_alpha": SensorSet.ideal()["motor_current_alpha"]})
+    assert "motor_current_alpha" not in run(CAR, Turn(), sensors=sensors).recording.names
+
+
+def test_a_course_says_with_what_speed_to_begin():
+    for speed in (0.0, 12.0):
+        recording = run(replace(CAR), Turn(speed=speed), 0.5, sensors=IDEAL).recording
+        assert recording["truth_speed"].values[0] == speed
+
+
+@pytest.mark.parametrize(
+    ("course", "seconds", "message"),
+    [
+        (Turn(), math.inf, "positive, finite duration"),
+        (Turn(), -1.0, "positive, finite duration"),
+        (Turn(column="demand.steering_weel_angle"), 1.0, "sets 'demand.steering_weel_angle'.*steering_wheel_angle"),
+    ],
+)
+def test_wrong_options_are_refused_in_a_sentence(course, seconds, message):
+    with pytest.raises(ParameterError, match=message):
+        run(CAR, course, seconds)
+
+
+def test_progress_is_told():
+    told = []
+    run(CAR, Turn(), 1.0, sensors=IDEAL, progress=told.append)
+    assert told == sorted(told)
+    assert told[-1] == 1.0
