@@ -68,22 +68,15 @@ def _list(found: list[FaultFile]) -> None:
 def _show(file: FaultFile) -> None:
     from rich.text import Text
 
-    from tierod.proving_ground.faults import wording
+    from tierod.proving_ground.faults import shipped, wording
 
     console, fault = output(), file.fault
     console.print(Text.assemble((file.name, "bold"), f": {file.description}"), Text(file.source), sep="\n")
     console.print()
     console.print(rows(("element", "behaviour"), [(each.element, wording.of_effect(each)) for each in fault.effects]))
-    console.print(
-        Text(
-            f"\nBegins {wording.of_beginning(fault)}, lasts {wording.of_duration(fault)}.".replace("lasts for", "lasts")
-        )
-    )
-    console.print(
-        Text(
-            f'\nIn a scenario:\n[[faults]]\nuse = "{file.name}"   # element, behaviour, size, start, end, ... may follow'
-        )
-    )
+    console.print(Text(f"\nBegins {wording.of_beginning(fault)}, lasts {wording.of_duration(fault)}."))
+    use = f'use = "{file.name if file.name in shipped() else file.path}"'
+    console.print(Text(f"\nIn a scenario; element, behaviour, size, start, duration may follow:\n[[faults]]\n{use}"))
 
 
 def _behaviours(json: bool) -> None:
