@@ -7,6 +7,7 @@ import math
 import zlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -94,11 +95,9 @@ def run(
         car, sensors = scatter.draw(car, sensors, generator(seed, _SCATTER))
     if "start" in {field.name for field in dataclasses.fields(car)}:
         car = replace(car, start=type(car.start)(*course.start[: len(car.start)]))
-    faults = tuple(faults)
     schedule = Schedule(faults, car, sensors, seed, seconds)
-    block = Varied(car, schedule.parameters) if schedule.parameters else car
-    drive = _Drive(block, car, course, schedule)
-    columns = channel_names(block)
+    drive = _Drive(car, course, schedule)
+    columns = channel_names(drive.block)
     measured = {name: sensor for name, sensor in sensors.items() if name in columns}
     chance = {name: generator(seed, _SENSORS, zlib.crc32(name.encode())) for name in measured}
     instants = {name: sensor.instants(seconds, chance[name]) for name, sensor in measured.items()}
@@ -133,8 +132,9 @@ def generator(seed: int, stream: int, part: int = 0) -> np.random.Generator:
 class _Drive:
     """A car on its way: kernel, memory, and what acts on the car in the next piece."""
 
-    def __init__(self, block: Any, car: Any, course: Course, schedule: Schedule):
-        self.kernel, self.memory = kernel(block), initial_memory(block)
+    def __init__(self, car: Any, course: Course, schedule: Schedule):
+        self.block = Varied(car, schedule.parameters) if schedule.parameters else car
+        self.kernel, self.memory = kernel(self.block), initial_memory(self.block)
         self.course, self.schedule = course, schedule
         self.step_time = car.step_time
         self.ahead = getattr(getattr(car, "driver", None), "anticipation", 0.0)
@@ -143,7 +143,7 @@ class _Drive:
         own = dict(tuning(car))
         self.usual = np.array([_usual(name, own) for name in names])
         self.samples = np.empty((PIECE, len(names)))
-        self.outputs = {name: columns[0] for name, columns in channel_names(block).items()}
+        self.outputs = {name: columns[0] for name, columns in channel_names(self.block).items()}
         self.limits = [(self.outputs[name], limit) for name, limit in LIMITS.items() if name in self.outputs]
 
     def to_the_end(self, seconds: float, recorder: Recorder, progress: Callable[[float], None]) -> float | None:
@@ -176,7 +176,8 @@ class _Drive:
         samples[:] = self.usual
         ahead = distance + speed * (time - time[0])
         self._set(samples, self.course.columns(time, ahead, speed, self.ahead), f"the course '{self.course.name}'")
-        self._set(samples, self.schedule.inputs(time, lambda name: samples[:, self._column(name, "a fault")]), "a fault")
+        said = partial(self._said, samples)
+        self._set(samples, self.schedule.inputs(time, said), "a fault")
         outputs = np.empty((len(time), len(self.kernel.graph.output)))
         self.kernel.scan(self.memory, samples, outputs, done)
         return outputs
@@ -184,6 +185,9 @@ class _Drive:
     def _set(self, samples: np.ndarray, columns: Mapping[str, Any], whose: str) -> None:
         for name, values in columns.items():
             samples[:, self._column(name, whose)] = values
+
+    def _said(self, samples: np.ndarray, name: str) -> np.ndarray:
+        return samples[:, self._column(name, "a fault")]
 
     def _column(self, name: str, whose: str) -> int:
         if name not in self.index:
