@@ -1,9 +1,10 @@
+import importlib
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import pytest
 
-from tierod.proving_ground.recorder import Recorder, channel, declared_units
+from tierod.proving_ground.recorder import TRUTH, Recorder, channel, channel_names, declared_units
 
 
 def recorded(outputs, columns, instants, seconds, sizes):
@@ -74,3 +75,13 @@ def test_units_come_from_the_catalogue_or_from_the_plant():
     assert channel("truth_mass", none, none, described).unit == "kg"
     assert channel("truth_yaw_rate", none, none, {}).unit == "rad/s"
     assert channel("yaw_rate", none, none, {}).unit == "rad/s"
+
+
+@pytest.mark.parametrize(
+    "kind", ["eps_car.EpsCar", "steer_by_wire_car.SteerByWireCar", "active_front_car.ActiveFrontCar"]
+)
+def test_the_truth_of_a_channel_has_a_name_of_its_own(kind):
+    module, _, name = kind.partition(".")
+    car = getattr(importlib.import_module(f"tierod.proving_ground.cars.{module}"), name)()
+    names = channel_names(car)
+    assert not [each for each in names if TRUTH + each in names]

@@ -27,7 +27,7 @@ def test_a_lap_of_a_round_stays_in_the_lane(name):
         np.arange(len(truth["truth_distance"])) * 0.01, np.arange(4500) * 0.02, course.plan.distance[:4500]
     )
     assert np.max(np.abs(truth["truth_distance"] - planned)) < 6.0
-    assert np.max(np.abs(truth["truth_lateral_acceleration"])) > 0.9 * course.lateral_acceleration
+    assert np.max(np.abs(truth["truth_centre_lateral_acceleration"])) > 0.9 * course.lateral_acceleration
 
 
 def test_a_round_comes_back_to_its_start():

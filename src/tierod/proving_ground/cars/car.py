@@ -103,7 +103,7 @@ class Body(NamedTuple):
     truth_speed: Annotated[Any, "m/s"]
     truth_lateral_speed: Annotated[Any, "m/s"]
     truth_sideslip_angle: Annotated[Any, "rad"]
-    truth_lateral_acceleration: Annotated[Any, "m/s**2"]
+    truth_centre_lateral_acceleration: Annotated[Any, "m/s**2"]
     truth_yaw_acceleration: Annotated[Any, "rad/s**2"]
     truth_roll_angle: Annotated[Any, "rad"]
     truth_front_lateral_force: Annotated[Any, "N"]
