@@ -10,7 +10,8 @@ from proving_ground.motor.three_phases import ThreePhases
 from tierod.block import leaves, rebuild, skeleton
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 from tierod.physics.inverter import longest_voltage
-from tierod.proving_ground.motor import AFS_MOTOR, EPS_MOTOR, Inverter, Warming
+from tierod.proving_ground.motor import AFS_MOTOR, EPS_MOTOR, Inverter, Rotor, Warming
+from tierod.proving_ground.motor.period import Winding, advance, begin
 
 PERIOD = 1e-4
 IDEAL = Inverter(dead_time=0.0, forward_drop=0.0)
@@ -153,3 +154,18 @@ def test_float_steps_agree_with_the_kernel():
     for expected in run.result.values:
         state, out = block.step(state, sample)
         np.testing.assert_allclose([value for _, value in leaves(out)], expected, rtol=1e-8, atol=1e-10)
+
+
+def test_a_period_is_of_second_order():
+    """The error of a millisecond at 250 electrical rad/s and 5 V falls by four with half the period."""
+    machine, winding = smooth().machine, Winding(0.05, 0.0085)
+
+    def after(count):
+        now = begin(machine, Rotor(0.3, 60.0), StatorVector(0.004, 0.007), 0.0, winding)
+        for _ in range(count):
+            now, _ = advance(machine, now, StatorVector(-3.0, 4.0), winding, 1e-3 / count, 0.0, lambda *_: 0.1, 1.0)
+        return np.array([*now.current, *now.rotor])
+
+    exact = after(2000)
+    ratio = (after(10) - exact) / (after(20) - exact)
+    np.testing.assert_allclose(ratio, 4.0, rtol=0.25)

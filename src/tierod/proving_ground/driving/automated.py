@@ -120,7 +120,7 @@ class AutomatedDriver:
     target_rate: Annotated[float, "rad/s", POSITIVE] = 8.0
     angle_control: AngleControl = field(
         default_factory=lambda: AngleControl(
-            stiffness=40.0, damping=1.0, integral=120.0, torque_limit=24.0, forward_damping=1.0
+            stiffness=40.0, damping=1.0, integral=120.0, torque_limit=30.0, forward_damping=1.0
         )
     )
     split: Split = field(default_factory=Split)

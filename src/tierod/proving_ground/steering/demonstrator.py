@@ -47,7 +47,7 @@ class DemonstratorSignals(NamedTuple):
 
 def steering_motor() -> Motor:
     """One of the demonstrator's, directly on the column; assumed."""
-    return Motor(ratio=1.0, inertia=2.5e-3, damping=0.0, lag=3e-3, maximum_torque=12.0)
+    return Motor(ratio=1.0, inertia=2.5e-3, damping=0.0, lag=3e-3, maximum_torque=15.0)
 
 
 @dataclass(frozen=True)
