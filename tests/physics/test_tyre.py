@@ -79,3 +79,31 @@ def test_parking_torque_of_a_mid_size_car():
     wheel = tyre.parking_torque(4700.0, 0.9, 2.2e5)
     assert wheel == pytest.approx(0.9 * 4700.0 / 3.0 * math.sqrt(4700.0 / 2.2e5))
     assert 15.0 < 2.0 * wheel / 15.5 < 35.0
+
+
+def test_the_deflection_of_a_dragged_tyre_is_bounded_and_that_of_a_rolling_one_is_not_touched():
+    deflection, length = 0.0, 0.4
+    for _ in range(10_000):
+        speed = tyre.relaxation_speed(0.0, 1.0, 0.3)
+        deflection += 1e-3 * tyre.relaxation_rate(deflection, 1.0, speed, length)
+    assert deflection == pytest.approx(0.3 * length)
+    assert tyre.relaxation_speed(100.0, (0.06 * 10.0) ** 2, 0.3) == pytest.approx(10.0, rel=4.1e-4)
+    assert tyre.relaxation_speed(0.0, 0.0, 0.3) == 0.0
+
+
+def test_a_bounded_rate_keeps_the_steady_deflection_and_its_own_limit():
+    for speed in (1.0, 50.0, 5000.0):
+        steady = 0.02 * 0.3
+        assert tyre.bounded_relaxation_rate(steady, 0.02 * speed, speed, 0.3, 1e-3) == pytest.approx(0.0, abs=1e-9)
+        rate = -tyre.bounded_relaxation_rate(1.0, 0.0, speed, 0.3, 1e-3)
+        assert rate == pytest.approx(1.0 / (0.3 / speed + 1e-3))
+
+
+def test_a_standing_patch_twists_up_to_its_limit_and_rolls_it_off():
+    twist, limit, length = 0.0, 0.035, 0.05
+    for _ in range(1000):
+        twist += 1e-3 * tyre.twist_rate(twist, 0.5, 0.0, limit, length)
+    assert twist == pytest.approx(limit, rel=1e-3)
+    for _ in range(100):
+        twist += 1e-3 * tyre.twist_rate(twist, 0.0, 0.5, limit, length)
+    assert twist == pytest.approx(limit * math.exp(-1.0), rel=0.02)

@@ -51,7 +51,7 @@ class Tyre:
     shape: Annotated[float, "", Range(1.0, 2.0)] = 1.38
     curvature: Annotated[float, "", Range(-10.0, 1.0)] = -0.3
     trail: Annotated[float, "m", NOT_NEGATIVE] = 0.024
-    trail_shape: Annotated[float, "", Range(0.5, 1.5)] = 1.08
+    trail_shape: Annotated[float, "", Range(0.5, 1.5)] = 1.15
     lateral_relaxation: Annotated[float, "m", POSITIVE] = 0.40
     longitudinal_relaxation: Annotated[float, "m", POSITIVE] = 0.20
     damping_time: Annotated[float, "s", NOT_NEGATIVE] = 0.003

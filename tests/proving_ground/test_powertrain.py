@@ -1,0 +1,57 @@
+import math
+from typing import NamedTuple
+
+import pytest
+
+from tierod.proving_ground.powertrain import Powertrain, WheelMotors
+
+
+class Moving(NamedTuple):
+    speed: float
+
+
+def test_drive_goes_to_the_driven_axle_and_gives_the_force():
+    drive, brakes = Powertrain(front_share=1.0).torques(2000.0, Moving(10.0))
+    assert sum(drive) / 0.31 == pytest.approx(2000.0)
+    assert drive.rear_left == drive.rear_right == 0.0
+    assert sum(brakes) == 0.0
+
+
+def test_brakes_are_shared_and_limited():
+    drive, brakes = Powertrain().torques(-5000.0, Moving(10.0))
+    assert sum(drive) == 0.0
+    assert sum(brakes) / 0.31 == pytest.approx(5000.0)
+    assert (brakes.front_left + brakes.front_right) / sum(brakes) == pytest.approx(0.68)
+    _, hard = Powertrain().torques(-1e6, Moving(10.0))
+    assert sum(hard) / 0.31 == pytest.approx(18e3)
+
+
+def test_power_limits_the_force_at_speed():
+    train = Powertrain(greatest_drive_force=7000.0, greatest_power=110e3)
+    assert sum(train.torques(1e6, Moving(0.0))[0]) / 0.31 == pytest.approx(7000.0)
+    assert sum(train.torques(1e6, Moving(50.0))[0]) / 0.31 == pytest.approx(2200.0)
+
+
+def test_wheel_motors_share_force_and_difference():
+    left, right = WheelMotors().requests(400.0, 20.0, Moving(2.0))
+    assert (left + right) / 0.243 == pytest.approx(400.0)
+    assert right - left == pytest.approx(20.0)
+
+
+def test_wheel_motors_stay_within_torque_and_power():
+    motors = WheelMotors()
+    assert motors.requests(1e5, 0.0, Moving(0.0)) == (160.0, 160.0)
+    bound = 6e3 * 0.243 / 20.0
+    assert motors.requests(1e5, 0.0, Moving(20.0)) == pytest.approx((bound, bound))
+
+
+def test_friction_brakes_give_what_the_motors_lack():
+    motors = WheelMotors()
+    drive, brakes = motors.torques(-2000.0, Moving(20.0))
+    assert -sum(drive) / 0.243 + sum(brakes) / 0.243 == pytest.approx(2000.0)
+    assert sum(brakes) > 0.0
+    _, lost = motors.wheels(0.0, 0.0, -2000.0)
+    assert sum(lost) / 0.243 == pytest.approx(2000.0)
+    _, driving = motors.wheels(50.0, 0.0, 200.0)
+    assert sum(driving) == 0.0
+    assert not math.copysign(1.0, driving.front_left) < 0.0
