@@ -133,6 +133,7 @@ FAULT = "[[faults]]\nelement = 'yaw_rate'\nbehaviour = 'total-loss'\n"
         (FAULT + "trigger = 'between 3 s and 2 m'", 4, "is no time"),
         (FAULT + "trigger = 'somehow'", 4, "is no condition; write it like"),
         (FAULT + "trigger = '|yaw_rate > 3'", 4, "is no condition"),
+        (FAULT + "trigger = { kind = 'when', condition = 'yaw_rate > 3 for 2 s' }", 4, "give what follows 'for' as"),
         (FAULT + "trigger = { kind = 'at-tme' }", 4, "did you mean 'at-time'"),
         (FAULT + "trigger = { kind = 'within', earliest = 3, latest = 2 }", 4, "is not before the latest"),
         (FAULT + "size = 3", 4, "'total-loss' has no size"),

@@ -97,6 +97,8 @@ class When:
 
     def __post_init__(self):
         check_ranges(self)
+        if re.search(r"\sfor\s", self.condition):
+            raise ParameterError(f"'{self.condition}': give what follows 'for' as 'hold', or the whole as a text")
         _ = self.comparisons
 
     @cached_property
