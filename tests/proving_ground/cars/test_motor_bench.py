@@ -68,3 +68,10 @@ def test_a_false_sensor_misleads_the_angle_control():
 def test_half_the_torque_is_asked_for_twice():
     run, sound = swinging(ports__motor_torque__gain=0.5), swinging()
     assert np.std(run["motor_target_torque"]) == pytest.approx(2.0 * np.std(sound["motor_target_torque"]), rel=0.1)
+
+
+def test_a_current_sensor_that_reads_too_much_takes_torque_away():
+    """Both currents read double: half of what is asked for flows."""
+    run = Run(BENCH, 200, motor_torque=1.0, locked=1.0, ports__motor_current_beta__gain=2.0)
+    assert run["motor_torque"][-1] == pytest.approx(0.5, rel=0.01)
+    assert run["motor_current_beta"][-1] == pytest.approx(0.5 / 0.051, rel=0.02)

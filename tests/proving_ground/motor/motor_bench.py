@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from tierod.proving_ground.motor import AFS_MOTOR, PmMotor, Rotor
+from tierod.proving_ground.motor.pm_motor import Senses
 from tierod.proving_ground.parts import Port
 from tierod.proving_ground.ports import pass_through
 
@@ -45,9 +46,9 @@ class MotorBench:
 
         if self.carried:
             rotor = Rotor(angle, sample.carried_speed)
-            drive, signals, torque = self.motor.torque(drive, rotor, sample.request, self.step_time, sense)
+            drive, signals, torque = self.motor.torque(drive, rotor, sample.request, self.step_time, Senses(sense))
             angle = angle + self.step_time * sample.carried_speed
         else:
             torque = 0.0
-            drive, signals = self.motor.turn(drive, sample.request, self.step_time, load, sense, sample.locked)
+            drive, signals = self.motor.turn(drive, sample.request, self.step_time, load, Senses(sense), sample.locked)
         return (drive, angle, kept), (signals, Mean(torque))

@@ -11,7 +11,7 @@ from tierod.proving_ground.control.angle_control import AngleControl, AngleMemor
 from tierod.proving_ground.control.assist import AssistMemory, AssistUnit
 from tierod.proving_ground.control.variable_ratio import VariableRatio
 from tierod.proving_ground.motor import AFS_MOTOR, DriveState, PmMotor
-from tierod.proving_ground.motor.pm_motor import DriveSignals
+from tierod.proving_ground.motor.pm_motor import IN_LOOP, DriveSignals, Senses
 from tierod.proving_ground.steering.active_front import ActiveFront
 
 
@@ -63,7 +63,7 @@ class ActiveFrontCar(Car):
             "steering_wheel_angle",
             "steering_wheel_rate",
             "vehicle_speed",
-            "motor_angle_mechanical",
+            *IN_LOOP,
             "column_assist_torque",
             "motor_torque",
             "motor_lock",
@@ -93,7 +93,7 @@ class ActiveFrontCar(Car):
             read("motor_torque", torque),
             self.step_time,
             lambda *now: self.steering.motor_load(steering, *now),
-            lambda angle: read("motor_angle_mechanical", angle),
+            Senses.through(read),
             read("motor_lock", 0.0),
         )
         mean_speed = (motor.rotor.angle - before.angle) / self.step_time

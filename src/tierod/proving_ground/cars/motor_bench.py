@@ -8,17 +8,12 @@ from typing import Annotated, Any, NamedTuple
 from tierod.graph.maths import limit
 from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory
 from tierod.proving_ground.motor import AFS_MOTOR, DriveState, PmMotor
-from tierod.proving_ground.motor.pm_motor import DriveSignals
-from tierod.proving_ground.parts import Port
-from tierod.proving_ground.ports import pass_through
+from tierod.proving_ground.motor.pm_motor import IN_LOOP, DriveSignals, Senses
+from tierod.proving_ground.ports import pass_through, ports_type
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
-
-class MotorPorts(NamedTuple):
-    """Where faults reach the loops: sensor of the shaft's angle, torque that is asked of the drive."""
-
-    motor_angle_mechanical: Port
-    motor_torque: Port
+PORTS = ports_type((*IN_LOOP, "motor_torque"))
+"""Where faults reach the loops: what the current control reads, and the torque that is asked of the drive."""
 
 
 class Acting(NamedTuple):
@@ -38,7 +33,7 @@ class Acting(NamedTuple):
     motor_torque: Annotated[float, "N*m"]
     load_torque: Annotated[float, "N*m"]
     locked: Annotated[float, ""]
-    ports: MotorPorts
+    ports: PORTS  # type: ignore[valid-type]
 
 
 class MotorBenchState(NamedTuple):
@@ -46,7 +41,7 @@ class MotorBenchState(NamedTuple):
 
     motor: DriveState
     angle: AngleMemory
-    held: tuple[Any, Any]
+    held: Any
 
 
 class MotorBenchSignals(NamedTuple):
@@ -88,25 +83,24 @@ class MotorBench:
 
     def init(self) -> MotorBenchState:
         """At rest, cold."""
-        return MotorBenchState(self.motor.init(), self.angle_control.remembered(), (0.0, 0.0))
+        return MotorBenchState(self.motor.init(), self.angle_control.remembered(), PORTS(0.0, 0.0, 0.0, 0.0))
 
     def step(self, state: MotorBenchState, sample: Acting) -> tuple[MotorBenchState, MotorBenchSignals]:
         """One step on; the output belongs to the instant of the sample, fine signals to the step that follows."""
-        kept, kept_torque = state.held
+        kept = state.held._asdict()
 
-        def sense(angle: Any) -> Any:
-            nonlocal kept
-            kept, sensed = pass_through(sample.ports.motor_angle_mechanical, kept, angle)
-            return sensed
+        def read(name: str, value: Any) -> Any:
+            kept[name], passed = pass_through(getattr(sample.ports, name), kept[name], value)
+            return passed
 
         def load(angle: Any, speed: Any, elapsed: Any) -> Any:
             spring = limit(self.load_stiffness * angle, -self.load_limit, self.load_limit)
             return sample.load_torque + spring + self.load_damping * speed
 
-        sensed = sense(state.motor.rotor.angle)
+        sensed = read("motor_angle_mechanical", state.motor.rotor.angle)
         angle, torque = self.angle_control.decide(state.angle, sample.target_motor_angle, sensed)
         wanted = sample.motor_torque + sample.control * torque
-        kept_torque, request = pass_through(sample.ports.motor_torque, kept_torque, wanted)
-        motor, signals = self.motor.turn(state.motor, request, self.step_time, load, sense, sample.locked)
-        after = MotorBenchState(motor, angle, (kept, kept_torque))
+        request, senses = read("motor_torque", wanted), Senses.through(read)
+        motor, signals = self.motor.turn(state.motor, request, self.step_time, load, senses, sample.locked)
+        after = MotorBenchState(motor, angle, PORTS(**kept))
         return after, MotorBenchSignals(sample.target_motor_angle, wanted, signals)

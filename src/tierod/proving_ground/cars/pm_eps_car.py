@@ -9,6 +9,7 @@ from typing import Annotated, Any, NamedTuple
 from tierod.proving_ground.cars.car import Observed
 from tierod.proving_ground.cars.eps_car import EpsCar
 from tierod.proving_ground.motor import EPS_MOTOR, DriveState, PmMotor, Rotor
+from tierod.proving_ground.motor.pm_motor import IN_LOOP, Senses
 from tierod.proving_ground.parts import Steering
 from tierod.proving_ground.steering.column_eps import ColumnEps
 from tierod.proving_ground.steering.motor import Motor
@@ -25,6 +26,7 @@ class Driven(NamedTuple):
     motor_target_voltage_alpha: Annotated[Any, "V"]
     motor_target_voltage_beta: Annotated[Any, "V"]
     motor_temperature: Annotated[Any, "K"]
+    supply_voltage: Annotated[Any, "V"]
     supply_current: Annotated[Any, "A"]
     truth_motor_resistance: Annotated[Any, "ohm"]
     truth_motor_flux: Annotated[Any, "V*s"]
@@ -56,7 +58,7 @@ class PmEpsCar(EpsCar):
     @property
     def ports(self) -> tuple[str, ...]:
         """What assist unit and drive read, and the motor."""
-        return (*super().ports, "motor_angle_mechanical")
+        return (*super().ports, *IN_LOOP)
 
     def reset(self) -> Units:
         """Assist unit at rest, motor cold."""
@@ -70,12 +72,13 @@ class PmEpsCar(EpsCar):
             Rotor(seen.steering.motor_angle_mechanical, seen.steering.motor_speed),
             request,
             self.step_time,
-            lambda angle: read("motor_angle_mechanical", angle),
+            Senses.through(read),
         )
         shown = Driven(
             request,
             *signals.fine[:6],
             signals.motor_temperature,
+            signals.supply_voltage,
             signals.supply_current,
             signals.truth_motor_resistance,
             signals.truth_motor_flux,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Annotated, Any, NamedTuple
 
 from tierod.physics.clarke_park import StatorVector, direction, electrical_angle, turned
@@ -14,12 +15,34 @@ from tierod.proving_ground.motor.machine import Inverter, Machine, Warming, Warm
 from tierod.proving_ground.motor.period import Instant, Load, Rotor, Winding, advance, begin
 from tierod.ranges import POSITIVE
 
-Sense = Callable[[Any], Any]
-"""True angle [rad] -> angle as the sensor of the shaft reads it: the port of a car's control unit."""
+
+def _true(value: Any) -> Any:
+    return value
 
 
-def _true(angle: Any) -> Any:
-    return angle
+class Senses(NamedTuple):
+    """What the current control reads of a true value: the ports of a car's control unit.
+
+    Args:
+        angle: of the shaft, mechanical [rad]
+        alpha, beta: currents in the stator's axes [A]
+    """
+
+    angle: Callable[[Any], Any] = _true
+    alpha: Callable[[Any], Any] = _true
+    beta: Callable[[Any], Any] = _true
+
+    @classmethod
+    def through(cls, read: Callable[[str, Any], Any]) -> Senses:
+        """Of a car that passes a signal of a name through its port."""
+        return cls(*(partial(read, name) for name in IN_LOOP))
+
+
+IN_LOOP = ("motor_angle_mechanical", "motor_current_alpha", "motor_current_beta")
+"""What the current control reads, by canonical name."""
+
+SOUND = Senses()
+"""Sensors that read what is there."""
 
 
 class DriveState(NamedTuple):
@@ -68,6 +91,7 @@ class DriveSignals(NamedTuple):
     fine: FineSignals
     motor_torque: Annotated[Any, "N*m"]
     motor_temperature: Annotated[Any, "K"]
+    supply_voltage: Annotated[Any, "V"]
     supply_current: Annotated[Any, "A"]
     truth_load_torque: Annotated[Any, "N*m"]
     truth_motor_friction_torque: Annotated[Any, "N*m"]
@@ -105,7 +129,7 @@ class PmMotor:
         return DriveState(Rotor(0.0, 0.0), linkage, 0.0, self.control.remembered(), none, none, warmth)
 
     def turn(
-        self, state: DriveState, request: Any, step: Any, load: Load, sense: Sense = _true, locked: Any = 0.0
+        self, state: DriveState, request: Any, step: Any, load: Load, senses: Senses = SOUND, locked: Any = 0.0
     ) -> tuple[DriveState, DriveSignals]:
         """One step of the car with a rotor that turns by itself.
 
@@ -114,14 +138,14 @@ class PmMotor:
             request: torque at the shaft that is asked for [N*m]
             step: of the car [s]
             load: what opposes the rotor besides its own friction
-            sense: what the current control reads of the shaft's angle
+            senses: what the current control reads
             locked: 1 holds the rotor still, 0 lets it turn
         """
-        after, signals, _ = self._run(state, request, step, sense, load, 1.0 - locked)
+        after, signals, _ = self._run(state, request, step, senses, load, 1.0 - locked)
         return after, signals
 
     def torque(
-        self, state: DriveState, rotor: Rotor, request: Any, step: Any, sense: Sense = _true
+        self, state: DriveState, rotor: Rotor, request: Any, step: Any, senses: Senses = SOUND
     ) -> tuple[DriveState, DriveSignals, Any]:
         """One step of the car with a rotor that is carried by a steering, at the same speed over the step.
 
@@ -130,34 +154,34 @@ class PmMotor:
             rotor: as the steering moves it
             request: torque at the shaft that is asked for [N*m]
             step: of the car [s]
-            sense: what the current control reads of the shaft's angle
+            senses: what the current control reads
 
         Returns:
             state, signals, and the mean torque on the shaft over the step, without the rotor's own friction [N*m]
         """
-        return self._run(state._replace(rotor=rotor), request, step, sense, None, 1.0)
+        return self._run(state._replace(rotor=rotor), request, step, senses, None, 1.0)
 
     def _run(
-        self, state: DriveState, request: Any, step: Any, sense: Sense, load: Load | None, free: Any
+        self, state: DriveState, request: Any, step: Any, senses: Senses, load: Load | None, free: Any
     ) -> tuple[DriveState, DriveSignals, Any]:
         machine, pole_pairs, period = self.machine, self.machine.pole_pairs, step / self.substeps
         winding = self._winding(state.warmth)
         now = first = begin(machine, state.rotor, state.linkage, state.dry, winding)
         wanted, longest = self.control.wanted_current(request, pole_pairs), self.inverter.longest_voltage
         control, voltage, told = state.control, state.voltage, state.told
-        angle = sense(now.rotor.angle)
+        angle = senses.angle(now.rotor.angle)
         electrical = electrical_angle(angle, pole_pairs)
         sensed_at = direction(electrical)
         seen, means = [], []
         for count in range(self.substeps):
             resolver = (self.resolver_amplitude * now.at.cosine, self.resolver_amplitude * now.at.sine)
             seen.append((*now.current, *voltage, *told, *now.rotor, *resolver))
-            told = control.command
-            control = self.control.step(control, wanted, now.current, angle, sensed_at, longest, period, pole_pairs)
+            told, current = control.command, StatorVector(senses.alpha(now.current[0]), senses.beta(now.current[1]))
+            control = self.control.step(control, wanted, current, angle, sensed_at, longest, period, pole_pairs)
             voltage = self._made(told, now.current, period)
             now, mean = advance(machine, now, voltage, winding, period, count * period, load, free)
             means.append(mean)
-            angle = sense(now.rotor.angle)
+            angle = senses.angle(now.rotor.angle)
             before, electrical = electrical, electrical_angle(angle, pole_pairs)
             sensed_at = turned(sensed_at, electrical - before)
         torque, heat = (sum(values[1:], values[0]) / self.substeps for values in zip(*means, strict=True))
@@ -189,6 +213,7 @@ class PmMotor:
             FineSignals(*map(tuple, zip(*seen, strict=True))),
             torque_of_flux(first.linkage, first.current, machine.pole_pairs),
             state.warmth.winding,
+            self.inverter.supply_voltage,
             electric_power(state.told, first.current) / self.inverter.supply_voltage,
             0.0 if load is None else load(*first.rotor, 0.0),
             machine.friction * first.dry,
