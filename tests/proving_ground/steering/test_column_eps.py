@@ -28,7 +28,9 @@ def below(steering):
 
 
 def viscosity(steering):
-    return steering.damping + steering.motor.ratio**2 * steering.motor.damping
+    """Damping below the bar, with that of the steering wheel where the bar is rigid."""
+    wheel = steering.wheel_damping if steering.torsion_bar is None else 0.0
+    return wheel + steering.damping + steering.motor.ratio**2 * steering.motor.damping
 
 
 @pytest.mark.parametrize("kingpin", [2000.0, 8000.0])
@@ -53,7 +55,12 @@ def test_wheel_bar_and_column_swing_as_the_linear_system():
     system = np.array(
         [
             [0, 1, 0, 0],
-            [-bar.stiffness / top, -bar.damping / top, bar.stiffness / top, bar.damping / top],
+            [
+                -bar.stiffness / top,
+                -(bar.damping + steering.wheel_damping) / top,
+                bar.stiffness / top,
+                bar.damping / top,
+            ],
             [0, 0, 0, 1],
             [
                 bar.stiffness / low,
@@ -85,7 +92,8 @@ def test_steering_with_friction_is_its_differential_equation():
         torque = bar.stiffness * (wheel - column) + bar.damping * (wheel_rate - rate)
         drive = torque - friction.level * share - spring * column - viscosity(steering) * rate
         bend = rate * dahl_slope(share, math.copysign(1.0, rate), friction.law.angle)
-        return [wheel_rate, (hand(t) - torque) / steering.wheel_inertia, rate, drive / below(steering), bend]
+        held = hand(t) - steering.wheel_damping * wheel_rate
+        return [wheel_rate, (held - torque) / steering.wheel_inertia, rate, drive / below(steering), bend]
 
     time, out = rig.run(3.0, hand_torque=lambda t: hand(t + 0.5 * STEP))
     solved = solve_ivp(derivative, (0.0, 3.0), [0.0] * 5, t_eval=time, rtol=1e-8, atol=1e-9, max_step=2e-3)

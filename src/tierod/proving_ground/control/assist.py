@@ -79,7 +79,8 @@ class AssistUnit:
         damping_speed: at which half of the damping is given
         lead_time, lag_time: of the filter (1 + lead s) / (1 + lag s)
         maximum_torque: limit of the request, at the column
-        torque_rate: limit of the request's rate of change, at the column
+        torque_rate: limit of the request's rate of change, at the column; with a tenth of it a wheel let go under full
+            assist would swing on and on
         bar_stiffness: of the torsion bar, as the unit believes
         motor_ratio: turns of the motor per turn of the column, as the unit believes
         step_time: of the unit
@@ -92,7 +93,7 @@ class AssistUnit:
     lead_time: Annotated[float, "s", NOT_NEGATIVE] = 0.008
     lag_time: Annotated[float, "s", NOT_NEGATIVE] = 0.0005
     maximum_torque: Annotated[float, "N*m", POSITIVE] = 60.0
-    torque_rate: Annotated[float, "N*m/s", POSITIVE] = 2000.0
+    torque_rate: Annotated[float, "N*m/s", POSITIVE] = 20e3
     bar_stiffness: Annotated[float, "N*m/rad", POSITIVE] = 140.0
     motor_ratio: Annotated[float, "", POSITIVE] = 20.0
     step_time: Annotated[float, "s", POSITIVE] = 1e-3

@@ -64,7 +64,7 @@ class ActiveFront:
 
     column: ColumnEps = field(
         default_factory=lambda: ColumnEps(
-            motor=Motor(ratio=1.0, inertia=0.06, damping=0.4, lag=2e-3, maximum_torque=60.0)
+            wheel_damping=0.0, motor=Motor(ratio=1.0, inertia=0.06, damping=0.4, lag=2e-3, maximum_torque=60.0)
         )
     )
     motor_ratio: Annotated[float, "", POSITIVE] = 22.5

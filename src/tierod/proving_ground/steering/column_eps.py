@@ -11,7 +11,7 @@ from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.proving_ground.parts import Hand, Loads, Steer
 from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.linkage import Linkage, Resistance
-from tierod.proving_ground.steering.motor import Motor
+from tierod.proving_ground.steering.motor import Motor, assist_motor
 from tierod.proving_ground.steering.observed import Dry, Rack, Shaft, SteeringSignals, steering_signals
 from tierod.proving_ground.steering.torsion_bar import TorsionBar, Wheel
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
@@ -70,6 +70,7 @@ class ColumnEps:
 
     Args:
         wheel_inertia: of the steering wheel
+        wheel_damping: viscous, of its bearing and clock spring; as identified by Raffone
         column_inertia: of column, pinion and rack, at the column
         damping: viscous, at the column
         friction: dry, at the column, under the load of the gear
@@ -81,11 +82,12 @@ class ColumnEps:
     """
 
     wheel_inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.035
+    wheel_damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.2
     column_inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.001
-    damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.4
+    damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.2
     friction: DryFriction = field(default_factory=DryFriction)
     reference_load: Annotated[float, "N*m", POSITIVE] = 4.0
-    motor: Motor = field(default_factory=Motor)
+    motor: Motor = field(default_factory=assist_motor)
     linkage: Linkage = field(default_factory=Linkage)
     torsion_bar: TorsionBar | None = field(default_factory=TorsionBar)
     worm_gear: WormGear | None = None
@@ -124,7 +126,7 @@ class ColumnEps:
         return ColumnMotion(
             motion.rate,
             balance.acceleration,
-            self.motor.torque_rate(motion.motor_torque, loads.actuator_torques[0]),
+            self.motor.torque_rate(motion.motor_torque, loads.actuator_torques[0], self._rotor(motion).rate),
             () if self.torsion_bar is None else Wheel(motion.wheel.rate, balance.wheel_acceleration),
             () if self.worm_gear is None else Rotor(motion.rotor.rate, balance.rotor_acceleration),
         )
@@ -166,10 +168,12 @@ class ColumnEps:
         drive = drive - friction - resistance.total - viscous(motion.rate, self.damping)
         inertia = self._inertia()
         if self.torsion_bar is None:
+            drive = drive - viscous(motion.rate, self.wheel_damping)
             acceleration = (loads.hand_torque + drive) / (inertia + self.wheel_inertia)
             return _Balance(loads.hand_torque, friction, resistance, acceleration, acceleration, rotor_acceleration)
         driver = self.torsion_bar.torque(motion.wheel, motion.angle, motion.rate)
-        wheel_acceleration = (loads.hand_torque - driver) / self.wheel_inertia
+        held = loads.hand_torque - viscous(motion.wheel.rate, self.wheel_damping)
+        wheel_acceleration = (held - driver) / self.wheel_inertia
         acceleration = (driver + drive) / inertia
         return _Balance(driver, friction, resistance, acceleration, wheel_acceleration, rotor_acceleration)
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from tierod.graph.maths import limit
+from tierod.physics.motor_limit import driving_limit
 from tierod.physics.torque_ripple import torque_ripple
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
@@ -20,6 +21,17 @@ class Ripple:
 
 
 @dataclass(frozen=True)
+class SpeedLimit:
+    """What the voltage leaves at speed, see `tierod.physics.motor_limit`.
+
+    The defaults are typical: with a ratio of 20, all torque up to 430 degrees of column per second, none at 1000.
+    """
+
+    base_speed: Annotated[float, "rad/s", POSITIVE] = 150.0
+    no_load_speed: Annotated[float, "rad/s", POSITIVE] = 350.0
+
+
+@dataclass(frozen=True)
 class Motor:
     """A motor at its shaft; typical of a mid-size car with 60 N*m of assist at the column.
 
@@ -30,6 +42,7 @@ class Motor:
         lag: time constant of the current control, whose bandwidth is about 80 Hz
         maximum_torque: what the current limit allows
         ripple: None for a smooth motor
+        speed_limit: None for a motor that is never short of voltage
     """
 
     ratio: Annotated[float, "", POSITIVE] = 20.0
@@ -38,13 +51,30 @@ class Motor:
     lag: Annotated[float, "s", POSITIVE] = 2e-3
     maximum_torque: Annotated[float, "N*m", POSITIVE] = 3.5
     ripple: Ripple | None = None
+    speed_limit: SpeedLimit | None = None
 
-    def torque_rate(self, torque: Any, request: Any) -> Any:
-        """Rate of change [N*m/s] of the torque of the currents under a request [N*m]."""
-        return (limit(request, -self.maximum_torque, self.maximum_torque) - torque) / self.lag
+    def torque_rate(self, torque: Any, request: Any, speed: Any = 0.0) -> Any:
+        """Rate of change [N*m/s] of the torque of the currents [N*m].
+
+        Args:
+            torque: of the currents [N*m]
+            request: for it [N*m]
+            speed: of the rotor [rad/s]
+        """
+        return (limit(request, -self._most(-speed), self._most(speed)) - torque) / self.lag
+
+    def _most(self, speed: Any) -> Any:
+        if self.speed_limit is None:
+            return self.maximum_torque
+        return driving_limit(speed, self.maximum_torque, self.speed_limit.base_speed, self.speed_limit.no_load_speed)
 
     def shaft_torque(self, torque: Any, angle: Any) -> Any:
         """Torque at the shaft [N*m] at an angle of the rotor [rad]."""
         if self.ripple is None:
             return torque
         return torque + torque_ripple(angle, torque, self.ripple.cogging_torque, self.ripple.share, self.ripple.order)
+
+
+def assist_motor() -> Motor:
+    """The typical motor of an EPS, with the limit of its voltage."""
+    return Motor(speed_limit=SpeedLimit())

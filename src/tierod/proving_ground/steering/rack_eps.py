@@ -11,7 +11,7 @@ from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.proving_ground.parts import Hand, Loads, Steer
 from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.linkage import Linkage, Resistance
-from tierod.proving_ground.steering.motor import Motor
+from tierod.proving_ground.steering.motor import Motor, assist_motor
 from tierod.proving_ground.steering.observed import Dry, Rack, Shaft, SteeringSignals, steering_signals
 from tierod.proving_ground.steering.torsion_bar import TorsionBar, Wheel
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
@@ -63,6 +63,7 @@ class RackEps:
 
     Args:
         wheel_inertia: of the steering wheel
+        wheel_damping: viscous, of its bearing and clock spring; as identified by Raffone
         pinion_inertia: of lower column and pinion
         pinion_damping: viscous, at the pinion
         rack_mass: of the rack; road wheels and a motor on the rack come on top
@@ -80,16 +81,17 @@ class RackEps:
     """
 
     wheel_inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.035
+    wheel_damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.2
     pinion_inertia: Annotated[float, "kg*m**2", POSITIVE] = 4e-4
     pinion_damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.1
     rack_mass: Annotated[float, "kg", POSITIVE] = 3.0
-    rack_damping: Annotated[float, "N*s/m", NOT_NEGATIVE] = 4e3
+    rack_damping: Annotated[float, "N*s/m", NOT_NEGATIVE] = 1.5e3
     centring: Annotated[float, "N/m", NOT_NEGATIVE] = 0.0
     mesh: Mesh = field(default_factory=Mesh)
     friction: DryFriction = field(default_factory=DryFriction)
     friction_on_rack: bool = True
     reference_load: Annotated[float, "N*m", POSITIVE] = 4.0
-    motor: Motor | None = field(default_factory=Motor)
+    motor: Motor | None = field(default_factory=assist_motor)
     motor_on_rack: bool = True
     linkage: Linkage = field(default_factory=Linkage)
     torsion_bar: TorsionBar | None = field(default_factory=TorsionBar)
@@ -130,7 +132,9 @@ class RackEps:
             balance.acceleration,
             motion.speed,
             balance.rack_acceleration,
-            () if motor is None else motor.torque_rate(motion.motor_torque, loads.actuator_torques[0]),
+            ()
+            if motor is None
+            else motor.torque_rate(motion.motor_torque, loads.actuator_torques[0], self._shaft(motion).rate),
             () if self.torsion_bar is None else Wheel(motion.wheel.rate, balance.wheel_acceleration),
         )
 
@@ -180,12 +184,13 @@ class RackEps:
         push = passed + (at_rack - resistance.total) / ratio
         push = push - viscous(motion.speed, self.rack_damping) - self.centring * motion.position
         if self.torsion_bar is None:
-            driver = loads.hand_torque
+            driver, drive = loads.hand_torque, drive - viscous(motion.rate, self.wheel_damping)
             acceleration = wheel_acceleration = (driver + drive) / (inertia + self.wheel_inertia)
         else:
             driver = self.torsion_bar.torque(motion.wheel, motion.angle, motion.rate)
             acceleration = (driver + drive) / inertia
-            wheel_acceleration = (loads.hand_torque - driver) / self.wheel_inertia
+            held = loads.hand_torque - viscous(motion.wheel.rate, self.wheel_damping)
+            wheel_acceleration = (held - driver) / self.wheel_inertia
         return _Balance(driver, friction, resistance, acceleration, push / mass, wheel_acceleration)
 
     def _rack(self, motion: RackMotion) -> Rack:

@@ -19,6 +19,7 @@ def demonstrator_rack() -> RackEps:
     """
     return RackEps(
         wheel_inertia=0.040,
+        wheel_damping=0.0,
         pinion_inertia=0.005,
         pinion_damping=0.0,
         rack_mass=3.0,
