@@ -185,3 +185,31 @@ def test_backwards_it_rolls_as_well(body):
     assert finite(out)
     assert end.speed < -0.5
     assert end.yaw_rate < 0.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_whatever_is_done_to_it_it_stays_finite(body, seed):
+    """Steer, drive, brakes, bank, grade, split and failing grip, a hoist, and gusts, all at random."""
+    random = np.random.default_rng(seed)
+    count = 10_000
+
+    def held(milliseconds):
+        return np.repeat(random.normal(size=count // milliseconds + 1), milliseconds)[:count]
+
+    steer = np.clip(0.3 * np.convolve(held(300), np.ones(150) / 150.0, "same"), -0.7, 0.7)
+    inputs = columns(
+        10.0,
+        steer=steer,
+        drive_left=600.0 * held(700),
+        drive_right=600.0 * held(700),
+        brake=np.maximum(1500.0 * held(900), 0.0),
+        bank=0.05 * held(3000),
+        grade=0.05 * held(3000),
+        adhesion_left=np.clip(0.6 + 0.4 * held(2000), 0.0, 1.2),
+        adhesion_right=np.clip(0.6 + 0.4 * held(2000), 0.0, 1.2),
+        support=np.clip(1.5 + held(2000), 0.0, 1.0),
+        crosswind=10.0 * held(1500),
+    )
+    out = scan(Bench(body, 60.0 * random.random()), inputs)
+    assert finite(out)
+    assert np.max(np.abs(out["reaction.yaw_rate"])) < 20.0
