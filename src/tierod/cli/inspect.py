@@ -89,12 +89,11 @@ def _document(
     import dataclasses
 
     from tierod.monitors.registry import MONITORS
+    from tierod.writers.layout import plain
 
     return {
         "schema": "tierod.inspection/1",
-        "metadata": {
-            key: value if isinstance(value, int | float) else str(value) for key, value in whole.metadata.items()
-        },
+        "metadata": plain(whole.metadata),
         "start": whole.span[0],
         "end": whole.span[1],
         "channels": [dataclasses.asdict(row) for row in quality],

@@ -40,7 +40,7 @@ def rows(titles: Sequence[str], cells: Iterable[Sequence[str]], right: Sequence[
 
     Args:
         titles: of the columns
-        cells: the rows; square brackets are text, not markup
+        cells: the rows; square brackets are text, not markup, also in titles
         right: the columns that hold numbers
     """
     from rich.table import Table
@@ -48,7 +48,7 @@ def rows(titles: Sequence[str], cells: Iterable[Sequence[str]], right: Sequence[
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     for index, title in enumerate(titles):
-        table.add_column(title, justify="right" if index in right else "left", overflow="fold")
+        table.add_column(Text(title), justify="right" if index in right else "left", overflow="fold")
     for row in cells:
         table.add_row(*(Text(cell) for cell in row))
     return table

@@ -35,9 +35,9 @@ def write_mf4(recording: Recording, path: str | Path) -> None:
     with replacing(path) as temporary, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         file = MDF(version="4.10")
+        # Without a calendar time it begins in 1970; asammdf would take the time of writing.
         origin = recording.metadata.get("origin") or 0.0
-        if origin:
-            file.header.start_time = datetime.datetime.fromtimestamp(float(origin), datetime.UTC)
+        file.header.start_time = datetime.datetime.fromtimestamp(float(origin), datetime.UTC)
         file.header.comment = _header(description(recording, found)["metadata"])
         try:
             for number, group in enumerate(found):

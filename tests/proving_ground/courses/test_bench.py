@@ -5,6 +5,7 @@ import pytest
 
 from tierod.errors import ParameterError
 from tierod.proving_ground.cars.column_bench import ColumnBench
+from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.proving_ground.courses.bench import BenchSweep
 from tierod.proving_ground.run import run
 
@@ -29,7 +30,13 @@ def test_the_sweep_passes_its_frequencies_at_an_even_pace_of_octaves():
 @pytest.mark.parametrize(("wheel", "locked", "grip"), [("free", 0.0, 0.0), ("locked", 1.0, 0.0), ("held", 0.0, 1.0)])
 def test_the_wheel_is_what_is_said(wheel, locked, grip):
     columns = BenchSweep(wheel=wheel).columns(np.zeros(1), np.zeros(1), 0.0, 0.0)
-    assert (columns["locked"][0], columns["grip"][0]) == (locked, grip)
+    assert (columns["locked"][0], columns.get("grip", [0.0])[0]) == (locked, grip)
+
+
+def test_a_motor_alone_can_be_swept():
+    outcome = run(MotorBench(), BenchSweep(amplitude=0.1, lowest=1.0), 3.0)
+    assert outcome.diverged_at is None
+    assert np.max(np.abs(outcome.recording["truth_motor_current_alpha"].values)) > 1.0
 
 
 def test_a_locked_wheel_stays_while_the_motor_turns():

@@ -1,4 +1,4 @@
-"""Tests of a steering column on a bench: torques over time, no road."""
+"""Tests on benches for steering columns and motors: torques over time, no road."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 @dataclass(frozen=True)
 class BenchSweep(Described):
-    """The motor sweeps through frequencies while the steering wheel is free, locked or held.
+    """The motor sweeps through frequencies while the steering wheel (or the motor's shaft) is free, locked or held.
 
     Args:
         amplitude: of the motor's torque at its shaft
         lowest, highest: frequencies; every octave takes the same time
         settle: at rest before the sweep
         time: of the whole; a longer run sweeps more slowly
-        wheel: locked, free, or held by hands without stiffness
-        gear_torque: constant, on the output of the gear, as from a road
+        wheel: locked, free, or held by hands without stiffness, of which a motor alone knows nothing
+        gear_torque: constant, on the output of the gear, as from a road; of a column alone
     """
 
     amplitude: Annotated[float, "N*m", NOT_NEGATIVE] = 0.3
@@ -64,8 +64,10 @@ class BenchSweep(Described):
         constant = np.ones(len(time))
         columns = {
             "motor_torque": self.amplitude * np.sin(2.0 * math.pi * cycles),
-            "gear_torque": self.gear_torque * constant,
             "locked": float(self.wheel == "locked") * constant,
-            "grip": float(self.wheel == "held") * constant,
         }
+        if self.gear_torque != 0.0:
+            columns["gear_torque"] = self.gear_torque * constant
+        if self.wheel == "held":
+            columns["grip"] = constant
         return self._with_conditions(columns, time, distance)

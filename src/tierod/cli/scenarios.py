@@ -1,0 +1,161 @@
+"""List the scenarios, virtual cars and courses that are shipped, or show one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tierod.cli.terminal import output, print_json, rows
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def scenarios(
+    name: Annotated[str | None, typer.Argument(help="A scenario, virtual car or course, or a scenario file.")] = None,
+    cars: Annotated[bool, typer.Option("--cars", help="virtual cars alone; NAME may be their file")] = False,
+    courses: Annotated[bool, typer.Option("--courses", help="courses alone; NAME may be their file")] = False,
+    toml: Annotated[bool, typer.Option("--toml", help="print the file, to begin one of your own")] = False,
+    json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
+) -> None:
+    """List what can be driven, or show one: car, course, sensors, faults, duration."""
+    from tierod.errors import ParameterError
+
+    for one, other, both in (("--cars", "--courses", cars and courses), ("--toml", "--json", toml and json)):
+        if both:
+            raise ParameterError(f"{one} and {other} exclude each other; give one of them")
+    wanted = ("cars",) if cars else ("courses",) if courses else tuple(_names())
+    if name is None:
+        if toml:
+            raise ParameterError("--toml needs the name of a scenario, car or course; 'tierod scenarios' lists them")
+        _list(wanted, json)
+        return
+    kind = _kind_of(name, wanted)
+    if toml:
+        print(_to_begin_with(kind, name), end="")
+    else:
+        {"scenarios": _scenario, "cars": _car, "courses": _course}[kind](name, json)
+
+
+def _names() -> dict[str, tuple[str, ...]]:
+    """Everything that is shipped, by kind."""
+    from tierod.proving_ground import courses, scenarios
+    from tierod.proving_ground.cars import catalogue
+
+    return {"scenarios": scenarios.shipped(), "cars": catalogue.shipped(), "courses": courses.shipped()}
+
+
+def _kind_of(name: str, wanted: tuple[str, ...]) -> str:
+    """What a name means; a path is a file of the first kind wanted."""
+    from pathlib import Path
+
+    from tierod.errors import ParameterError, nearest
+
+    known = _names()
+    for kind in wanted:
+        if name in known[kind]:
+            return kind
+    if name.lower().endswith((".toml", ".csv")) or Path(name).parent != Path():
+        return wanted[0]
+    every = [each for kind in wanted for each in known[kind]]
+    what = {"scenarios": "scenario, virtual car or course", "cars": "virtual car", "courses": "course"}[wanted[0]]
+    raise ParameterError(f"no {what} is called '{name}'{nearest(name, every)} A file is named by its path")
+
+
+def _path(kind: str, name: str) -> Path:
+    from tierod.proving_ground.cars import catalogue as cars
+    from tierod.proving_ground.courses import catalogue as courses
+    from tierod.proving_ground.scenarios import reader
+
+    return {"scenarios": reader.find, "cars": cars.find, "courses": courses.find}[kind](name)
+
+
+def _to_begin_with(kind: str, name: str) -> str:
+    """The file's text; files that it names beside itself are named by their whole path, so that a copy finds them."""
+    from tierod.proving_ground.scenarios.files import named_files
+    from tierod.toml import Document
+
+    document = Document.read(_path(kind, name), kind.removesuffix("s"))
+    text, folder = document.text, document.path.parent.resolve()
+    for each in named_files(document):
+        text = text.replace(f'"{each}"', f'"{(folder / each).as_posix()}"')
+    return text
+
+
+def _list(kinds: tuple[str, ...], as_json: bool) -> None:
+    described = {kind: [(name, _description(kind, name)) for name in _names()[kind]] for kind in kinds}
+    if as_json:
+        print_json({k: [{"name": n, "description": d} for n, d in rows] for k, rows in described.items()})
+        return
+    console = output()
+    titles = {"scenarios": "scenario", "cars": "virtual car", "courses": "course"}
+    for kind, cells in described.items():
+        console.print(rows((titles[kind], "what it is"), cells))
+        console.print()
+    console.print(
+        "Show one with 'tierod scenarios NAME', drive a scenario with 'tierod simulate NAME -o drive.mf4',\n"
+        "begin your own with 'tierod scenarios NAME --toml > mine.toml'. Faults to add: 'tierod faults'."
+    )
+
+
+def _description(kind: str, name: str) -> str:
+    import tomllib
+
+    return str(tomllib.loads(_path(kind, name).read_text(encoding="utf-8"))["description"])
+
+
+def _scenario(name: str, as_json: bool) -> None:
+    from rich.text import Text
+
+    from tierod.proving_ground.scenarios import described, load
+
+    found, console = load(name), output()
+    if as_json:
+        print_json(described.scenario_document(found))
+        return
+    console.print(Text.assemble((found.name, "bold"), f": {found.description}\n"))
+    console.print(rows(("", ""), described.facts(found)))
+    console.print(f"\nDrive it with 'tierod simulate {name} -o drive.mf4'.", markup=False)
+
+
+def _car(name: str, as_json: bool) -> None:
+    from rich.text import Text
+
+    from tierod.proving_ground.cars import catalogue, kinds
+    from tierod.proving_ground.scenarios import described
+
+    car, console = catalogue.load(name), output()
+    told = described.car_document(car)
+    if as_json:
+        print_json(told)
+        return
+    console.print(Text.assemble((told["name"], "bold"), f": {told['description']}"), Text(told["source"]), sep="\n")
+    for title, lines in (("Good for", told["good_for"]), ("Not good for", told["not_good_for"])):
+        console.print(f"\n[bold]{title}[/bold]", *(Text(f"  - {line}") for line in lines), sep="\n")
+    known = kinds.choices(car.block)
+    console.print()
+    parts = [(place, part, ", ".join(known[place])) for place, part in told["parts"].items()]
+    console.print(rows(("part", "is", "can be"), parts))
+    console.print()
+    cells = [(each["name"], f"{each['value']:.6g}", each["unit"], each["source"]) for each in told["parameters"]]
+    console.print(rows(("parameter", "value", "unit", "source"), cells, right=(1,)))
+
+
+def _course(name: str, as_json: bool) -> None:
+    from rich.text import Text
+
+    from tierod.proving_ground.courses import load
+    from tierod.proving_ground.scenarios import described
+
+    told, console = described.course_document(load(name)), output()
+    if as_json:
+        print_json(told)
+        return
+    console.print(Text.assemble((told["name"], "bold"), f": {told['description']}"))
+    if told["source"]:
+        console.print(Text(told["source"]))
+    console.print(Text(f"\nA {told['kind']} of {told['duration']:.6g} s"))
+    cells = [(each["name"], f"{each['value']:.6g}", each["unit"]) for each in told["parameters"]]
+    if cells:
+        console.print(rows(("parameter", "value", "unit"), cells, right=(1,)))

@@ -1,0 +1,104 @@
+"""Drive a virtual car through a scenario, and write what its sensors saw beside the truth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from tierod.proving_ground.run import Outcome
+    from tierod.proving_ground.scenarios import Scenario
+
+
+def simulate(
+    scenario: Annotated[str, typer.Argument(help="A shipped scenario (see 'tierod scenarios'), or a scenario file.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="File to write: .mf4, .parquet or .csv.")],
+    seed: Annotated[int | None, typer.Option(min=0, help="Of all chance, in place of the scenario's.")] = None,
+    seconds: Annotated[float | None, typer.Option(help="Duration [s], in place of the scenario's.")] = None,
+    json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
+) -> int:
+    """Run a scenario once; measured channels and the truth (channels named truth_...) go into one recording."""
+    import time
+
+    from tierod.cli.app import HEALTHY, NOT_JUDGED
+    from tierod.cli.terminal import messages, print_json, progress
+    from tierod.proving_ground.scenarios import load
+    from tierod.writers import require_writable, write
+
+    whole = load(scenario)
+    chosen = whole.with_run(seconds, seed)
+    require_writable(output)
+    for fault in (each for each in whole.faults if each not in chosen.faults):
+        messages().print(f"left out, since it would begin later: {fault.label}", soft_wrap=True, markup=False)
+    began = time.perf_counter()
+    with progress(f"driving {chosen.name}") as advance:
+        outcome = chosen.run(advance)
+    took = time.perf_counter() - began
+    write(outcome.recording, output)
+    if json:
+        print_json(_document(chosen, outcome, output))
+    else:
+        _show(chosen, outcome, output, took)
+    if outcome.diverged_at is None:
+        return HEALTHY
+    messages().print(_diverged(chosen, outcome, output), soft_wrap=True, markup=False)
+    return NOT_JUDGED
+
+
+def _diverged(scenario: Scenario, outcome: Outcome, path: Path) -> str:
+    return (
+        f"the run diverged: its last good time is {outcome.diverged_at:g} s of {scenario.duration:g} s, up to which "
+        f"{path} holds it; look for a parameter or fault beyond what a car survives"
+    )
+
+
+def _parted(outcome: Outcome) -> tuple[list[str], list[str]]:
+    """Names of the measured channels, and of those that tell the truth."""
+    names = outcome.recording.names
+    return [n for n in names if not n.startswith("truth_")], [n for n in names if n.startswith("truth_")]
+
+
+def _document(scenario: Scenario, outcome: Outcome, path: Path) -> dict[str, Any]:
+    measured, truth = _parted(outcome)
+    return {
+        "schema": "tierod.simulation/1",
+        "recording": str(path),
+        **scenario.provenance,
+        "diverged_at": outcome.diverged_at,
+        "faults": [dict(window) for window in outcome.windows],
+        "measured_channels": measured,
+        "truth_channels": truth,
+    }
+
+
+def _show(scenario: Scenario, outcome: Outcome, path: Path, took: float) -> None:
+    import shlex
+
+    from tierod.cli.terminal import output, rows
+    from tierod.proving_ground.scenarios.described import facts
+
+    console = output()
+    console.print(f"{scenario.name}: {scenario.description}", markup=False)
+    console.print(rows(("", ""), facts(scenario)))
+    if outcome.windows:
+        console.print("\nFaults as they came")
+        console.print(rows(("fault", "element", "behaviour", "from [s]", "to [s]"), map(_window, outcome.windows)))
+    measured, truth = _parted(outcome)
+    first, last = outcome.recording.span
+    console.print(
+        f"\nrecording: {path}: {len(measured)} measured channels, {len(truth)} of the truth, "
+        f"{last - first:.4g} s driven in {took:.2g} s",
+        soft_wrap=True,
+        markup=False,
+    )
+    console.print(f"look into it with: {shlex.join(['tierod', 'inspect', str(path)])}", soft_wrap=True, markup=False)
+
+
+def _window(window: Any) -> tuple[str, ...]:
+    def told(name: str) -> str:
+        value = window.get(name)
+        return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+
+    return tuple(told(name) for name in ("name", "element", "behaviour", "start", "end"))

@@ -1,0 +1,143 @@
+"""What virtual cars are made of, by the names that files use."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any, get_args
+
+from tierod.errors import nearest
+from tierod.fields import hints, meaning, members, replaced
+from tierod.proving_ground.cars.active_front_car import ActiveFrontCar
+from tierod.proving_ground.cars.column_bench import ColumnBench
+from tierod.proving_ground.cars.demonstrator_car import DemonstratorCar
+from tierod.proving_ground.cars.eps_car import EpsCar
+from tierod.proving_ground.cars.motor_bench import MotorBench
+from tierod.proving_ground.cars.pm_eps_car import PmEpsCar
+from tierod.proving_ground.cars.steer_by_wire_car import SteerByWireCar
+from tierod.proving_ground.chassis import TYRES, SingleTrack, TwoTrack, Tyre
+from tierod.proving_ground.steering.column_eps import ColumnEps
+from tierod.proving_ground.steering.friction_laws import Coulomb, Dahl, DahlPower, LuGre, MaxwellSlip, Stribeck
+from tierod.proving_ground.steering.rack_eps import RackEps
+from tierod.toml import Document, Location
+from tierod.toml_builder import kind_name
+
+_CARS: tuple[type, ...] = (EpsCar, PmEpsCar, SteerByWireCar, ActiveFrontCar, DemonstratorCar, ColumnBench, MotorBench)
+
+KINDS: dict[str, type] = {kind_name(each): each for each in _CARS}
+"""The cars by name."""
+
+_FAMILIES: tuple[tuple[type, ...], ...] = (
+    (SingleTrack, TwoTrack),
+    (ColumnEps, RackEps),
+    (Dahl, DahlPower, Coulomb, MaxwellSlip, Stribeck, LuGre),
+)
+"""Parts whose places are declared as protocols; each may stand in the place of another of its family."""
+
+NONE = "none"
+"""Name of a part that is left out."""
+
+
+def car_of(kind: str, document: Document) -> Any:
+    """A car of a kind as its class describes it.
+
+    Args:
+        kind: a name in `KINDS`
+        document: where it stands, under the key `kind`
+
+    Raises:
+        ParameterError: there is no such kind
+    """
+    if kind not in KINDS:
+        raise document.error(("kind",), f"no kind of car is called '{kind}'{nearest(kind, KINDS)}")
+    return KINDS[kind]()
+
+
+def choices(block: Any, path: str = "") -> dict[str, dict[str, type | None]]:
+    """What may stand in the exchangeable places of a car, by dotted path and name; None leaves a part out."""
+    found: dict[str, dict[str, type | None]] = {}
+    kind: Any = type(block)
+    for field in dataclasses.fields(block):
+        part, place = getattr(block, field.name), f"{path}{field.name}"
+        choice = _choice(part, hints(kind)[field.name])
+        if len(choice) > 1:
+            found[place] = choice
+        if dataclasses.is_dataclass(part):
+            found |= choices(part, f"{place}.")
+    return found
+
+
+def _choice(part: Any, annotation: Any) -> dict[str, type | None]:
+    family = next((family for family in _FAMILIES if type(part) in family), ())
+    if family:
+        return {kind_name(each): each for each in family}
+    means = meaning(annotation)
+    kinds: list[Any] = [each.hint for each in members(means) if dataclasses.is_dataclass(each.hint)]
+    choice: dict[str, type | None] = {kind_name(each): each for each in kinds}
+    return choice | ({NONE: None} if choice and type(None) in get_args(means.hint) else {})
+
+
+def parts_of(block: Any) -> dict[str, str]:
+    """What stands in the exchangeable places of a car: name of the part by dotted path."""
+    return {place: _name(_at(block, place)) for place in choices(block)}
+
+
+def _at(block: Any, path: str) -> Any:
+    for name in path.split("."):
+        block = getattr(block, name)
+    return block
+
+
+def _name(part: Any) -> str:
+    return NONE if part is None else kind_name(type(part))
+
+
+def with_parts(block: Any, parts: Mapping[str, str], document: Document, location: Location = ("parts",)) -> Any:
+    """The car with other parts, each as its class describes it; the outer ones first.
+
+    Args:
+        block: a car
+        parts: name by dotted path, {"chassis": "single-track", "steering.friction.law": "lu-gre"}
+        document: where they stand
+        location: of their table in the document
+
+    Raises:
+        ParameterError: an unknown place or part
+    """
+    for place, name in sorted(parts.items(), key=lambda part: part[0].count(".")):
+        known = choices(block)
+        if place not in known:
+            raise document.error(
+                (*location, place), f"no part of the car that can be chosen is called '{place}'{nearest(place, known)}"
+            )
+        if name not in known[place]:
+            raise document.error((*location, place), f"no {place} is called '{name}'{nearest(name, known[place])}")
+        kind = known[place][name]
+        block = replaced(block, {place: None if kind is None else kind()})
+    return block
+
+
+def on_tyres(block: Any, name: str, document: Document, location: Location) -> Any:
+    """The car on tyres of another kind, in the sizes of its own.
+
+    Args:
+        block: a car
+        name: of the tyres: summer, winter, worn, low-pressure, sport
+        document: where it stands
+        location: in the document
+
+    Raises:
+        ParameterError: no such tyres, or a car that has none to choose
+    """
+    known = {each.replace(" ", "-"): tyre for each, tyre in TYRES.items()}
+    if name not in known:
+        raise document.error(location, f"no tyres are called '{name}'{nearest(name, known)}")
+    chassis = getattr(block, "chassis", None)
+    if not isinstance(chassis, TwoTrack):
+        raise document.error(location, "this car has no tyres to choose from; take one with the chassis two-track")
+    front, rear = (_in_size_of(axle.tyre, known[name]) for axle in (chassis.front, chassis.rear))
+    return dataclasses.replace(block, chassis=chassis.on_tyres(front, rear))
+
+
+def _in_size_of(own: Tyre, other: Tyre) -> Tyre:
+    return dataclasses.replace(other, radius=own.radius, nominal_load=own.nominal_load)

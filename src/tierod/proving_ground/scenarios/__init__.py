@@ -1,0 +1,9 @@
+"""Scenarios: which car drives which course for how long, with what sensors and faults, as files.
+
+outcome = load("country-friction-step").run()
+"""
+
+from tierod.proving_ground.scenarios.reader import from_document, load, shipped
+from tierod.proving_ground.scenarios.scenario import Scenario
+
+__all__ = ["Scenario", "from_document", "load", "shipped"]

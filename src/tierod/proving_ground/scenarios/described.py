@@ -1,0 +1,113 @@
+"""Scenarios, virtual cars and courses in words and plain data, for lists and reports."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+from tierod.fields import hints, meaning, numbers
+from tierod.proving_ground.cars.catalogue import VirtualCar, flat
+from tierod.proving_ground.cars.kinds import parts_of
+from tierod.proving_ground.faults import AtDistance, AtTime, Fault, When, Within
+from tierod.proving_ground.faults.elements import unit_without_car
+from tierod.proving_ground.scenarios.scenario import Scenario
+from tierod.toml_builder import SIGNAL_UNIT, kind_name
+
+
+def facts(scenario: Scenario) -> list[tuple[str, str]]:
+    """What a scenario drives, in lines of label and text."""
+    parts = ", ".join(part for place, part in parts_of(scenario.car).items() if "." not in place)
+    sensors = scenario.sensors
+    found = [
+        ("car", f"{scenario.car_name}{f' ({parts})' if parts else ''}"),
+        *(("", f"{path} = {value}") for path, value in _changes(scenario)),
+        ("course", f"{scenario.course.name}: {scenario.course.description}"),
+        ("duration", f"{scenario.duration:.6g} s"),
+        ("seed", str(scenario.seed)),
+        ("sensors", sensors.description or f"{len(sensors.items())} channels"),
+    ]
+    if scenario.scatter is not None:
+        found.append(("scatter", "car and sensors are drawn anew for every seed"))
+    return found + [("fault", text) for text in map(fault_in_words, scenario.faults)]
+
+
+def _changes(scenario: Scenario) -> list[tuple[str, Any]]:
+    """What the scenario says about its car beside its name."""
+    table = scenario.document.content["car"]
+    if not isinstance(table, Mapping):
+        return []
+    tyres = [("tyres", table["tyres"])] if "tyres" in table else []
+    return [*tyres, *flat(table.get("parts", {})).items(), *flat(table.get("parameters", {})).items()]
+
+
+def fault_in_words(fault: Fault) -> str:
+    """What a fault does, when and for how long."""
+    what = "; ".join(f"{effect.element} {kind_name(type(effect.behaviour))}" for effect in fault.effects)
+    lasts = fault.duration or fault.behaviour.usual_duration
+    name = f"{fault.name}: " if fault.name else ""
+    return f"{name}{what}{_amount(fault)}, {_when(fault.trigger)}{'' if lasts is None else f', for {lasts:g} s'}"
+
+
+def _amount(fault: Fault) -> str:
+    """The size of a fault with its unit, as far as its name tells one."""
+    behaviour: Any = fault.behaviour.core
+    if behaviour.main is None:
+        return ""
+    size = getattr(behaviour, behaviour.main)
+    unit = meaning(hints(behaviour.__class__)[behaviour.main]).unit or ""
+    if SIGNAL_UNIT in unit:
+        unit = unit.replace(SIGNAL_UNIT, unit_without_car(fault.element) or "")
+    return f" {size:.4g} {unit}".rstrip() if isinstance(size, float) else f" {size}"
+
+
+def _when(trigger: Any) -> str:
+    if isinstance(trigger, AtTime):
+        return f"from {trigger.time:g} s on"
+    if isinstance(trigger, AtDistance):
+        return f"from {trigger.distance:g} m on"
+    if isinstance(trigger, Within):
+        return f"from a time between {trigger.earliest:g} s and {trigger.latest:g} s on"
+    if isinstance(trigger, When):
+        return f"when {trigger.condition}" + (f" for {trigger.hold:g} s" if trigger.hold else "")
+    return "all the time"
+
+
+def scenario_document(scenario: Scenario) -> dict[str, Any]:
+    """A scenario as plain data."""
+    return {
+        "name": scenario.name,
+        "description": scenario.description,
+        "car": scenario.car_name,
+        "changes": dict(_changes(scenario)),
+        "course": scenario.course.name,
+        "seconds": scenario.duration,
+        "seed": scenario.seed,
+        "sensors": [channel for channel, _ in scenario.sensors.items()],
+        "scatter": scenario.scatter is not None,
+        "faults": [fault_in_words(fault) for fault in scenario.faults],
+    }
+
+
+def car_document(car: VirtualCar) -> dict[str, Any]:
+    """A virtual car as plain data, with every parameter."""
+    told = {name: value for name, value in asdict(car.file).items() if name not in ("parameters", "parts")}
+    parameters = [
+        {"name": path, "value": each.value, "unit": each.unit, "source": car.source_of(path) or "default of its part"}
+        for path, each in numbers(car.block).items()
+    ]
+    return told | {"parts": parts_of(car.block), "parameters": parameters}
+
+
+def course_document(course: Any) -> dict[str, Any]:
+    """A course as plain data."""
+    return {
+        "name": course.name,
+        "description": course.description,
+        "source": course.source,
+        "kind": kind_name(type(course)),
+        "duration": course.duration,
+        "parameters": [
+            {"name": path, "value": each.value, "unit": each.unit} for path, each in numbers(course).items()
+        ],
+    }

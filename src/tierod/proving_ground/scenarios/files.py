@@ -1,0 +1,37 @@
+"""The files that a scenario names, so that a recording can tell whether they are still the same."""
+
+from __future__ import annotations
+
+import hashlib
+import tomllib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from tierod.toml import Document
+
+
+def named_files(document: Document) -> dict[str, str]:
+    """SHA-256 of every file that a document names, and of those that these name; by the name as written."""
+    found: dict[str, str] = {}
+    _collect(document.content, document.path.parent, found)
+    return found
+
+
+def _collect(content: Any, folder: Path, found: dict[str, str]) -> None:
+    for text in _texts(content):
+        path = folder / text
+        if text in found or path.suffix.lower() not in (".toml", ".csv") or not path.is_file():
+            continue
+        whole = path.read_bytes()
+        found[text] = hashlib.sha256(whole).hexdigest()
+        if path.suffix.lower() == ".toml":
+            _collect(tomllib.loads(whole.decode("utf-8")), path.parent, found)
+
+
+def _texts(content: Any) -> Iterator[str]:
+    if isinstance(content, str):
+        yield content
+    elif isinstance(content, Mapping | list):
+        for part in content.values() if isinstance(content, Mapping) else content:
+            yield from _texts(part)

@@ -1,0 +1,160 @@
+"""Reads a scenario file; all slips and contradictions are told before anything is driven."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+from tierod.errors import ParameterError, nearest
+from tierod.proving_ground import courses
+from tierod.proving_ground.cars import catalogue
+from tierod.proving_ground.faults import Fault
+from tierod.proving_ground.scatter import Scatter
+from tierod.proving_ground.scenarios.check import require_sound
+from tierod.proving_ground.scenarios.files import named_files
+from tierod.proving_ground.scenarios.scenario import Scenario, lengthened
+from tierod.proving_ground.sensors import SensorSet
+from tierod.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.toml import Document, build
+
+SHIPPED = Path(__file__).parent
+"""Where the scenarios are that tierod ships."""
+
+
+@dataclass(frozen=True)
+class CarTable(catalogue.Choice):
+    """The table `car`: which one, and how it differs from its file."""
+
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class ScenarioFile:
+    """A scenario file as a whole.
+
+    Args:
+        name, description: as lists show them
+        car: a name, or a table
+        course: a name, or a table of `name` (or `kind`) and what differs
+        seconds: duration; the course's own where absent
+        seed: of all chance; that of the course too, where the course says none
+        sensors: those of a production car where absent
+        scatter: none where absent
+        faults: none where absent
+    """
+
+    name: str
+    description: str
+    car: CarTable | str
+    course: Any
+    seconds: Annotated[float, "s", POSITIVE] | None = None
+    seed: Annotated[int, "", NOT_NEGATIVE] = 0
+    sensors: SensorSet = field(default_factory=SensorSet.production)
+    scatter: Scatter | None = None
+    faults: tuple[Fault, ...] = ()
+
+
+def shipped() -> tuple[str, ...]:
+    """The names of the scenarios that tierod ships, in alphabetical order."""
+    return tuple(sorted(path.stem for path in SHIPPED.glob("*.toml")))
+
+
+def load(name_or_path: str | Path) -> Scenario:
+    """The scenario of a shipped name or of a file.
+
+    Args:
+        name_or_path: a name that `shipped` lists, or the path of a scenario file (.toml)
+
+    Raises:
+        ParameterError: no such scenario, or one with a slip or a contradiction; file, line and nearest name are told
+    """
+    return from_document(Document.read(find(str(name_or_path)), "scenario"))
+
+
+def find(given: str) -> Path:
+    """The file of a scenario; arguments and errors as of `load`."""
+    if given in shipped():
+        return SHIPPED / f"{given}.toml"
+    path = Path(given).expanduser()
+    if path.is_file():
+        return path
+    if path.suffix == ".toml" or path.parent != Path():
+        raise ParameterError(f"there is no scenario file {path}; 'tierod scenarios' lists those that are shipped")
+    raise ParameterError(f"no scenario is called '{given}'{nearest(given, shipped())} A file is named by its path")
+
+
+def from_document(document: Document) -> Scenario:
+    """The scenario that a document describes; files that it names are looked for beside it.
+
+    Raises:
+        ParameterError: a slip or a contradiction, with file and line
+    """
+    file = build(ScenarioFile, document.content, document)
+    car = _car(file.car, document)
+    course, route_seed = _course(file.course, document)
+    if file.seconds is not None:
+        try:
+            course = lengthened(course, file.seconds)
+        except ParameterError as error:
+            raise document.error(("seconds",), str(error)) from None
+    scenario = Scenario(
+        name=file.name,
+        description=file.description,
+        car=car,
+        car_name=file.car if isinstance(file.car, str) else file.car.name,
+        course=replace(course, seed=file.seed if route_seed is None else route_seed),
+        duration=course.duration if file.seconds is None else file.seconds,
+        seed=file.seed,
+        sensors=file.sensors,
+        faults=file.faults,
+        scatter=file.scatter,
+        route_seed=route_seed,
+        document=document,
+        files=named_files(document),
+    )
+    require_sound(scenario)
+    return scenario
+
+
+def _car(given: CarTable | str, document: Document) -> Any:
+    table = CarTable(name=given) if isinstance(given, str) else given
+    if not table.name:
+        raise document.error(("car",), f"'car.name' is missing; choose one of: {', '.join(catalogue.shipped())}")
+    location = ("car",) if isinstance(given, str) else ("car", "name")
+    try:
+        car = catalogue.load(table.name, document.path.parent)
+    except ParameterError as error:
+        raise document.error(location, str(error)) from None
+    return car.varied(table, document, ("car",))
+
+
+def _course(given: Any, document: Document) -> tuple[Any, int | None]:
+    """The course, and its own seed where the table says one."""
+    table = {"name": given} if isinstance(given, str) else given
+    if not isinstance(table, Mapping):
+        raise document.error(("course",), "'course' has to be the name of a course, or a table")
+    changes = dict(table)
+    if isinstance(changes.get("file"), str):
+        changes["file"] = str(document.path.parent / changes["file"])
+    if "kind" in changes:
+        course = build(courses.AnyCourse, changes, document, ("course",))
+        return course if course.name else replace(course, name=str(changes["kind"])), changes.get("seed")
+    known = courses.shipped()
+    name = changes.pop("name", "")
+    if not name:
+        raise document.error(("course",), f"'course.name' is missing; choose one of: {', '.join(known)}")
+    location = ("course",) if isinstance(given, str) else ("course", "name")
+    base = _named(str(name), document, location)
+    return build(type(base), changes, document, ("course",), base=base), changes.get("seed")
+
+
+def _named(name: str, document: Document, location: tuple[str, ...]) -> Any:
+    path: str | Path = name
+    if name not in courses.shipped() and name.lower().endswith((".toml", ".csv")):
+        path = document.path.parent / name
+    try:
+        return courses.load(path)
+    except ParameterError as error:
+        raise document.error(location, str(error)) from None

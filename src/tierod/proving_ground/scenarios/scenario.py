@@ -1,0 +1,137 @@
+"""A scenario: which car drives which course for how long, with what sensors and faults."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import tierod
+from tierod.errors import ParameterError
+from tierod.proving_ground.courses import AnyCourse
+from tierod.proving_ground.faults import AtTime, Fault, Within
+from tierod.proving_ground.run import Outcome, run
+from tierod.proving_ground.scatter import Scatter
+from tierod.proving_ground.sensors import SensorSet
+from tierod.toml import Document
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """One run, described whole.
+
+    Args:
+        name: short
+        description: one sentence
+        car: the plant, as a block
+        car_name: of the virtual car that it was made from
+        course: what is asked of car and driver
+        duration: [s]
+        seed: of all chance
+        sensors: of the car
+        faults: changes from outside
+        scatter: how car and sensors are drawn around the given ones; None where they are not
+        route_seed: of the course, where it keeps its own; None where it follows that of the run
+        document: the file
+        files: SHA-256 of the files that it names, by name
+    """
+
+    name: str
+    description: str
+    car: Any
+    car_name: str
+    course: AnyCourse
+    duration: float
+    seed: int
+    sensors: SensorSet
+    faults: tuple[Fault, ...]
+    scatter: Scatter | None
+    route_seed: int | None
+    document: Document
+    files: Mapping[str, str]
+
+    def with_run(self, seconds: float | None = None, seed: int | None = None) -> Scenario:
+        """The same scenario for another time or with other chance.
+
+        Args:
+            seconds: duration [s]; as before where None; faults that would begin later are left out
+            seed: as before where None
+
+        Raises:
+            ParameterError: a duration that is not positive, or longer than a course that ends
+        """
+        seconds = self.duration if seconds is None else seconds
+        seed = self.seed if seed is None else seed
+        if not 0.0 < seconds < math.inf:
+            raise ParameterError(f"a run needs a positive, finite duration, not {seconds:g} s")
+        course = lengthened(self.course, seconds)
+        route = seed if self.route_seed is None else self.route_seed
+        faults = tuple(fault for fault in self.faults if _begins_before(fault, seconds))
+        return replace(self, course=replace(course, seed=route), duration=seconds, seed=seed, faults=faults)
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the scenario, comments and layout aside, and of the files that it names; hexadecimal."""
+        whole = json.dumps([self.document.content, dict(self.files)], sort_keys=True, default=str)
+        return hashlib.sha256(whole.encode()).hexdigest()
+
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """All that it takes to drive it again, as plain data."""
+        return {
+            "scenario": self.name,
+            "scenario_text": self.document.text,
+            "scenario_sha256": self.digest,
+            "files": dict(self.files),
+            "virtual_car": self.car_name,
+            "course": self.course.name,
+            "route_seed": self.course.seed,
+            "seed": self.seed,
+            "seconds": self.duration,
+            "tierod_version": tierod.__version__,
+        }
+
+    def run(self, progress: Callable[[float], None] = lambda share: None) -> Outcome:
+        """Drive it.
+
+        Args:
+            progress: called with the share that is done
+        """
+        return run(
+            self.car,
+            self.course,
+            self.duration,
+            self.seed,
+            self.sensors,
+            self.faults,
+            self.scatter,
+            self.provenance,
+            progress,
+        )
+
+
+def _begins_before(fault: Fault, seconds: float) -> bool:
+    """Whether a fault can begin within a run; one that waits for a condition may."""
+    trigger = fault.trigger
+    if isinstance(trigger, AtTime):
+        return trigger.time < seconds
+    return not isinstance(trigger, Within) or trigger.latest < seconds
+
+
+def lengthened(course: Any, seconds: float) -> Any:
+    """A course that lasts at least so long [s].
+
+    Raises:
+        ParameterError: it ends before; only those of any length can be lengthened
+    """
+    if seconds <= course.duration * (1.0 + 1e-9):
+        return course
+    if "time" not in {field.name for field in dataclasses.fields(course)}:
+        raise ParameterError(
+            f"the course '{course.name}' ends after {course.duration:.6g} s; a run of {seconds:g} s is too long for it"
+        )
+    return replace(course, time=course.time + seconds - course.duration)

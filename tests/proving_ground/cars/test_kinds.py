@@ -1,0 +1,51 @@
+"""What virtual cars are made of, by name."""
+
+import importlib
+import pkgutil
+
+import pytest
+
+from tierod.proving_ground import cars
+from tierod.proving_ground.cars.car import Car
+from tierod.proving_ground.cars.eps_car import EpsCar
+from tierod.proving_ground.cars.kinds import KINDS, choices, parts_of, with_parts
+from tierod.proving_ground.chassis import SingleTrack
+from tierod.proving_ground.steering.column_eps import WormGear
+from tierod.toml import Document
+from tierod.toml_builder import kind_name
+
+NOWHERE = Document({}, "", "test")
+
+
+def test_every_car_can_be_named_in_a_file():
+    for module in pkgutil.iter_modules(cars.__path__):
+        importlib.import_module(f"{cars.__name__}.{module.name}")
+    found, waiting = set(), [Car]
+    while waiting:
+        below = waiting.pop().__subclasses__()
+        waiting += below
+        found.update(below)
+    assert {kind_name(each) for each in found} <= set(KINDS)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_what_stands_in_a_place_is_among_its_choices(name):
+    car = KINDS[name]()
+    known = choices(car)
+    for place, part in parts_of(car).items():
+        assert part in known[place]
+        assert len(known[place]) > 1
+
+
+def test_an_outer_part_is_replaced_before_what_is_inside_it():
+    parts = {"steering.motor.ripple": "ripple", "steering": "rack-eps", "chassis": "single-track"}
+    car = with_parts(EpsCar(), parts, NOWHERE)
+    assert isinstance(car.chassis, SingleTrack)
+    assert parts_of(car)["steering.motor.ripple"] == "ripple"
+    assert "steering.worm_gear" not in parts_of(car)
+
+
+def test_an_optional_part_comes_and_goes():
+    car = with_parts(EpsCar(), {"steering.worm_gear": "worm-gear"}, NOWHERE)
+    assert isinstance(car.steering.worm_gear, WormGear)
+    assert with_parts(car, {"steering.worm_gear": "none"}, NOWHERE) == EpsCar()
