@@ -1,0 +1,42 @@
+import pytest
+
+from tierod.graph.trace import trace
+from tierod.proving_ground.cars.active_front_car import ActiveFrontCar
+from tierod.proving_ground.cars.column_bench import ColumnBench
+from tierod.proving_ground.cars.demonstrator_car import DemonstratorCar
+from tierod.proving_ground.cars.eps_car import EpsCar
+from tierod.proving_ground.cars.motor_bench import MotorBench
+from tierod.proving_ground.cars.pm_eps_car import PmEpsCar
+from tierod.proving_ground.cars.steer_by_wire_car import SteerByWireCar
+from tierod.proving_ground.chassis import SingleTrack, TwoTrack
+from tierod.proving_ground.faults.elements import Reach
+from tierod.proving_ground.recorder import channel_names
+from tierod.proving_ground.sensors import SensorSet
+from tierod.signals import SIGNALS
+
+ROAD = (ActiveFrontCar, DemonstratorCar, EpsCar, PmEpsCar, SteerByWireCar)
+PLANTS = [kind(chassis=chassis()) for kind in ROAD for chassis in (SingleTrack, TwoTrack)]
+PLANTS += [ColumnBench(), MotorBench()]
+
+
+def named(plant):
+    return f"{type(plant).__name__} {type(getattr(plant, 'chassis', None)).__name__}"
+
+
+@pytest.mark.parametrize("plant", PLANTS, ids=named)
+def test_channels_are_canonical_and_no_two_share_a_name(plant):
+    columns = channel_names(plant)
+    assert [name for name in columns if name not in SIGNALS and not name.startswith("truth_")] == []
+    paths = trace(plant).output
+    for name, places in columns.items():
+        prefixes = {paths[place].rsplit(name, 1)[0] for place in places}
+        assert len(prefixes) == 1, name
+
+
+@pytest.mark.parametrize("plant", PLANTS, ids=named)
+def test_faults_reach_its_actuators_and_what_its_units_read(plant):
+    reach = Reach(plant, SensorSet.ideal())
+    assert reach.actuators
+    assert reach.actuators <= reach.ports
+    in_loops = reach.ports - reach.actuators - {"motor_lock"}
+    assert in_loops <= set(reach.outputs)
