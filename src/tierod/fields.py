@@ -40,6 +40,7 @@ def hints(kind: Any) -> dict[str, Any]:
     return get_type_hints(kind, include_extras=True)
 
 
+@cache
 def meaning(annotation: Any) -> Meaning:
     """What an annotation like `Annotated[float, "kg", POSITIVE]` says."""
     if get_origin(annotation) is not Annotated:
@@ -56,6 +57,7 @@ def alternatives(hint: Any) -> tuple[Any, ...]:
     return (hint,)
 
 
+@cache
 def members(means: Meaning) -> tuple[Meaning, ...]:
     """The members of a union without None, also of unions within it; notes of the whole where they have none."""
     parts = alternatives(means.hint)
@@ -64,6 +66,7 @@ def members(means: Meaning) -> tuple[Meaning, ...]:
     return tuple(found for part in parts for found in members(below(part, means)))
 
 
+@cache
 def below(annotation: Any, above: Meaning) -> Meaning:
     """What the annotation of a part means, with the notes of the whole where it has none."""
     own = meaning(annotation)
@@ -85,11 +88,17 @@ def _numbers(value: Any, means: Meaning, path: str) -> Iterator[tuple[str, Numbe
         yield from _numbers(part, inner, f"{path}.{name}" if path else name)
 
 
+@cache
+def _meanings(kind: Any) -> list[tuple[str, Meaning]]:
+    """What the annotation of every field of a dataclass means."""
+    known = hints(kind)
+    return [(each.name, meaning(known[each.name])) for each in dataclasses.fields(kind)]
+
+
 def _parts(value: Any, means: Meaning) -> list[tuple[str, Any, Meaning]]:
     """(name, value, meaning) of what a value is made of; none for a plain one."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        known = hints(type(value))
-        return [(each.name, getattr(value, each.name), meaning(known[each.name])) for each in dataclasses.fields(value)]
+        return [(name, getattr(value, name), means) for name, means in _meanings(type(value))]
     if isinstance(value, Mapping):
         inner = (get_args(means.hint) or (str, Any))[1]
         return [(str(name), part, below(inner, means)) for name, part in value.items()]

@@ -1,11 +1,11 @@
 import math
 from dataclasses import replace
+from operator import attrgetter
 
 import numpy as np
 import pytest
 
 from tierod.errors import ParameterError
-from tierod.fields import numbers
 from tierod.proving_ground.cars.eps_car import EpsCar
 from tierod.proving_ground.chassis import SingleTrack, TwoTrack
 from tierod.proving_ground.scatter import Scatter, Spread
@@ -29,7 +29,7 @@ def draws(scatter, car=CARS["two-track"], count=400):
 
 
 def value(instance, path):
-    return numbers(instance)[path].value
+    return attrgetter(path)(instance)
 
 
 def ratio(car, path, name="two-track"):

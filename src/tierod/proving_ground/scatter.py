@@ -92,8 +92,8 @@ class Scatter(UsualScatter):
         Raises:
             ParameterError: a path that neither car nor sensors have, or a unit that does not fit
         """
-        spreads = self.fitted(car, sensors)
         known = _known(car, sensors)
+        spreads = self._fitted(known)
         changes = dict(self.usual(known, generator))
         source = int(generator.integers(1 << 62)) if spreads else 0
         for path, spread in spreads.items():
@@ -111,7 +111,9 @@ class Scatter(UsualScatter):
         Raises:
             ParameterError: a path that neither car nor sensors have, or a unit that does not fit
         """
-        known = _known(car, sensors)
+        return self._fitted(_known(car, sensors))
+
+    def _fitted(self, known: Mapping[str, Number]) -> dict[str, Spread]:
         spreads = {}
         for path, spread in self.parameters.items():
             for each in (path, *spread.also):
