@@ -36,7 +36,8 @@ def test_the_wheel_is_what_is_said(wheel, locked, grip):
 def test_a_motor_alone_can_be_swept():
     outcome = run(MotorBench(), BenchSweep(amplitude=0.1, lowest=1.0), 3.0)
     assert outcome.diverged_at is None
-    assert np.max(np.abs(outcome.recording["truth_motor_current_alpha"].values)) > 1.0
+    constant = 1.5 * 4 * 0.0085  # 3/2 times pole pairs times flux: torque per ampere along the axis beta at angle 0
+    assert np.max(outcome.recording["truth_motor_current_beta"].values) == pytest.approx(0.1 / constant, rel=0.02)
 
 
 def test_a_locked_wheel_stays_while_the_motor_turns():
