@@ -10,7 +10,7 @@ from tierod.graph.derivatives import jacobian
 from tierod.proving_ground.parts import Loads
 from tierod.proving_ground.steering.column_eps import ColumnEps
 from tierod.proving_ground.steering.friction import DryFriction
-from tierod.proving_ground.steering.friction_laws import LuGre
+from tierod.proving_ground.steering.friction_laws import Coulomb, LuGre
 from tierod.proving_ground.steering.linkage import Linkage
 from tierod.proving_ground.steering.rack_eps import Mesh, RackEps
 from tierod.proving_ground.steering.rack_presets import demonstrator_rack
@@ -85,6 +85,16 @@ def test_hard_knocks_stay_bounded_at_a_millisecond(play):
     assert np.all(np.isfinite(out.values))
     late, early = (np.max(np.abs(out["steering_wheel_rate"][part])) for part in (slice(-5000, None), slice(5000)))
     assert late < 1.5 * early
+
+
+@pytest.mark.parametrize("friction_on_rack", [True, False])
+def test_stiff_sticking_holds_a_light_pinion(friction_on_rack):
+    """A spring of 72 kN*m/rad on 0.0004 kg*m**2 would swing 13 rad per step."""
+    stiff = DryFriction(12.5, Coulomb(math.radians(0.01)))
+    rig = Rig(RackEps(friction=stiff, friction_on_rack=friction_on_rack), kingpin_stiffness=400.0)
+    _, out = rig.run(6.0, hand_torque=lambda t: np.where(t < 2.0, 20.0 * np.sin(3.0 * t), 6.0))
+    assert np.ptp(out["pinion_angle"][4000:]) < 1e-5
+    assert np.max(np.abs(out["truth_friction_resistance"])) == pytest.approx(12.5)
 
 
 def test_static_gain_of_the_rack():

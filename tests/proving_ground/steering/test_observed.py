@@ -1,0 +1,12 @@
+import pytest
+
+from tierod.block import units
+from tierod.proving_ground.steering.observed import SteeringSignals
+from tierod.signals import SIGNALS
+
+FIELDS = list(zip(SteeringSignals._fields, units(SteeringSignals), strict=True))
+
+
+@pytest.mark.parametrize(("name", "unit"), [field for field in FIELDS if not field[0].startswith("truth_")])
+def test_signals_have_canonical_names_and_units(name, unit):
+    assert SIGNALS[name].unit == unit
