@@ -1,4 +1,7 @@
 import math
+import pickle
+import re
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -6,6 +9,7 @@ from hypothesis import strategies as st
 
 from proving_ground.faults.car_stand_in import SENSORS, Car
 from tierod.errors import ParameterError
+from tierod.proving_ground import EpsCar, Scatter
 from tierod.proving_ground.faults import (
     Always,
     AtDistance,
@@ -27,6 +31,7 @@ from tierod.proving_ground.faults import (
     trigger_of,
 )
 from tierod.proving_ground.faults.triggers import Comparison
+from tierod.proving_ground.sensors import SensorSet
 from tierod.toml import Document, build
 
 
@@ -272,3 +277,22 @@ def test_any_text_is_a_trigger_or_a_sentence(text):
 def test_amounts_without_a_car_are_checked_as_far_as_they_go():
     assert one("element = 'road.bank_angle'\nbehaviour = 'step'\nsize = '5 deg'").behaviour == Step(math.radians(5.0))
     assert one("element = 'steering.level'\nbehaviour = 'step'\nsize = '5 deg'").behaviour == Step("5 deg")
+
+
+def test_what_the_documentation_shows_can_be_read():
+    page = Path(__file__).parents[3] / "docs" / "faults.md"
+    text = "\n".join(re.findall(r"```toml\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL))
+    document = Document.parse(text, page)
+    content, car = document.content, EpsCar()
+    sensors = build(SensorSet, content["sensors"], document, ("sensors",))
+    faults = build(tuple[Fault, ...], content["faults"], document, ("faults",))
+    assert len(Schedule(faults, car, sensors, 0, 300.0).windows) == 8
+    assert len(build(Scatter, content["scatter"], document, ("scatter",)).fitted(car, sensors)) == 2
+
+
+def test_a_fault_can_be_sent_to_another_process():
+    fault = one("element = 'yaw_rate'\nbehaviour = 'stuck'\ntrigger = 'vehicle_speed > 3 m/s for 1 s'")
+    sent = pickle.loads(pickle.dumps(fault))
+    assert sent == fault
+    assert hash(sent) == hash(fault)
+    assert sent.origin.document.path.name == "drive.toml"
