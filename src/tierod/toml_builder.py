@@ -41,7 +41,8 @@ class Builder:
         classes: list[Any] = [each.hint for each in known if dataclasses.is_dataclass(each.hint)]
         if not classes and dataclasses.is_dataclass(base):
             # The field is declared as a protocol.
-            known = (below(type(base), means),)
+            own: Any = type(base)
+            known = (below(own, means),)
             classes = [type(base)]
         if classes and isinstance(given, dict):
             return self._instance(tuple(classes), given, location, base)
