@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tierod.errors import ParameterError
-from tierod.fields import check_ranges, number, numbers, replaced
+from tierod.fields import check_ranges, numbers, replaced
 from tierod.ranges import NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.toml import Document, build, override
 from tierod.toml_builder import kind_name
@@ -265,9 +265,6 @@ def test_numbers_with_units_and_ranges():
     assert known["driver.patience"].unit == "s"
     assert not {"delay_steps", "name", "automatic", "load", "wheel.camber"} & set(known)
     assert numbers(override(WHOLE, {"load": 3}))["load"] == (3.0, "kg", None)
-    assert number(WHOLE, "mass").value == 1500.0
-    with pytest.raises(ParameterError, match=r"the car has no parameter 'mas'; did you mean 'mass'"):
-        number(WHOLE, "mas", "the car")
 
 
 def test_replaced_keeps_all_else():

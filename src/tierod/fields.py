@@ -8,7 +8,7 @@ from functools import cache
 from types import UnionType
 from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin, get_type_hints
 
-from tierod.errors import ParameterError, nearest
+from tierod.errors import ParameterError
 from tierod.ranges import Range
 
 
@@ -108,23 +108,6 @@ def _parts(value: Any, means: Meaning) -> list[tuple[str, Any, Meaning]]:
         each = inner[:1] * len(value) if inner[-1:] == (Ellipsis,) or len(inner) != len(value) else inner
         return [(str(i), part, below(hint, whole)) for i, (part, hint) in enumerate(zip(value, each, strict=False))]
     return []
-
-
-def number(instance: Any, path: str, what: str = "") -> Number:
-    """The float field at a dotted path.
-
-    Args:
-        instance: a dataclass
-        path: for example "steering.friction.level"
-        what: how to call the instance in a message; the name of its class where it is empty
-
-    Raises:
-        ParameterError: there is no float field of this path; the message names the nearest ones
-    """
-    known = numbers(instance)
-    if path not in known:
-        raise ParameterError(f"{what or type(instance).__name__} has no parameter '{path}'{nearest(path, known)}")
-    return known[path]
 
 
 def replaced(instance: Any, changes: Mapping[str, Any]) -> Any:
