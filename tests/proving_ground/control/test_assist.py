@@ -86,8 +86,8 @@ def test_loop_of_bar_and_motor_is_stable_on_the_whole_map(name, hands):
     """Gains of the map grow to 19 just below the limit of the motor, at rest; sticking friction is a stiff spring."""
     for kingpin in (200.0, 5000.0, 100e3):
         rig = Rig(STEERINGS[name], AssistUnit(), kingpin, 9400.0, *hands)
-        for speed in (0.0, 6.0, 20.0, 60.0):
-            for torque in (0.01, 1.0, 3.0, 5.6):
+        for speed in (0.0, 6.0, 60.0):
+            for torque in (0.01, 3.0, 5.6):
                 worst = np.max(np.abs(poles(rig, torque, speed)))
                 assert worst < 1.0, (kingpin, speed, torque, worst)
 
