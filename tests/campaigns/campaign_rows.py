@@ -43,10 +43,11 @@ def judged(outcome="quiet", **changes):
     return Judged(**values | changes)
 
 
-def row(seed=1, fault=SOUND, size="", outcome="driven", monitor="friction", reason="", **judgement):
+def row(seed=1, fault=SOUND, size="", outcome="driven", monitor="friction", reason="", came=True, **judgement):
     """A row of a drive; `judgement` makes what was judged."""
     place = {"vehicle": "car", "fault": fault, "size": str(size), "seed": str(seed)}
-    drive = {"outcome": outcome, "reason": reason, "recording": None}
+    windows = [] if fault == SOUND else [{"start": 300.0 if came else None, "end": 600.0 if came else None}]
+    drive = {"outcome": outcome, "reason": reason, "recording": None, "windows": windows, "last_good_s": None}
     if outcome != "driven" or reason:
         return Row(place, drive, monitor, None, reason)
     verdict = judgement.pop("verdict", "quiet" if fault == SOUND else "found")

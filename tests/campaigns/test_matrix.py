@@ -134,7 +134,9 @@ def test_values_are_set_at_dotted_names_however_the_tables_are_written():
     assert with_changes({}, {"a.b.c": 1}) == {"a": {"b": {"c": 1}}}
     assert with_changes({"a": {"b.c": 1, "d": 2}}, {"a.b.c": 3}) == {"a": {"b.c": 3, "d": 2}}
     assert with_changes({"a": {"b": {"c": 1}}}, {"a.b.d": 2, "a.e": 3}) == {"a": {"b": {"c": 1, "d": 2}, "e": 3}}
-    assert with_changes({"a": "text"}, {"a.b": 1}) == {"a": {"b": 1}}
+    assert with_changes({"a": "text"}, {"a.b": 1}) == {"a": {"name": "text", "b": 1}}
+    assert with_changes({"a": 5}, {"a.b": 1}) == {"a": {"b": 1}}
+    assert with_changes({}, {"car.mass": 1, "car": "small"}) == {"car": {"name": "small", "mass": 1}}
     before = {"a": {"b": 1}}
     with_changes(before, {"a.b": 2})
     assert before == {"a": {"b": 1}}

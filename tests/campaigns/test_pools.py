@@ -69,7 +69,7 @@ def test_nothing_comes_of_nothing():
     assert found.drives == 0
     assert math.isnan(found.missed_share)
     assert math.isnan(found.detection_worst_s)
-    assert found.false_alarm_bound == math.inf
+    assert math.isnan(found.false_alarm_bound)
 
 
 def test_the_confusion_of_states():
@@ -89,3 +89,9 @@ def test_rows_are_chosen_by_levels():
     assert matching(rows, {"fault": "step", "size": 4}) == [rows[2]]
     assert matching(rows, {"seed": [1, 2]}, "friction") == rows[:3]
     assert matching(rows, {"tyre": "winter"}) == []
+
+
+def test_a_drive_whose_fault_never_came_is_a_sound_one():
+    found = row(1, **FOUND, came=False, verdict="quiet")
+    assert (found.faulty, found.given) == (False, "sound")
+    assert (pool([found]).sound, pool([found]).faulty) == (1, 0)

@@ -48,6 +48,7 @@ class ToyScenario:
     car: Toy = Toy()
     sensors: tuple = ()
     scatter: None = None
+    files: tuple = ()
 
     def with_run(self, seconds=None, seed=None):
         return replace(self, duration=seconds or self.duration, course="well")

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-import tierod
+from tierod import __version__
 
-ROOT = Path(tierod.__file__).parent
+ROOT = Path(__file__).resolve().parents[1]
 
 GROUND = ("proving_ground", "physics", "graph")
 """Packages whose code decides a drive, beside the files directly in tierod."""
@@ -86,7 +86,7 @@ def _told_of_class(value: Any) -> Iterator[bytes]:
 def ground_code() -> str:
     """Of all that decides a drive beside its scenario: tierod's code, NumPy's random numbers, the kind of processor."""
     files = [*sorted(ROOT.glob("*.py")), *_files(GROUND)]
-    return fingerprint(_contents(files), tierod.__version__, np.__version__, platform.machine())
+    return fingerprint(_contents(files), __version__, np.__version__, platform.machine())
 
 
 @cache

@@ -27,12 +27,14 @@ class Level:
         changes: of the scenario, by dotted name
         location: where it stands in the campaign file
         faults: that it brings
+        tables: of these faults, as a scenario has them
     """
 
     place: Mapping[str, str]
     changes: Mapping[str, Any]
     location: Location
     faults: tuple[Fault, ...] = ()
+    tables: tuple[Mapping[str, Any], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,11 @@ class Point:
     def faults(self) -> tuple[Fault, ...]:
         """That act on the drive."""
         return tuple(fault for level in self.levels for fault in level.faults)
+
+    @property
+    def tables(self) -> list[Mapping[str, Any]]:
+        """Of these faults, as a scenario has them."""
+        return [table for level in self.levels for table in level.tables]
 
 
 def levels_of(file: CampaignFile, document: Document) -> list[list[Level]]:
@@ -97,35 +104,32 @@ def _sizes(file: CampaignFile, name: str, document: Document) -> list[Level]:
         raise document.error((*location, "size"), "'size' and 'sizes' say the same; leave one out")
     others = [Fault.from_table(each, document, (*location, "together", at)) for at, each in enumerate(together)]
     table.setdefault("name", name)
-    if sizes is None:
-        return [Level({FAULT: name, SIZE: ""}, {}, location, (_fault(table, document, location), *others))]
-    return [
-        Level(
-            {FAULT: name, SIZE: label(size)},
-            {},
-            (*location, "sizes", at),
-            (_fault(table | {"size": size}, document, location), *others),
+    levels = []
+    for at, size in enumerate([None] if sizes is None else sizes):
+        sized = table if size is None else table | {"size": size}
+        faults = (Fault.from_table(sized, document, location), *others)
+        place = {FAULT: name, SIZE: "" if size is None else label(size)}
+        levels.append(
+            Level(place, {}, location if size is None else (*location, "sizes", at), faults, (sized, *together))
         )
-        for at, size in enumerate(sizes)
-    ]
-
-
-def _fault(table: Mapping[str, Any], document: Document, location: Location) -> Fault:
-    return Fault.from_table(table, document, location)
+    return levels
 
 
 def with_changes(content: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     """Nested tables with values set at dotted names; a table on the way is made where it is absent.
 
-    A name that stands dotted in the tables (`"steering.ratio" = 0.07`) is found as it stands.
+    A name that stands dotted in the tables (`"steering.ratio" = 0.07`) is found as it stands. What stands higher is set
+    first, so that `car` and `car.parameters` may come in any order; a text that gets values below it becomes the `name`
+    of a table.
     """
     merged = dict(content)
-    for path, value in changes.items():
+    for path, value in sorted(changes.items(), key=lambda change: change[0].count(".")):
         if path in merged or "." not in path:
             merged[path] = value
             continue
         head, _, rest = path.partition(".")
         below = merged.get(head)
+        below = {"name": below} if isinstance(below, str) else below
         merged[head] = with_changes(below if isinstance(below, Mapping) else {}, {rest: value})
     return merged
 
@@ -232,11 +236,10 @@ def check_where(
     for axis, wanted in where.items():
         if axis not in known:
             raise document.error((*location, axis), f"no axis is called '{axis}'{nearest(axis, known)}")
-        for name in map(str, wanted if isinstance(wanted, list | tuple) else [wanted]):
+        for name in map(label, wanted if isinstance(wanted, list | tuple) else [wanted]):
             if name not in known[axis] and not (axis == SEED and seeds is None):
-                raise document.error(
-                    (*location, axis), f"the axis '{axis}' has no level '{name}'{nearest(name, known[axis])}"
-                )
+                near = nearest(name, filter(None, known[axis]))
+                raise document.error((*location, axis), f"the axis '{axis}' has no level '{name}'{near}")
 
 
 def _key(point: Point) -> tuple[str, ...]:

@@ -117,7 +117,7 @@ class Plan:
         return store.verdict(self.verdict_name(cell, judge), self.verdict_key(cell, judge))
 
 
-DECIDING = ("car", "course", "duration", "seed", "sensors", "faults", "scatter")
+DECIDING = ("car", "course", "duration", "seed", "sensors", "faults", "scatter", "files")
 """Fields of a scenario that decide its drive; names and descriptions do not."""
 
 
@@ -128,9 +128,10 @@ def drive_key(scenario: Any) -> str:
 
 def window_of(windows: Sequence[Mapping[str, Any]]) -> Window | None:
     """From the first start to the last end of the faults of a drive; None where none came."""
-    if not windows:
+    came = [each for each in windows if each["start"] is not None]
+    if not came:
         return None
-    return Window(min(float(each["start"]) for each in windows), max(float(each["end"]) for each in windows))
+    return Window(min(float(each["start"]) for each in came), max(float(each["end"]) for each in came))
 
 
 def teachers(points: Sequence[Point], same_car: Sequence[str]) -> list[int | None]:

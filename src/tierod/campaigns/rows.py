@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from tierod.campaigns.definition import label
 from tierod.campaigns.judging import Judged
 
 SOUND = "sound"
@@ -35,12 +36,14 @@ class Row:
 
     @property
     def faulty(self) -> bool:
-        """Whether a fault was given."""
-        return self.place[FAULT] != SOUND
+        """Whether a fault was given, and came."""
+        return self.place[FAULT] != SOUND and any(each["start"] is not None for each in self.drive["windows"])
 
     @property
     def given(self) -> str:
-        """The state that was given: sound, or the fault with its size."""
+        """The state that was given: sound, or the fault with its size; sound too where the fault never came."""
+        if self.drive["outcome"] == "driven" and not self.faulty:
+            return SOUND
         return " ".join(part for part in (self.place[FAULT], self.place[SIZE]) if part)
 
 
@@ -58,6 +61,6 @@ def matching(rows: Iterable[Row], where: Mapping[str, Any], monitor: str | None 
 def is_at(place: Mapping[str, str], where: Mapping[str, Any]) -> bool:
     """Whether a place has the levels asked for."""
     return all(
-        place.get(axis) in [str(level) for level in (levels if isinstance(levels, list | tuple) else [levels])]
+        place.get(axis) in [label(level) for level in (levels if isinstance(levels, list | tuple) else [levels])]
         for axis, levels in where.items()
     )

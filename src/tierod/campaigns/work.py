@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
-import tierod
+from tierod import __version__
 from tierod.campaigns.judging import Window, judge, plain
 from tierod.campaigns.plan import Cell, Judge, window_of
 from tierod.campaigns.store import Store
@@ -163,7 +163,7 @@ def _machine() -> dict[str, Any]:
 
     command = compiler()
     return {
-        "version": tierod.__version__,
+        "version": __version__,
         "python": platform.python_version(),
         "numpy": numpy.__version__,
         "platform": platform.platform(),

@@ -1,0 +1,242 @@
+"""Run a matrix of virtual drives and judge them all; compare two such campaigns."""
+
+from __future__ import annotations
+
+import shlex
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from tierod.campaigns.campaign import Campaign
+    from tierod.campaigns.running import Progress
+    from tierod.campaigns.store import Store
+    from tierod.campaigns.summary import Summary
+
+QUIET_SECONDS = 10.0
+"""Without a terminal one line at the most in this time, beside those of drives that failed."""
+
+
+def campaign(
+    file: Annotated[
+        str | None, typer.Argument(help="A campaign file, or a shipped one; all are listed if none.")
+    ] = None,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder for recordings, verdicts, table and report.")
+    ] = Path("runs"),
+    compare: Annotated[
+        tuple[Path, Path] | None, typer.Option(help="Folders of two campaigns, to be compared drive by drive.")
+    ] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes; one per core where not given.")] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Check the file, show the matrix and what it costs.")
+    ] = False,
+    summary_only: Annotated[
+        bool, typer.Option("--summary-only", help="Write table and report of what is there; drive nothing.")
+    ] = False,
+    toml: Annotated[bool, typer.Option("--toml", help="Print the campaign file, to begin one of your own.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
+) -> int:
+    """Run a campaign: all gates met (0), one missed (1), could not judge (2), bad input (3); again resumes it."""
+    from tierod.campaigns.campaign import load, shipped
+    from tierod.errors import ParameterError
+
+    if compare is not None:
+        if file is not None or dry_run or toml or summary_only:
+            raise ParameterError("--compare takes two folders and no campaign file; leave the others out")
+        return _compare(compare, output, as_json)
+    if file is None:
+        _list(shipped())
+        return 0
+    chosen = load(file)
+    if toml:
+        print(chosen.document.text, end="")
+        return 0
+    processes = workers or _cores()
+    if dry_run:
+        return _dry(chosen, output, processes, as_json)
+    return _run(chosen, output, processes, summary_only, as_json)
+
+
+def _cores() -> int:
+    import os
+
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _list(names: tuple[str, ...]) -> None:
+    from tierod.campaigns.campaign import load
+    from tierod.cli.terminal import output, rows
+
+    console = output()
+    found = [load(name) for name in names]
+    cells = [
+        (name, each.file.description, str(len(each.plan.cells)), f"{each.hours:.1f}")
+        for name, each in zip(names, found, strict=True)
+    ]
+    console.print(rows(("campaign", "what it is", "drives", "hours"), cells, right=(2, 3)))
+    console.print("\nRun one with 'tierod campaign NAME -o runs/'; begin your own with 'tierod campaign NAME --toml'.")
+
+
+def _dry(chosen: Campaign, folder: Path, processes: int, as_json: bool) -> int:
+    import dataclasses
+
+    from tierod.campaigns.estimate import estimate
+    from tierod.campaigns.store import Store
+    from tierod.cli.terminal import output, print_json, rows
+    from tierod.report.display import duration
+
+    cost = estimate(chosen, Store(folder), processes)
+    if as_json:
+        places = [dict(cell.point.place) for cell in chosen.plan.cells]
+        print_json({"name": chosen.file.name, "axes": chosen.axes, "drives": places} | dataclasses.asdict(cost))
+        return 0
+    console = output()
+    console.print(f"{chosen.file.name}: {chosen.file.description}\n", markup=False)
+    names = list(chosen.axes)
+    console.print(rows(names, [[cell.point.place[name] for name in names] for cell in chosen.plan.cells]))
+    labels = "; ".join(judge.label for judge in chosen.plan.judges)
+    console.print(
+        f"\n{cost.cells} drives, {chosen.hours:.1f} h of driving, judged by {labels}; {cost.missing} of them are still "
+        f"to be driven or judged: about {duration(cost.seconds)} on {processes} cores, {cost.bytes / 1e9:.2g} GB",
+        markup=False,
+    )
+    return 0
+
+
+def _run(chosen: Campaign, folder: Path, processes: int, summary_only: bool, as_json: bool) -> int:
+    from tierod.campaigns.running import run
+    from tierod.campaigns.store import Store
+    from tierod.campaigns.summary import document, summarise
+    from tierod.cli.terminal import messages
+    from tierod.errors import InputError, OutputError
+
+    store = Store(folder)
+    store.prepare()
+    with store.alone():
+        if not summary_only:
+            with _told(chosen.file.name, len(chosen.plan.cells)) as progress, _stopped_by_sigterm():
+                try:
+                    run(chosen.plan, store, processes, progress)
+                except (KeyboardInterrupt, OSError, OutputError):
+                    done = sum(chosen.plan.done(cell, store) for cell in chosen.plan.cells)
+                    messages().print(
+                        f"{done} of {len(chosen.plan.cells)} drives are finished and kept in {folder}; the same "
+                        "command goes on from there",
+                        soft_wrap=True,
+                        markup=False,
+                    )
+                    raise
+        summary = summarise(chosen, store)
+        if summary_only and not any(row.judged for row in summary.rows):
+            raise InputError(
+                f"{folder} holds no verdict of this campaign as it stands now (file, tierod and its code count); "
+                "run it first, without --summary-only"
+            )
+        content = document(summary, shlex.join(["tierod", *sys.argv[1:]]))
+        page = _write(summary, store, content)
+    _show(content, page, as_json)
+    return summary.exit_code
+
+
+@contextmanager
+def _stopped_by_sigterm() -> Iterator[None]:
+    """A polite end by others is as good as Ctrl-C: what is finished is told, and no process is left behind."""
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
+def _told(name: str, total: int) -> Iterator[Callable[[Progress], None]]:
+    """A bar where somebody watches, lines now and then elsewhere; every drive that failed is told at once."""
+    from tierod.cli.terminal import messages
+
+    console = messages()
+    if not sys.stderr.isatty():
+        yield _Lines(console, name)
+        return
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    with Bar(*columns, TimeElapsedColumn(), TimeRemainingColumn(), console=console, transient=True) as bar:
+        task = bar.add_task("compiling", total=total)
+
+        def told(progress: Progress) -> None:
+            what = name if progress.name else "compiling"
+            bar.update(task, completed=progress.done, description=what.replace("[", "\\["))
+            if progress.outcome not in ("", "driven"):
+                bar.console.print(f"{progress.outcome}: {progress.name}", markup=False)
+
+        yield told
+
+
+class _Lines:
+    """Progress in lines."""
+
+    def __init__(self, console: Any, name: str):
+        self.console, self.name, self.last = console, name, -QUIET_SECONDS
+
+    def __call__(self, progress: Progress) -> None:
+        now = time.monotonic()
+        if progress.outcome not in ("", "driven"):
+            self.console.print(f"{progress.outcome}: {progress.name}", soft_wrap=True, markup=False)
+        if now - self.last < QUIET_SECONDS and progress.done < progress.total:
+            return
+        self.last = now
+        self.console.print(f"{self.name}: {progress.done} of {progress.total} drives", soft_wrap=True, markup=False)
+
+
+def _write(summary: Summary, store: Store, content: dict[str, Any]) -> Path:
+    """Table, document and page; where the page is, which comes last since it links to the others."""
+    from tierod.campaigns.summary import text
+    from tierod.campaigns.table import write_table
+    from tierod.files import write_text
+    from tierod.report.campaign import render_campaign
+
+    write_table(summary.rows, store.folder / "cells.parquet")
+    write_text(store.folder / "campaign.json", text(content))
+    return write_text(store.folder / "report.html", render_campaign(content))
+
+
+def _show(content: dict[str, Any], page: Path, as_json: bool) -> None:
+    from tierod.cli.terminal import messages, output, print_json
+    from tierod.report.campaign import show
+
+    if as_json:
+        print_json(content)
+    else:
+        show(content, output())
+    (messages() if as_json else output()).print(f"report: {page}", soft_wrap=True, markup=False)
+
+
+def _compare(folders: tuple[Path, Path], target: Path, as_json: bool) -> int:
+    from tierod.campaigns.compare import compare, document
+    from tierod.campaigns.summary import text
+    from tierod.cli.terminal import messages, output, print_json
+    from tierod.files import write_text
+    from tierod.report.campaign import render_comparison, show_comparison
+
+    content = document(compare(*folders), folders, shlex.join(["tierod", *sys.argv[1:]]))
+    target.mkdir(parents=True, exist_ok=True)
+    write_text(target / "comparison.json", text(content))
+    page = write_text(target / "comparison.html", render_comparison(content))
+    if as_json:
+        print_json(content)
+    else:
+        show_comparison(content, output())
+    (messages() if as_json else output()).print(f"report: {page}", soft_wrap=True, markup=False)
+    return 0

@@ -1,0 +1,7 @@
+"""What a campaign, or two of them compared, looks like: a page and a table in the terminal, from its document alone."""
+
+from tierod.report.campaign.comparison import render_comparison, show_comparison
+from tierod.report.campaign.page import render_campaign
+from tierod.report.campaign.terminal import show
+
+__all__ = ["render_campaign", "render_comparison", "show", "show_comparison"]

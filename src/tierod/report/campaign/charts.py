@@ -1,0 +1,173 @@
+"""The charts of a campaign: how soon faults of each size are found, and how estimates are spread."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from tierod.report.campaign.words import NEVER, found, seconds, value
+from tierod.report.charts.figure import (
+    AMBER,
+    BLUE,
+    GREEN,
+    GREY,
+    RED,
+    Figure,
+    axis,
+    layout,
+    rounded,
+    strip_title,
+)
+from tierod.report.display import bracketed, number, shown
+
+_PANEL = 210
+_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)")
+_QUANTILES = (
+    ("median", "median", BLUE, "circle"),
+    ("p95", "95 %", AMBER, "diamond"),
+    ("worst", "worst", RED, "square"),
+)
+
+
+Sizes = list[tuple[str, Mapping[str, Any]]]
+"""(size, figures) of a fault."""
+
+
+def detection_figure(number_: int, monitor: str, pools: Sequence[Mapping[str, Any]]) -> Figure | None:
+    """Time from the fault to the first alarm over its size, one panel per fault; None where there are no faults."""
+    faults = _faults(pools)
+    if not faults:
+        return None
+    height = 120 + _PANEL * len(faults)
+    data: list[dict[str, Any]] = []
+    axes: dict[str, Any] = {}
+    notes: list[dict[str, Any]] = []
+    rows = []
+    for index, (fault, sizes) in enumerate(faults.items()):
+        suffix = "" if index == 0 else str(index + 1)
+        bottom, top = 1.0 - (index + 1) / len(faults), 1.0 - index / len(faults)
+        domain = [bottom + (62.0 / height if index + 1 < len(faults) else 0.0), top - 24.0 / height]
+        places, unit = _places([size for size, _ in sizes])
+        axes[f"xaxis{suffix}"] = axis(f"size [{unit}]" if unit else "size", anchor=f"y{suffix}")
+        axes[f"yaxis{suffix}"] = axis("time [s]", domain=domain, anchor=f"x{suffix}", rangemode="tozero")
+        data += _curves(sizes, places, suffix, first=index == 0)
+        notes += [strip_title(fault, domain[1]), *_missed(sizes, places, suffix)]
+        for size, figures in sizes:
+            median, high, worst = (seconds(figures[f"detection_{name}_s"]) for name, *_ in _QUANTILES)
+            rows.append((f"{fault} {size}".strip() + f" ({found(figures)} found)", median, high, worst))
+    return Figure(
+        name=f"detection-{number_}",
+        title="How soon faults are found",
+        caption="Time from the beginning of a fault to the first alarm. How many faults were never found stands above "
+        "their size; where half of them were not, there is no median, and so on.",
+        alternative=f"Detection times of {monitor} over the size of each fault; all figures in the table beneath.",
+        data=data,
+        layout=layout(height, annotations=notes, **axes),
+        height=height,
+        summary=rows,
+        columns=("fault", "median", "95 %", "worst"),
+    )
+
+
+def _faults(pools: Sequence[Mapping[str, Any]]) -> dict[str, Sizes]:
+    """Every fault with its sizes, in the order of the matrix; one without sizes has one that is empty."""
+    found: dict[str, Sizes] = {}
+    for pool in pools:
+        where, figures = pool["where"], pool["figures"]
+        if set(where) == {"fault"} and figures["faulty"]:
+            found[where["fault"]] = [("", figures)]
+    for pool in pools:
+        where, figures = pool["where"], pool["figures"]
+        if set(where) == {"fault", "size"} and where["fault"] in found:
+            sizes = found[where["fault"]]
+            found[where["fault"]] = [*(each for each in sizes if each[0]), (where["size"], figures)]
+    return found
+
+
+def _places(sizes: Sequence[str]) -> tuple[list[Any], str]:
+    """Numbers with their common unit where the sizes are numbers; else the sizes as names."""
+    parts = [_NUMBER.fullmatch(size) for size in sizes]
+    units = {part[2].strip() for part in parts if part}
+    if all(parts) and len(units - {""}) <= 1:
+        return [float(part[1]) for part in parts if part], next(iter(units - {""}), "").replace("*", "·")
+    return [size or "as it is" for size in sizes], ""
+
+
+def _curves(sizes: Sizes, places: Sequence[Any], suffix: str, first: bool) -> list[dict[str, Any]]:
+    curves = []
+    for key, name, colour, symbol in _QUANTILES:
+        times = [value(figures[f"detection_{key}_s"]) for _, figures in sizes]
+        curves.append(
+            {
+                "type": "scatter",
+                "mode": "lines+markers",
+                "name": name,
+                "x": list(places),
+                "y": rounded([math.nan if math.isinf(each) else each for each in times]),
+                "line": {"color": colour, "width": 1.6},
+                "marker": {"color": colour, "size": 8, "symbol": symbol},
+                "xaxis": f"x{suffix}",
+                "yaxis": f"y{suffix}",
+                "showlegend": first,
+                "legendgroup": name,
+                "hovertemplate": "%{x}: %{y:.4g} s<extra>" + name + "</extra>",
+            }
+        )
+    return curves
+
+
+def _missed(sizes: Sizes, places: Sequence[Any], suffix: str) -> list[dict[str, Any]]:
+    notes = []
+    for (_, figures), at in zip(sizes, places, strict=True):
+        lost = figures["faulty"] - figures["early"] - figures["found"]
+        if lost:
+            where = {"x": at, "xref": f"x{suffix}", "yref": f"y{suffix} domain", "y": 0.98, "yanchor": "top"}
+            text = f"{lost} {NEVER}"
+            notes.append({"text": text, "showarrow": False, "font": {"size": 12, "color": RED}} | where)
+    return notes
+
+
+def box_figure(number_: int, states: Mapping[str, Any]) -> Figure | None:
+    """How the estimates of every state are spread, with the truth; None without estimates."""
+    boxes = states["boxes"]
+    if not boxes:
+        return None
+    factor, label = shown(states["unit"])
+    names = [box["state"] for box in boxes]
+    keys = {"q1": "lower", "median": "median", "q3": "upper", "lowerfence": "low", "upperfence": "high"}
+    drawn = {key: rounded([factor * value(box[name]) for box in boxes]) for key, name in keys.items()}
+    line = {"color": BLUE, "width": 1.5}
+    data: list[dict[str, Any]] = [
+        {"type": "box", "name": "estimates", "x": names, "line": line, "fillcolor": "rgba(29,95,168,0.15)", **drawn},
+        {
+            "type": "scatter",
+            "mode": "markers",
+            "name": "truth",
+            "x": names,
+            "y": rounded([factor * value(box["truth"]) for box in boxes]),
+            "marker": {"color": GREEN, "size": 22, "symbol": "line-ew", "line": {"color": GREEN, "width": 3}},
+        },
+    ]
+    rows = [
+        (
+            box["state"],
+            f"{number(factor * value(box['truth']), 3)} {label}".strip(),
+            f"{number(factor * value(box['median']), 3)} {label}".strip(),
+            f"{number(factor * value(box['bias']), 3)} ± {number(factor * value(box['deviation']), 3)} {label}".strip(),
+        )
+        for box in boxes
+    ]
+    return Figure(
+        name=f"estimates-{number_}",
+        title="What was estimated in each state",
+        caption="Settled estimates of all drives: middle half as the box, 5 to 95 % as whiskers. Green: the truth. "
+        "Under sound stand also the drives with a fault, until it comes.",
+        alternative="Boxes of the estimates by state; truth, median and errors in the table beneath.",
+        data=data,
+        layout=layout(400, yaxis=axis(bracketed("estimate", label)), xaxis=axis("", automargin=True, linecolor=GREY)),
+        height=400,
+        summary=rows,
+        columns=("state", "truth", "median", "bias ± deviation"),
+    )

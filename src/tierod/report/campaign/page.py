@@ -1,0 +1,207 @@
+"""The page of a campaign: gates first, then the matrix, detection, states, estimates, and what failed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from tierod.findings import Status
+from tierod.report.campaign.charts import box_figure, detection_figure
+from tierod.report.campaign.grid import grid
+from tierod.report.campaign.words import count, false_alarms, found, place, rate, seconds, shared, spread, value
+from tierod.report.charts.figure import Figure
+from tierod.report.display import number, shown
+from tierod.report.html import TEMPLATES, chart_script, library, looks, moment, template
+from tierod.report.status import appearance
+
+_GATES = {True: ("✓", "met", "good"), False: ("✕", "missed", "bad"), None: ("?", "not judged", "open")}
+_STATUSES = {
+    "met": ("✓", "good", "All gates are met"),
+    "missed": ("✕", "bad", "A gate is missed"),
+    "not judged": ("?", "open", "Not everything could be judged"),
+    "no gates": ("–", "open", "No gates were set"),
+}
+MOST_CELLS = 3000
+"""Drives that the page lists; the table beside it has all."""
+
+
+def render_campaign(content: Mapping[str, Any]) -> str:
+    """The page as text.
+
+    Args:
+        content: the document of `tierod.campaigns.summary.document`
+    """
+    symbol, kind, headline = _STATUSES[content["status"]]
+    views = [_view(index, content, monitor) for index, monitor in enumerate(content["monitors"])]
+    figures = [figure for view in views for figure in view["figures"]]
+    return template("campaign.html.j2").render(
+        page=content,
+        symbol=symbol,
+        kind=kind,
+        headline=headline,
+        created=moment(content["created"]),
+        about=_facts(content),
+        gates=[_gate(gate) for gate in content["gates"]],
+        views=views,
+        failures=_failures(content["cells"]),
+        cells=[_cell(cell) for cell in content["cells"][:MOST_CELLS]],
+        left_out=max(len(content["cells"]) - MOST_CELLS, 0),
+        charts=[chart_script(figure) for figure in figures],
+        library=library() if figures else "",
+        **with_own_style(looks()),
+    )
+
+
+def with_own_style(given: dict[str, str]) -> dict[str, str]:
+    """The looks of every page, and what campaigns add."""
+    return given | {"style": given["style"] + (TEMPLATES / "campaign.css").read_text(encoding="utf-8")}
+
+
+def _facts(content: Mapping[str, Any]) -> list[tuple[str, str]]:
+    cells = content["cells"]
+    outcomes = [cell["outcome"] for cell in cells]
+    facts = [
+        ("Drives", str(len(cells))),
+        ("Driving", f"{number(value(content['hours']), 3)} h"),
+        *((axis.capitalize(), _levels(levels)) for axis, levels in content["axes"].items() if axis != "size"),
+    ]
+    for outcome, told in (("diverged", "Diverged"), ("failed", "Failed"), ("open", "Not driven yet")):
+        if outcome in outcomes:
+            facts.append((told, str(outcomes.count(outcome))))
+    return facts
+
+
+def _levels(levels: Sequence[str]) -> str:
+    if len(levels) > 8:
+        return f"{len(levels)}, from {levels[0]} to {levels[-1]}"
+    return ", ".join(level for level in levels if level)
+
+
+def _gate(gate: Mapping[str, Any]) -> dict[str, str]:
+    symbol, told, kind = _GATES[gate["met"]]
+    measured = seconds(gate["measured"]) if gate["figure"].endswith("_s") else number(value(gate["measured"]))
+    return {
+        "name": gate["figure"],
+        "where": place(gate["where"]),
+        "monitor": gate["monitor"],
+        "goal": gate["goal"].replace("<=", "≤").replace(">=", "≥"),
+        "measured": measured,
+        "symbol": symbol,
+        "told": told,
+        "kind": kind,
+        "note": gate["note"],
+    }
+
+
+def _view(index: int, content: Mapping[str, Any], monitor: Mapping[str, Any]) -> dict[str, Any]:
+    """All that is told of one monitor."""
+    label = monitor["label"]
+    pools = [each for each in content["pools"] if each["monitor"] == label]
+    states = next(each for each in content["states"] if each["monitor"] == label)
+    whole = pools[0]["figures"]
+    figures: list[Figure] = [
+        figure for figure in (detection_figure(index, label, pools), box_figure(index, states)) if figure
+    ]
+    unit = shown(states["unit"])[1]
+    return {
+        "label": label,
+        "monitor": monitor,
+        "told": _told(whole, unit),
+        "grid": grid(content["cells"], label),
+        "figures": figures,
+        "confusion": _confusion(states["confusion"]),
+        "columns": _columns(unit),
+        "pools": [_pool(pool) for pool in pools],
+    }
+
+
+def _told(figures: Mapping[str, Any], unit: str) -> list[tuple[str, str]]:
+    """The figures of the whole campaign."""
+    hours = number(value(figures["sound_judged_hours"]), 3)
+    return [
+        ("Faults found", found(figures)),
+        ("Time to the alarm", f"median {seconds(figures['detection_median_s'])}, "
+         f"95 % {seconds(figures['detection_p95_s'])}, worst {seconds(figures['detection_worst_s'])}"),
+        ("The same in enabled time", f"median {seconds(figures['detection_enabled_median_s'])}, "
+         f"95 % {seconds(figures['detection_enabled_p95_s'])}, worst {seconds(figures['detection_enabled_worst_s'])}"),
+        ("False alarms", f"{figures['false_alarms']} in {hours} judged hours without fault; with 95 % confidence below "
+         f"{rate(figures['false_alarm_bound'])} per hour"),
+        ("Estimate less truth", f"{spread(figures)} {unit}".strip()),
+        ("Area under the ROC curve", f"{number(value(figures['area']))} between drives, at least "
+         f"{number(value(figures['smallest_area']))} within one"),
+        ("Judged", f"{shared(figures, 'judged_share')} of the time, enabled {shared(figures, 'enabled_share')}"),
+        ("Drives without a judgement", str(figures["not_judged"] + figures["failed"] + figures["diverged"])),
+    ]  # fmt: skip
+
+
+def _confusion(confusion: Mapping[str, Mapping[str, int]]) -> dict[str, Any]:
+    """States given down, statuses found across; statuses in the order of severity."""
+    order = [*(str(status) for status in Status), "no verdict"]
+    seen = {status for counts in confusion.values() for status in counts}
+    statuses = [status for status in order if status in seen]
+    kinds = {status: appearance(Status(status)).kind for status in statuses if status != "no verdict"}
+    rows = []
+    for state, counts in confusion.items():
+        total = sum(counts.values())
+        cells = [(counts.get(status, 0), kinds.get(status, "open")) for status in statuses]
+        rows.append((state, cells, total))
+    return {"statuses": statuses, "rows": rows}
+
+
+def _columns(unit: str) -> tuple[str, ...]:
+    error = f"estimate less truth [{unit}]" if unit else "estimate less truth"
+    return ("group", "drives", "lost", "found", "median", "95 %", "worst", "false alarms", error, "ROC area", "judged")
+
+
+def _pool(pool: Mapping[str, Any]) -> tuple[str, ...]:
+    figures = pool["figures"]
+    return (
+        place(pool["where"]),
+        str(figures["drives"]),
+        str(figures["failed"] + figures["diverged"] + figures["not_judged"]),
+        found(figures),
+        *(seconds(figures[f"detection_{name}_s"]) for name in ("median", "p95", "worst")),
+        false_alarms(figures),
+        spread(figures),
+        number(value(figures["area"])),
+        shared(figures, "judged_share"),
+    )
+
+
+def _failures(cells: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
+    """Drives and verdicts that are missing, alike ones together."""
+    alike: dict[tuple[str, str, str], list[str]] = {}
+    for cell in cells:
+        if cell["outcome"] != "driven":
+            last = "" if cell["last_good_s"] is None else seconds(cell["last_good_s"])
+            alike.setdefault((cell["outcome"], cell["reason"], last), []).append(place(cell["place"]))
+            continue
+        for verdict in cell["verdicts"]:
+            if verdict["reason"]:
+                key = (f"{verdict['monitor']} gave no verdict", verdict["reason"], "")
+                alike.setdefault(key, []).append(place(cell["place"]))
+    return [
+        {"outcome": outcome, "reason": reason, "last": last, "number": count(len(places), "drive"),
+         "places": "; ".join(places[:6]) + (f"; and {len(places) - 6} more" if len(places) > 6 else "")}
+        for (outcome, reason, last), places in alike.items()
+    ]  # fmt: skip
+
+
+def _cell(cell: Mapping[str, Any]) -> dict[str, Any]:
+    verdicts = [
+        {
+            "text": each["status"] or "no verdict",
+            "outcome": each.get("outcome", ""),
+            "kind": appearance(Status(each["status"])).kind if each["status"] else "open",
+            "symbol": appearance(Status(each["status"])).symbol if each["status"] else "?",
+            "time": seconds(each["detection_s"]) if each.get("outcome") == "found" else "",
+            "headline": each.get("headline") or each["reason"],
+        }
+        for each in cell["verdicts"]
+    ]
+    return {
+        "place": place(cell["place"]),
+        "outcome": cell["outcome"],
+        "recording": cell["recording"],
+        "verdicts": verdicts,
+    }

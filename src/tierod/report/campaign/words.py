@@ -1,0 +1,92 @@
+"""Figures of a campaign in words: what each is called, how its value is written."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from tierod.report.display import duration, number, share, shown
+
+NEVER = "never"
+
+TITLES = {
+    "detection_s": "time to the alarm",
+    "detection_enabled_s": "enabled time to the alarm",
+    "bias": "bias",
+    "absolute_bias": "size of the bias",
+    "deviation": "deviation of the estimate",
+    "value": "last estimate",
+    "false_alarms": "false alarms",
+    "judged_s": "time judged",
+}
+"""Figures of a comparison as people call them."""
+
+
+def value(given: Any) -> float:
+    """A number of the document: null is NaN, "inf" is infinite."""
+    return math.nan if given is None else float(given)
+
+
+def seconds(given: Any) -> str:
+    """A time as people read it; "never" where it is infinite."""
+    time = value(given)
+    return NEVER if math.isinf(time) else duration(time)
+
+
+def count(number_: int, one: str, many: str | None = None) -> str:
+    """A number of things: "1 drive", "3 drives"."""
+    return f"{number_} {one if number_ == 1 else many or one + 's'}"
+
+
+def rate(given: Any) -> str:
+    """Events per hour."""
+    per_hour = value(given)
+    return "not bounded" if math.isinf(per_hour) else number(per_hour, 3)
+
+
+def place(where: Mapping[str, Any]) -> str:
+    """A place of the matrix: "car midsize, fault step 4"."""
+    if not where:
+        return "all drives"
+    parts, fault = [], ""
+    for axis, level in where.items():
+        if axis in ("fault", "size"):
+            fault = f"{fault} {level}".strip()
+        elif level != "":
+            parts.append(f"{axis} {level}")
+    return ", ".join([*parts, *([fault] if fault else [])])
+
+
+def spread(figures: Mapping[str, Any], ending: str = "") -> str:
+    """Bias and standard deviation: "+0.12 ± 0.30"."""
+    bias, deviation = value(figures[f"bias{ending}"]), value(figures[f"deviation{ending}"])
+    if math.isnan(bias):
+        return "–"
+    sign = "+" if bias >= 0.0 else ""
+    return f"{sign}{number(bias, 3)} ± {number(deviation, 3)}"
+
+
+def found(figures: Mapping[str, Any]) -> str:
+    """How many faults were found, of how many that could be."""
+    could = figures["faulty"] - figures["early"]
+    return f"{figures['found']} of {could}" if could else "–"
+
+
+def false_alarms(figures: Mapping[str, Any]) -> str:
+    """False alarms with the judged hours and the bound."""
+    hours = value(figures["sound_judged_hours"])
+    if not hours > 0.0:
+        return "–"
+    return f"{figures['false_alarms']} in {number(hours, 3)} h, below {rate(figures['false_alarm_bound'])}/h"
+
+
+def shared(figures: Mapping[str, Any], name: str) -> str:
+    """A share in per cent."""
+    return share(value(figures[name]))
+
+
+def amount(given: float, unit: str) -> str:
+    """A value with its unit."""
+    factor, label = shown(unit)
+    return f"{number(given * factor, 3)} {label}".strip()
