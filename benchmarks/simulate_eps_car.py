@@ -1,4 +1,4 @@
-"""The virtual EPS car with its sensors, against the same car stepped by the virtual machine; and a campaign's scaling."""
+"""The virtual EPS car with its sensors, against CommonRoad's multi-body car without steering; and a campaign's scaling."""
 
 from __future__ import annotations
 
@@ -15,21 +15,23 @@ from tierod.proving_ground.chassis import SingleTrack
 SECONDS = 300.0
 INTERPRETED_SECONDS = 2.0
 REPEATS = 3
+COMMONROAD_STEPS = 300
 
 
 def run() -> list[dict]:
     """One row: times real time of the two-track car on one core, one drive with its recording after another."""
     _driven(5.0)
     two_track = _times_real_time()
-    peer = _interpreted()
+    peer = _commonroad()
     return [
         {
             "name": "simulate-eps-car",
             "value": two_track,
             "unit": "times real time",
-            "peer": "the same car on CasADi's virtual machine",
+            "peer": "CommonRoad multi-body car, RK4 at 1 kHz",
             "peer_value": peer,
             "ratio": two_track / peer,
+            "without_compiler": _interpreted(),
             "single_track": _times_real_time(EpsCar(chassis=SingleTrack())),
             "two_cores_over_one": _scaling(),
         }
@@ -53,6 +55,28 @@ def _interpreted() -> float:
         return INTERPRETED_SECONDS / _driven(INTERPRETED_SECONDS)
     finally:
         del os.environ["TIEROD_ENGINE"]
+
+
+def _commonroad() -> float:
+    """Times real time of another open simulator's chassis, integrated as its users do: in Python."""
+    from vehiclemodels.init_mb import init_mb
+    from vehiclemodels.parameters_vehicle2 import parameters_vehicle2
+    from vehiclemodels.vehicle_dynamics_mb import vehicle_dynamics_mb
+
+    parameters = parameters_vehicle2()
+    state = np.array(init_mb([0.0, 0.0, 0.0, 20.0, 0.0, 0.0, 0.0], parameters))
+
+    def rate(at: np.ndarray) -> np.ndarray:
+        return np.array(vehicle_dynamics_mb(at, [0.02, 0.0], parameters))
+
+    start = time.perf_counter()
+    for _ in range(COMMONROAD_STEPS):
+        first = rate(state)
+        second = rate(state + 0.5e-3 * first)
+        third = rate(state + 0.5e-3 * second)
+        fourth = rate(state + 1e-3 * third)
+        state = state + 1e-3 / 6.0 * (first + 2.0 * (second + third) + fourth)
+    return COMMONROAD_STEPS * 1e-3 / (time.perf_counter() - start)
 
 
 def _scaling() -> float:
