@@ -5,13 +5,13 @@ from functools import cache
 import numpy as np
 import pytest
 
+from monitors.friction.study_drives import Case
 from tierod.block import leaves, rebuild
 from tierod.errors import ParameterError
 from tierod.graph import scan
 from tierod.monitors.friction.conditioning import SteeringConditioning
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
 from tierod.monitors.friction.steering_sample import SteeringSample
-from tierod.studies.friction_cases import Case
 from tierod.vehicles import load
 
 VEHICLE = load("midsize-eps")

@@ -4,6 +4,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from monitors.friction.study_drives import Case
 from tierod.block import rebuild
 from tierod.errors import InputError, ParameterError
 from tierod.findings import Status
@@ -15,7 +16,6 @@ from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.monitors.friction.verdict import UNKNOWN_LIMITS, FrictionLimits, FrictionVerdict, VerdictOutput
 from tierod.monitors.friction.verdict_state import VerdictSample
 from tierod.monitors.friction.verdict_tuning import AlarmTuning
-from tierod.studies.friction_cases import Case
 from tierod.vehicles import load
 
 VEHICLE = load("midsize-eps")
