@@ -95,7 +95,7 @@ def test_a_run_that_diverges_is_kept_up_to_there_and_could_not_be_judged(scenari
         (["mine.toml"], "Missing option '--output'"),
         (["mine.toml", "-o", "drive.mp4"], "drive.mp4 has no ending that can be written; did you mean '.mf4'"),
         (["mine.toml", "-o", "absent/drive.csv"], "there is no folder absent; create it first"),
-        (["mine.toml", "-o", "drive.csv", "--seconds", "-1"], "a run needs a positive, finite duration"),
+        (["mine.toml", "-o", "drive.csv", "--seconds", "-1"], "a run cannot last -1 s"),
         (["mine.toml", "-o", "drive.csv", "--seconds", "100"], "'iso-7401-step' ends after"),
         (["mine.toml", "-o", "drive.csv", "--seed", "-1"], "Invalid value for '--seed'"),
         (["step-stear", "-o", "drive.csv"], "no scenario is called 'step-stear'; did you mean 'step-steer'"),

@@ -137,6 +137,10 @@ SLIPS = [
     ("seed = 4", "seed = -4", 4, "'seed' is -4, but has to be at least 0"),
     ('"2 min"', '"2 N"', 3, "is '2 N', but is measured in 's'"),
     ('"2 min"', "0", 3, "'seconds' is 0 s, but has to be above 0 s"),
+    ('"2 min"', "1e-5", 3, "cannot last 1e-05 s; give at least a step of the car, 0.001 s"),
+    ('"2 min"', "1e9", 3, "cannot last 1e\\+09 s; .* at most 14400 s"),
+    ('"lu-gre"', "3", 10, "no steering.friction.law is called '3'; known: coulomb"),
+    ('"chassis.mass" = "1.7 t"', "step_time = 0.002", 6, "is computed every 0.002 s, but .* 'driver.step_time'"),
     ("[course]", "[cuorse]", 15, "'cuorse' is not known here; did you mean 'course'"),
 ]  # fmt: skip
 

@@ -111,7 +111,8 @@ def with_parts(block: Any, parts: Mapping[str, str], document: Document, locatio
                 (*location, place), f"no part of the car that can be chosen is called '{place}'{nearest(place, known)}"
             )
         if name not in known[place]:
-            raise document.error((*location, place), f"no {place} is called '{name}'{nearest(name, known[place])}")
+            near = nearest(str(name), known[place])
+            raise document.error((*location, place), f"no {place} is called '{name}'{near}")
         kind = known[place][name]
         block = replaced(block, {place: None if kind is None else kind()})
     return block

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tierod.errors import nearest
+from tierod.fields import numbers
 from tierod.graph.trace import trace
 from tierod.proving_ground.faults import Schedule
 from tierod.proving_ground.recorder import channel_names
@@ -20,15 +21,28 @@ def require_sound(scenario: Scenario) -> None:
     """Refuse a scenario whose parts contradict each other.
 
     Raises:
-        ParameterError: a course that the car cannot follow, a sensor of a channel that it does not have or faster than
-            the car itself, scatter of what it lacks, a fault of something that it lacks or that begins after the end
+        ParameterError: parts of the car that keep different steps, a course that the car cannot follow, a sensor of a
+            channel that it does not have or faster than the car itself, scatter or a fault of what it lacks, a fault
+            that begins after the end
     """
+    _steps_fit(scenario)
     _course_fits(scenario)
     _sensors_fit(scenario)
     car, sensors = scenario.car, scenario.sensors
     if scenario.scatter is not None:
         car, sensors = scenario.scatter.draw(car, sensors, np.random.default_rng(scenario.seed))
     Schedule(scenario.faults, car, sensors, scenario.seed, scenario.duration)
+
+
+def _steps_fit(scenario: Scenario) -> None:
+    step = scenario.car.step_time
+    for path, number in numbers(scenario.car).items():
+        if path.endswith(".step_time") and number.value != step:
+            raise scenario.document.error(
+                ("car",),
+                f"the car is computed every {step:g} s, but its parameter '{path}' says {number.value:g} s; "
+                "make them equal",
+            )
 
 
 def _course_fits(scenario: Scenario) -> None:
@@ -58,7 +72,7 @@ def _sensors_fit(scenario: Scenario) -> None:
             fastest = len(channels[name]) / scenario.car.step_time
             if sensor.rate > fastest * (1.0 + 1e-9):
                 raise scenario.document.error(
-                    ("sensors", name, "rate"),
+                    ("sensors", name, "rate") if name in named else ("car",),
                     f"the sensor of '{name}' reads {sensor.rate:g} times a second, but the car is computed only "
                     f"{fastest:g} times; give a lower rate",
                 )

@@ -14,7 +14,7 @@ from tierod.proving_ground.faults import Fault
 from tierod.proving_ground.scatter import Scatter
 from tierod.proving_ground.scenarios.check import require_sound
 from tierod.proving_ground.scenarios.files import named_files
-from tierod.proving_ground.scenarios.scenario import Scenario, lengthened
+from tierod.proving_ground.scenarios.scenario import Scenario, lengthened, require_duration
 from tierod.proving_ground.sensors import SensorSet
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.toml import Document, build
@@ -94,18 +94,14 @@ def from_document(document: Document) -> Scenario:
     file = build(ScenarioFile, document.content, document)
     car = _car(file.car, document)
     course, route_seed = _course(file.course, document)
-    if file.seconds is not None:
-        try:
-            course = lengthened(course, file.seconds)
-        except ParameterError as error:
-            raise document.error(("seconds",), str(error)) from None
+    course, duration = _lasting(course, file.seconds, car.step_time, document)
     scenario = Scenario(
         name=file.name,
         description=file.description,
         car=car,
         car_name=file.car if isinstance(file.car, str) else file.car.name,
         course=replace(course, seed=file.seed if route_seed is None else route_seed),
-        duration=course.duration if file.seconds is None else file.seconds,
+        duration=duration,
         seed=file.seed,
         sensors=file.sensors,
         faults=file.faults,
@@ -116,6 +112,19 @@ def from_document(document: Document) -> Scenario:
     )
     require_sound(scenario)
     return scenario
+
+
+def _lasting(course: Any, seconds: float | None, step_time: float, document: Document) -> tuple[Any, float]:
+    """The course, made longer where it has to be and can be, and the duration of the run [s]."""
+    try:
+        if seconds is not None:
+            require_duration(seconds, step_time)
+            course = lengthened(course, seconds)
+        duration = course.duration if seconds is None else seconds
+        require_duration(duration, step_time)
+    except ParameterError as error:
+        raise document.error(("course",) if seconds is None else ("seconds",), str(error)) from None
+    return course, duration
 
 
 def _car(given: CarTable | str, document: Document) -> Any:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -18,6 +17,9 @@ from tierod.proving_ground.run import Outcome, run
 from tierod.proving_ground.scatter import Scatter
 from tierod.proving_ground.sensors import SensorSet
 from tierod.toml import Document
+
+LONGEST = 14_400.0
+"""Longest run [s]: all that is recorded stays in memory, about 0.25 megabytes a second, ten times that with currents."""
 
 
 @dataclass(frozen=True)
@@ -62,12 +64,11 @@ class Scenario:
             seed: as before where None
 
         Raises:
-            ParameterError: a duration that is not positive, or longer than a course that ends
+            ParameterError: a duration that cannot be, or longer than a course that ends
         """
         seconds = self.duration if seconds is None else seconds
         seed = self.seed if seed is None else seed
-        if not 0.0 < seconds < math.inf:
-            raise ParameterError(f"a run needs a positive, finite duration, not {seconds:g} s")
+        require_duration(seconds, self.car.step_time)
         course = lengthened(self.course, seconds)
         route = seed if self.route_seed is None else self.route_seed
         faults = tuple(fault for fault in self.faults if _begins_before(fault, seconds))
@@ -120,6 +121,23 @@ def _begins_before(fault: Fault, seconds: float) -> bool:
     if isinstance(trigger, AtTime):
         return trigger.time < seconds
     return not isinstance(trigger, Within) or trigger.latest < seconds
+
+
+def require_duration(seconds: float, step_time: float) -> None:
+    """Refuse a run that is shorter than a step of the car or longer than the memory holds.
+
+    Args:
+        seconds: duration [s]
+        step_time: of the car [s]
+
+    Raises:
+        ParameterError: a duration that cannot be
+    """
+    if not step_time <= seconds <= LONGEST:
+        raise ParameterError(
+            f"a run cannot last {seconds:g} s; give at least a step of the car, {step_time:g} s, "
+            f"and at most {LONGEST:g} s (4 hours), whose samples fill some gigabytes"
+        )
 
 
 def lengthened(course: Any, seconds: float) -> Any:
