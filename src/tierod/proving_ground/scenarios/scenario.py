@@ -19,7 +19,7 @@ from tierod.proving_ground.sensors import SensorSet
 from tierod.toml import Document
 
 LONGEST = 14_400.0
-"""Longest run [s]: all that is recorded stays in memory, about 0.25 megabytes a second, ten times that with currents."""
+"""Longest run [s]: all that is recorded stays in memory, 0.25 megabytes a second, ten times that with currents."""
 
 
 @dataclass(frozen=True)
