@@ -7,9 +7,9 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from importlib.metadata import version
 from typing import Any
 
-import tierod
 from tierod.errors import ParameterError
 from tierod.proving_ground.courses import AnyCourse
 from tierod.proving_ground.faults import AtTime, Fault, Within
@@ -93,7 +93,7 @@ class Scenario:
             "route_seed": self.course.seed,
             "seed": self.seed,
             "seconds": self.duration,
-            "tierod_version": tierod.__version__,
+            "tierod_version": version("tierod"),
         }
 
     def run(self, progress: Callable[[float], None] = lambda share: None) -> Outcome:
