@@ -1,6 +1,7 @@
 """Campaign files as a whole: what they become, and what is refused before anything is driven."""
 
 import dataclasses
+from pathlib import Path
 
 import pytest
 
@@ -174,4 +175,15 @@ def test_shipped_campaigns_fit_together(name):
     made = load(name)
     assert made.gates
     assert len(made.file.description.split()) > 4
-    assert made.file.description.endswith(".")
+    assert made.file.description[-1] in ".?"
+
+
+def test_the_file_of_the_documentation_is_a_campaign(tmp_path):
+    page = Path(__file__).parents[2] / "docs" / "campaigns.md"
+    text = page.read_text(encoding="utf-8").partition("```toml\n")[2].partition("```")[0]
+    made = from_document(Document.parse(text, tmp_path / "c.toml"))
+    places = [cell.point.place for cell in made.plan.cells]
+    assert list(places[0]) == ["car", "route", "tyres", "fault", "size", "seed"]
+    # Two cars, routes and tyres, five seeds: sound, three sizes, and the lost signal of one car; twenty more sound ones.
+    assert len(places) == 8 * 5 * 4 + 4 * 5 + 8 * 20
+    assert len({cell.key for cell in made.plan.cells}) == len(places)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from tierod.campaigns.definition import label
 from tierod.campaigns.pools import Pool, pool
 from tierod.campaigns.rows import FAULT, SIZE, SOUND, Row, matching
 from tierod.studies.claims import Goal
@@ -76,4 +77,4 @@ def pool_at(rows: Sequence[Row], where: Mapping[str, Any], monitor: str) -> Pool
 
 
 def _levels(levels: Any) -> str:
-    return " or ".join(map(str, levels)) if isinstance(levels, list | tuple) else str(levels)
+    return " or ".join(map(label, levels)) if isinstance(levels, list | tuple) else label(levels)

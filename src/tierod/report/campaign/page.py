@@ -21,6 +21,10 @@ _STATUSES = {
     "not judged": ("?", "open", "Not everything could be judged"),
     "no gates": ("–", "open", "No gates were set"),
 }
+ALARMS = (Status.RISING, Status.SUSPECT, Status.FAULT)
+SOUND = "sound"
+"""The state of a drive without a fault."""
+
 MOST_CELLS = 3000
 """Drives that the page lists; the table beside it has all."""
 
@@ -139,18 +143,25 @@ def _confusion(confusion: Mapping[str, Mapping[str, int]]) -> dict[str, Any]:
     order = [*(str(status) for status in Status), "no verdict"]
     seen = {status for counts in confusion.values() for status in counts}
     statuses = [status for status in order if status in seen]
-    kinds = {status: appearance(Status(status)).kind for status in statuses if status != "no verdict"}
     rows = []
     for state, counts in confusion.items():
         total = sum(counts.values())
-        cells = [(counts.get(status, 0), kinds.get(status, "open")) for status in statuses]
+        cells = [(counts.get(status, 0), _right(state, status)) for status in statuses]
         rows.append((state, cells, total))
     return {"statuses": statuses, "rows": rows}
 
 
+def _right(state: str, status: str) -> str:
+    """Whether a status found is as it should be for a state given: class of the page."""
+    if status not in (Status.HEALTHY, *ALARMS):
+        return "open"
+    return "good" if (status in ALARMS) == (state != SOUND) else "bad"
+
+
 def _columns(unit: str) -> tuple[str, ...]:
-    error = f"estimate less truth [{unit}]" if unit else "estimate less truth"
-    return ("group", "drives", "lost", "found", "median", "95 %", "worst", "false alarms", error, "ROC area", "judged")
+    error = f"bias ± deviation [{unit}]" if unit else "bias ± deviation"
+    alarms = ("false alarms", "at most")
+    return ("group", "drives", "lost", "found", "median", "95 %", "worst", *alarms, error, "ROC area", "judged")
 
 
 def _pool(pool: Mapping[str, Any]) -> tuple[str, ...]:
@@ -161,7 +172,7 @@ def _pool(pool: Mapping[str, Any]) -> tuple[str, ...]:
         str(figures["failed"] + figures["diverged"] + figures["not_judged"]),
         found(figures),
         *(seconds(figures[f"detection_{name}_s"]) for name in ("median", "p95", "worst")),
-        false_alarms(figures),
+        *false_alarms(figures),
         spread(figures),
         number(value(figures["area"])),
         shared(figures, "judged_share"),

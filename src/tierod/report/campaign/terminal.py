@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 _GATES = {True: ("✓", "met", "green"), False: ("✕", "MISSED", "bold red"), None: ("?", "not judged", "yellow")}
+_COLUMNS = ("", "drives", "found", "median", "95 %", "worst", "false alarms", "at most", "bias ± deviation")
 _MOST = 10
 """Failed drives that are told one by one."""
 
@@ -24,12 +25,12 @@ def show(content: Mapping[str, Any], console: Console) -> None:
     for monitor in content["monitors"]:
         pools = [each for each in content["pools"] if each["monitor"] == monitor["label"]]
         table = Table(box=None, pad_edge=False, header_style="bold", title=monitor["label"], title_justify="left")
-        for title in ("", "drives", "found", "median", "95 %", "worst", "false alarms", "bias ± deviation"):
-            table.add_column(title, justify="left" if title in ("", "false alarms") else "right", overflow="fold")
+        for title in _COLUMNS:
+            table.add_column(title, justify="right" if title else "left", overflow="fold", min_width=len(title))
         for pool in pools:
             figures = pool["figures"]
             times = [seconds(figures[f"detection_{name}_s"]) for name in ("median", "p95", "worst")]
-            cells = (place(pool["where"]), str(figures["drives"]), found(figures), *times, false_alarms(figures))
+            cells = (place(pool["where"]), str(figures["drives"]), found(figures), *times, *false_alarms(figures))
             table.add_row(*map(Text, (*cells, spread(figures))))
         console.print(table)
     _failures(content, console)

@@ -41,8 +41,7 @@ def count(number_: int, one: str, many: str | None = None) -> str:
 
 def rate(given: Any) -> str:
     """Events per hour."""
-    per_hour = value(given)
-    return "not bounded" if math.isinf(per_hour) else number(per_hour, 3)
+    return number(value(given), 3)
 
 
 def place(where: Mapping[str, Any]) -> str:
@@ -52,10 +51,15 @@ def place(where: Mapping[str, Any]) -> str:
     parts, fault = [], ""
     for axis, level in where.items():
         if axis in ("fault", "size"):
-            fault = f"{fault} {level}".strip()
+            fault = f"{fault} {_levels(level)}".strip()
         elif level != "":
-            parts.append(f"{axis} {level}")
+            parts.append(f"{axis} {_levels(level)}")
     return ", ".join([*parts, *([fault] if fault else [])])
+
+
+def _levels(levels: Any) -> str:
+    several = levels if isinstance(levels, list) else [levels]
+    return " or ".join(f"{level:g}" if isinstance(level, float) else str(level) for level in several)
 
 
 def spread(figures: Mapping[str, Any], ending: str = "") -> str:
@@ -73,12 +77,12 @@ def found(figures: Mapping[str, Any]) -> str:
     return f"{figures['found']} of {could}" if could else "–"
 
 
-def false_alarms(figures: Mapping[str, Any]) -> str:
-    """False alarms with the judged hours and the bound."""
+def false_alarms(figures: Mapping[str, Any]) -> tuple[str, str]:
+    """(false alarms in so many judged hours, upper bound of their rate)."""
     hours = value(figures["sound_judged_hours"])
     if not hours > 0.0:
-        return "–"
-    return f"{figures['false_alarms']} in {number(hours, 3)} h, below {rate(figures['false_alarm_bound'])}/h"
+        return "–", "–"
+    return f"{figures['false_alarms']} in {number(hours, 3)} h", f"{rate(figures['false_alarm_bound'])}/h"
 
 
 def shared(figures: Mapping[str, Any], name: str) -> str:
