@@ -184,6 +184,6 @@ def test_the_file_of_the_documentation_is_a_campaign(tmp_path):
     made = from_document(Document.parse(text, tmp_path / "c.toml"))
     places = [cell.point.place for cell in made.plan.cells]
     assert list(places[0]) == ["car", "route", "tyres", "fault", "size", "seed"]
-    # Two cars, routes and tyres, five seeds: sound, three sizes, and the lost signal of one car; twenty more sound ones.
+    # Two cars, routes, tyres; five seeds: sound, three sizes, the lost signal of one car; twenty more seeds of sound.
     assert len(places) == 8 * 5 * 4 + 4 * 5 + 8 * 20
     assert len({cell.key for cell in made.plan.cells}) == len(places)

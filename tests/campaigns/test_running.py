@@ -2,17 +2,17 @@
 
 import hashlib
 import json
-import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
 from campaigns.toy_scenario import FAULT, ToyScenario, plan
+from campaigns.worker_tasks import environment
 from tierod.campaigns import running
 from tierod.campaigns.running import run
 from tierod.campaigns.store import Store
@@ -51,15 +51,29 @@ def drives(store):
     return [json.loads(path.read_text()) for path in sorted((store.folder / "drives").glob("*.json"))]
 
 
-MIXED = [ToyScenario(seed=n, faults=(FAULT,) if n % 2 else ()) for n in range(6)]
+MIXED = [ToyScenario(seed=n, faults=(FAULT,) if n % 2 else ()) for n in range(4)]
 
 
-def test_every_cell_gives_a_drive_a_recording_and_a_verdict(store):
-    told = ran(store, plan(*MIXED))
-    assert [each.done for each in told] == list(range(7))
+@pytest.fixture(scope="module")
+def ran_once(tmp_path_factory):
+    """What two workers make of MIXED, and what they told."""
+    store = prepared(tmp_path_factory.mktemp("whole") / "runs")
+    return store, ran(store, plan(*MIXED))
+
+
+@pytest.fixture
+def whole(ran_once, tmp_path):
+    """A copy of it."""
+    shutil.copytree(ran_once[0].folder, tmp_path / "whole")
+    return Store(tmp_path / "whole")
+
+
+def test_every_cell_gives_a_drive_a_recording_and_a_verdict(ran_once):
+    store, told = ran_once
+    assert [each.done for each in told] == list(range(5))
     assert {each.outcome for each in told[1:]} == {"driven"}
     for kind in ("drives", "recordings", "verdicts"):
-        assert len(list((store.folder / kind).iterdir())) == 6
+        assert len(list((store.folder / kind).iterdir())) == 4
     record = next(drive for drive in drives(store) if drive["place"]["fault"] == "step")
     assert record["provenance"]["scenario"] == {"course": "well", "seed": 1}
     assert record["windows"] == [{"name": "step", "start": 10.0, "end": 20.0}]
@@ -67,45 +81,38 @@ def test_every_cell_gives_a_drive_a_recording_and_a_verdict(store):
     assert verdict["judged"]["status"] == "not ready"
 
 
-def test_the_result_depends_neither_on_the_number_of_workers_nor_on_the_order(tmp_path):
-    found = []
-    for number, (scenarios, processes) in enumerate([(MIXED, 1), (MIXED, 2), (MIXED[::-1], 2)]):
-        store = prepared(tmp_path / str(number))
-        planned = plan(*MIXED)
-        ran(store, replace(planned, cells=[planned.cells[MIXED.index(s)] for s in scenarios]), processes)
-        found.append(contents(store))
-    assert found[0] == found[1] == found[2]
-    assert len(found[0]) == 18
+def test_the_result_depends_neither_on_the_number_of_workers_nor_on_the_order(whole, store):
+    planned = plan(*MIXED)
+    ran(store, replace(planned, cells=planned.cells[::-1]), processes=1)
+    assert contents(store) == contents(whole)
+    assert len(contents(store)) == 12
 
 
-def test_nothing_is_done_twice_and_only_what_changed_is_done_again(store, monkeypatch):
-    ran(store, plan(*MIXED))
-    before = contents(store)
-    assert [each.done for each in ran(store, plan(*MIXED))] == [6]
-    changed = [*MIXED[:5], replace(MIXED[5], duration=21.0)]
-    assert [each.done for each in ran(store, plan(*changed))] == [5, 6]
-    after = contents(store)
+def test_nothing_is_done_twice_and_only_what_changed_is_done_again(whole):
+    before = contents(whole)
+    assert [each.done for each in ran(whole, plan(*MIXED))] == [4]
+    assert contents(whole) == before
+    changed = [*MIXED[:3], replace(MIXED[3], duration=21.0)]
+    assert [each.done for each in ran(whole, plan(*changed))] == [3, 4]
+    after = contents(whole)
     assert before.items() < after.items()
     assert len(after) - len(before) == 3
 
 
-def test_another_monitor_judges_the_drives_that_are_there(store):
-    ran(store, plan(*MIXED))
-    before = contents(store)
-    assert len(ran(store, plan(*MIXED, variant="refined"))) == 7
-    new = [name for name in contents(store) if name not in before]
-    assert len(new) == 6
+def test_another_monitor_judges_the_drives_that_are_there(whole):
+    before = contents(whole)
+    assert len(ran(whole, plan(*MIXED, variant="refined"))) == 5
+    new = [name for name in contents(whole) if name not in before]
+    assert len(new) == 4
     assert all(name.startswith("verdicts/") for name in new)
 
 
-def test_judging_a_kept_drive_is_judging_the_drive(tmp_path):
-    one, other = prepared(tmp_path / "one"), prepared(tmp_path / "other")
-    ran(one, plan(*MIXED))
-    ran(other, plan(*MIXED))
-    for path in (other.folder / "verdicts").iterdir():
+def test_judging_a_kept_drive_is_judging_the_drive(whole):
+    before = contents(whole)
+    for path in (whole.folder / "verdicts").iterdir():
         path.unlink()
-    ran(other, plan(*MIXED))
-    assert contents(one) == contents(other)
+    ran(whole, plan(*MIXED))
+    assert contents(whole) == before
 
 
 def test_recordings_are_kept_only_where_they_are_wanted(store):
@@ -116,12 +123,11 @@ def test_recordings_are_kept_only_where_they_are_wanted(store):
     assert len(list((store.folder / "recordings").iterdir())) == 2
 
 
-def test_a_lost_recording_is_driven_again(store):
-    ran(store, plan(*MIXED[:2]))
-    before = contents(store)
-    next((store.folder / "recordings").iterdir()).unlink()
-    assert len(ran(store, plan(*MIXED[:2]))) == 2
-    assert contents(store) == before
+def test_a_lost_recording_is_driven_again(whole):
+    before = contents(whole)
+    next((whole.folder / "recordings").iterdir()).unlink()
+    assert len(ran(whole, plan(*MIXED))) == 2
+    assert contents(whole) == before
 
 
 def test_what_fails_is_told_and_stops_nothing(store):
@@ -147,14 +153,12 @@ def test_what_fails_is_told_and_stops_nothing(store):
     assert [each.name for each in ran(store, plan(*scenarios))[1:]] == ["sound_0_4"]
 
 
-def test_a_full_disk_stops_the_campaign_and_leaves_what_is_finished(tmp_path):
-    store, whole = prepared(tmp_path / "full"), prepared(tmp_path / "whole")
-    ran(whole, plan(*MIXED))
+def test_a_full_disk_stops_the_campaign_and_leaves_what_is_finished(whole, store):
     done = []
 
     def filling(progress):
         done.append(progress.name)
-        if len(done) == 3:
+        if len(done) == 2:
             (store.folder / "verdicts").rename(store.folder / "gone")
 
     with pytest.raises(OutputError, match="cannot be written"):
@@ -176,6 +180,27 @@ def test_teachers_come_first_and_their_pupils_learn_that_they_taught_nothing(sto
     assert verdicts["step_0_0"]["reason"].endswith("taught no own level: it was judged 'not ready'")
 
 
+def test_pupils_are_judged_once_their_teacher_could_be(store, monkeypatch):
+    scenarios = [ToyScenario(course="killed"), replace(MIXED[1], seed=2)]
+    ran(store, plan(*scenarios, learns=True))
+    (verdict,) = (json.loads(path.read_text()) for path in (store.folder / "verdicts").iterdir())
+    assert verdict["reason"].endswith("taught no own level: it was failed")
+    assert not verdict["lasting"]
+    assert len(ran(store, plan(*scenarios, learns=True))) == 3
+    diverged = [ToyScenario(course="diverges"), replace(MIXED[1], seed=3)]
+    assert len(ran(store, plan(*diverged, learns=True))) == 3
+    assert len(ran(store, plan(*diverged, learns=True))) == 1
+
+
+def test_code_that_changes_under_a_campaign_fails_its_drives_for_now(store, monkeypatch):
+    monkeypatch.setattr(running, "code", lambda: ("other", "code"))
+    told = ran(store, plan(*MIXED[:2]))
+    assert [each.outcome for each in told[1:]] == ["failed"] * 2
+    assert "has changed since the campaign began" in drives(store)[0]["reason"]
+    monkeypatch.undo()
+    assert [each.outcome for each in ran(store, plan(*MIXED[:2]))[1:]] == ["driven"] * 2
+
+
 SCRIPT = """
 import sys
 from pathlib import Path
@@ -193,8 +218,7 @@ if __name__ == "__main__":
 
 
 def started(script, folder):
-    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
-    return subprocess.Popen([sys.executable, script, folder], env=environment)
+    return subprocess.Popen([sys.executable, script, folder], env=environment())
 
 
 def test_a_campaign_that_is_killed_again_and_again_ends_as_if_nothing_had_been(tmp_path):

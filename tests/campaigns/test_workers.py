@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from campaigns.worker_tasks import do, linger
+from campaigns.worker_tasks import do, environment, linger
 from tierod.campaigns.workers import Failure, Workers, spread
 from tierod.errors import OutputError
 
@@ -79,8 +79,7 @@ def test_no_worker_outlives_a_parent_that_is_killed(tmp_path):
     assert linger is not None
     script, seen = tmp_path / "parent.py", tmp_path / "pid"
     script.write_text(PARENT)
-    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
-    parent = subprocess.Popen([sys.executable, script, seen], env=environment)
+    parent = subprocess.Popen([sys.executable, script, seen], env=environment())
     pid = int(waited(lambda: seen.exists() and seen.read_text()))
     parent.send_signal(signal.SIGKILL)
     parent.wait()
@@ -91,8 +90,7 @@ def test_a_script_without_a_guard_is_told_what_to_do(tmp_path):
     script = tmp_path / "unguarded.py"
     script.write_text("from campaigns.worker_tasks import do\nfrom tierod.campaigns.workers import Workers\n"
                       "print(list(Workers(do, 1).run([('square', 2)])))\n")  # fmt: skip
-    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
-    done = subprocess.run([sys.executable, script], env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run([sys.executable, script], env=environment(), capture_output=True, text=True, check=False)
     assert done.returncode != 0
     assert "guard it with if __name__ == '__main__':" in done.stderr.splitlines()[-1]
 

@@ -10,6 +10,12 @@ from tierod.campaigns.workers import stop_if_orphaned
 from tierod.errors import InputError, OutputError
 
 
+def environment():
+    """In which a process of its own finds these tasks."""
+    paths = [str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
+    return os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
+
+
 def do(task):
     kind, value = task
     if kind == "square":

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from tierod.block import structure
 from tierod.campaigns.plan import Cell, Judge, Plan
 from tierod.campaigns.store import Store
-from tierod.campaigns.work import Lesson, Task, Verdict, failed, work
+from tierod.campaigns.work import DRIVEN, Lesson, Task, Verdict, code, failed, work
 from tierod.campaigns.workers import Failure, Workers
 from tierod.errors import TierodError
 from tierod.graph.kernel import kernel
@@ -90,7 +90,7 @@ def _task(plan: Plan, store: Store, cell: Cell) -> Task:
         Verdict(judge, plan.verdict_name(cell, judge), plan.verdict_key(cell, judge), _lesson(plan, store, cell, judge))
         for judge in plan.open_judges(cell, store)
     )
-    return Task(store, cell, verdicts, plan.settling, plan.keep)
+    return Task(store, cell, verdicts, plan.settling, plan.keep, code())
 
 
 def _lesson(plan: Plan, store: Store, cell: Cell, judge: Judge) -> Lesson:
@@ -102,6 +102,10 @@ def _lesson(plan: Plan, store: Store, cell: Cell, judge: Judge) -> Lesson:
     known = None if record is None else record["own_level"]
     if known is not None:
         return Lesson(OwnLevel(**known))
-    judged = None if record is None else record["judged"]
-    why = f"it was judged '{judged['status']}'" if judged else "it could not be judged"
-    return Lesson(refusal=f"the first sound drive of this car ({teacher.name}) taught no own level: {why}")
+    if record is not None:
+        told, lasting = record["judged"], record["lasting"]
+        why = f"it was judged '{told['status']}'" if told else record["reason"]
+    else:
+        drive = store.drive(teacher.name, teacher.key) or {"outcome": "not driven", "lasting": False}
+        why, lasting = f"it was {drive['outcome']}", drive["lasting"] and drive["outcome"] != DRIVEN
+    return Lesson(None, f"the first sound drive of this car ({teacher.name}) taught no own level: {why}", lasting)

@@ -10,10 +10,11 @@ from functools import cache
 from typing import Any
 
 from tierod import __version__
+from tierod.campaigns.fingerprint import ground_code, tower_code
 from tierod.campaigns.judging import Window, judge, plain
 from tierod.campaigns.plan import Cell, Judge, window_of
 from tierod.campaigns.store import Store
-from tierod.campaigns.workers import stop_if_orphaned
+from tierod.campaigns.workers import Passing, stop_if_orphaned
 from tierod.errors import CompileError, MissingExtra, OutputError, TierodError
 from tierod.monitors.own_level import OwnLevel
 from tierod.recording import Recording
@@ -29,10 +30,12 @@ class Lesson:
     Args:
         level: own level that another drive has taught; None where the monitor learns for itself
         refusal: why there is none although there should be; "" where that is not so
+        lasting: whether there would be none again
     """
 
     level: OwnLevel | None = None
     refusal: str = ""
+    lasting: bool = True
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,7 @@ class Task:
         verdicts: that are not there yet
         settling: see `tierod.campaigns.definition.CampaignFile`
         keep: whether the recording is kept
+        code: of tierod, as it was when the campaign began
     """
 
     store: Store
@@ -68,6 +72,7 @@ class Task:
     verdicts: tuple[Verdict, ...]
     settling: float
     keep: bool
+    code: tuple[str, str]
 
 
 def work(task: Task) -> str:
@@ -76,7 +81,10 @@ def work(task: Task) -> str:
     Raises:
         TierodError: the scenario cannot be driven
         OutputError: something cannot be written
+        Passing: this process has read other code than the campaign began with
     """
+    if task.code != code():
+        raise Passing("the code of tierod has changed since the campaign began; run it again")
     drive, recording = _driven(task)
     if drive["outcome"] == DRIVEN:
         fault = window_of(drive["windows"])
@@ -84,6 +92,11 @@ def work(task: Task) -> str:
             record = _judged(task, verdict, recording, fault)
             task.store.keep_verdict(verdict.name, verdict.key, record)
     return str(drive["outcome"])
+
+
+def code() -> tuple[str, str]:
+    """Of what drives and of what judges."""
+    return ground_code(), tower_code()
 
 
 def _driven(task: Task) -> tuple[Mapping[str, Any], Recording]:
@@ -133,7 +146,7 @@ def _judged(task: Task, verdict: Verdict, recording: Recording, fault: Window | 
     stop_if_orphaned()
     record: dict[str, Any] = {"monitor": verdict.judge.label, "drive": task.cell.key, "judged": None, "own_level": None}
     if verdict.lesson.refusal:
-        return record | {"reason": verdict.lesson.refusal, "lasting": True}
+        return record | {"reason": verdict.lesson.refusal, "lasting": verdict.lesson.lasting}
     chosen = verdict.judge
     try:
         judged, learnt = judge(recording, chosen.found(), chosen.belief, verdict.lesson.level, fault, task.settling)

@@ -40,6 +40,10 @@ class Failure:
     detail: str = ""
 
 
+class Passing(TierodError):
+    """A failure that another run may not meet."""
+
+
 class Orphaned(Exception):
     """The parent process is gone, so nobody waits for the result."""
 
@@ -197,7 +201,7 @@ def _done(work: Callable[[Any], Any], task: Any) -> Any:
     except MemoryError:
         return Failure("the memory was not enough; run with fewer --workers", lasting=False)
     except TierodError as error:
-        passing = isinstance(error, CompileError | MissingExtra)
+        passing = isinstance(error, CompileError | MissingExtra | Passing)
         return Failure(" ".join(str(error).split()), lasting=not passing)
     except Exception as error:
         reason = f"a defect of tierod itself: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
