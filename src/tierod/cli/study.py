@@ -48,7 +48,7 @@ def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
     from tierod.studies.claims import Claim, claims_document
     from tierod.studies.content import Item, Table
 
-    folder.mkdir(parents=True, exist_ok=True)
+    _require_writable(folder)
     items: list[Item] = []
     with _told(chosen.name) as progress:
         for item in chosen.items(effort, progress):
@@ -73,6 +73,17 @@ def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
         "claims.json": claims_document([item for item in items if isinstance(item, Claim)]),
     }
     return [write_text(folder / file, text) for file, text in texts.items()]
+
+
+def _require_writable(folder: Path) -> None:
+    """Stop before minutes of work whose result has no place."""
+    import os
+
+    from tierod.errors import OutputError
+
+    folder.mkdir(parents=True, exist_ok=True)
+    if not os.access(folder, os.W_OK):
+        raise OutputError(f"{folder} cannot be written to; check its permissions or name another folder with --output")
 
 
 @contextmanager

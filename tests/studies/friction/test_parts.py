@@ -5,7 +5,7 @@ import pytest
 from studies.friction.made_drives import QUICK, claims_of, made_drives, right
 from tierod.findings import Status
 from tierod.studies.content import Chart, Table
-from tierod.studies.friction import baseline, conditions, fleet, laws, refined_claims, refined_figures, steps
+from tierod.studies.friction import baseline, conditions, fleet, laws, refined_claims, refined_figures, steps, verdicts
 from tierod.studies.friction.cases import Case
 from tierod.studies.friction.estimators import DEFAULT, PRINTED
 from tierod.studies.friction.runs import Drives
@@ -79,9 +79,9 @@ def test_a_filter_that_never_settles_meets_nothing_and_stops_nothing():
 
 
 def test_a_missed_fault_and_a_false_alarm_are_counted():
-    claims = claims_of(fleet.items, made_drives(verdict=lambda level: Status.HEALTHY))
+    claims = claims_of(verdicts.items, made_drives(verdict=lambda level: Status.HEALTHY))
     assert (claims["verdict.faults-found"].measured, claims["verdict.faults-found"].met) == (6.0, False)
-    claims = claims_of(fleet.items, made_drives(verdict=lambda level: Status.FAULT))
+    claims = claims_of(verdicts.items, made_drives(verdict=lambda level: Status.FAULT))
     assert claims["verdict.healthy-minutes"].measured == 12.0
     assert claims["verdict.healthy-minutes"].met is False
 
@@ -95,7 +95,7 @@ def test_wrong_verdicts_under_an_unknown_law_are_counted():
 def test_drives_that_failed_are_faults_not_found():
     drives = made_drives()
     lost = {case: digest for case, digest in drives.digests.items() if case.friction != 12.5}
-    assert claims_of(fleet.items, Drives(lost))["verdict.faults-found"].measured == 2.0
+    assert claims_of(verdicts.items, Drives(lost))["verdict.faults-found"].measured == 2.0
 
 
 def test_the_scatter_of_the_printed_filter_is_held_against_the_printed_one():

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tierod.errors import ParameterError, nearest
-from tierod.proving_ground import FrictionCourse, drive
+from tierod.proving_ground import FrictionCourse, SensorSet, drive
 from tierod.recording import Recording
 from tierod.studies.friction.setups import CONDITIONS, LAWS, SCATTERS, TYRES, USUAL_LAW, Setup, usual
 
@@ -75,17 +75,40 @@ class Case:
         if self.car is None:
             return setup
         car, sensors = SCATTERS[self.scatter].draw(setup.car, setup.sensors, np.random.default_rng([self.car, _CARS]))
-        return Setup(car, sensors, setup.roads, setup.conditions)
+        return replace(setup, car=car, sensors=sensors)
 
     def recording(self) -> Recording:
         """The drive as sensors see it."""
         setup = self.setup()
-        return drive(
+        recording = drive(
             setup.car,
             self.minutes,
             self.friction,
             seed=self.route,
-            sensors=setup.sensors,
+            sensors=_with_motor(setup) if setup.below_bar else setup.sensors,
             roads=setup.roads,
             conditions=setup.conditions,
         )
+        return _as_motor_tells(recording, setup) if setup.below_bar else recording
+
+
+def _with_motor(setup: Setup) -> SensorSet:
+    """The sensors with the motor's own, as exact at the column as those of the steering wheel are."""
+    gear = setup.car.steering.motor.ratio  # type: ignore[attr-defined]
+    rate = setup.sensors["steering_wheel_rate"]
+    motor = {
+        "motor_speed": replace(rate, noise=gear * rate.noise),
+        "pinion_angle": setup.sensors["steering_wheel_angle"],
+    }
+    return setup.sensors.with_sensors(motor)
+
+
+def _as_motor_tells(recording: Recording, setup: Setup) -> Recording:
+    """The recording with angle and rate of the column in the place of those of the steering wheel."""
+    gear = setup.car.steering.motor.ratio  # type: ignore[attr-defined]
+    angle, speed = recording["pinion_angle"], recording["motor_speed"]
+    told = {
+        "steering_wheel_angle": replace(angle, name="steering_wheel_angle"),
+        "steering_wheel_rate": replace(speed, name="steering_wheel_rate", values=speed.values / gear),
+    }
+    return replace(recording, channels={**recording.channels, **told})

@@ -27,6 +27,7 @@ DEFAULT = "default"
 PRINTED = "paper, printed"
 POSTERIOR = "paper, printed, operating point estimated"
 PER_SAMPLE = "paper, printed, virtual rows of G one"
+PNEUMATIC = "paper, printed, rows of G one, pneumatic trail alone"
 OPEN = "paper, printed, aligning torque open"
 CORRECTED = "paper, corrected"
 UNSCENTED = "paper, unscented"
@@ -48,6 +49,11 @@ def vehicle() -> Vehicle:
 
 def _parameters() -> FrictionParameters:
     return vehicle().parameters_for(FrictionParameters)
+
+
+def _with_pneumatic_trail() -> FrictionParameters:
+    """The paper speaks of the pneumatic trail alone; the mechanical one is half of what acts."""
+    return replace(_parameters(), trail=0.5 * _parameters().trail)
 
 
 def without(*coefficients: str, cutoff: float = 12.0, half_width: float = 0.0) -> PreslidingFrictionFilter:
@@ -93,6 +99,7 @@ ESTIMATORS: Mapping[str, Callable[[], Any]] = {
     PRINTED: lambda: printed(_parameters()),
     POSTERIOR: lambda: printed(_parameters(), operating_point="estimate"),
     PER_SAMPLE: lambda: printed(_parameters(), virtual_noise="per sample"),
+    PNEUMATIC: lambda: printed(_with_pneumatic_trail(), virtual_noise="per sample"),
     OPEN: lambda: printed_open(_parameters()),
     CORRECTED: lambda: consistent(_parameters()),
     UNSCENTED: lambda: unscented(_parameters()),

@@ -1,4 +1,4 @@
-"""How exact the estimators are where no two cars and sensors are alike, and what the verdict says: the number table."""
+"""How exact the estimators are where no two cars, sensors and sets of tyres are alike."""
 
 from __future__ import annotations
 
@@ -7,14 +7,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tierod.campaigns.figures import area_under_curve, rate_bound
+from tierod.campaigns.figures import area_under_curve
 from tierod.findings import Status
-from tierod.studies.claims import Claim, at_least, at_most, exactly
+from tierod.proving_ground import SensorSet
+from tierod.studies.claims import Claim, at_least, at_most
 from tierod.studies.content import Boxes, Chart, Heading, Item, Panel, Points, Table
 from tierod.studies.friction import estimators as named
 from tierod.studies.friction.cases import HEALTHY, STATES, Case
-from tierod.studies.friction.digest import ALARM, Verdict
-from tierod.studies.friction.paper_sets import paper_sets
 from tierod.studies.friction.runs import Drives, Wants
 from tierod.studies.friction.setups import TYRES
 from tierod.studies.friction.statistics import deviation, joined, mean, means, pooled
@@ -76,7 +75,7 @@ def wants(effort: Effort) -> Wants:
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
-    """Tables, a figure and the claims on exactness and verdict."""
+    """The table, a figure and the claims on exactness."""
     healthy, faulty = healthy_drives(effort), faulty_drives(effort)
     groups = {"Healthy": healthy} | faulty
     yield Heading(
@@ -90,9 +89,7 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
     )
     yield _table(groups, drives)
     yield _chart(groups, drives)
-    yield _verdicts(groups, drives, effort)
     yield from _claims_on_estimates(groups, drives)
-    yield from _claims_on_verdicts(faulty, drives, effort)
 
 
 def _errors(cases: tuple[Case, ...], drives: Drives, estimator: str) -> np.ndarray:
@@ -111,12 +108,30 @@ def _table(groups: dict[str, tuple[Case, ...]], drives: Drives) -> Table:
             told = "" if state == "Healthy" else f", AUC {auc:.4f}"
             cells.append(f"{mean(errors):+.2f} ± {deviation(errors):.2f}{told}")
         rows.append((name, *cells))
+    gained = [f"± {deviation(_without_gains(cases, drives)):.2f}" for cases in groups.values()]
+    rows.append(("default, less what the torque gains explain", *gained))
     return Table(
         "Scatter of cars and sensors, all tyres: bias ± standard deviation (N·m), AUC of one drive against healthy",
         ("estimator", "4 N·m", "5 to 6 N·m", "8 N·m", "12.5 N·m"),
         tuple(rows),
         "Pooled over time, after 50 s enabled, and over all cars. AUC compares the mean estimates of single drives.",
     )
+
+
+def _without_gains(cases: tuple[Case, ...], drives: Drives) -> np.ndarray:
+    """Mean errors of the default estimator less their regression on the gains of both torque sensors [N*m]."""
+    driven = [case for case in cases if case in drives.digests]
+    errors = np.array([drives.digests[case].mean(named.DEFAULT) - case.level for case in driven])
+    gains = [[each["driver_torque"].gain, each["motor_torque"].gain, 1.0] for each in _sensors(driven)]
+    known = np.isfinite(errors)
+    if known.sum() <= 3:
+        return np.zeros(0)
+    regressors = np.array(gains)[known] * np.array([[case.level] for case in driven])[known]
+    return errors[known] - regressors @ np.linalg.lstsq(regressors, errors[known], rcond=None)[0]
+
+
+def _sensors(cases: list[Case]) -> list[SensorSet]:
+    return [case.setup().sensors for case in cases]
 
 
 def _chart(groups: dict[str, tuple[Case, ...]], drives: Drives) -> Chart:
@@ -138,34 +153,6 @@ def _chart(groups: dict[str, tuple[Case, ...]], drives: Drives) -> Chart:
         "Boxes: one standard deviation about the mean; whiskers: two.",
         "Mean and spread of four estimators at three levels of friction beside the truth.",
         (Panel("", "true friction", "estimate [N·m]", (*boxes, truth)),),
-    )
-
-
-def _judged(cases: tuple[Case, ...], drives: Drives) -> list[Verdict]:
-    return [each.verdict for each in drives.of(cases) if each.verdict is not None]
-
-
-def _sound(effort: Effort, drives: Drives) -> list[tuple[Case, Verdict]]:
-    """The paper's healthy drives, each judged against a level of another day."""
-    cases = [case for case in paper_sets(effort).all_of("Healthy") if case in drives.digests]
-    return list(zip(cases, _judged(tuple(cases), drives), strict=True))
-
-
-def _verdicts(groups: dict[str, tuple[Case, ...]], drives: Drives, effort: Effort) -> Table:
-    rows = []
-    sound = _sound(effort, drives)
-    named_groups = {"paper's healthy drives": [verdict for _, verdict in sound]}
-    named_groups |= {state: _judged(cases, drives) for state, cases in groups.items() if state != "Healthy"}
-    for state, verdicts in named_groups.items():
-        counts = [sum(verdict.status is status for verdict in verdicts) for status in (Status.HEALTHY, *FOUND)]
-        others = len(verdicts) - sum(counts)
-        low = min((verdict.ratios[0] for verdict in verdicts), default=math.nan)
-        high = max((verdict.ratios[1] for verdict in verdicts), default=math.nan)
-        rows.append((state, str(len(verdicts)), *map(str, counts), str(others), f"{low:.2f} to {high:.2f}"))
-    return Table(
-        "Verdicts against the car's own level, learnt on another drive, other roads and other tyres",
-        ("drives", "number", "healthy", "rising", "fault", "suspect", "not judged", "ratio to the own level"),
-        tuple(rows),
     )
 
 
@@ -192,7 +179,8 @@ def _claims_on_estimates(groups: dict[str, tuple[Case, ...]], drives: Drives) ->
             deviation(errors),
             at_most(largest),
             "N*m",
-            "The gains of the torque sensors scatter by 10 % each; no estimator can see that.",
+            "The gains of the torque sensors scatter by 10 % each, which no estimator can see; less what they explain: "
+            f"{deviation(_without_gains(chosen[level], drives)):.2f} N·m.",
         )
     healthy = means(drives.of(groups["Healthy"]), named.DEFAULT)
     yield Claim(
@@ -207,47 +195,7 @@ def _claims_on_estimates(groups: dict[str, tuple[Case, ...]], drives: Drives) ->
     )
 
 
-def _claims_on_verdicts(faulty: dict[str, tuple[Case, ...]], drives: Drives, effort: Effort) -> Iterator[Claim]:
-    verdicts = [verdict for cases in faulty.values() for verdict in _judged(cases, drives)]
-    expected = sum(len(cases) for cases in faulty.values())
-    yield Claim(
-        "verdict.faults-found",
-        "Against the car's own level every drive with a fault of 1 N·m or more is found.",
-        GOAL,
-        None,
-        float(expected - sum(verdict.status in FOUND for verdict in verdicts)),
-        exactly(0.0),
-        "",
-        f"Drives not found, of {expected}.",
-    )
-    pairs = _ratios(faulty["PWM 15%"], drives)
-    yield Claim(
-        "verdict.auc-slight",
-        "As a ratio to the own level, 1 to 2 N·m more are told from healthy drives whatever the car.",
-        GOAL,
-        None,
-        area_under_curve(_ratios(paper_sets(effort).all_of("Healthy"), drives), pairs),
-        at_least(0.999),
-        "",
-        "AUC of the mean estimate over the level learnt on another drive.",
-    )
-    sound = _sound(effort, drives)
-    minutes = sum(case.minutes for case, _ in sound)
-    alarmed = sum(case.minutes for case, verdict in sound if verdict.worst >= ALARM)
-    yield Claim(
-        "verdict.healthy-minutes",
-        "Against the car's own level none of the healthy minutes of Table 2 alarms.",
-        GOAL,
-        None,
-        alarmed if sound else math.nan,
-        exactly(0.0),
-        "min",
-        f"Minutes of drives with an alarm at any time, of {minutes:.0f}; at most "
-        f"{rate_bound(0, minutes / 60.0):.2g} alarms an hour with 95 % confidence if none.",
-    )
-
-
-def _ratios(cases: tuple[Case, ...], drives: Drives) -> np.ndarray:
+def ratios(cases: tuple[Case, ...], drives: Drives) -> np.ndarray:
     """Mean estimate over the own level of the car, per drive."""
     found = []
     for case in cases:

@@ -25,12 +25,14 @@ class Setup:
         sensors: of the channels on its bus
         roads: kinds of road, in order
         conditions: what else acts
+        below_bar: whether angle and rate of the steering wheel are those that the motor tells, below the torsion bar
     """
 
     car: EpsCar
     sensors: SensorSet
     roads: tuple[AnyRoad, ...]
     conditions: tuple[AnyCondition, ...]
+    below_bar: bool = False
 
 
 Change = Callable[[Setup], Setup]
@@ -132,6 +134,10 @@ def _driven(acceleration: float, haste: float) -> Change:
     return change
 
 
+def _below_bar(setup: Setup) -> Setup:
+    return replace(setup, below_bar=True)
+
+
 def _rough(setup: Setup) -> Setup:
     """Wind, ruts, and bends banked twice as much as usual."""
     roads = tuple(replace(road, superelevation=0.3, greatest_bank=0.1) for road in setup.roads)
@@ -186,6 +192,8 @@ CONDITIONS: Mapping[str, Change] = {
     "assist motor 20 ms slower": _motor(lag=0.022),
     "no active return": _return(gain=0.0),
     "strong active return": _return(gain=3.0, rate_gain=3.0),
+    "angle measured below the torsion bar": _below_bar,
+    "angle below the bar, driven fast": together(_below_bar, _driven(5.0, 1.15)),
     "torques 50 ms late": _sensors(_TORQUES, delay=0.05),
     "torques 100 ms late": _sensors(_TORQUES, delay=0.1),
     "yaw and acceleration 100 ms late": _sensors(_MOTION, delay=0.1),

@@ -14,21 +14,26 @@ from tierod.studies.friction import (
     hysteresis,
     laws,
     paper_sets,
+    picture,
+    plant,
     refined_claims,
     refined_figures,
     steps,
+    verdicts,
 )
 from tierod.studies.friction.fleet import GOAL
 from tierod.studies.friction.runs import Drives, run_drives
 from tierod.studies.registry import Effort, Progress
 
-WANTS = (paper_sets.wants, conditions.wants, fleet.wants, exactness.wants, laws.wants, steps.wants)
+WANTS = (paper_sets.wants, conditions.wants, picture.wants, fleet.wants, exactness.wants, laws.wants, steps.wants)
 PARTS = (
     baseline.items,
     refined_figures.items,
     refined_claims.items,
     conditions.items,
+    picture.items,
     fleet.items,
+    verdicts.items,
     exactness.items,
     laws.items,
     steps.items,
@@ -48,6 +53,8 @@ def items(effort: Effort, progress: Progress) -> Iterator[Item]:
         yield from part(drives, effort)
     progress(_DRIVING, "lock-to-lock turns")
     yield from hysteresis.items(hysteresis.turns(effort))
+    progress(0.5 * (1.0 + _DRIVING), "the virtual car")
+    yield from plant.items()
     yield from _ended(drives)
     progress(1.0, "done")
 
