@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 SIGNIFICANT = 0.05
 """Probability of chance alone below which a difference is called one."""
 
+MOST = 3
+"""Figures that the headline names."""
+
 COLUMNS = (
     "figure",
     "pairs",
@@ -79,7 +82,9 @@ def _headline(monitor: Mapping[str, Any]) -> str:
         if figure["rank_p"] is not None and figure["rank_p"] < SIGNIFICANT
     ]
     changed = f"{count(len(monitor['changed']), 'verdict')} of {monitor['pairs']} changed"
-    return f"{changed}; {', '.join(told)}." if told else f"{changed}; no figure differs by more than chance would."
+    if not told:
+        return f"{changed}; no figure differs by more than chance would."
+    return f"{changed}; {', '.join(told[:MOST])}{f', and {len(told) - MOST} more' if len(told) > MOST else ''}."
 
 
 def _row(figure: Mapping[str, Any]) -> tuple[str, ...]:

@@ -29,7 +29,7 @@ def difference_figure(index: int, figures: Sequence[Mapping[str, Any]]) -> Figur
         domain = [1.0 - (at + 1) / len(drawn) + 46.0 / height, 1.0 - at / len(drawn) - 24.0 / height]
         factor, label = shown(figure["unit"])
         axes[f"xaxis{suffix}"] = axis("", anchor=f"y{suffix}", zeroline=False)
-        axes[f"yaxis{suffix}"] = axis("", domain=domain, anchor=f"x{suffix}", showticklabels=False, range=[-1, 1])
+        axes[f"yaxis{suffix}"] = axis("", domain=domain, anchor=f"x{suffix}", range=[-1, 1], visible=False)
         data += _dots(figure, factor, suffix)
         line = {"color": RED, "width": 1.2, "dash": "dash"}
         where = {"xref": f"x{suffix}", "yref": f"y{suffix} domain", "x0": 0, "x1": 0, "y0": 0, "y1": 1}
