@@ -136,6 +136,20 @@ def test_standing_car_scrubs_on_the_ground_only():
     assert np.max(np.abs(series(ground, "motor_torque"))) > 2.0 * np.max(np.abs(series(hoist, "motor_torque")))
 
 
+@pytest.mark.parametrize("chassis", CHASSIS, ids=KINDS)
+def test_a_halting_car_swings_on_its_tyres_but_rolls_no_way_back(chassis):
+    car = car_with(chassis, 8.0)
+    told = lambda t: np.maximum(8.0 - 2.0 * np.maximum(t - 1.0, 0.0), 0.0)  # noqa: E731
+    planned = lambda t: np.where((t > 1.0) & (t < 5.0), -2.0, 0.0)  # noqa: E731
+    out = scan(car, inputs(car, 9.0, told, demand__acceleration=planned))
+    distance = series(out, "truth_distance")
+    assert series(out, "truth_speed")[5500] == pytest.approx(0.0, abs=0.03)
+    assert np.max(distance) - distance[-1] < 2e-3
+    for wheel in ("front_left", "front_right", "rear_left", "rear_right"):
+        assert np.min(series(out, f"wheel_speed_{wheel}")) > -1e-3
+    assert np.max(np.abs(series(out, "truth_speed")[-100:])) < 1e-3
+
+
 def test_a_millisecond_is_short_enough():
     car = car_with(TwoTrack(), 12.0, 12.5, steering=ColumnEps(friction=DryFriction(law=Dahl(math.radians(0.3)))))
     demand = lambda t: 0.6 * np.sin(1.5 * t)  # noqa: E731

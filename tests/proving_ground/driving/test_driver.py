@@ -154,6 +154,32 @@ def test_speed_is_kept_and_the_car_stops_and_starts_again(grade, factor):
     assert np.max(speeds) < 16.5
 
 
+def stopped(braking, downhill=0.0):
+    """When a mass that was told to brake from 10 m/s stops, on a road that falls away just before; and how hard."""
+    foot, speed, time, end = DRIVER.pedals.remembered(), 10.0, 0.0, 10.0 / braking
+    while speed > 0.0:
+        planned = -braking if time < end else 0.0
+        foot, pressed = DRIVER.pedals.press(foot, speed, max(10.0 - braking * time, 0.0), planned, 1e-3)
+        acceleration = pressed + (downhill if time > end - 1.0 else 0.0)
+        speed, time = speed + 1e-3 * acceleration, time + 1e-3
+        assert time < end + 8.0
+    return time - end, -acceleration
+
+
+def test_a_stop_is_eased_unless_it_is_an_emergency():
+    late, hardness = stopped(2.0)
+    assert late < 0.3
+    assert 0.2 < hardness < 1.1
+    assert stopped(8.0)[1] > 3.0
+
+
+@pytest.mark.parametrize("downhill", [0.2, 0.5])
+def test_a_slope_that_nobody_expected_does_not_keep_a_car_from_stopping(downhill):
+    late, hardness = stopped(2.0, downhill)
+    assert late < 1.5
+    assert hardness < 1.3
+
+
 def test_poles_of_the_speed_loop_are_double():
     pedals = Pedals(foot_time=1e-2)
     assert pedals.proportional**2 == pytest.approx(4.0 * pedals.integral)
