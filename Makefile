@@ -22,7 +22,7 @@ test: $(ENVIRONMENT)  ## run all tests
 bench: $(ENVIRONMENT)  ## measure the speed, print the table, write bench.json
 	.venv/bin/python -m benchmarks
 
-study: $(ENVIRONMENT)  ## print the figures of docs/friction.md (minutes)
+study: $(ENVIRONMENT)  ## measure what papers and tierod claim, claim by claim, into out/ (minutes)
 	.venv/bin/tierod study --output out
 	.venv/bin/python -m pytest -m slow
 
