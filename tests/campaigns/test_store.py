@@ -82,7 +82,9 @@ def test_what_a_killed_process_left_is_removed_and_nothing_else(store):
     for path in (left, own):
         path.write_text(json.dumps({}))
     store.prepare()
-    assert not left.exists()
+    assert left.exists()
+    with store.alone():
+        assert not left.exists()
     assert own.exists()
 
 

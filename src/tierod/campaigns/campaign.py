@@ -95,8 +95,9 @@ def from_document(document: Document) -> Campaign:
     driven = [scenes.scenario(point) for point in matrix]
     scattered = any(scenario.scatter is not None for scenario in driven)
     taught = _taught(file, document, matrix, scattered) if any(each.learns for each in judges) else [None] * len(matrix)
+    known: dict[int, tuple[object, str]] = {}
     cells = [
-        Cell(point, scenario, drive_key(scenario), teacher)
+        Cell(point, scenario, drive_key(scenario, known), teacher)
         for point, scenario, teacher in zip(matrix, driven, taught, strict=True)
     ]
     plan = Plan(cells, judges, file.settling, file.keep == "recordings")

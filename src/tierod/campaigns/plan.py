@@ -121,9 +121,22 @@ DECIDING = ("car", "course", "duration", "seed", "sensors", "faults", "scatter",
 """Fields of a scenario that decide its drive; names and descriptions do not."""
 
 
-def drive_key(scenario: Any) -> str:
-    """Of all that decides a drive: what is driven and the code that drives."""
-    return fingerprint({name: getattr(scenario, name) for name in DECIDING}, ground_code())
+def drive_key(scenario: Any, known: dict[int, tuple[Any, str]] | None = None) -> str:
+    """Of all that decides a drive: what is driven and the code that drives.
+
+    Args:
+        scenario: what is driven
+        known: fingerprints of parts by their identity, kept with the parts themselves from one scenario to the next:
+            those that differ in their seed share a car
+    """
+    known = {} if known is None else known
+    prints = {}
+    for name in DECIDING:
+        part = getattr(scenario, name)
+        if id(part) not in known:
+            known[id(part)] = (part, fingerprint(part))
+        prints[name] = known[id(part)][1]
+    return fingerprint(prints, ground_code())
 
 
 def window_of(windows: Sequence[Mapping[str, Any]]) -> Window | None:

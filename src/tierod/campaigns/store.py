@@ -46,42 +46,38 @@ class Store:
     folder: Path
 
     def prepare(self) -> None:
-        """Make the folders, and remove what a killed process left half-written.
+        """Make the folders.
 
         Raises:
-            OutputError: the folder cannot be made
+            OutputError: they cannot be made
         """
-        for path in (self.folder, *(self.folder / name for name in ("drives", "recordings", "verdicts"))):
+        for path in self._folders():
             try:
                 path.mkdir(parents=True, exist_ok=True)
-                for left in path.iterdir():
-                    if LEFTOVER.fullmatch(left.name):
-                        left.unlink(missing_ok=True)
             except OSError as error:
                 raise OutputError(
                     f"the folder {path} cannot be used ({(error.strerror or str(error)).lower()}); "
                     "name another one with --output"
                 ) from error
 
+    def _folders(self) -> tuple[Path, ...]:
+        return (self.folder, *(self.folder / name for name in ("drives", "recordings", "verdicts")))
+
     @contextmanager
     def alone(self) -> Iterator[None]:
-        """Hold the folder; the hold ends with the process, however that ends.
+        """Hold the prepared folder, and remove what a killed process left half-written.
+
+        The hold ends with the process, however that ends.
 
         Raises:
             OutputError: another process holds it
         """
-        try:
-            import fcntl
-        except ImportError:  # no such locks on this system: two runs at a time would only waste work
-            yield
-            return
         with open(self.folder / ".lock", "w") as lock:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                raise OutputError(
-                    f"another campaign is running in {self.folder}; wait for it, or name another folder with --output"
-                ) from None
+            _hold(lock, self.folder)
+            for path in self._folders():
+                for left in path.iterdir():
+                    if LEFTOVER.fullmatch(left.name):
+                        left.unlink(missing_ok=True)
             yield
 
     def drive(self, name: str, key: str) -> dict[str, Any] | None:
@@ -156,6 +152,19 @@ def slug(parts: Mapping[str, Any], longest: int = 120) -> str:
     """A file name from the place of a cell, readable and safe; whatever is cut off, the key keeps names apart."""
     text = "_".join(re.sub(r"[^A-Za-z0-9.+-]+", "-", str(part)).strip("-.") or "0" for part in parts.values())
     return text[:longest]
+
+
+def _hold(lock: Any, folder: Path) -> None:
+    try:
+        import fcntl
+    except ImportError:  # no such locks on this system: two runs at a time would only waste work
+        return
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        raise OutputError(
+            f"another campaign is running in {folder}; wait for it, or name another folder with --output"
+        ) from None
 
 
 def _read(path: Path, schema: str, key: str) -> dict[str, Any] | None:
