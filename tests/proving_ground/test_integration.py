@@ -1,9 +1,10 @@
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
 import pytest
 
-from tierod.proving_ground.integration import implicit_inverse, rosenbrock, runge_kutta
+from tierod.proving_ground.integration import GAMMA, implicit_inverse, rosenbrock, runge_kutta, with_entry
 
 
 class Swing(NamedTuple):
@@ -77,3 +78,18 @@ def test_what_is_too_fast_for_the_step_is_damped():
     for _ in range(100):
         state = rosenbrock(coupled_rate, state, 1e-3, "gear", inverse)
     assert abs(state.gear[0] - state.gear[2]) < 1e-6
+
+
+def test_one_more_entry_of_the_jacobian_is_as_if_it_had_been_there():
+    matrix = np.random.default_rng(2).normal(size=(4, 4))
+    matrix[1, 3] = 0.0
+
+    def inverse(of):
+        return implicit_inverse(
+            lambda at: tuple(sum(a * x for a, x in zip(row, at, strict=True)) for row in of), 4 * (0.0,), 0.1
+        )
+
+    without = inverse(matrix)
+    matrix[1, 3] = -7.0
+    np.testing.assert_allclose(with_entry(without, 1, 3, -7.0, 0.1), inverse(matrix), rtol=1e-12)
+    np.testing.assert_allclose(inverse(matrix), np.linalg.inv(np.eye(4) - 0.1 * GAMMA * matrix), rtol=1e-12)

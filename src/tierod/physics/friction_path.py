@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.graph.maths import absolute, exp, limit, sign
+from tierod.graph.maths import absolute, exp, limit, sign, where
 
 
 def elastoplastic_update(share: Any, angle_increment: Any, elastic_angle: Any) -> Any:
@@ -24,6 +24,19 @@ def elastoplastic_update(share: Any, angle_increment: Any, elastic_angle: Any) -
     return limit(share + angle_increment / elastic_angle, -1.0, 1.0)
 
 
+def elastoplastic_slope(share: Any, direction: Any, elastic_angle: Any) -> Any:
+    """Change of the friction share per angle [1/rad] of an elastic element that slips at its level.
+
+    Args:
+        share: now [-]
+        direction: sign of the rate [-]; zero at rest, where the element sticks
+        elastic_angle: level over stiffness [rad], positive
+
+    Source: derivative of `elastoplastic_update`.
+    """
+    return where(share * direction < 1.0, 1.0 / elastic_angle, 0.0)
+
+
 def lugre_update(bristle: Any, angle_increment: Any, bristle_angle: Any, steady_share: Any) -> Any:
     """Normalised bristle deflection [-] of the LuGre model after an angle increment at a constant rate.
 
@@ -38,6 +51,20 @@ def lugre_update(bristle: Any, angle_increment: Any, bristle_angle: Any, steady_
     """
     settled = sign(angle_increment) * steady_share
     return settled + (bristle - settled) * exp(-absolute(angle_increment) / (bristle_angle * steady_share))
+
+
+def lugre_slope(bristle: Any, direction: Any, bristle_angle: Any, steady_share: Any) -> Any:
+    """Change of the normalised bristle deflection per angle [1/rad].
+
+    Args:
+        bristle: normalised deflection, from `lugre_update` [-]
+        direction: sign of the rate [-]
+        bristle_angle: sliding level over bristle stiffness [rad]
+        steady_share: as in `lugre_update` [-]
+
+    Source: the equation that `lugre_update` solves.
+    """
+    return (1.0 - direction * bristle / steady_share) / bristle_angle
 
 
 def lugre_share(bristle: Any, rate: Any, bristle_angle: Any, steady_share: Any, micro_time: Any) -> Any:

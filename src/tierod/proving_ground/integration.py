@@ -63,6 +63,28 @@ def implicit_inverse(derivative: Callable[[State], State], at: State, step: Any)
     return inverse
 
 
+def with_entry(inverse: list[list[Any]], row: int, column: int, entry: Any, step: Any) -> list[list[Any]]:
+    """The inverse of `implicit_inverse` for a Jacobian with one more entry.
+
+    Args:
+        inverse: without the entry
+        row, column: where it is added
+        entry: what is added, such that a stable system stays stable [1/s]
+        step: [s]
+
+    Source: Sherman and Morrison, Ann. Math. Statist. 21 (1950) 124.
+    """
+    gain = GAMMA * step * entry
+    share = gain / (1.0 - gain * inverse[column][row])
+    return [
+        [
+            value if _is_zero(line[row]) or _is_zero(other) else value + share * line[row] * other
+            for value, other in zip(line, inverse[column], strict=True)
+        ]
+        for line in inverse
+    ]
+
+
 def rosenbrock(
     derivative: Callable[[State], State], state: State, step: Any, stiff: str, inverse: list[list[Any]]
 ) -> State:

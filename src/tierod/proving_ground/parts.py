@@ -8,6 +8,7 @@ ISO 8855: left is positive; a kingpin torque opposes a turn to the left.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, NamedTuple, Protocol
 
 Motion = Any
@@ -199,7 +200,14 @@ class Steering(Protocol):
         """Memory after a step from `start` to `motion`."""
 
     def stiff(self) -> Motion:
-        """A motion around which the equations are linearised for the implicit part of the integration."""
+        """A motion around which all but dry friction is linearised for the implicit part of the integration."""
+
+    def sticking(self, motion: Motion, memory: Memory) -> Mapping[tuple[str, str], Any]:
+        """What dry friction, which holds like a spring while it sticks, adds to the Jacobian of that part.
+
+        Returns:
+            by (dotted name of a rate, dotted name of an angle) in the motion: growth of the rate's derivative per angle
+        """
 
     def signals(self, motion: Motion, memory: Memory, loads: Loads) -> Any:
         """NamedTuple of what can be seen at one instant: canonical names, and `truth_...` for what no sensor sees."""

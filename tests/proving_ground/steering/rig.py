@@ -9,9 +9,10 @@ import numpy as np
 
 from tierod.graph import scan
 from tierod.proving_ground.control.assist import AssistUnit
-from tierod.proving_ground.integration import implicit_inverse, rosenbrock
+from tierod.proving_ground.integration import rosenbrock
 from tierod.proving_ground.parts import Loads
 from tierod.proving_ground.steering.column_eps import ColumnEps
+from tierod.proving_ground.steering.implicit import steering_inverse
 
 STEP = 1e-3
 
@@ -81,15 +82,11 @@ class Rig:
             loads = self.loads(motion.steering, told, torques)
             return Motion(steering.derivative(motion.steering, start, state.friction, loads))
 
-        after = rosenbrock(slope, state.motion, self.step_time, "steering", self.inverse())
+        inverse = steering_inverse(steering, start, state.friction, self.step_time)
+        after = rosenbrock(slope, state.motion, self.step_time, "steering", inverse)
         loads = self.loads(after.steering, told, torques)
         friction = steering.advance(after.steering, start, state.friction, loads)
         return State(after, friction, assist), signals
-
-    def inverse(self):
-        point, memory = self.steering.stiff(), self.steering.remembered()
-        idle = Loads(0.0, 0.0, 0.0, (0.0,) * len(self.steering.actuators), 0.0, 0.0)
-        return implicit_inverse(lambda m: self.steering.derivative(m, point, memory, idle), point, self.step_time)
 
     def run(self, seconds, state=None, **told):
         """The scan over some seconds; what is told are numbers or functions of time."""

@@ -160,6 +160,20 @@ def test_a_stroke_in_parts_is_the_stroke_as_a_whole(law):
     assert law.share(memory, 0.013, 0.7) == pytest.approx(law.share(whole, 0.0, 0.7), abs=1e-12)
 
 
+@pytest.mark.parametrize("law", LAWS, ids=IDS)
+@pytest.mark.parametrize("rate", [-0.05, 0.05])
+def test_slope_is_the_growth_of_the_share_over_the_way_that_follows(law, rate):
+    turned = math.copysign(1e-8, rate)
+    for before in (-0.04, 0.003, 0.5):
+        memory = law.advance(law.remembered(), before, rate)
+        grown = (law.share(memory, turned, rate) - law.share(memory, 0.0, rate)) / turned
+        damping = (
+            1.0 - 2e-3 * abs(rate) / law.angle / law.advance(0.0, 9.0, abs(rate)) if isinstance(law, LuGre) else 1.0
+        )
+        assert damping * law.slope(memory, rate) == pytest.approx(grown, rel=1e-4, abs=1e-3)
+        assert law.slope(memory, 0.0) > 0.0
+
+
 def test_dahls_laws_are_the_formulas_of_physics():
     for memory, turned in ((-0.8, 0.004), (0.3, -0.02), (0.5, 0.0)):
         assert Dahl(0.02).advance(memory, turned, 1.0) == dahl_update(memory, turned, 0.02)

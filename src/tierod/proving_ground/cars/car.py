@@ -11,7 +11,7 @@ from tierod.graph.maths import arctan2, cos, maximum, sin, where
 from tierod.proving_ground.cars.imu import InertialUnit
 from tierod.proving_ground.chassis import TwoTrack
 from tierod.proving_ground.driving import HumanDriver
-from tierod.proving_ground.integration import implicit_inverse, rosenbrock
+from tierod.proving_ground.integration import rosenbrock
 from tierod.proving_ground.parts import (
     Chassis,
     Demand,
@@ -28,6 +28,7 @@ from tierod.proving_ground.parts import (
 )
 from tierod.proving_ground.ports import pass_through, ports_type
 from tierod.proving_ground.powertrain import Powertrain
+from tierod.proving_ground.steering.implicit import steering_inverse
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 ROLLING = 0.5
@@ -233,7 +234,8 @@ class Car:
         def slope(now: Motion) -> Motion:
             return self._derivative(now, motion, held.steering, sample, intent, torques, drive, brakes)
 
-        after = rosenbrock(slope, motion, self.step_time, "steering", self._inverse())
+        inverse = steering_inverse(self.steering, motion.steering, held.steering, self.step_time)
+        after = rosenbrock(slope, motion, self.step_time, "steering", inverse)
         loads = _loads(reaction, hand_torque, torques)
         position = _moved(held.position, reaction, motion.path.heading, self.step_time)
         steering = self.steering.advance(after.steering, motion.steering, held.steering, loads)
@@ -277,13 +279,6 @@ class Car:
             self.steering.derivative(now.steering, start.steering, friction, loads),
             self.driver.derivative(now.driver, intent, hand, sample.demand),
             _path_rate(now.path, reaction, sample.road.curvature),
-        )
-
-    def _inverse(self) -> list[list[Any]]:
-        point, memory = self.steering.stiff(), self.steering.remembered()
-        idle = Loads(0.0, 0.0, 0.0, (0.0,) * len(self.steering.actuators), 0.0, 0.0)
-        return implicit_inverse(
-            lambda motion: self.steering.derivative(motion, point, memory, idle), point, self.step_time
         )
 
     def _body(

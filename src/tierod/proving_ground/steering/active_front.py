@@ -91,6 +91,11 @@ class ActiveFront:
         """At rest."""
         return ActiveFrontMotion(self.column.stiff(), 0.0)
 
+    def sticking(self, motion: ActiveFrontMotion, memory: ColumnMemory) -> dict[tuple[str, str], Any]:
+        """What dry friction adds to the Jacobian, see `Steering.sticking`."""
+        entries = self.column.sticking(motion.column, memory)
+        return {(f"column.{rate}", f"column.{angle}"): entry for (rate, angle), entry in entries.items()}
+
     def steer(self, motion: ActiveFrontMotion) -> Steer:
         """Of the road wheels."""
         return self.column.steer(motion.column)

@@ -112,6 +112,12 @@ class ColumnEps:
             return self.init()
         return self.init()._replace(rotor=Rotor(self.motor.ratio * self.worm_gear.play, 0.0))
 
+    def sticking(self, motion: ColumnMotion, memory: ColumnMemory) -> dict[tuple[str, str], Any]:
+        """What dry friction adds to the Jacobian, see `Steering.sticking`."""
+        stiffness = self.friction.stiffness(memory.column, motion.rate, motion.angle)
+        stiffness = stiffness + self.linkage.stiffness(motion.angle, motion.rate, memory.kingpins)
+        return {("rate", "angle"): -stiffness / self._inertia()}
+
     def steer(self, motion: ColumnMotion) -> Steer:
         """Of the road wheels."""
         return self.linkage.steer(motion.angle, motion.rate)
@@ -169,7 +175,7 @@ class ColumnEps:
         inertia = self._inertia()
         if self.torsion_bar is None:
             drive = drive - viscous(motion.rate, self.wheel_damping)
-            acceleration = (loads.hand_torque + drive) / (inertia + self.wheel_inertia)
+            acceleration = (loads.hand_torque + drive) / inertia
             return _Balance(loads.hand_torque, friction, resistance, acceleration, acceleration, rotor_acceleration)
         driver = self.torsion_bar.torque(motion.wheel, motion.angle, motion.rate)
         held = loads.hand_torque - viscous(motion.wheel.rate, self.wheel_damping)
@@ -178,8 +184,11 @@ class ColumnEps:
         return _Balance(driver, friction, resistance, acceleration, wheel_acceleration, rotor_acceleration)
 
     def _inertia(self) -> Any:
-        below = self.column_inertia + self.linkage.inertia
-        return below if self.worm_gear is not None else below + self.motor.ratio * self.motor.ratio * self.motor.inertia
+        """Of everything that turns with the column [kg*m**2]."""
+        inertia = self.column_inertia + self.linkage.inertia
+        if self.worm_gear is None:
+            inertia = inertia + self.motor.ratio * self.motor.ratio * self.motor.inertia
+        return inertia if self.torsion_bar is not None else inertia + self.wheel_inertia
 
     def _rotor(self, motion: ColumnMotion) -> Rotor:
         if self.worm_gear is not None:

@@ -84,6 +84,11 @@ class Demonstrator:
         """At rest, with teeth in contact."""
         return DemonstratorMotion(self.rack.stiff(), 0.0, 0.0)
 
+    def sticking(self, motion: DemonstratorMotion, memory: RackMemory) -> dict[tuple[str, str], Any]:
+        """What dry friction adds to the Jacobian, see `Steering.sticking`."""
+        entries = self.rack.sticking(motion.rack, memory)
+        return {(f"rack.{rate}", f"rack.{angle}"): entry for (rate, angle), entry in entries.items()}
+
     def steer(self, motion: DemonstratorMotion) -> Steer:
         """Of the road wheels."""
         return self.rack.steer(motion.rack)

@@ -67,6 +67,17 @@ class DryFriction:
         sided = self._level_at(angle) + where(share > 0.0, self.left_excess, self.right_excess)
         return share * sided * (1.0 + self.load_share * (absolute(load) - 1.0))
 
+    def stiffness(self, memory: Any, rate: Any, angle: Any = 0.0) -> Any:
+        """Growth of the torque per angle [N*m/rad] at the start of a step, at the reference load.
+
+        Args:
+            memory: at the start of the step
+            rate: then [rad/s]
+            angle: then [rad]
+        """
+        sided = self._level_at(angle) + where(rate > 0.0, self.left_excess, self.right_excess)
+        return sided * self.law.slope(memory, rate)
+
     def advance(self, memory: Any, turned: Any, rate: Any, load: Any = 1.0, angle: Any = 0.0) -> Any:
         """Memory after a step; arguments as of `torque`."""
         return self.law.advance(memory, turned, rate)

@@ -110,6 +110,11 @@ class Linkage:
         stop = end_stop_torque(angle, rate, self.end_stop.angle, self.end_stop.stiffness, self.end_stop.damping)
         return Resistance(left + 0.5 * friction, right + 0.5 * friction, left + right, friction, stop)
 
+    def stiffness(self, angle: Any, rate: Any, memory: Any) -> Any:
+        """Stiffness of the dry friction at the pinion [N*m/rad] at the start of a step; see `resistance`."""
+        slope = self._slope(angle)
+        return slope * slope * self.friction.stiffness(memory, slope * rate, self._mean(angle))
+
     def advance(self, angle: Any, rate: Any, start: Any, memory: Any, loads: Loads) -> Any:
         """Memory of the friction after a step; arguments as of `resistance`."""
         mean, slope = self._mean(angle), self._slope(angle)

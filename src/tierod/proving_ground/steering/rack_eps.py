@@ -114,6 +114,16 @@ class RackEps:
         """At rest, with teeth in contact."""
         return self.init()._replace(position=-self.mesh.play)
 
+    def sticking(self, motion: RackMotion, memory: RackMemory) -> dict[tuple[str, str], Any]:
+        """What dry friction adds to the Jacobian, see `Steering.sticking`."""
+        rack, (inertia, mass) = self._rack(motion), self._inertias()
+        kingpins = self.linkage.stiffness(rack.angle, rack.rate, memory.kingpins)
+        _, rate = self._rubbed(motion, motion)
+        gear = self.friction.stiffness(memory.gear, rate, self._rubbing(motion))
+        on_rack, on_pinion = (kingpins + gear, 0.0) if self.friction_on_rack else (kingpins, gear)
+        ratio = self.linkage.rack_ratio
+        return {("speed", "position"): -on_rack / (ratio * ratio * mass), ("rate", "angle"): -on_pinion / inertia}
+
     def steer(self, motion: RackMotion) -> Steer:
         """Of the road wheels."""
         ratio = self.linkage.rack_ratio
@@ -175,7 +185,7 @@ class RackEps:
             mesh.damping,
             mesh.play,
         )
-        at_pinion, at_rack, inertia, mass = self._motor(motion)
+        (at_pinion, at_rack), (inertia, mass) = self._motor(motion), self._inertias()
         if self.friction_on_rack:
             at_rack = at_rack - friction
         else:
@@ -185,7 +195,7 @@ class RackEps:
         push = push - viscous(motion.speed, self.rack_damping) - self.centring * motion.position
         if self.torsion_bar is None:
             driver, drive = loads.hand_torque, drive - viscous(motion.rate, self.wheel_damping)
-            acceleration = wheel_acceleration = (driver + drive) / (inertia + self.wheel_inertia)
+            acceleration = wheel_acceleration = (driver + drive) / inertia
         else:
             driver = self.torsion_bar.torque(motion.wheel, motion.angle, motion.rate)
             acceleration = (driver + drive) / inertia
@@ -213,15 +223,20 @@ class RackEps:
         angle, rate = (rack.angle, rack.rate) if self.motor_on_rack else (motion.angle, motion.rate)
         return Shaft(motion.motor_torque, self.motor.ratio * angle, self.motor.ratio * rate)
 
-    def _motor(self, motion: RackMotion) -> tuple[Any, Any, Any, Any]:
-        """Torque of the motor at pinion and rack [N*m], inertia of the pinion, mass of the rack with all it moves."""
-        ratio = self.linkage.rack_ratio
-        mass = self.rack_mass + self.linkage.inertia / (ratio * ratio)
+    def _motor(self, motion: RackMotion) -> tuple[Any, Any]:
+        """Torque of the motor on the pinion and on the rack, as at the pinion [N*m]."""
         if self.motor is None:
-            return 0.0, 0.0, self.pinion_inertia, mass
+            return 0.0, 0.0
         shaft, motor = self._shaft(motion), self.motor
         torque = motor.shaft_torque(shaft.torque, shaft.angle) - viscous(shaft.rate, motor.damping)
-        torque, rotor = column_torque_of_motor(torque, motor.ratio), motor.ratio * motor.ratio * motor.inertia
-        if self.motor_on_rack:
-            return 0.0, torque, self.pinion_inertia, mass + rotor / (ratio * ratio)
-        return torque, 0.0, self.pinion_inertia + rotor, mass
+        torque = column_torque_of_motor(torque, motor.ratio)
+        return (0.0, torque) if self.motor_on_rack else (torque, 0.0)
+
+    def _inertias(self) -> tuple[Any, Any]:
+        """Inertia of what turns with the pinion [kg*m**2], mass of what moves with the rack [kg]."""
+        inertia = self.pinion_inertia if self.torsion_bar is not None else self.pinion_inertia + self.wheel_inertia
+        moved, square = self.linkage.inertia, self.linkage.rack_ratio * self.linkage.rack_ratio
+        if self.motor is not None:
+            rotor = self.motor.ratio * self.motor.ratio * self.motor.inertia
+            inertia, moved = (inertia, moved + rotor) if self.motor_on_rack else (inertia + rotor, moved)
+        return inertia, self.rack_mass + moved / square

@@ -140,6 +140,15 @@ class SteerByWire:
         """At rest."""
         return self.init()
 
+    def sticking(self, motion: SteerByWireMotion, memory: SteerByWireMemory) -> dict[tuple[str, str], Any]:
+        """What dry friction adds to the Jacobian, see `Steering.sticking`."""
+        road = self.linkage.stiffness(motion.angle, motion.rate, memory.road_wheels)
+        hands = self.hand_wheel.friction.stiffness(memory.wheel, motion.wheel.rate)
+        return {
+            ("rate", "angle"): -road / self._inertia(),
+            ("wheel.rate", "wheel.angle"): -hands / self._hand_inertia(),
+        }
+
     def steer(self, motion: SteerByWireMotion) -> Steer:
         """Of the road wheels."""
         return self.linkage.steer(motion.angle, motion.rate)
@@ -206,13 +215,12 @@ class SteerByWire:
         resistance = self.linkage.resistance(motion.angle, motion.rate, start.angle, memory.road_wheels, loads)
         friction = unit.friction.torque(memory.wheel, wheel.angle - start.wheel.angle, wheel.rate)
         friction = friction + viscous(wheel.rate, unit.damping)
-        hand_inertia = unit.inertia + self.feedback.ratio * self.feedback.ratio * self.feedback.inertia
         return _Balance(
             driving,
             resistance,
             (driving - resistance.total - viscous(motion.rate, ratio * ratio * self.damping)) / self._inertia(),
             friction,
-            (loads.hand_torque + self.feedback.ratio * wheel.torque - friction) / hand_inertia,
+            (loads.hand_torque + self.feedback.ratio * wheel.torque - friction) / self._hand_inertia(),
         )
 
     def _inertia(self) -> Any:
@@ -221,3 +229,7 @@ class SteerByWire:
         return (
             linkage.ratio * linkage.ratio * self.inertia + linkage.inertia + motor.ratio * motor.ratio * motor.inertia
         )
+
+    def _hand_inertia(self) -> Any:
+        """Of steering wheel and feedback motor [kg*m**2]."""
+        return self.hand_wheel.inertia + self.feedback.ratio * self.feedback.ratio * self.feedback.inertia
