@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
+from tierod.models.below_bar import BelowBarParameters
 from tierod.models.eps_column import column_after, driving_torque
 from tierod.physics.aligning import yaw_acceleration_from_aligning
 from tierod.physics.friction import smooth_coulomb
@@ -25,6 +27,10 @@ class FrictionParameters:
         column_damping: B_eq at the steering wheel axis [N m s/rad], greater than zero
         motor_ratio: turns of the motor per turn of the wheel, n []
         sample_time: dt [s]
+        steering_wheel_inertia, steering_wheel_damping: parts of J_eq and B_eq above the torsion bar
+        torsion_bar_stiffness: [N m/rad]; infinite for a rigid bar, as the model of the paper has it
+
+    The model of the paper knows no bar; estimators that do look at `below_bar`.
     """
 
     mass: Annotated[float, "kg"]
@@ -37,6 +43,20 @@ class FrictionParameters:
     column_damping: Annotated[float, "N*m*s/rad"]
     motor_ratio: Annotated[float, ""]
     sample_time: Annotated[float, "s"] = 0.01
+    steering_wheel_inertia: Annotated[float, "kg*m**2"] = 0.0
+    steering_wheel_damping: Annotated[float, "N*m*s/rad"] = 0.0
+    torsion_bar_stiffness: Annotated[float, "N*m/rad"] = math.inf
+
+    @property
+    def below_bar(self) -> BelowBarParameters:
+        """What turns below the torsion bar."""
+        return BelowBarParameters(
+            self.column_inertia,
+            self.column_damping,
+            self.steering_wheel_inertia,
+            self.steering_wheel_damping,
+            self.torsion_bar_stiffness,
+        )
 
 
 @dataclass(frozen=True)
