@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from tierod.graph.maths import cos, sin
+
 
 def aligning_torque_from_steer(
     steering_wheel_angle: Any,
@@ -107,6 +109,32 @@ def front_force_from_motion(
     """
     moment = rear_distance * mass * lateral_acceleration + yaw_inertia * yaw_acceleration
     return moment / (front_distance + rear_distance)
+
+
+def longitudinal_force_from_motion(acceleration: Any, yaw_rate: Any, *, mass: Any, rear_distance: Any) -> Any:
+    """Force [N] of all tyres along the body that goes with a motion on level ground, without drag and rolling.
+
+    Args:
+        acceleration: rate of change of the forward speed [m/s**2]
+        yaw_rate: [rad/s]
+        mass: of the vehicle [kg]
+        rear_distance: from the centre of gravity to the rear axle [m]
+
+    The centre of gravity moves outward by the yaw rate times its distance from the rear axle.
+    Validity: rear axle without side slip.
+    """
+    return mass * (acceleration - rear_distance * yaw_rate * yaw_rate)
+
+
+def force_across_wheels(lateral_force: Any, longitudinal_force: Any, steer: Any) -> Any:
+    """Force [N] of the front axle across its steered wheels, which the trail turns into a torque.
+
+    Args:
+        lateral_force: of the front axle across the body [N]
+        longitudinal_force: of the front axle along the body [N]
+        steer: of the wheels [rad]
+    """
+    return cos(steer) * lateral_force - sin(steer) * longitudinal_force
 
 
 def yaw_acceleration_from_aligning(

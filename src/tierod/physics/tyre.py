@@ -159,6 +159,33 @@ def twist_rate(twist: Any, turning: Any, speed: Any, greatest_twist: Any, relaxa
     return turning - (absolute(speed) / relaxation_length + absolute(turning) / greatest_twist) * twist
 
 
+def turn_slip(turning: Any, speed: Any) -> Any:
+    """Turn slip [1/m] of a rolling wheel: what it turns about the vertical axis on a metre of road.
+
+    Args:
+        turning: rate of the wheel about the vertical axis over ground: steer plus yaw [rad/s]
+        speed: forward speed of the wheel [m/s], above walking pace
+
+    Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed., ch. 2, without camber and with the sign of the turn.
+    `twist_rate` settles at the turn slip times its relaxation length.
+    """
+    return turning / speed
+
+
+def turn_slip_stiffness(longitudinal_stiffness: Any, half_width: Any) -> Any:
+    """Torque [N*m] per turn slip [1/m] of a brush tyre, from the width of its contact patch.
+
+    Args:
+        longitudinal_stiffness: force per longitudinal slip [N]; over load, the stiffness is over load [m**2]
+        half_width: half of the width of the contact patch [m]
+
+    A bristle beside the middle of the patch is dragged along by its distance times the turn slip, as by a longitudinal
+    slip; over the width the mean of the distance squared is a third of the half width squared.
+    Validity: small turn slip; without the lateral forces that a long patch adds.
+    """
+    return longitudinal_stiffness * half_width * half_width / 3.0
+
+
 def parking_torque(load: Any, adhesion: Any, pressure: Any) -> Any:
     """Torque [N*m] about the kingpin that turns one standing wheel on the ground.
 

@@ -398,7 +398,7 @@ def late(seconds, *columns):
     ("change", "words"),
     [
         (scaled(-1.0, RATE), "damping"),
-        (scaled(180.0 / math.pi, YAW), "damping"),
+        (scaled(180.0 / math.pi, YAW), "self-aligning torque"),
         (scaled(1.0 / 9.81, LATERAL), "damping"),
         (scaled(0.0, LATERAL), "torque"),
     ],

@@ -23,7 +23,9 @@ class ConditionedSteering(NamedTuple):
     Args:
         signals: held and low-passed, never missing
         angle_increment: of the steering wheel since the sample before
-        steering_wheel_acceleration, yaw_acceleration: backward differences of the low-passed rates
+        steering_wheel_acceleration, yaw_acceleration, vehicle_acceleration: backward differences of the low-passed
+            rates and speed
+        driver_torque_rate, driver_torque_acceleration: first and second backward difference of the low-passed torque
         settled: 1 where every signal is present and has been for the settling time
         present: 1 where every signal of this very sample is present
     """
@@ -32,6 +34,9 @@ class ConditionedSteering(NamedTuple):
     angle_increment: Annotated[float, "rad"]
     steering_wheel_acceleration: Annotated[float, "rad/s**2"]
     yaw_acceleration: Annotated[float, "rad/s**2"]
+    vehicle_acceleration: Annotated[float, "m/s**2"]
+    driver_torque_rate: Annotated[float, "N*m/s"]
+    driver_torque_acceleration: Annotated[float, "N*m/s**2"]
     settled: Annotated[float, ""]
     present: Annotated[float, ""]
 
@@ -110,11 +115,13 @@ class SteeringConditioning:
     Sample = SteeringSample
 
     class State(NamedTuple):
-        """Memories of hold and low-pass, the last signals that were known, the observer, the time since a gap [s]."""
+        """Memories of hold and low-pass, the last signals that were known and the rate of the driver's torque, the
+        observer, the time since a gap [s]."""
 
         hold: Any
         low_pass: Any
         signals: SteeringSample
+        driver_torque_rate: Any
         angle: AngleObserver.State
         since_gap: Any
 
@@ -125,7 +132,7 @@ class SteeringConditioning:
     def init(self) -> State:
         """No signal has been seen yet."""
         zeros = SteeringSample(*[0.0] * len(SteeringSample._fields))
-        return self.State(self.hold.init(), self.low_pass.init(), zeros, self.angle.init(), -self.sample_time)
+        return self.State(self.hold.init(), self.low_pass.init(), zeros, 0.0, self.angle.init(), -self.sample_time)
 
     def step(self, state: State, sample: SteeringSample) -> tuple[State, ConditionedSteering]:
         """One sample on."""
@@ -142,13 +149,19 @@ class SteeringConditioning:
         angle, increment = self.angle.step(
             state.angle, signals.steering_wheel_angle, signals.steering_wheel_rate, restart, self.sample_time
         )
-        rate_change = where(restart, 0.0, signals.steering_wheel_rate - state.signals.steering_wheel_rate)
-        yaw_change = where(restart, 0.0, signals.yaw_rate - state.signals.yaw_rate)
-        return self.State(hold, low_pass, signals, angle, since_gap), ConditionedSteering(
+
+        def slope(now: Any, before: Any) -> Any:
+            return where(restart, 0.0, now - before) / self.sample_time
+
+        torque_rate = slope(signals.driver_torque, state.signals.driver_torque)
+        return self.State(hold, low_pass, signals, torque_rate, angle, since_gap), ConditionedSteering(
             signals,
             increment,
-            rate_change / self.sample_time,
-            yaw_change / self.sample_time,
+            slope(signals.steering_wheel_rate, state.signals.steering_wheel_rate),
+            slope(signals.yaw_rate, state.signals.yaw_rate),
+            slope(signals.vehicle_speed, state.signals.vehicle_speed),
+            torque_rate,
+            slope(torque_rate, state.driver_torque_rate),
             since_gap > self.settling_time - 0.5 * self.sample_time,
             now_present,
         )

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import math
+
 from tierod.monitors.friction.run import FrictionRun
 from tierod.monitors.friction.verdict import UNKNOWN_LIMITS
 
 GAIN_WARNING = (
     "a common gain error of both torques scales the estimate and shows in no signal: 10 % of torque is 10 % of "
     "friction; the ratio to the own level is free of it"
+)
+
+RIGID_WARNING = (
+    "the vehicle file gives no torsion_bar_stiffness, so the column is taken as rigid: with a bar of 140 N·m/rad "
+    "friction then reads right at 4 N·m and 0.2 to 0.3 N·m high at 12.5, and its build-up angle too long"
 )
 
 SMALLEST_LEVEL = 0.8
@@ -35,7 +42,7 @@ trail scatters by 30 % exceed it, simulated."""
 
 def notices(run: FrictionRun) -> tuple[str, ...]:
     """Every warning about a run that has a verdict."""
-    found = [GAIN_WARNING, *_levels(run), *_delays(run), *_signals(run)]
+    found = [GAIN_WARNING, *_levels(run), *_bar(run), *_delays(run), *_signals(run)]
     return tuple(found)
 
 
@@ -58,6 +65,13 @@ def _levels(run: FrictionRun) -> list[str]:
     return warnings
 
 
+def _bar(run: FrictionRun) -> list[str]:
+    """Of the estimator that knows the bar, which alone learns an angle of build-up."""
+    if run.parameters is None or "dahl_angle_rad" not in run.evidence or not run.calibrated:
+        return []
+    return [] if math.isfinite(run.parameters.torsion_bar_stiffness) else [RIGID_WARNING]
+
+
 def _delays(run: FrictionRun) -> list[str]:
     """What the learnt constants of the steering say of signals that are late."""
     warnings = []
@@ -68,14 +82,15 @@ def _delays(run: FrictionRun) -> list[str]:
             "50 ms or more, and friction reads low, by 0.2 to 0.3 N·m at 50 ms and 0.4 to 0.5 at 100 ms"
         )
     if run.parameters is not None:
-        if inertia > LARGEST_INERTIA * run.parameters.column_inertia:
+        below = run.parameters.below_bar
+        if inertia > LARGEST_INERTIA * below.inertia:
             warnings.append(
-                f"the learnt inertia is {inertia / run.parameters.column_inertia:.1f} times that of the vehicle file: "
+                f"the learnt inertia is {inertia / below.inertia:.1f} times that of the vehicle file: "
                 "the angle is probably late against the torques, by 100 ms or so, and friction reads a little high"
             )
-        if damping > LARGEST_DAMPING * run.parameters.column_damping:
+        if damping > LARGEST_DAMPING * below.damping:
             warnings.append(
-                f"the learnt damping is {damping / run.parameters.column_damping:.1f} times that of the vehicle file: "
+                f"the learnt damping is {damping / below.damping:.1f} times that of the vehicle file: "
                 "either the car's is, or yaw rate and lateral acceleration are late; 200 ms make friction read 0.6 to "
                 "0.7 N·m high"
             )

@@ -10,13 +10,14 @@ from tierod.errors import ParameterError
 from tierod.estimators.kernels import correct
 from tierod.estimators.linear_algebra import add, dot, from_diagonal, product, unpack
 from tierod.filters import Butterworth
-from tierod.graph.maths import absolute, all_of, exp, limit, log, maximum, sqrt, where
+from tierod.graph.maths import absolute, all_of, exp, limit, log, maximum, minimum, sqrt, where
 from tierod.models.friction_estimation import FrictionParameters
-from tierod.monitors.friction.conditioning import SAMPLE_TIME, ConditionedSteering, SteeringConditioning
+from tierod.monitors.friction.column_motion import column_motion
+from tierod.monitors.friction.conditioning import SAMPLE_TIME, SteeringConditioning
 from tierod.monitors.friction.gate import FrictionGate
 from tierod.monitors.friction.presliding_tuning import Coefficients, FrictionTorque, PreslidingTuning
 from tierod.monitors.friction.steering_sample import SteeringSample
-from tierod.physics.aligning import aligning_torque_from_yaw
+from tierod.monitors.friction.torque_balance import ROLLING_SPEED, Regressors, expected_torque, regressors, row_of
 from tierod.physics.friction_build_up import (
     RELAXED,
     BuildUp,
@@ -24,7 +25,6 @@ from tierod.physics.friction_build_up import (
     finite_build_up,
     long_build_up,
 )
-from tierod.physics.steering_ratio import column_torque_of_motor, torque_at_steering_wheel
 from tierod.vehicles import Vehicle
 
 COUNTS_OF_HANDS_ON = 10.0
@@ -36,34 +36,20 @@ FASTEST_STEERING = 15.0
 fault of the signal or a car out of control."""
 
 
-class _Regressors(NamedTuple):
-    """Everything that is low-passed once more before it meets the torque balance."""
-
-    finite: Any
-    finite_sensitivity: Any
-    exponential: Any
-    exponential_sensitivity: Any
-    long: Any
-    long_sensitivity: Any
-    aligning_torque: Any
-    squared_aligning_torque: Any
-    loaded_friction: Any
-    rate: Any
-    acceleration: Any
-    torque: Any
-    driver_torque: Any
-    motor_torque: Any
-
-
 @dataclass(frozen=True)
 class PreslidingFrictionFilter:
     """Estimate the dry friction of the steering without the bias of pre-sliding.
 
     The torque balance of eq (2) with friction that builds up over an angle, in place of Tf sgn(theta'):
 
-        Td + n Tm = sum_j F_j h_j + (k + d |rho Mz|) rho Mz + c (|rho Mz| - reference) h + offset + B w + J w'
+        Td + n Tm = sum_j F_j h_j + c (|road| - reference) h + road + offset + B w + J w'
+        road = (k + d |rho Mz|) rho Mz + rho (lever W sin(delta) + s W phi - share trail X sin(delta))
 
-    where each h_j follows the steering wheel by Dahl's law with exponent 1/2, 1, 2, of one common angle that is learnt.
+    where each h_j follows the column by Dahl's law with exponent 1/2, 1, 2, of one common angle that is learnt. The
+    column turns below the torsion bar: steering wheel less Td over its stiffness. Beside the self-aligning torque the
+    road gives what the weight W of the front axle and the turn slip phi of the tyres do, and the drive and brake force
+    X of the steered wheels.
+
     Both sides pass the same low-pass, after the law and not before it: filtering the angle instead would blunt the
     reversals. One scalar update per sample while the gate is open; outside of it nothing is learnt or forgotten.
 
@@ -71,20 +57,22 @@ class PreslidingFrictionFilter:
         parameters: the vehicle's; `sample_time` of them is that of the samples
         tuning: noises and priors
         conditioning: of the signals
-        gate: eq (14) with an upper limit on the rate that no driver reaches (the law is valid at any rate, and the
-            printed limit biases by -0.2 to -0.7 N*m, simulated), and a lower limit on speed for tyre scrub
+        gate: eq (14) for both ends of the torsion bar, with an upper limit on the rate that no driver reaches (the law
+            is valid at any rate, and the printed limit biases by -0.2 to -0.7 N*m, simulated), and a lower limit on
+            speed for tyre scrub
         regressor_cutoff: of the low-pass on both sides of the balance [Hz]; 5 passes steering and stops its noise
 
     Validity: torques calibrated together: a common factor on both scales everything learnt and is seen by no signal.
-    Source: docs/friction.md; grown from the "single-law estimator" there by six changes: the low-pass after the law,
-    three laws in place of one, friction that depends on load, a trail that drops, no play, no influence of single
-    outliers. What each one brings is measured there.
+    The driver's torque is that in the bar, so that inertia and damping are without the steering wheel's.
+    Source: docs/friction.md; grown from the "single-law estimator" there: the low-pass after the law, three laws in
+    place of one, friction that depends on load, a trail that drops, no play, no influence of single outliers, the
+    elastic bar, weight, turn slip, steered drive force. What each one brings is measured there.
     """
 
     parameters: FrictionParameters
     tuning: PreslidingTuning = field(default_factory=PreslidingTuning)
     conditioning: SteeringConditioning = field(default_factory=SteeringConditioning)
-    gate: FrictionGate = field(default_factory=lambda: FrictionGate(maximum_rate=FASTEST_STEERING, minimum_speed=3.0))
+    gate: FrictionGate = field(default_factory=lambda: _gate(FrictionGate().minimum_driver_torque))
     regressor_cutoff: Annotated[float, "Hz"] = 5.0
     low_pass: Butterworth = field(init=False, repr=False)
 
@@ -110,7 +98,7 @@ class PreslidingFrictionFilter:
                 f"the vehicle's parameters are for samples every {self.parameters.sample_time} s, the conditioning for "
                 f"every {sample_time} s; give both the same sample_time"
             )
-        low_pass = Butterworth(_Regressors, sample_time, 0.0, self.regressor_cutoff)
+        low_pass = Butterworth(Regressors, sample_time, 0.0, self.regressor_cutoff)
         object.__setattr__(self, "low_pass", low_pass)
 
     @classmethod
@@ -125,9 +113,10 @@ class PreslidingFrictionFilter:
             ParameterError: the vehicle file lacks a parameter; the message names it
         """
         parameters = replace(vehicle.parameters_for(FrictionParameters), sample_time=sample_time)
+        if not vehicle.calibrated:
+            parameters = replace(parameters, torsion_bar_stiffness=math.inf)
         driver_torque = FrictionGate().minimum_driver_torque if vehicle.calibrated else COUNTS_OF_HANDS_ON
-        gate = FrictionGate(driver_torque, maximum_rate=FASTEST_STEERING, minimum_speed=3.0)
-        return cls(parameters, conditioning=SteeringConditioning(sample_time), gate=gate)
+        return cls(parameters, conditioning=SteeringConditioning(sample_time), gate=_gate(driver_torque))
 
     def init(self) -> State:
         """Nothing learnt yet: the priors."""
@@ -139,10 +128,13 @@ class PreslidingFrictionFilter:
             log_dahl_angle=log(tuning.initial_dahl_angle),
             aligning_gain=1.0,
             trail_drop=0.0,
+            weight_lever=tuning.initial_weight_lever,
+            turn_slip=tuning.initial_turn_slip,
+            drive_share=tuning.initial_drive_share,
             load_share=0.0,
             offset=0.0,
-            damping=self.parameters.column_damping,
-            inertia=self.parameters.column_inertia,
+            damping=self.parameters.below_bar.damping,
+            inertia=self.parameters.below_bar.inertia,
         )
         variances = from_diagonal([deviation * deviation for deviation in tuning.deviations])
         return self.State(
@@ -152,28 +144,28 @@ class PreslidingFrictionFilter:
     def step(self, state: State, sample: SteeringSample) -> tuple[State, FrictionTorque]:
         """One sample on."""
         conditioning, clean = self.conditioning.step(state.conditioning, sample)
+        column = column_motion(clean, self.parameters.torsion_bar_stiffness, self.conditioning.sample_time)
         angle = exp(state.mean.log_dahl_angle)
         laws = (
-            finite_build_up(state.finite, clean.angle_increment, angle),
-            exponential_build_up(state.exponential, clean.angle_increment, angle),
-            long_build_up(state.long, clean.angle_increment, angle),
+            finite_build_up(state.finite, column.increment, angle),
+            exponential_build_up(state.exponential, column.increment, angle),
+            long_build_up(state.long, column.increment, angle),
         )
-        low_pass, regressors = self.low_pass.step(state.low_pass, self._regressors(clean, laws))
+        both_sides = regressors(clean, column, laws, state.mean, self.parameters, self.tuning.reference_load)
+        low_pass, passed = self.low_pass.step(state.low_pass, both_sides)
+        slower = minimum(absolute(passed.rate), absolute(passed.steering_wheel_rate))
         conditions = self.gate.conditions(
-            regressors.driver_torque,
-            regressors.motor_torque,
-            regressors.rate,
-            clean.signals.vehicle_speed,
+            passed.driver_torque, passed.motor_torque, slower, clean.signals.vehicle_speed
         )
         enabled = all_of(*conditions, clean.settled, clean.present)
-        row = _row(state.mean, regressors)
-        innovation = regressors.torque - _expected(state.mean, row)
+        row = row_of(state.mean, passed)
+        innovation = passed.torque - expected_torque(state.mean, row)
         spread = dot(row, product(unpack(state.covariance), row))
         mean, covariance = self._update(state, row, innovation, enabled)
         noise = self.tuning.error_density / self.conditioning.sample_time
         share = self.conditioning.sample_time / self.tuning.excitation_memory
         power = _followed(state.innovation_power, innovation * innovation, share, enabled)
-        excitation = _followed(state.excitation, absolute(regressors.exponential), share, enabled)
+        excitation = _followed(state.excitation, absolute(passed.exponential), share, enabled)
         misfit = self._misfit(power)
         after = self.State(conditioning, *laws, low_pass, mean, covariance, power, excitation)
         return after, FrictionTorque(
@@ -190,43 +182,18 @@ class PreslidingFrictionFilter:
             dahl_angle=exp(mean.log_dahl_angle),
             aligning_gain=mean.aligning_gain,
             trail_drop=mean.trail_drop,
+            weight_lever=mean.weight_lever,
+            turn_slip=mean.turn_slip,
+            drive_share=mean.drive_share,
             load_share=mean.load_share,
             offset=mean.offset,
             damping=mean.damping,
             inertia=mean.inertia,
-            build_up=regressors.exponential,
+            build_up=passed.exponential,
             excitation=excitation,
             innovation=innovation,
             innovation_variance=spread + noise,
             nis=innovation * innovation / (spread + noise),
-        )
-
-    def _regressors(self, clean: ConditionedSteering, laws: tuple[BuildUp, BuildUp, BuildUp]) -> _Regressors:
-        """Both sides of the balance before their low-pass."""
-        p, signals = self.parameters, clean.signals
-        about_kingpins = aligning_torque_from_yaw(
-            signals.lateral_acceleration,
-            clean.yaw_acceleration,
-            mass=p.mass,
-            yaw_inertia=p.yaw_inertia,
-            front_distance=p.front_distance,
-            rear_distance=p.rear_distance,
-            trail=p.trail,
-        )
-        aligning = torque_at_steering_wheel(about_kingpins, p.steering_ratio)
-        finite, exponential, long = laws
-        return _Regressors(
-            *finite,
-            *exponential,
-            *long,
-            aligning_torque=aligning,
-            squared_aligning_torque=aligning * absolute(aligning),
-            loaded_friction=exponential.level * (absolute(aligning) - self.tuning.reference_load),
-            rate=signals.steering_wheel_rate,
-            acceleration=clean.steering_wheel_acceleration,
-            torque=signals.driver_torque + column_torque_of_motor(signals.motor_torque, p.motor_ratio),
-            driver_torque=signals.driver_torque,
-            motor_torque=signals.motor_torque,
         )
 
     def _update(
@@ -255,27 +222,9 @@ class PreslidingFrictionFilter:
         return sqrt(maximum(1.0, innovation_power / expected))
 
 
-def _row(mean: Coefficients, regressors: _Regressors) -> Coefficients:
-    """d torque / d coefficient."""
-    return Coefficients(
-        finite=regressors.finite,
-        exponential=regressors.exponential,
-        long=regressors.long,
-        log_dahl_angle=mean.finite * regressors.finite_sensitivity
-        + mean.exponential * regressors.exponential_sensitivity
-        + mean.long * regressors.long_sensitivity,
-        aligning_gain=regressors.aligning_torque,
-        trail_drop=regressors.squared_aligning_torque,
-        load_share=regressors.loaded_friction,
-        offset=1.0,
-        damping=regressors.rate,
-        inertia=regressors.acceleration,
-    )
-
-
-def _expected(mean: Coefficients, row: Coefficients) -> Any:
-    """Torque of the balance: linear in every coefficient but the angle, which acts through the build-up."""
-    return dot(mean, row._replace(log_dahl_angle=0.0))
+def _gate(minimum_driver_torque: float) -> FrictionGate:
+    """Eq (14) with the limits of this estimator on rate and speed."""
+    return FrictionGate(minimum_driver_torque, maximum_rate=FASTEST_STEERING, minimum_speed=ROLLING_SPEED)
 
 
 def _deviation(covariance: tuple[Any, ...]) -> Any:

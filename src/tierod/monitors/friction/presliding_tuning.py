@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
+from tierod.physics.tyre import turn_slip_stiffness
+
 
 class Coefficients(NamedTuple):
     """What the regression learns; also the shape of one row of it, of its variances and of its process noises.
@@ -16,10 +18,14 @@ class Coefficients(NamedTuple):
         log_dahl_angle: logarithm of the Dahl angle [rad] they share
         aligning_gain: factor on the self-aligning torque of the vehicle file
         trail_drop: change of that factor per torque at the steering wheel, as the pneumatic trail shrinks
-        load_share: friction that grows with the magnitude of the self-aligning torque at the steering wheel
+        weight_lever: by which the load of the front axle turns the wheels back to straight ahead
+        turn_slip: turn slip stiffness of both front tyres over the load of their axle
+        drive_share: factor on the torque that all drive and brake force, if it were at the front axle, would give the
+            steered wheels by the trail of the vehicle file
+        load_share: friction that grows with the magnitude of the road's torque at the steering wheel
         offset: constant torque: offsets of both torque sensors, pull of the car
         damping: viscous damping at the steering wheel axis
-        inertia: at the steering wheel axis
+        inertia: at the steering wheel axis, of what turns below the torsion bar
     """
 
     finite: Annotated[Any, "N*m"]
@@ -28,6 +34,9 @@ class Coefficients(NamedTuple):
     log_dahl_angle: Annotated[Any, ""]
     aligning_gain: Annotated[Any, ""]
     trail_drop: Annotated[Any, "1/(N*m)"]
+    weight_lever: Annotated[Any, "m"]
+    turn_slip: Annotated[Any, "m**2"]
+    drive_share: Annotated[Any, ""]
     load_share: Annotated[Any, ""]
     offset: Annotated[Any, "N*m"]
     damping: Annotated[Any, "N*m*s/rad"]
@@ -50,7 +59,8 @@ class FrictionTorque(NamedTuple):
         enabled: 1 where the sample was used
         hands_on, same_direction, moving, rolling, settled: the conditions for that, one by one
         dahl_angle: angle over which friction builds up
-        aligning_gain, trail_drop, load_share, offset, damping, inertia: see `Coefficients`
+        aligning_gain, trail_drop, weight_lever, turn_slip, drive_share, load_share, offset, damping, inertia: see
+            `Coefficients`
         build_up: share of the full level that friction has reached, with sign
         excitation: mean magnitude of `build_up` over the enabled time; 1 is sliding all the time, below 0.5 the strokes
             end before friction has built up
@@ -72,6 +82,9 @@ class FrictionTorque(NamedTuple):
     dahl_angle: Annotated[Any, "rad"]
     aligning_gain: Annotated[Any, ""]
     trail_drop: Annotated[Any, "1/(N*m)"]
+    weight_lever: Annotated[Any, "m"]
+    turn_slip: Annotated[Any, "m**2"]
+    drive_share: Annotated[Any, ""]
     load_share: Annotated[Any, ""]
     offset: Annotated[Any, "N*m"]
     damping: Annotated[Any, "N*m*s/rad"]
@@ -90,6 +103,9 @@ PROCESS = Coefficients(
     log_dahl_angle=1e-6,
     aligning_gain=1e-7,
     trail_drop=1e-10,
+    weight_lever=1e-10,
+    turn_slip=1e-9,
+    drive_share=1e-7,
     load_share=1e-8,
     offset=1e-6,
     damping=1e-8,
@@ -105,6 +121,9 @@ DEVIATIONS = Coefficients(
     log_dahl_angle=1.0,
     aligning_gain=0.5,
     trail_drop=0.03,
+    weight_lever=0.006,
+    turn_slip=0.03,
+    drive_share=0.4,
     load_share=0.22,
     offset=1.0,
     damping=0.5,
@@ -132,7 +151,11 @@ class PreslidingTuning:
         initial_friction: where the estimate starts [N*m]; 3 as printed by Mohtat et al.
         initial_dahl_angle: [rad]; 1 degree, learnt from there
         smallest_dahl_angle, largest_dahl_angle: limits of what is learnt [rad]; 0.05 and 8 degrees
-        reference_load: self-aligning torque at the steering wheel for which friction is stated [N*m]; usual in curves
+        initial_weight_lever: [m]; kingpins inclined by 12 degrees with a scrub radius of 10 mm give 15 mm
+            (`tierod.physics.kingpin.weight_lever`), the round shoulders of the tyres take some away
+        initial_turn_slip: [m**2]; of a patch 160 mm wide with a longitudinal stiffness of 25 times the load
+        initial_drive_share: [-]; of brake forces at the front axle. A front-driven car has more, a rear-driven one less
+        reference_load: torque of the road at the steering wheel for which friction is stated [N*m]; usual in curves
         outlier: an innovation beyond this weighs no more than one of this size (Huber) [N*m]; above what a step of
             friction from 4 to 12.5 makes, below a torque sensor's fault
         excitation_memory: time constant of the excitation in enabled time [s]; that of the friction torque
@@ -147,6 +170,9 @@ class PreslidingTuning:
     initial_dahl_angle: Annotated[float, "rad"] = math.radians(1.0)
     smallest_dahl_angle: Annotated[float, "rad"] = math.radians(0.05)
     largest_dahl_angle: Annotated[float, "rad"] = math.radians(8.0)
+    initial_weight_lever: Annotated[float, "m"] = 0.012
+    initial_turn_slip: Annotated[float, "m**2"] = turn_slip_stiffness(25.0, 0.08)
+    initial_drive_share: Annotated[float, ""] = 0.7
     reference_load: Annotated[float, "N*m"] = 4.0
     outlier: Annotated[float, "N*m"] = 10.0
     excitation_memory: Annotated[float, "s"] = 20.0

@@ -133,8 +133,8 @@ def _with_presence(finding: Finding, found: HysteresisPresence | None) -> Findin
         return finding
     what = "is present, but its size cannot be told" if found.present else "does not stand out from chance"
     sentence = (
-        f"hysteresis of dry friction {what}: it explains {found.share:.0%} of what the driver's torque leaves open, "
-        f"shifted copies of it up to {found.chance:.0%}"
+        f"hysteresis of dry friction {what}: the torques follow {found.share:.0%} of its build-up that angle, rate and "
+        f"lateral acceleration leave open, and up to {found.chance:.0%} of shifted copies"
     )
     figures = {"hysteresis_share": found.share, "hysteresis_by_chance_share": found.chance}
     return dataclasses.replace(finding, cause=f"{finding.cause}; {sentence}", evidence={**finding.evidence, **figures})

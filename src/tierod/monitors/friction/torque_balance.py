@@ -1,0 +1,164 @@
+"""Both sides of the torque balance of the default friction estimator, and the row of its regression."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from tierod.estimators.linear_algebra import dot
+from tierod.graph.maths import absolute, maximum, sin
+from tierod.models.friction_estimation import FrictionParameters
+from tierod.monitors.friction.column_motion import ColumnMotion
+from tierod.monitors.friction.conditioning import ConditionedSteering
+from tierod.monitors.friction.presliding_tuning import Coefficients
+from tierod.physics.aligning import force_across_wheels, front_force_from_motion, longitudinal_force_from_motion
+from tierod.physics.friction_build_up import BuildUp
+from tierod.physics.kingpin import weight_torque
+from tierod.physics.single_track import front_axle_load
+from tierod.physics.steering_ratio import column_torque_of_motor, road_wheel_angle, torque_at_steering_wheel
+from tierod.physics.tyre import turn_slip
+
+ROLLING_SPEED = 3.0
+"""Speed of the vehicle below which standing tyres scrub, which the balance does not know [m/s]."""
+
+
+class RoadTorques(NamedTuple):
+    """What the road does at the steering wheel, per coefficient.
+
+    Args:
+        aligning: lateral force of the front axle times the trail of the vehicle file [N*m]
+        weight: of the front axle, per lever [N]
+        turn_slip: per turn slip stiffness over load [N/m]
+        drive: drive and brake force of the whole car, if the front axle had it all, times the trail [N*m]
+    """
+
+    aligning: Any
+    weight: Any
+    turn_slip: Any
+    drive: Any
+
+
+class Regressors(NamedTuple):
+    """Everything that is low-passed once more before it meets the torque balance."""
+
+    finite: Any
+    finite_sensitivity: Any
+    exponential: Any
+    exponential_sensitivity: Any
+    long: Any
+    long_sensitivity: Any
+    aligning_torque: Any
+    squared_aligning_torque: Any
+    weight: Any
+    turn_slip: Any
+    drive: Any
+    loaded_friction: Any
+    rate: Any
+    acceleration: Any
+    torque: Any
+    driver_torque: Any
+    motor_torque: Any
+    steering_wheel_rate: Any
+
+
+def regressors(
+    clean: ConditionedSteering,
+    column: ColumnMotion,
+    laws: tuple[BuildUp, BuildUp, BuildUp],
+    mean: Coefficients,
+    parameters: FrictionParameters,
+    reference_load: Any,
+) -> Regressors:
+    """Both sides of the balance before their low-pass.
+
+    Args:
+        clean: signals
+        column: motion below the torsion bar
+        laws: how friction has built up, exponent 1/2, 1 and 2
+        mean: what is known of the coefficients, for the load of the gear
+        parameters: of the vehicle
+        reference_load: for which friction is stated [N*m]
+    """
+    signals = clean.signals
+    road = road_torques(clean, column, parameters)
+    finite, exponential, long = laws
+    return Regressors(
+        *finite,
+        *exponential,
+        *long,
+        aligning_torque=road.aligning,
+        squared_aligning_torque=road.aligning * absolute(road.aligning),
+        weight=road.weight,
+        turn_slip=road.turn_slip,
+        drive=road.drive,
+        loaded_friction=exponential.level * (absolute(_load(road, mean)) - reference_load),
+        rate=column.rate,
+        acceleration=column.acceleration,
+        torque=signals.driver_torque + column_torque_of_motor(signals.motor_torque, parameters.motor_ratio),
+        driver_torque=signals.driver_torque,
+        motor_torque=signals.motor_torque,
+        steering_wheel_rate=signals.steering_wheel_rate,
+    )
+
+
+def road_torques(clean: ConditionedSteering, column: ColumnMotion, p: FrictionParameters) -> RoadTorques:
+    """Torques of tyres and weight at the steering wheel; they oppose a turn to the left.
+
+    Args:
+        clean: signals
+        column: motion below the torsion bar
+        p: parameters of the vehicle
+    """
+    signals = clean.signals
+    steer = road_wheel_angle(column.angle, p.steering_ratio)
+    across = front_force_from_motion(
+        signals.lateral_acceleration,
+        clean.yaw_acceleration,
+        mass=p.mass,
+        yaw_inertia=p.yaw_inertia,
+        front_distance=p.front_distance,
+        rear_distance=p.rear_distance,
+    )
+    along = longitudinal_force_from_motion(
+        clean.vehicle_acceleration, signals.yaw_rate, mass=p.mass, rear_distance=p.rear_distance
+    )
+    load = front_axle_load(p.mass, p.front_distance, p.rear_distance)
+    turning = road_wheel_angle(column.rate, p.steering_ratio) + signals.yaw_rate
+    about_kingpins = RoadTorques(
+        aligning=p.trail * force_across_wheels(across, 0.0, steer),
+        weight=weight_torque(load, 1.0, sin(steer)),
+        turn_slip=load * turn_slip(turning, maximum(signals.vehicle_speed, ROLLING_SPEED)),
+        drive=p.trail * force_across_wheels(0.0, along, steer),
+    )
+    return RoadTorques(*(torque_at_steering_wheel(torque, p.steering_ratio) for torque in about_kingpins))
+
+
+def _load(road: RoadTorques, mean: Coefficients) -> Any:
+    """Torque [N*m] that presses gear and joints together, by what is known of the coefficients."""
+    aligning = (mean.aligning_gain + mean.trail_drop * absolute(road.aligning)) * road.aligning
+    return aligning + mean.weight_lever * road.weight + mean.turn_slip * road.turn_slip + mean.drive_share * road.drive
+
+
+def row_of(mean: Coefficients, given: Regressors) -> Coefficients:
+    """d torque / d coefficient."""
+    return Coefficients(
+        finite=given.finite,
+        exponential=given.exponential,
+        long=given.long,
+        log_dahl_angle=mean.finite * given.finite_sensitivity
+        + mean.exponential * given.exponential_sensitivity
+        + mean.long * given.long_sensitivity,
+        aligning_gain=given.aligning_torque,
+        trail_drop=given.squared_aligning_torque,
+        weight_lever=given.weight,
+        turn_slip=given.turn_slip,
+        drive_share=given.drive,
+        load_share=given.loaded_friction,
+        offset=1.0,
+        damping=given.rate,
+        inertia=given.acceleration,
+    )
+
+
+def expected_torque(mean: Coefficients, row: Coefficients) -> Any:
+    """Torque of the balance [N*m]: linear in every coefficient but the angle, which acts through the build-up."""
+    return dot(mean, row._replace(log_dahl_angle=0.0))
