@@ -11,6 +11,7 @@ from tierod.errors import InputError, ParameterError
 from tierod.identification.hysteresis import HysteresisIdentification, friction_increase
 from tierod.proving_ground import lock_to_lock as virtual_turn
 from tierod.recording import Channel, Recording
+from tierod.vehicles import load
 
 IDENTIFICATION = HysteresisIdentification(GEAR, INERTIA, DAMPING, damping_deviation=0.2)
 HEALTHY = 4.0
@@ -42,14 +43,35 @@ def test_added_friction_within_three_tenths(added, support):
 @pytest.mark.parametrize("support", ["hoist", "ground"])
 @pytest.mark.parametrize("added", [0.0, 1.5, 4.0, 8.5])
 def test_added_friction_of_the_virtual_car_within_three_tenths(added, support):
-    hoist = support == "hoist"
-    unfaulted = IDENTIFICATION.identify(virtual_turn(HEALTHY, hoist, seed=1), support)
-    faulted = IDENTIFICATION.identify(virtual_turn(HEALTHY + added, hoist, seed=2), support)
+    hoist, method = support == "hoist", HysteresisIdentification.of_vehicle(load("midsize-eps"))
+    unfaulted = method.identify(virtual_turn(HEALTHY, hoist, seed=1), support)
+    faulted = method.identify(virtual_turn(HEALTHY + added, hoist, seed=2), support)
     assert friction_increase(faulted, unfaulted).value == pytest.approx(added, abs=0.3)
     if support == "hoist":
-        assert faulted.friction_torque == pytest.approx(HEALTHY + added, abs=0.3)
+        assert faulted.friction_torque == pytest.approx(HEALTHY + added, abs=0.1)
         assert faulted.pre_sliding is not None
         assert math.degrees(faulted.pre_sliding.angle) == pytest.approx(1.0, abs=0.2)
+
+
+def test_the_twist_of_an_elastic_bar_is_no_pre_sliding():
+    stiff, rigid = lock_to_lock(12.5, noise=0.0), IDENTIFICATION
+    twist = stiff["driver_torque"].values / 40.0
+    soft = changed(stiff, "steering_wheel_angle", stiff["steering_wheel_angle"].values + twist)
+    soft = changed(soft, "steering_wheel_rate", np.gradient(soft["steering_wheel_angle"].values, 0.01))
+    elastic = dataclasses.replace(rigid, torsion_bar_stiffness=40.0)
+    assert math.degrees(elastic.identify(soft, "hoist").pre_sliding.angle) == pytest.approx(1.0, abs=0.1)
+    assert elastic.identify(soft, "hoist").friction_torque == pytest.approx(12.5, abs=0.05)
+    seen = rigid.identify(soft, "hoist").pre_sliding
+    assert seen is None or math.degrees(seen.angle) > 3.0
+
+
+def test_the_steering_wheel_is_above_the_bar():
+    method = HysteresisIdentification.of_vehicle(load("midsize-eps"))
+    assert method.inertia == pytest.approx(0.065)
+    assert method.damping == pytest.approx(0.6)
+    assert method.torsion_bar_stiffness == 140.0
+    counts = HysteresisIdentification.of_vehicle(load("rav4"))
+    assert math.isinf(counts.torsion_bar_stiffness)
 
 
 def test_the_work_balance_closes_term_by_term():

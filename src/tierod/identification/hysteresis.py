@@ -14,7 +14,10 @@ from tierod.findings import Estimate
 from tierod.identification.closed_loop import Loop, closed_loops
 from tierod.identification.pre_sliding import PreSliding, pre_sliding
 from tierod.identification.work_balance import Motion, WorkBalance, half_width, slope, work_balance
+from tierod.models.below_bar import BelowBarParameters
+from tierod.physics.torsion_bar import torsion_bar_twist
 from tierod.recording import Recording
+from tierod.vehicles import Vehicle
 
 Support = Literal["hoist", "ground"]
 PLACE = "friction torque at the steering wheel axis"
@@ -34,7 +37,8 @@ class HysteresisFriction:
         mean_rate: rate at which the damping acted [rad/s]
         loops: the balance of each loop
         pre_sliding: angle over which friction builds up after a reversal, None where it cannot be told
-        angle, torque: the loops for plotting [rad], [N m]; inertia and viscous torque taken off
+        angle, torque: the loops for plotting, of the column below the torsion bar [rad], [N m]; inertia and viscous
+            torque taken off
         profile_angle, profile_friction: half width of the loop over the angle [rad], [N m]; NaN where not passed
     """
 
@@ -65,10 +69,14 @@ class HysteresisIdentification:
     and damping. The tyre's scrub on the ground is friction too: only the difference to a loop of the unfaulted car,
     taken on the same ground, is the friction that was added (`friction_increase`).
 
+    The driver's torque is that in the torsion bar. It works on what is below the bar: along the angle of the steering
+    wheel less the twist of the bar, against the inertia and damping there. Over a closed loop an elastic bar changes
+    little, but it would pass for pre-sliding at the reversals.
+
     Args:
         motor_gear_ratio: motor shaft to steering wheel axis, n []
-        inertia: J_eq at the steering wheel axis [kg m^2]
-        damping: B_eq at the steering wheel axis [N m s/rad]
+        inertia: J_eq at the steering wheel axis of what is below the torsion bar [kg m^2]
+        damping: B_eq likewise [N m s/rad]
         damping_deviation: its standard deviation [N m s/rad]; goes into the uncertainty at the rate turned
         minimum_stroke: least distance of the locks [rad]; road cars turn 2 to 3.5 turns, half a turn is left for care
         closing_tolerance: largest gap between both ends of a loop [rad]; a spring of 1 N m/rad then errs by 2 mN m
@@ -79,6 +87,7 @@ class HysteresisIdentification:
         noise_angle: motion below this is no reversal [rad]
         unseen_build_up: pre-sliding angle assumed in the uncertainty where the reversals show none [rad]; each reversal
             loses twice its share of the path
+        torsion_bar_stiffness: [N m/rad]; infinite for a rigid bar
 
     Source: Mohtat et al., appendix A, eqs (15) to (17); read as J/2 * (rate_2^2 - rate_1^2) in (16).
     """
@@ -95,6 +104,29 @@ class HysteresisIdentification:
     maximum_age: float = 0.1
     noise_angle: float = math.radians(3.0)
     unseen_build_up: float = math.radians(1.0)
+    torsion_bar_stiffness: float = math.inf
+
+    @classmethod
+    def of_vehicle(cls, vehicle: Vehicle, sampling_rate: float = 100.0) -> HysteresisIdentification:
+        """The test for a car.
+
+        Args:
+            vehicle: its parameters
+            sampling_rate: of the alignment [Hz]
+
+        Raises:
+            ParameterError: the vehicle file lacks a parameter; the message names it
+        """
+        below = vehicle.parameters_for(BelowBarParameters)
+        stiffness = below.torsion_bar_stiffness if vehicle.calibrated else math.inf
+        return cls(
+            vehicle["motor_ratio"],
+            below.inertia,
+            below.damping,
+            vehicle.parameters["column_damping"].standard_deviation or 0.0,
+            sampling_rate=sampling_rate,
+            torsion_bar_stiffness=stiffness,
+        )
 
     def identify(self, recording: Recording, support: Support) -> HysteresisFriction:
         """Friction over the closed loops of a recording.
@@ -118,6 +150,8 @@ class HysteresisIdentification:
         time, angle, rate, driver, motor = (values[begin:end] for values in (time, angle, rate, driver, motor))
         self._require_complete(time, np.column_stack([rate, driver, motor]))
         self._require_slow(angle, rate)
+        angle = angle - torsion_bar_twist(driver, self.torsion_bar_stiffness)
+        rate = rate - torsion_bar_twist(slope(driver, time), self.torsion_bar_stiffness)
         motion = Motion(time, angle, rate, driver, self.motor_gear_ratio * motor)
         balances = tuple(work_balance(loop, motion, self.inertia, self.damping) for loop in loops)
         torque = driver + self.motor_gear_ratio * motor - self.damping * rate - self.inertia * slope(rate, time)

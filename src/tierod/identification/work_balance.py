@@ -13,7 +13,10 @@ from tierod.identification.closed_loop import Loop
 
 
 class Motion(NamedTuple):
-    """Signals of a test on one time grid, shape (n,) each; the motor torque referred to the steering wheel axis."""
+    """Signals of a test on one time grid, shape (n,) each; the motor torque referred to the steering wheel axis.
+
+    Angle and rate are those of the column below the torsion bar, on which the driver's torque, measured there, works.
+    """
 
     time: np.ndarray
     angle: np.ndarray
@@ -59,8 +62,8 @@ def work_balance(loop: Loop, motion: Motion, inertia: float, damping: float) -> 
     Args:
         loop: the stretch of samples that is balanced
         motion: signals, without NaN
-        inertia: J_eq at the steering wheel axis [kg m^2]
-        damping: B_eq at the steering wheel axis [N m s/rad]
+        inertia: J_eq at the steering wheel axis, below the bar [kg m^2]
+        damping: B_eq at the steering wheel axis, below the bar [N m s/rad]
 
     Raises:
         InputError: the work is negative, so that a sign is wrong

@@ -87,14 +87,7 @@ class HysteresisSession:
     def __init__(self, name: str, support: Support, vehicle: Vehicle, rate: float, own_level: OwnLevel | None):
         self.name, self.support, self.vehicle, self.own_level = name, support, vehicle, own_level
         self._limits = vehicle.parameters_for(IncreaseLimits) if vehicle.calibrated else None
-        damping = vehicle.parameters["column_damping"] if "column_damping" in vehicle else None
-        self.identification = HysteresisIdentification(
-            motor_gear_ratio=vehicle["motor_ratio"],
-            inertia=vehicle["column_inertia"],
-            damping=vehicle["column_damping"],
-            damping_deviation=damping.standard_deviation or 0.0 if damping else 0.0,
-            sampling_rate=rate,
-        )
+        self.identification = HysteresisIdentification.of_vehicle(vehicle, rate)
         self._pieces: list[Aligned] = []
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
