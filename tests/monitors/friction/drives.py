@@ -1,4 +1,4 @@
-"""Virtual drives for the tests of the friction monitors; the car's Dahl angle is the one thing that is varied."""
+"""Virtual drives for the tests of the paper's monitors; the car's Dahl angle is the one thing that is varied."""
 
 from __future__ import annotations
 
@@ -9,9 +9,19 @@ from functools import lru_cache
 import numpy as np
 
 from tierod.monitors.friction.refined_signals import FrictionSample
-from tierod.proving_ground import EpsCar, FrictionCourse, SensorNoise, drive
+from tierod.proving_ground import EpsCar, FrictionCourse, SensorNoise, SingleTrack, drive
 from tierod.proving_ground.steering.friction_laws import Dahl
 from tierod.recording import Aligned
+
+THIN_AIR = 1e12
+"""Pressure of a tyre that does not scrub [Pa]."""
+
+
+def paper_car() -> EpsCar:
+    """The car that the paper's equations describe: one track, a rigid column, nothing from weight or turning patches."""
+    car = EpsCar(chassis=SingleTrack(weight_lever=0.0, tyre_pressure=THIN_AIR))
+    return replace(car, steering=replace(car.steering, torsion_bar=None))
+
 
 NAMES = (*FrictionSample._fields, "vehicle_speed")
 
@@ -26,7 +36,7 @@ def driven(
     scatter: bool = False,
 ) -> Aligned:
     """A mixed drive at 100 Hz; 0.01 degrees of Dahl angle is Coulomb friction."""
-    car = EpsCar()
+    car = paper_car()
     law = Dahl(math.radians(dahl_degrees))
     car = replace(car, steering=replace(car.steering, friction=replace(car.steering.friction, law=law)))
     sensors = SensorNoise()

@@ -94,8 +94,9 @@ def test_a_low_pass_on_all_signals_heals_a_noisy_rate():
     raw = consistent(CAR)
     smooth = replace(raw, low_pass=equal_low_pass(5.0))
     clean = np.mean(settled(raw, driven(12.5)))
-    assert clean - np.mean(settled(raw, noisy)) > 0.8
-    assert abs(clean - np.mean(settled(smooth, noisy))) < 0.4
+    lost = clean - np.mean(settled(raw, noisy))
+    assert lost > 0.8
+    assert abs(clean - np.mean(settled(smooth, noisy))) < lost / 3.0
 
 
 def test_consistent_covariance_sees_a_step_sooner():
@@ -154,7 +155,7 @@ def test_a_long_gap_costs_nothing(preset, columns, seconds):
 
 def test_without_a_new_start_a_long_gap_spoils_the_estimate():
     changes = []
-    for start in (20_000, 21_500, 23_456, 30_000):
+    for start in range(15_000, 48_000, 3_000):
         samples = driven(8.0).values[:, :6].copy()
         samples[start : start + 30_000, [0, 1, 4]] = np.nan
         kept = scan(replace(consistent(CAR), longest_gap=math.inf), samples)["friction_torque"]
