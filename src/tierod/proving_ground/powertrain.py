@@ -60,7 +60,7 @@ class WheelMotors:
         greatest_power: of one motor
         front_brake_share: of the force that friction brakes give
         greatest_brake_force: of all four friction brakes
-        lag: time constant of a motor's torque behind what is asked of it
+        left_lag, right_lag: time constants of the motors' torques behind what is asked of them
     """
 
     wheel_radius: Annotated[float, "m", POSITIVE] = 0.243
@@ -68,7 +68,8 @@ class WheelMotors:
     greatest_power: Annotated[float, "W", NOT_NEGATIVE] = 6e3
     front_brake_share: Annotated[float, "", SHARE] = 0.65
     greatest_brake_force: Annotated[float, "N", NOT_NEGATIVE] = 4e3
-    lag: Annotated[float, "s", POSITIVE] = 0.01
+    left_lag: Annotated[float, "s", POSITIVE] = 0.01
+    right_lag: Annotated[float, "s", POSITIVE] = 0.01
 
     def requests(self, force: Any, difference: Any, reaction: Reaction) -> tuple[Any, Any]:
         """Wanted torque of the left and the right motor [N*m], within their limits.
@@ -83,15 +84,18 @@ class WheelMotors:
         bound = minimum(self.greatest_torque, self.greatest_power / turning)
         return limit(mean - 0.5 * difference, -bound, bound), limit(mean + 0.5 * difference, -bound, bound)
 
-    def lagging(self, torque: Any, request: Any, step: Any) -> Any:
-        """Torque of a motor after a step [N*m].
+    def lagging(self, left: Any, right: Any, requests: tuple[Any, Any], step: Any) -> tuple[Any, Any]:
+        """Torques of the left and the right motor after a step [N*m].
 
         Args:
-            torque: before [N*m]
-            request: from `requests` [N*m]
+            left, right: before [N*m]
+            requests: from `requests` [N*m]
             step: [s]
         """
-        return torque + (1.0 - exp(-step / self.lag)) * (request - torque)
+        return (
+            left + (1.0 - exp(-step / self.left_lag)) * (requests[0] - left),
+            right + (1.0 - exp(-step / self.right_lag)) * (requests[1] - right),
+        )
 
     def wheels(self, left: Any, right: Any, force: Any) -> tuple[Wheels, Wheels]:
         """Drive torque and greatest brake torque of every wheel [N*m]; friction brakes give what the motors lack.

@@ -9,6 +9,7 @@ from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.proving_ground.cars.pm_eps_car import PmEpsCar
 from tierod.proving_ground.cars.steer_by_wire_car import SteerByWireCar
 from tierod.proving_ground.chassis import SingleTrack, TwoTrack
+from tierod.proving_ground.faults import Sluggish
 from tierod.proving_ground.faults.elements import Reach
 from tierod.proving_ground.recorder import channel_names
 from tierod.proving_ground.sensors import SensorSet
@@ -40,3 +41,12 @@ def test_faults_reach_its_actuators_and_what_its_units_read(plant):
     assert reach.actuators <= reach.ports
     in_loops = reach.ports - reach.actuators - {"motor_lock"}
     assert in_loops <= set(reach.outputs)
+
+
+@pytest.mark.parametrize("plant", [plant for plant in PLANTS if not isinstance(plant, ColumnBench)], ids=named)
+def test_every_actuator_can_be_sluggish_by_itself(plant):
+    """Each by a time constant of its own; the motor of the column bench has none."""
+    reach = Reach(plant, SensorSet.ideal())
+    lags = [target.name for name in reach.actuators for target in reach.targets(f"actuator.{name}", Sluggish(0.03))]
+    assert len(set(lags)) == len(reach.actuators)
+    assert all(reach.parameters[lag].unit == "s" for lag in lags)

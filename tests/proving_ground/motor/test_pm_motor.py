@@ -50,7 +50,7 @@ def test_requested_torque_arrives_and_stays():
     assert np.max(torque) < 1.05
     quadrature = run["motor_current_beta"] * TORQUE_CONSTANT
     risen = np.argmax(quadrature > 1.0 - math.exp(-1.0)) * PERIOD
-    assert 1.0 / AFS_MOTOR.control.bandwidth < risen < 1.0 / AFS_MOTOR.control.bandwidth + 2.5 * PERIOD
+    assert AFS_MOTOR.control.lag < risen < AFS_MOTOR.control.lag + 2.5 * PERIOD
     assert not np.any(run["motor_speed"])
 
 

@@ -102,15 +102,11 @@ class DemonstratorCar(Car):
         )
         place: Any = seen.intent
         command, targets = self.driver.command(memory.command, place, seen.demand, sensed)
-        left, right = self.powertrain.requests(targets.force, targets.drive_difference, seen.reaction)
-        units = Units(
-            command,
-            self.powertrain.lagging(memory.left, left, self.step_time),
-            self.powertrain.lagging(memory.right, right, self.step_time),
-        )
+        wanted = self.powertrain.requests(targets.force, targets.drive_difference, seen.reaction)
+        units = Units(command, *self.powertrain.lagging(memory.left, memory.right, wanted, self.step_time))
         first = targets.steering_torque_1 / self.steering.steering_motor_1.ratio
         second = targets.steering_torque_2 / self.steering.steering_motor_2.ratio
-        signals = Commanded(targets.steering_wheel_angle, targets.speed, first, second, left, right)
+        signals = Commanded(targets.steering_wheel_angle, targets.speed, first, second, *wanted)
         return units, (first, second, units.left, units.right), signals
 
     def drives(self, intent: Intent, reaction: Reaction, torques: tuple) -> tuple[Wheels, Wheels]:

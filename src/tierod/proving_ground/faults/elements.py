@@ -24,13 +24,15 @@ NOTHING = "nothing"
 """Behind "|": an effect that is left out where the car has none of the elements before it."""
 
 LAGS = {
-    "motor_torque": "steering.motor.lag",
-    "column_assist_torque": "steering.column.motor.lag",
-    "feedback_torque": "steering.hand_wheel.motor.lag",
-    "steering_motor_1_torque": "steering.motor_1.lag",
-    "steering_motor_2_torque": "steering.motor_2.lag",
+    "motor_torque": ("motor.control.lag", "steering.motor.lag"),
+    "column_assist_torque": ("steering.column.motor.lag",),
+    "feedback_torque": ("steering.feedback.lag",),
+    "steering_motor_1_torque": ("steering.steering_motor_1.lag",),
+    "steering_motor_2_torque": ("steering.steering_motor_2.lag",),
+    "drive_torque_left": ("powertrain.left_lag",),
+    "drive_torque_right": ("powertrain.right_lag",),
 }
-"""The parameter that is the time constant of an actuator."""
+"""The parameter that is the time constant of an actuator; the first that a car has."""
 
 PREFIXES = {"sensor.": SIGNAL, "loop.": LOOP, "actuator.": ACTUATOR, "car.": PARAMETER}
 """How a name says which of several things it means."""
@@ -176,8 +178,8 @@ class Reach:
 
     def _lag_of(self, actuator: str) -> str:
         """The parameter that is an actuator's time constant."""
-        path = LAGS.get(actuator, "")
-        if path not in self.parameters:
+        path = next((path for path in LAGS.get(actuator, ()) if path in self.parameters), None)
+        if path is None:
             raise ParameterError(
                 f"'{actuator}' of this car has no time constant that could grow; choose another behaviour"
             )

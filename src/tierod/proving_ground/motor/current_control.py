@@ -37,7 +37,7 @@ class CurrentControl:
 
     Args:
         resistance, inductance_d, inductance_q, flux: believed
-        bandwidth: of the closed current loop; 500 Hz leaves room for one and a half periods of delay at 10 kHz
+        lag: time constant of the closed current loop; 1/3 ms leaves room for one and a half periods of delay at 10 kHz
         current_limit: longest current vector
         speed_time: of the low-pass on the sensed speed; 0 is none
     """
@@ -46,7 +46,7 @@ class CurrentControl:
     inductance_d: Annotated[float, "H", POSITIVE] = 1e-4
     inductance_q: Annotated[float, "H", POSITIVE] = 1e-4
     flux: Annotated[float, "V*s", POSITIVE] = 0.0085
-    bandwidth: Annotated[float, "rad/s", POSITIVE] = 3000.0
+    lag: Annotated[float, "s", POSITIVE] = 1.0 / 3000.0
     current_limit: Annotated[float, "A", POSITIVE] = 60.0
     speed_time: Annotated[float, "s", NOT_NEGATIVE] = 5e-4
 
@@ -85,13 +85,13 @@ class CurrentControl:
         electrical_speed = pole_pairs * speed
         own = park(current, rotor)
         error = RotorVector(0.0 - own.d, wanted - own.q)
-        gain_d, gain_q = self.bandwidth * self.inductance_d, self.bandwidth * self.inductance_q
+        gain_d, gain_q = self.inductance_d / self.lag, self.inductance_q / self.lag
         asked = RotorVector(
             memory.integral.d + gain_d * error.d - electrical_speed * self.inductance_q * own.q,
             memory.integral.q + gain_q * error.q + electrical_speed * (self.inductance_d * own.d + self.flux),
         )
         made = limited_voltage(asked, longest)
-        growth = period * self.bandwidth * self.resistance
+        growth = period / self.lag * self.resistance
         integral = RotorVector(
             memory.integral.d + growth * (error.d + (made.d - asked.d) / gain_d),
             memory.integral.q + growth * (error.q + (made.q - asked.q) / gain_q),

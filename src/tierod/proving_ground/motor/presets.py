@@ -21,7 +21,7 @@ EPS_MOTOR = PmMotor(
         cogging=0.015,
     ),
     control=CurrentControl(
-        resistance=0.016, inductance_d=7e-5, inductance_q=9e-5, flux=0.0083, bandwidth=2500.0, current_limit=80.0
+        resistance=0.016, inductance_d=7e-5, inductance_q=9e-5, flux=0.0083, lag=4e-4, current_limit=80.0
     ),
 )
 """Of an electric power steering: 4 N*m, slightly salient; 0.05 N*m/A as in Mohtat et al."""
