@@ -1,6 +1,7 @@
 """Campaigns that are run, killed and resumed; drives that fail in every way."""
 
 import hashlib
+import importlib
 import json
 import shutil
 import signal
@@ -14,10 +15,14 @@ import pytest
 from campaigns.toy_scenario import FAULT, ToyScenario, plan
 from campaigns.worker_tasks import environment
 from tierod.campaigns import running
+from tierod.campaigns.matrix import Point
+from tierod.campaigns.plan import Cell
 from tierod.campaigns.running import run
 from tierod.campaigns.store import Store
 from tierod.errors import OutputError
 from tierod.files import write_text
+from tierod.proving_ground.faults import AtTime, Fault, Step
+from tierod.proving_ground.scenarios import load
 
 
 @pytest.fixture
@@ -249,3 +254,16 @@ def test_kernels_are_compiled_once_before_the_workers_start(monkeypatch):
     planned = plan(*MIXED)
     running.compile_once(planned.cells, planned.judges)
     assert driven == [running.TASTE] * 2
+
+
+def test_what_faults_vary_is_compiled_too_although_they_come_late(monkeypatch):
+    base = load("mixed-drive-healthy")
+    fault = Fault("steering.friction.level", Step(8.0), AtTime(390.0))
+    varied = replace(base, faults=(fault,))
+    made = []
+    home = importlib.import_module("tierod.proving_ground.run")
+    known = home.kernel
+    monkeypatch.setattr(home, "kernel", lambda block: made.append(type(block).__name__) or known(block))
+    cells = [Cell(Point({}, (), 1), scenario, str(n), None) for n, scenario in enumerate((base, varied, varied))]
+    running.compile_once(cells, [])
+    assert made == [type(base.car).__name__, "Varied"]

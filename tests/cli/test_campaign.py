@@ -130,6 +130,13 @@ def test_a_slip_is_refused_before_any_drive(place, old, new, told, capsys):
     assert not (place / "runs").exists()
 
 
+def test_a_dry_run_of_what_is_half_done_tells_the_rest(ran, capsys):
+    for path in (ran / "runs" / "verdicts").glob("yaw-rate*"):
+        path.unlink()
+    assert campaign("c.toml", "-o", "runs", "--dry-run") == 0
+    assert "2 of them are still to be driven or judged" in " ".join(capsys.readouterr().out.split())
+
+
 def test_a_folder_without_verdicts_of_this_campaign_is_not_summed_up(ran, capsys):
     before = (ran / "runs" / "cells.parquet").read_bytes()
     Path("c.toml").write_text(FILE.replace("[1, 2]", "[5, 6]"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from tierod.block import structure
@@ -13,6 +14,7 @@ from tierod.campaigns.workers import Failure, Workers
 from tierod.errors import TierodError
 from tierod.graph.kernel import kernel
 from tierod.monitors.own_level import OwnLevel
+from tierod.proving_ground.faults import Always
 
 TASTE = 0.5
 """Seconds that are driven in the parent, so that the workers find every kernel compiled."""
@@ -24,7 +26,7 @@ class Progress(NamedTuple):
     Args:
         done: cells that are finished, those of earlier runs included
         total: of all cells
-        name: of the cell that has just been finished; "" before the first
+        name: of the cell that has just been finished; "" before the first, when everything is compiled
         outcome: of that one
     """
 
@@ -48,10 +50,9 @@ def run(plan: Plan, store: Store, processes: int, progress: Callable[[Progress],
     """
     missing = [number for number, cell in enumerate(plan.cells) if not plan.done(cell, store)]
     done, total = len(plan.cells) - len(missing), len(plan.cells)
+    if missing:
+        compile_once([plan.cells[number] for number in missing], plan.judges)
     progress(Progress(done, total, "", ""))
-    if not missing:
-        return
-    compile_once([plan.cells[number] for number in missing], plan.judges)
     first = [number for number in missing if plan.cells[number].teacher is None]
     then = [number for number in missing if plan.cells[number].teacher is not None]
     with Workers(work, processes) as workers:
@@ -70,12 +71,14 @@ def compile_once(cells: Sequence[Cell], judges: Sequence[Judge]) -> None:
     """Let every kernel be compiled before the workers start, which would otherwise all compile the same."""
     tasted = set()
     for cell in cells:
-        kinds = tuple(repr(structure(fault)) for fault in cell.scenario.faults)
-        shape = (repr(structure(cell.scenario.car)), kinds)
+        elements = tuple(effect.element for fault in cell.scenario.faults for effect in fault.effects)
+        shape = (repr(structure(cell.scenario.car)), elements)
         if shape not in tasted:
             tasted.add(shape)
+            # From the beginning: what is driven is over before most faults come.
+            faults = tuple(replace(fault, trigger=Always(), duration=None) for fault in cell.scenario.faults)
             try:
-                cell.scenario.with_run(seconds=TASTE).run()
+                replace(cell.scenario, faults=faults).with_run(seconds=TASTE).run()
             except TierodError:
                 continue  # told where the cell itself is driven
     for judge in judges:

@@ -176,8 +176,7 @@ def _told(name: str, total: int) -> Iterator[Callable[[Progress], None]]:
         task = bar.add_task("compiling", total=total)
 
         def told(progress: Progress) -> None:
-            what = name if progress.name else "compiling"
-            bar.update(task, completed=progress.done, description=what.replace("[", "\\["))
+            bar.update(task, completed=progress.done, description=name.replace("[", "\\["))
             if progress.outcome not in ("", "driven"):
                 bar.console.print(f"{progress.outcome}: {progress.name}", markup=False)
 
