@@ -168,12 +168,19 @@ def test_a_chosen_road_is_driven():
     assert recording["vehicle_speed"].values.max() < 14.5
 
 
-def loop_friction(recording, damping=0.8, gear=20.0):
+def resistance(recording):
+    """Rate of the steering wheel, and torque that bar and motor put into the column beyond its viscous damping."""
+    steering = EpsCar().steering
+    gear, damping = steering.motor.ratio, steering.damping + steering.motor.ratio**2 * steering.motor.damping
+    rate = recording["steering_wheel_rate"].values
+    return rate, recording["driver_torque"].values + gear * recording["motor_torque"].values - damping * rate
+
+
+def loop_friction(recording):
     """Friction from the work over the closed turn, Mohtat et al., eqs (15) to (17)."""
-    rate, time = recording["steering_wheel_rate"].values, recording["steering_wheel_rate"].time
-    torque = recording["driver_torque"].values + gear * recording["motor_torque"].values
-    assert np.allclose(np.diff(time), 0.01)
-    return np.sum((torque - damping * rate) * rate) / np.sum(np.abs(rate))
+    rate, torque = resistance(recording)
+    assert np.allclose(np.diff(recording["steering_wheel_rate"].time), 0.01)
+    return np.sum(torque * rate) / np.sum(np.abs(rate))
 
 
 @pytest.mark.parametrize("hoist", [True, False])
@@ -197,11 +204,10 @@ def test_lock_to_lock_shows_the_added_friction(hoist, added):
 
 def test_width_of_the_hysteresis_loop_is_twice_the_friction():
     recording = lock_to_lock(8.0, hoist=True, sensors=IDEAL)
-    angle, rate = recording["steering_wheel_angle"].values, recording["steering_wheel_rate"].values
-    torque = recording["driver_torque"].values + 20.0 * recording["motor_torque"].values - 0.8 * rate
-    middle = np.abs(angle) < 1.0
+    rate, torque = resistance(recording)
+    middle = np.abs(recording["steering_wheel_angle"].values) < 1.0
     width = np.mean(torque[middle & (rate > 0.5)]) - np.mean(torque[middle & (rate < -0.5)])
-    assert width == pytest.approx(16.0, abs=0.2)
+    assert width == pytest.approx(16.0, abs=0.05)
 
 
 def test_lock_to_lock_needs_a_rate():
