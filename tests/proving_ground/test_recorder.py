@@ -58,6 +58,24 @@ def test_a_missing_truth_stays_where_it_was():
     assert np.array_equal(values["yaw_rate"], outputs[:, 0], equal_nan=True)
 
 
+def test_of_no_outputs_there_is_nothing():
+    values = recorded(np.zeros((0, 1)), {"yaw_rate": [0]}, {"yaw_rate": np.arange(5) * 1e-3}, 0.005, [0])
+    assert {name: len(each) for name, each in values.items()} == {"yaw_rate": 0, "truth_yaw_rate": 0}
+
+
+@pytest.mark.parametrize("fine", [1e-3, 0.7e-3, 1.0 / 16e3])
+def test_after_ten_hours_a_sample_is_still_that_very_sample(fine):
+    """Both clocks are products of rounded numbers; where they meet nothing is interpolated."""
+    begin = round(36_000.0 / fine)
+    numbers = np.arange(begin, begin + 14_000, dtype=float)
+    instants = numbers[::7] * fine
+    recorder = Recorder({"yaw_rate": [0]}, {"yaw_rate": instants}, fine, 0.0)
+    recorder.first = begin
+    for start in range(0, len(numbers), 200):
+        recorder.add(numbers[start : start + 200, None])
+    assert np.array_equal(recorder.truths()["yaw_rate"], numbers[::7])
+
+
 class Inner(NamedTuple):
     yaw_rate: Annotated[Any, "rad/s"]
     torques: Annotated[tuple[float, float], "N*m"]

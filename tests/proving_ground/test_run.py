@@ -11,6 +11,7 @@ from tierod.proving_ground.courses.natural import NaturalDrive
 from tierod.proving_ground.courses.open_loop import SineSteer, StepSteer
 from tierod.proving_ground.faults import AtTime, Fault, Gain, Offset, Stuck, trigger_of
 from tierod.proving_ground.faults import Step as Jump
+from tierod.proving_ground.steering.friction_laws import MaxwellSlip
 
 CAR = EpsCar(chassis=SingleTrack())
 FEW = SensorSet.production().only(("steering_wheel_angle", "driver_torque", "motor_torque", "yaw_rate"))
@@ -61,7 +62,7 @@ def test_the_same_seed_gives_the_same_bits():
 def test_how_a_run_is_cut_moves_the_course_by_less_than_the_eye_sees(monkeypatch):
     usual = run(CAR, DRIVE, 40.0, sensors=IDEAL).recording
     module = __import__("tierod.proving_ground.run", fromlist=["PIECE"])
-    monkeypatch.setattr(module, "PIECE", 10)
+    monkeypatch.setattr(module, "LOOK", 0.01)
     fine = run(CAR, DRIVE, 40.0, sensors=IDEAL).recording
     angle = fine["steering_wheel_angle"].values
     assert np.max(np.abs(usual["steering_wheel_angle"].values - angle)) < 0.02 * np.max(np.abs(angle))
@@ -76,6 +77,24 @@ def test_a_run_that_diverges_keeps_what_was_good():
     for name in recording.names:
         assert np.isfinite(recording[name].values).all()
         assert recording[name].time[-1] == pytest.approx(outcome.diverged_at, abs=0.02)
+
+
+def test_a_run_that_is_lost_from_the_beginning_is_empty():
+    outcome = run(CAR, Turn(speed=200.0), sensors=FEW)
+    assert outcome.diverged_at == 0.0
+    assert all(len(outcome.recording[name].values) == 0 for name in outcome.recording.names)
+
+
+def test_leaving_the_limits_for_a_moment_is_leaving_them(monkeypatch):
+    """Where a signal is back within its limits before the car is looked at again."""
+    module = __import__("tierod.proving_ground.run", fromlist=["LIMITS"])
+    monkeypatch.setattr(module, "LOOK", 5.0)
+    course = SineSteer(name="sine", speed=20.0, settle=1.0, frequency=1.0, rest=3.0)
+    yaw_rate = run(CAR, course, sensors=IDEAL).recording["truth_yaw_rate"]
+    limit = 0.5 * np.max(yaw_rate.values)
+    monkeypatch.setattr(module, "LIMITS", {"yaw_rate": limit})
+    left = yaw_rate.time[np.argmax(yaw_rate.values >= limit)]
+    assert run(CAR, course, sensors=IDEAL).diverged_at == pytest.approx(left, abs=0.0101)
 
 
 def test_a_fault_waits_for_its_condition():
@@ -100,6 +119,17 @@ def test_a_parameter_and_a_surrounding_change_while_driving():
     level, adhesion = recording["truth_friction_torque"], recording["truth_road_friction"]
     assert np.array_equal(level.values, np.where(level.time < 2.0 - 1e-9, 4.0, 12.5))
     assert adhesion.values == pytest.approx(np.where(adhesion.time < 3.0 - 1e-9, 1.0, 0.7))
+
+
+def test_an_item_of_a_tuple_of_parameters_changes_while_driving():
+    friction = replace(CAR.steering.friction, law=MaxwellSlip())
+    car = replace(CAR, steering=replace(CAR.steering, friction=friction))
+    fault = Fault("steering.friction.law.shares.0", Jump(0.0), AtTime(2.0))
+    sound, slack = (run(car, Turn(), sensors=IDEAL, faults=faults).recording for faults in ((), [fault]))
+    torque = slack["truth_friction_resistance"]
+    early = torque.time < 2.0 - 1e-9
+    assert np.array_equal(torque.values[early], sound["truth_friction_resistance"].values[early])
+    assert not np.array_equal(torque.values, sound["truth_friction_resistance"].values)
 
 
 def test_a_fault_of_a_signal_that_the_car_reads_changes_the_drive():
@@ -129,12 +159,18 @@ def test_a_course_says_with_what_speed_to_begin():
     [
         (Turn(), math.inf, "positive, finite duration"),
         (Turn(), -1.0, "positive, finite duration"),
+        (Turn(), 4e-4, "at least 0.001 s, not 0.0004 s"),
         (Turn(column="demand.steering_weel_angle"), 1.0, "sets 'demand.steering_weel_angle'.*steering_wheel_angle"),
     ],
 )
 def test_wrong_options_are_refused_in_a_sentence(course, seconds, message):
     with pytest.raises(ParameterError, match=message):
         run(CAR, course, seconds)
+
+
+def test_parts_keep_the_step_of_their_car():
+    with pytest.raises(ParameterError, match=r"computed every 0.0005 s, but its 'driver.step_time' says 0.001 s"):
+        run(replace(CAR, step_time=5e-4), Turn(), sensors=IDEAL)
 
 
 def test_progress_is_told():

@@ -52,23 +52,25 @@ class Recorder:
         self.wanted = {name: (name, times) for name, times in instants.items()}
         self.wanted |= {name if name.startswith(TRUTH) else TRUTH + name: (name, grid) for name in columns}
         self.step_time = step_time
-        self.taken: dict[str, list[np.ndarray]] = {name: [] for name in self.wanted}
+        self.taken = {name: np.empty(len(times)) for name, (_, times) in self.wanted.items()}
         self.reached = dict.fromkeys(self.wanted, 0)
         self.rows: list[np.ndarray] = []
         self.first = self.held = 0
 
     def add(self, outputs: np.ndarray) -> None:
-        """The next rows of outputs, one per step of the plant."""
+        """The next rows of outputs, one per step of the plant, perhaps none."""
+        if not len(outputs):
+            return
         self.rows.append(outputs)
         self.held += len(outputs)
         if self.held >= self.BUFFER:
             self._sample(final=False)
 
     def truths(self) -> dict[str, np.ndarray]:
-        """What every channel saw, sampled at its instants; called once, at the end."""
+        """What every channel saw, sampled at its instants, nothing where nothing was added; called once, at the end."""
         if self.rows:
             self._sample(final=True)
-        return {name: np.concatenate([*pieces, np.empty(0)]) for name, pieces in self.taken.items()}
+        return {name: values[: self.reached[name]] for name, values in self.taken.items()}
 
     def _sample(self, final: bool) -> None:
         values = np.concatenate(self.rows)
@@ -81,11 +83,10 @@ class Recorder:
             end = (before + len(series) - 1) * fine
             stop = len(times) if final else int(np.searchsorted(times, end, side="right"))
             place = times[begin:stop] / fine - before
-            self.taken[name].append(_interpolated(series, place))
+            self.taken[name][begin:stop] = _interpolated(series, place)
             self.reached[name] = stop
-        keep = min(len(values), 1)
-        self.rows, self.held = [values[-keep:]], keep
-        self.first += len(values) - keep
+        self.rows, self.held = [values[-1:]], 1
+        self.first += len(values) - 1
 
 
 def _interpolated(series: np.ndarray, place: np.ndarray) -> np.ndarray:

@@ -17,29 +17,21 @@ from tierod.errors import ParameterError, nearest
 from tierod.graph.kernel import kernel
 from tierod.graph.trace import initial_memory
 from tierod.proving_ground.courses import Course
+from tierod.proving_ground.courses.course import FACTORS
 from tierod.proving_ground.faults import Fault, Schedule
 from tierod.proving_ground.recorder import TRUTH_RATE, Recorder, channel, channel_names, declared_units
 from tierod.proving_ground.scatter import Scatter
-from tierod.proving_ground.sensors import SensorSet
-from tierod.proving_ground.varied import Varied
+from tierod.proving_ground.sensors import Sensor, SensorSet
+from tierod.proving_ground.varied import Varied, path_of
 from tierod.recording import Channel, Recording
 
-PIECE = 200
-"""Steps between two looks at the course; over 0.2 s the distance is foreseen to a few centimetres."""
-WAITING_PIECE = 50
-"""Steps between two looks while a fault waits for its condition."""
+LOOK = 0.2
+"""Between two looks at the course [s]; over that time the distance is foreseen to a few centimetres."""
+WAITING_LOOK = 0.05
+"""Between two looks while a fault waits for its condition [s]."""
 
 LIMITS = {"truth_speed": 150.0, "yaw_rate": 30.0, "steering_wheel_rate": 1e3}
 """A run has diverged where a signal leaves these limits or is no longer finite."""
-
-DEFAULTS = {
-    "road.adhesion_left": 1.0,
-    "road.adhesion_right": 1.0,
-    "road.support": 1.0,
-    "demand.grip": 1.0,
-    "demand.attention": 1.0,
-}
-"""What a course does not say; all else is zero, a port's gain is one, a parameter is what the car says."""
 
 _SENSORS, _SCATTER = 2, 3
 
@@ -50,7 +42,8 @@ class Outcome:
 
     Args:
         recording: measured channels, and the truth in channels prefixed `truth_`
-        diverged_at: last good time of a run that did not stay finite [s]; None where all went well
+        diverged_at: last good time of a run that did not stay finite [s], zero where no instant was good; None where
+            all went well
         windows: every fault as it came: name, element, behaviour, start and end [s]
     """
 
@@ -85,43 +78,54 @@ def run(
         progress: called with the share that is done
 
     Raises:
-        ParameterError: no finite duration; a fault, sensor or course that does not fit the car
+        ParameterError: no finite duration of at least a step; parts of the car that keep different steps; a fault,
+            sensor or course that does not fit the car
     """
     seconds = course.duration if seconds is None else seconds
-    if not 0.0 < seconds < math.inf:
-        raise ParameterError(f"a run needs a positive, finite duration, not {seconds} s; give its seconds")
+    _require_sound(car, seconds)
     sensors = sensors or SensorSet.production()
     if scatter is not None:
         car, sensors = scatter.draw(car, sensors, generator(seed, _SCATTER))
-    if "start" in {field.name for field in dataclasses.fields(car)}:
-        car = replace(car, start=type(car.start)(*course.start[: len(car.start)]))
+    if hasattr(car, "start"):
+        car = replace(car, start=type(car.start)(course.start.speed))
     schedule = Schedule(faults, car, sensors, seed, seconds)
     drive = _Drive(car, course, schedule)
     columns = channel_names(drive.block)
-    measured = {name: sensor for name, sensor in sensors.items() if name in columns}
-    chance = {name: generator(seed, _SENSORS, zlib.crc32(name.encode())) for name in measured}
-    instants = {name: sensor.instants(seconds, chance[name]) for name, sensor in measured.items()}
-    recorder = Recorder(columns, {name: taken for name, (taken, _) in instants.items()}, car.step_time, seconds)
+    readings = _Readings({name: sensor for name, sensor in sensors.items() if name in columns}, seconds, seed)
+    recorder = Recorder(columns, readings.instants, car.step_time, seconds)
     diverged_at = drive.to_the_end(seconds, recorder, progress)
     truths = recorder.truths()
     described = declared_units(drive.kernel.graph.output_tree)
-    channels = _measured(measured, instants, truths, chance, schedule, described)
-    channels |= _true(truths, measured, described)
+    channels = readings.channels(truths, schedule, described) | _true(truths, readings.sensors, described)
     if diverged_at is not None:
         channels = {name: _until(each, diverged_at) for name, each in channels.items()}
-    provenance = {
-        "source": "tierod virtual test vehicle",
-        "car": type(car).__name__,
-        "course": course.name,
-        "seed": seed,
-        "seconds": seconds,
-        "vehicle": dict(tuning(car)),
-        "sensors": {name: dataclasses.asdict(sensor) for name, sensor in measured.items()},
-        "faults": list(schedule.provenance),
-        "diverged_at": diverged_at,
-    }
+    provenance = _provenance(car, readings.sensors, schedule)
+    provenance |= {"course": course.name, "seed": seed, "seconds": seconds, "diverged_at": diverged_at}
     recording = Recording(channels, provenance | dict(metadata or {}))
     return Outcome(recording, diverged_at, schedule.windows)
+
+
+def _provenance(car: Any, sensors: Mapping[str, Sensor], schedule: Schedule) -> dict[str, Any]:
+    return {
+        "source": "tierod virtual test vehicle",
+        "car": type(car).__name__,
+        "vehicle": dict(tuning(car)),
+        "sensors": {name: dataclasses.asdict(sensor) for name, sensor in sensors.items()},
+        "faults": list(schedule.provenance),
+    }
+
+
+def _require_sound(car: Any, seconds: float) -> None:
+    if not car.step_time <= seconds < math.inf:
+        raise ParameterError(
+            f"a run needs a positive, finite duration of at least {car.step_time:g} s, not {seconds} s"
+        )
+    for path, value in tuning(car):
+        if path.endswith(".step_time") and value != car.step_time:
+            raise ParameterError(
+                f"{type(car).__name__} is computed every {car.step_time:g} s, but its '{path}' says {value:g} s; "
+                "make them equal"
+            )
 
 
 def generator(seed: int, stream: int, part: int = 0) -> np.random.Generator:
@@ -138,25 +142,25 @@ class _Drive:
         self.course, self.schedule = course, schedule
         self.step_time = car.step_time
         self.ahead = getattr(getattr(car, "driver", None), "anticipation", 0.0)
-        names = self.kernel.graph.sample
-        self.index = {name: column for column, name in enumerate(names)}
+        self.index = {path_of(name): column for column, name in enumerate(self.kernel.graph.sample)}
         own = dict(tuning(car))
-        self.usual = np.array([_usual(name, own) for name in names])
-        self.samples = np.empty((PIECE, len(names)))
+        self.usual = np.array([_usual(name, own) for name in self.index])
+        self.longest, self.waiting = (max(round(time / car.step_time), 1) for time in (LOOK, WAITING_LOOK))
+        self.samples = np.empty((self.longest, len(self.index)))
         self.outputs = {name: columns[0] for name, columns in channel_names(self.block).items()}
         self.limits = [(self.outputs[name], limit) for name, limit in LIMITS.items() if name in self.outputs]
 
     def to_the_end(self, seconds: float, recorder: Recorder, progress: Callable[[float], None]) -> float | None:
         """All pieces; the last good time if the run diverged."""
-        count, done, distance, speed = round(seconds / self.step_time), 0, 0.0, self._first_speed()
+        count, done, distance, speed = round(seconds / self.step_time), 0, 0.0, self.course.start.speed
         while done < count:
-            size = min(WAITING_PIECE if self.schedule.pending else PIECE, count - done)
+            size = min(self.waiting if self.schedule.pending else self.longest, count - done)
             time = np.arange(done, done + size) * self.step_time
             outputs = self._piece(time, distance, speed, done)
             good = self._good(outputs)
             recorder.add(outputs[:good])
             if good < size:
-                return (done + good - 1) * self.step_time
+                return max(done + good - 1, 0) * self.step_time
             if self.schedule.pending:
                 seen = {name: outputs[:, column] for name, column in self.outputs.items()}
                 self.schedule.observe(time, seen)
@@ -167,9 +171,6 @@ class _Drive:
             done += size
             progress(done / count)
         return None
-
-    def _first_speed(self) -> float:
-        return float(self.course.start.speed)
 
     def _piece(self, time: np.ndarray, distance: float, speed: float, done: int) -> np.ndarray:
         samples = self.samples[: len(time)]
@@ -197,39 +198,43 @@ class _Drive:
         return self.index[name]
 
     def _good(self, outputs: np.ndarray) -> int:
-        """How many rows are finite and within the limits."""
-        fine = np.isfinite(outputs[-1]).all() and all(abs(outputs[-1, c]) < limit for c, limit in self.limits)
-        if fine:
-            return len(outputs)
-        good = np.isfinite(outputs).all(axis=1)
+        """How many rows are within the limits and finite; what a state has lost stays lost until the last row."""
+        good = np.ones(len(outputs), bool)
         for column, limit in self.limits:
-            good &= np.abs(np.nan_to_num(outputs[:, column], nan=math.inf)) < limit
-        return int(np.argmin(good))
+            good &= np.abs(outputs[:, column]) < limit
+        if not np.isfinite(outputs[-1]).all():
+            good &= np.isfinite(outputs).all(axis=1)
+        return len(outputs) if good.all() else int(np.argmin(good))
 
 
 def _usual(name: str, own: Mapping[str, float]) -> float:
+    """What an input is where neither course nor fault says anything."""
     if name.startswith("parameters."):
         return own[name.removeprefix("parameters.")]
-    if name.startswith("ports.") and name.endswith(".gain"):
-        return 1.0
-    return DEFAULTS.get(name, 0.0)
+    one = name in FACTORS or (name.startswith("ports.") and name.endswith(".gain"))
+    return 1.0 if one else 0.0
 
 
-def _measured(
-    sensors: Mapping[str, Any],
-    instants: Mapping[str, tuple[np.ndarray, np.ndarray]],
-    truths: Mapping[str, np.ndarray],
-    chance: Mapping[str, np.random.Generator],
-    schedule: Schedule,
-    described: Mapping[str, str],
-) -> dict[str, Channel]:
-    channels = {}
-    for name, sensor in sensors.items():
-        stamps = instants[name][1][: len(truths[name])]
-        values = sensor.read(truths[name], chance[name])
-        stamps, values = schedule.on_channel(name, stamps, values)
-        channels[name] = channel(name, stamps, values, described)
-    return channels
+class _Readings:
+    """The sensors of a run: when each takes the truth [s], what stamps it writes, and what it makes of the truth."""
+
+    def __init__(self, sensors: Mapping[str, Sensor], seconds: float, seed: int):
+        self.sensors = sensors
+        self._chance = {name: generator(seed, _SENSORS, zlib.crc32(name.encode())) for name in sensors}
+        both = {name: sensor.instants(seconds, self._chance[name]) for name, sensor in sensors.items()}
+        self.instants = {name: taken for name, (taken, _) in both.items()}
+        self._stamps = {name: stamps for name, (_, stamps) in both.items()}
+
+    def channels(
+        self, truths: Mapping[str, np.ndarray], schedule: Schedule, described: Mapping[str, str]
+    ) -> dict[str, Channel]:
+        """The measured channels, with the faults of recorded signals."""
+        result = {}
+        for name, sensor in self.sensors.items():
+            values = sensor.read(truths[name], self._chance[name])
+            stamps, values = schedule.on_channel(name, self._stamps[name][: len(values)], values)
+            result[name] = channel(name, stamps, values, described)
+        return result
 
 
 def _true(

@@ -51,6 +51,11 @@ class Varied:
 _ITEM = "item_"
 
 
+def path_of(name: str) -> str:
+    """Dotted path as `Varied` takes it, of an input as its sample names it: items of tuples have names there."""
+    return name.replace(f".{_ITEM}", ".")
+
+
 @cache
 def _sample(own: type, paths: tuple[str, ...]) -> type:
     hints = get_type_hints(own, include_extras=True)

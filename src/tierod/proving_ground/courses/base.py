@@ -133,9 +133,8 @@ class TimeCourse(Described):
 
     @property
     def start(self) -> Start:
-        """As at the first instant."""
-        zero = np.zeros(1)
-        return Start(float(self.speed_at(zero)[0][0]), float(self.angle_at(zero)[0]))
+        """At the speed of the first instant, straight ahead."""
+        return Start(float(self.speed_at(np.zeros(1))[0][0]))
 
     def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Wanted speed [m/s] and acceleration [m/s**2] at some instants."""

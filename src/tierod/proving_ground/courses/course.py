@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple, Protocol
 
 import numpy as np
 
-from tierod.ranges import ANY, NOT_NEGATIVE
+from tierod.ranges import NOT_NEGATIVE
 
 Columns = dict[str, np.ndarray]
 """Values by dotted name of `tierod.proving_ground.parts`: "road.curvature", "demand.speed", "wind.crosswind_speed"."""
@@ -28,11 +28,9 @@ class Start(NamedTuple):
 
     Args:
         speed: rolling straight ahead
-        steering_wheel_angle: at the first instant
     """
 
     speed: Annotated[float, "m/s", NOT_NEGATIVE] = 0.0
-    steering_wheel_angle: Annotated[float, "rad", ANY] = 0.0
 
 
 class Course(Protocol):
