@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from tierod.physics.gravity import GRAVITY
+
 
 def front_slip_speed(lateral_speed: Any, yaw_rate: Any, speed: Any, road_wheel_angle: Any, front_distance: Any) -> Any:
     """Lateral speed [m/s] at which the front tyres slip; over the forward speed it is the slip angle (small angles).
@@ -69,7 +71,7 @@ def yaw_acceleration(
     return yaw_moment(front_force, rear_force, front_distance, rear_distance) / yaw_inertia
 
 
-def front_axle_load(mass: Any, front_distance: Any, rear_distance: Any, gravity: Any = 9.81) -> Any:
+def front_axle_load(mass: Any, front_distance: Any, rear_distance: Any, gravity: Any = GRAVITY) -> Any:
     """Static load [N] of the front axle; swap the distances for the rear one.
 
     Args:

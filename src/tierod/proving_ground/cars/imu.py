@@ -5,23 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
+from tierod.physics.gravity import GRAVITY
 from tierod.physics.single_track import lateral_acceleration_at
 from tierod.proving_ground.parts import Reaction
-
-GRAVITY = 9.81
 
 
 @dataclass(frozen=True)
 class InertialUnit:
-    """Mounting place of the inertial unit on the body.
+    """Mounting place of the inertial unit on the body; typically on the tunnel, below the centre of gravity.
 
     Args:
-        forward, left, up: from the centre of gravity, `up` from the roll axis
+        forward, left, up: from the centre of gravity of the car, about which its body rolls
     """
 
     forward: Annotated[float, "m"] = 0.2
     left: Annotated[float, "m"] = 0.0
-    up: Annotated[float, "m"] = 0.1
+    up: Annotated[float, "m"] = -0.15
 
     def lateral_acceleration(self, reaction: Reaction) -> Any:
         """Specific force across the body [m/s**2], with lever arm, bank and the lean of the body."""

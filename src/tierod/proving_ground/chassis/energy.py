@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated, Any, NamedTuple
 
-from tierod.proving_ground.chassis.two_track import GRAVITY, TwoTrack, TwoTrackMotion
+from tierod.physics.gravity import GRAVITY
+from tierod.proving_ground.chassis.two_track import TwoTrack, TwoTrackMotion
 from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels
 
 

@@ -9,6 +9,7 @@ from typing import Annotated, Any, NamedTuple
 from tierod.graph.maths import limit, maximum, sin, sqrt
 from tierod.physics import single_track
 from tierod.physics.aerodynamics import air_forces
+from tierod.physics.gravity import GRAVITY
 from tierod.physics.kingpin import weight_torque
 from tierod.physics.rolling import holding_friction, rolling_resistance
 from tierod.physics.tyre import (
@@ -22,8 +23,6 @@ from tierod.physics.tyre import (
 from tierod.proving_ground.chassis.wheel import LEAST_ADHESION, TREAD_LAG, hub
 from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels, Wind
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
-
-GRAVITY = 9.81
 
 
 class SingleTrackMotion(NamedTuple):

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from tierod.graph.maths import cos, limit, maximum, sin
 from tierod.physics.aerodynamics import AirForces, air_forces
+from tierod.physics.gravity import GRAVITY
 from tierod.physics.kingpin import scrub_radius_torque, weight_torque
 from tierod.physics.load_transfer import lateral_load_transfer, longitudinal_load_transfer
 from tierod.physics.rolling import holding_friction, rolling_resistance
@@ -16,7 +17,6 @@ from tierod.proving_ground.chassis.two_track_parameters import TwoTrackParameter
 from tierod.proving_ground.chassis.wheel import Contact, contact, hub
 from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels, Wind
 
-GRAVITY = 9.81
 STOPPING_TIME = 0.004
 """In which the last bit of rotation of a braked wheel fades [s]: short against all else, stable at 1 ms."""
 

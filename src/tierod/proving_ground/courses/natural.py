@@ -10,6 +10,7 @@ from typing import Annotated
 import numpy as np
 
 from tierod.errors import ParameterError
+from tierod.physics.gravity import GRAVITY
 from tierod.proving_ground.courses.base import WAY, WayCourse
 from tierod.proving_ground.courses.chance import smooth_noise
 from tierod.proving_ground.courses.course import Columns
@@ -18,7 +19,6 @@ from tierod.proving_ground.courses.roads import AnyRoad, City, Country, Motorway
 from tierod.proving_ground.courses.way import STEP, Way
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
-GRAVITY = 9.81
 _BENDS, _HALTS, _HILLS = range(3)
 _MARGIN = 5.0
 
