@@ -3,7 +3,7 @@
 import math
 
 from tierod.campaigns.figures import Moments
-from tierod.campaigns.judging import Judged
+from tierod.campaigns.judged import Judged
 from tierod.campaigns.rows import SOUND, Row
 
 

@@ -7,7 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from tierod.campaigns.judging import Judged, Window, from_plain, judge, plain
+from tierod.campaigns.alarms import Window
+from tierod.campaigns.judged import Judged, from_plain, plain
+from tierod.campaigns.judging import judge
 from tierod.findings import Finding, Status
 from tierod.monitors.run import find
 from tierod.monitors.session import Conclusion, Monitor, StatusChange, Variant

@@ -11,7 +11,7 @@ from typing import Any
 
 from tierod import __version__
 from tierod.campaigns.figures import CONFIDENCE, paired, pooled
-from tierod.campaigns.judging import Judged
+from tierod.campaigns.judged import Judged
 from tierod.campaigns.rows import Row
 from tierod.campaigns.table import monitors_of, read_table
 from tierod.errors import InputError

@@ -21,9 +21,10 @@ GROUND = ("proving_ground", "physics", "graph")
 """Packages whose code decides a drive, beside the files directly in tierod."""
 
 TOWER = ("monitors", "estimators", "detectors", "filters", "identification", "analysis", "models", "vehicles")
-"""Packages whose code decides a verdict beyond the drive; and the file that holds it against the truth."""
+"""Packages whose code decides a verdict beyond the drive."""
 
-JUDGE = ("campaigns/judging.py", "campaigns/figures.py")
+JUDGE = ("alarms", "figures", "judged", "judging")
+"""Files of this package that hold a verdict against the truth."""
 
 
 def fingerprint(*values: Any) -> str:
@@ -92,7 +93,7 @@ def ground_code() -> str:
 @cache
 def tower_code() -> str:
     """Of all code that decides a verdict beyond the drive."""
-    return fingerprint(_contents([*_files(TOWER), *(ROOT / name for name in JUDGE)]))
+    return fingerprint(_contents([*_files(TOWER), *(ROOT / "campaigns" / f"{name}.py" for name in JUDGE)]))
 
 
 def _files(packages: Iterable[str]) -> list[Path]:

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from tierod.campaigns.alarms import Window
 from tierod.campaigns.fingerprint import fingerprint, ground_code, tower_code
-from tierod.campaigns.judging import Window
 from tierod.campaigns.matrix import Point
 from tierod.campaigns.rows import FAULT, SOUND
 from tierod.campaigns.store import Store, slug

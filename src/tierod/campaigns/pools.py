@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from tierod.campaigns.figures import Moments, area_under_curve, pooled, quantile, rate_bound, share_bound
-from tierod.campaigns.judging import Judged
+from tierod.campaigns.judged import Judged
 from tierod.campaigns.rows import Row
 
 HOUR = 3600.0
@@ -98,10 +98,6 @@ def pool(rows: Sequence[Row], sound: Sequence[Row] | None = None) -> Pool:
     counted = [each for each in faulty if each.outcome != "early"]
     unseen = sum(each.outcome != "found" for each in counted)
     seconds = sum(each.seconds for each in judged)
-    false_alarms, hours = sum(each.false_alarms for each in judged), sum(each.sound_judged_s for each in judged) / HOUR
-    before = pooled(each.errors_sound for each in judged)
-    during = pooled(each.errors_faulty for each in judged)
-    together = pooled((before, during))
     return Pool(
         drives=len(rows),
         diverged=sum(row.drive["outcome"] == "diverged" for row in rows),
@@ -117,23 +113,34 @@ def pool(rows: Sequence[Row], sound: Sequence[Row] | None = None) -> Pool:
         **_times("detection", [each.detection_s for each in counted]),
         **_times("detection_enabled", [each.detection_enabled_s for each in counted]),
         **_times("fault", [each.fault_s for each in counted]),
-        false_alarms=false_alarms,
-        sound_hours=sum(each.sound_s for each in judged) / HOUR,
-        sound_judged_hours=hours,
-        false_alarm_rate=false_alarms / hours if hours > 0.0 else math.nan,
-        false_alarm_bound=rate_bound(false_alarms, hours) if hours > 0.0 else math.nan,
-        bias=together.mean,
-        deviation=together.deviation,
-        bias_sound=before.mean,
-        deviation_sound=before.deviation,
-        bias_faulty=during.mean,
-        deviation_faulty=during.deviation,
-        largest_bias=max((abs(each.mean) for each in _errors_of_drives(judged)), default=math.nan),
+        **_false_alarms(judged),
+        **_errors(judged),
         area=area_under_curve([each.value for each in quiet], [each.value for each in faulty]),
         smallest_area=min((each.area for each in faulty if not math.isnan(each.area)), default=math.nan),
         enabled_share=sum(each.enabled_s for each in judged) / seconds if seconds else math.nan,
         judged_share=sum(each.judged_s for each in judged) / seconds if seconds else math.nan,
     )
+
+
+def _false_alarms(judged: Sequence[Judged]) -> Any:
+    alarms, hours = sum(each.false_alarms for each in judged), sum(each.sound_judged_s for each in judged) / HOUR
+    return {
+        "false_alarms": alarms,
+        "sound_hours": sum(each.sound_s for each in judged) / HOUR,
+        "sound_judged_hours": hours,
+        "false_alarm_rate": alarms / hours if hours > 0.0 else math.nan,
+        "false_alarm_bound": rate_bound(alarms, hours) if hours > 0.0 else math.nan,
+    }
+
+
+def _errors(judged: Sequence[Judged]) -> Any:
+    before = pooled(each.errors_sound for each in judged)
+    within = pooled(each.errors_faulty for each in judged)
+    named = {"": pooled((before, within)), "_sound": before, "_faulty": within}
+    drives = [pooled((each.errors_sound, each.errors_faulty)) for each in judged]
+    found = {f"bias{part}": errors.mean for part, errors in named.items()}
+    found |= {f"deviation{part}": errors.deviation for part, errors in named.items()}
+    return found | {"largest_bias": max((abs(each.mean) for each in drives if each.count), default=math.nan)}
 
 
 def _times(name: str, times: list[float]) -> Any:
@@ -142,11 +149,6 @@ def _times(name: str, times: list[float]) -> Any:
         f"{name}_p95_s": quantile(times, 0.95),
         f"{name}_worst_s": quantile(times, 1.0),
     }
-
-
-def _errors_of_drives(judged: Sequence[Judged]) -> list[Moments]:
-    together = [pooled((each.errors_sound, each.errors_faulty)) for each in judged]
-    return [errors for errors in together if errors.count]
 
 
 def confusion(rows: Sequence[Row]) -> dict[str, dict[str, int]]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tierod.campaigns.definition import label
-from tierod.campaigns.judging import Judged
+from tierod.campaigns.judged import Judged
 
 SOUND = "sound"
 """What a drive without a fault is called where faults have names."""

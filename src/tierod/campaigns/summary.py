@@ -14,7 +14,7 @@ from tierod import __version__
 from tierod.campaigns.campaign import Campaign
 from tierod.campaigns.figures import CONFIDENCE
 from tierod.campaigns.gates import Passed, pass_through, pool_at
-from tierod.campaigns.judging import from_plain
+from tierod.campaigns.judged import from_plain
 from tierod.campaigns.pools import Pool, boxes, confusion
 from tierod.campaigns.rows import FAULT, SEED, SIZE, SOUND, Row, matching
 from tierod.campaigns.store import Store

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tierod.campaigns.figures import Moments
-from tierod.campaigns.judging import Judged, from_plain
+from tierod.campaigns.judged import Judged, from_plain
 from tierod.campaigns.rows import Row
 from tierod.errors import InputError, OutputError
 

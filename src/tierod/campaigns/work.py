@@ -10,8 +10,10 @@ from functools import cache
 from typing import Any
 
 from tierod import __version__
+from tierod.campaigns.alarms import Window
 from tierod.campaigns.fingerprint import ground_code, tower_code
-from tierod.campaigns.judging import Window, judge, plain
+from tierod.campaigns.judged import plain
+from tierod.campaigns.judging import judge
 from tierod.campaigns.plan import Cell, Judge, window_of
 from tierod.campaigns.store import Store
 from tierod.campaigns.workers import Passing, stop_if_orphaned
