@@ -7,7 +7,8 @@ import pytest
 from proving_ground.channels import Run
 from tierod.graph.trace import trace
 from tierod.proving_ground.cars.car import Start
-from tierod.proving_ground.cars.demonstrator_car import DemonstratorCar, demonstrator_chassis
+from tierod.proving_ground.cars.demonstrator_car import DemonstratorCar
+from tierod.proving_ground.chassis import demonstrator
 from tierod.proving_ground.driving.automated import Split
 from tierod.proving_ground.recorder import channel_names
 
@@ -66,7 +67,7 @@ def test_every_channel_has_one_name():
 
 
 def test_its_axles_have_the_stiffness_asked_for():
-    chassis = demonstrator_chassis()
+    chassis = demonstrator()
     assert chassis.front.stiffness(chassis.front_load) == pytest.approx(35e3)
     assert chassis.rear.stiffness(chassis.rear_load) == pytest.approx(35e3)
     assert min(chassis.front.compliance, chassis.rear.compliance) > 0.0

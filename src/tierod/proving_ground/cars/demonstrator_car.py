@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
 from tierod.proving_ground.cars.car import Body, Car, Held, Motion, Observed
-from tierod.proving_ground.chassis import Axle, Kingpins, TwoTrack, Tyre
+from tierod.proving_ground.chassis import demonstrator
 from tierod.proving_ground.driving.automated import AutomatedDriver, Command, Sensed
 from tierod.proving_ground.parts import Chassis, Intent, Reaction, Road, Wheels
 from tierod.proving_ground.powertrain import WheelMotors
@@ -33,34 +33,6 @@ class Units(NamedTuple):
     right: Any
 
 
-def demonstrator_chassis() -> TwoTrack:
-    """Chassis of the demonstrator of Li, Frey and Gauterin, a car at a scale of 1 to 1.5.
-
-    Source: Table A1 of the paper for mass, yaw inertia, distances, track and wheel radius. The cornering stiffness is
-    35 kN/rad an axle, as usual for these loads; the printed 322 kN/rad would be some ten times that. Everything about
-    roll, and the scrub radius, is assumed.
-    """
-    tyre = Tyre(
-        radius=0.243, nominal_load=1000.0, cornering_stiffness=26.0, lateral_relaxation=0.3, trail=0.018, pressure=2.0e5
-    )
-    front = Axle(1.084, 0.03, 14e3, 700.0, 0.0, 0.45, tyre)
-    rear = Axle(1.084, 0.05, 11e3, 600.0, 0.0, 0.40, tyre)
-    return TwoTrack(
-        mass=403.2,
-        yaw_inertia=548.3,
-        front_distance=0.904,
-        rear_distance=1.166,
-        centre_height=0.35,
-        roll_inertia=70.0,
-        drag_area=0.5,
-        side_area=2.5,
-        side_force_lead=0.3,
-        front=front,
-        rear=rear,
-        kingpins=Kingpins(mechanical_trail=0.02, scrub_radius=0.05, inclination=0.1),
-    ).with_axle_stiffness(35e3, 35e3)
-
-
 @dataclass(frozen=True)
 class DemonstratorCar(Car):
     """Chassis, steering with two motors, wheel motors in front, and the automated driver.
@@ -70,7 +42,7 @@ class DemonstratorCar(Car):
         powertrain: the wheel motors
     """
 
-    chassis: Chassis = field(default_factory=demonstrator_chassis)
+    chassis: Chassis = field(default_factory=demonstrator)
     steering: Demonstrator = field(default_factory=Demonstrator)  # type: ignore[assignment]
     driver: AutomatedDriver = field(default_factory=AutomatedDriver)  # type: ignore[assignment]
     powertrain: WheelMotors = field(default_factory=WheelMotors)  # type: ignore[assignment]

@@ -1,13 +1,12 @@
 """Body, wheels and tyres of the virtual cars."""
 
-from tierod.proving_ground.chassis.presets import CHASSIS, demonstrator, midsize
+from tierod.proving_ground.chassis.presets import demonstrator
 from tierod.proving_ground.chassis.single_track import SingleTrack, SingleTrackMotion
 from tierod.proving_ground.chassis.suspension import Axle, Kingpins
 from tierod.proving_ground.chassis.two_track import TwoTrack, TwoTrackMotion
 from tierod.proving_ground.chassis.tyres import TYRES, Tyre
 
 __all__ = [
-    "CHASSIS",
     "TYRES",
     "Axle",
     "Kingpins",
@@ -17,5 +16,4 @@ __all__ = [
     "TwoTrackMotion",
     "Tyre",
     "demonstrator",
-    "midsize",
 ]
