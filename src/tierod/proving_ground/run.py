@@ -87,7 +87,7 @@ def run(
     if scatter is not None:
         car, sensors = scatter.draw(car, sensors, generator(seed, _SCATTER))
     if hasattr(car, "start"):
-        car = replace(car, start=type(car.start)(course.start.speed))
+        car = replace(car, start=course.start)
     schedule = Schedule(faults, car, sensors, seed, seconds)
     drive = _Drive(car, course, schedule)
     columns = channel_names(drive.block)

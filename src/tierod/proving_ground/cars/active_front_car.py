@@ -76,7 +76,7 @@ class ActiveFrontCar(Car):
     def control(self, memory: Units, seen: Observed, read: Callable[[str, Any], Any]) -> tuple[Any, tuple, Any]:
         """Assist, target of the motor's angle, its control, and the motor over the step that follows."""
         steering, before = seen.steering, memory.motor.rotor
-        speed, wheel = read("vehicle_speed", seen.reaction.speed), read("steering_wheel_angle", seen.hand.angle)
+        speed, wheel = read("vehicle_speed", seen.vehicle_speed), read("steering_wheel_angle", seen.hand.angle)
         assist, assist_torque = self.assist.decide(
             memory.assist,
             read("driver_torque", steering.driver_torque),

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Annotated, Any, NamedTuple
 
 from tierod.block import named_tuple
-from tierod.graph.maths import arctan2, cos, maximum, sin, where
+from tierod.proving_ground.cars.body import Body, body_signals, vehicle_speed
 from tierod.proving_ground.cars.imu import InertialUnit
+from tierod.proving_ground.cars.path import START, Path, moved, path_rate
 from tierod.proving_ground.chassis import TwoTrack
+from tierod.proving_ground.courses import Start
 from tierod.proving_ground.driving import HumanDriver
 from tierod.proving_ground.integration import rosenbrock
 from tierod.proving_ground.parts import (
@@ -29,19 +32,7 @@ from tierod.proving_ground.parts import (
 from tierod.proving_ground.ports import pass_through, ports_type
 from tierod.proving_ground.powertrain import Powertrain
 from tierod.proving_ground.steering.implicit import steering_inverse
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
-
-ROLLING = 0.5
-"""Speed below which there is no sideslip angle [m/s]."""
-
-
-class Path(NamedTuple):
-    """Where the car is along its path, and over ground."""
-
-    distance: Annotated[Any, "m"]
-    lateral_offset: Annotated[Any, "m"]
-    heading_error: Annotated[Any, "rad"]
-    heading: Annotated[Any, "rad"]
+from tierod.ranges import POSITIVE
 
 
 class Motion(NamedTuple):
@@ -88,46 +79,10 @@ class Observed(NamedTuple):
     demand: Demand
     intent: Intent
 
-
-class Body(NamedTuple):
-    """Signals of body and wheels before sensors, and what no sensor sees (`truth_`)."""
-
-    yaw_rate: Annotated[Any, "rad/s"]
-    lateral_acceleration: Annotated[Any, "m/s**2"]
-    longitudinal_acceleration: Annotated[Any, "m/s**2"]
-    roll_rate: Annotated[Any, "rad/s"]
-    vehicle_speed: Annotated[Any, "m/s"]
-    wheel_speed_front_left: Annotated[Any, "m/s"]
-    wheel_speed_front_right: Annotated[Any, "m/s"]
-    wheel_speed_rear_left: Annotated[Any, "m/s"]
-    wheel_speed_rear_right: Annotated[Any, "m/s"]
-    truth_speed: Annotated[Any, "m/s"]
-    truth_lateral_speed: Annotated[Any, "m/s"]
-    truth_sideslip_angle: Annotated[Any, "rad"]
-    truth_centre_lateral_acceleration: Annotated[Any, "m/s**2"]
-    truth_yaw_acceleration: Annotated[Any, "rad/s**2"]
-    truth_roll_angle: Annotated[Any, "rad"]
-    truth_front_lateral_force: Annotated[Any, "N"]
-    truth_rear_lateral_force: Annotated[Any, "N"]
-    truth_front_slip_angle: Annotated[Any, "rad"]
-    truth_load_front_left: Annotated[Any, "N"]
-    truth_load_front_right: Annotated[Any, "N"]
-    truth_load_rear_left: Annotated[Any, "N"]
-    truth_load_rear_right: Annotated[Any, "N"]
-    truth_self_aligning_torque: Annotated[Any, "N*m"]
-    truth_scrub_torque: Annotated[Any, "N*m"]
-    truth_kingpin_torque: Annotated[Any, "N*m"]
-    truth_hand_torque: Annotated[Any, "N*m"]
-    truth_drive_force: Annotated[Any, "N"]
-    truth_distance: Annotated[Any, "m"]
-    truth_lateral_offset: Annotated[Any, "m"]
-    truth_heading_error: Annotated[Any, "rad"]
-    truth_heading: Annotated[Any, "rad"]
-    truth_position_x: Annotated[Any, "m"]
-    truth_position_y: Annotated[Any, "m"]
-    truth_bank_angle: Annotated[Any, "rad"]
-    truth_grade_angle: Annotated[Any, "rad"]
-    truth_road_friction: Annotated[Any, ""]
+    @property
+    def vehicle_speed(self) -> Any:
+        """Of the bus [m/s]."""
+        return vehicle_speed(self.reaction)
 
 
 class Output(NamedTuple):
@@ -136,16 +91,6 @@ class Output(NamedTuple):
     body: Body
     steering: Any
     control: Any
-
-
-class Start(NamedTuple):
-    """How a run begins.
-
-    Args:
-        speed: rolling straight ahead
-    """
-
-    speed: Annotated[float, "m/s", NOT_NEGATIVE] = 0.0
 
 
 @dataclass(frozen=True)
@@ -206,7 +151,7 @@ class Car:
             self.chassis.init(self.start.speed),
             self.steering.init(),
             self.driver.init(),
-            Path(0.0, 0.0, 0.0, 0.0),
+            START,
         )
         held = Held(
             self.steering.remembered(),
@@ -237,15 +182,20 @@ class Car:
         inverse = steering_inverse(self.steering, motion.steering, held.steering, self.step_time)
         after = rosenbrock(slope, motion, self.step_time, "steering", inverse)
         loads = _loads(reaction, hand_torque, torques)
-        position = _moved(held.position, reaction, motion.path.heading, self.step_time)
+        position = moved(held.position, reaction, motion.path.heading, self.step_time)
         steering = self.steering.advance(after.steering, motion.steering, held.steering, loads)
         next_held = Held(steering, driver, control, torques[: len(held.torques)], ports, position)
-        body = self._body(motion, held, reaction, hand_torque, intent, sample.road)
+        force = self.drive_force(intent, held.torques)
+        body = body_signals(reaction, self.inertial_unit, motion.path, held.position, sample.road, hand_torque, force)
         return State(after, next_held), Output(body, signals, controlled)
 
     def drives(self, intent: Intent, reaction: Reaction, torques: tuple) -> tuple[Wheels, Wheels]:
         """Drive torque and greatest brake torque of every wheel [N*m]."""
         return self.powertrain.torques(intent.force, reaction)
+
+    def drive_force(self, intent: Intent, torques: tuple) -> Any:
+        """Force asked for along the road [N], from the driver's intent or the actuators' torques [N*m]."""
+        return intent.force
 
     def _controlled(self, held: Held, observed: Observed, ports: Any) -> tuple[Any, tuple, Any, Any]:
         kept = dict(zip(self.ports, held.ports, strict=True))
@@ -278,48 +228,11 @@ class Car:
             self.chassis.derivative(now.chassis, reaction, drive, brakes),
             self.steering.derivative(now.steering, start.steering, friction, loads),
             self.driver.derivative(now.driver, intent, hand, sample.demand),
-            _path_rate(now.path, reaction, sample.road.curvature),
-        )
-
-    def _body(
-        self, motion: Motion, held: Held, reaction: Reaction, hand_torque: Any, intent: Intent, road: Road
-    ) -> Body:
-        wheels, loads, path = reaction.wheel_speeds, reaction.loads, motion.path
-        rolling = reaction.speed > ROLLING
-        sideslip = arctan2(reaction.lateral_speed, where(rolling, reaction.speed, 1.0))
-        return Body(
-            reaction.yaw_rate,
-            self.inertial_unit.lateral_acceleration(reaction),
-            self.inertial_unit.longitudinal_acceleration(reaction),
-            reaction.roll_rate,
-            0.5 * (wheels.rear_left + wheels.rear_right),
-            *wheels,
-            reaction.speed,
-            reaction.lateral_speed,
-            where(rolling, sideslip, 0.0),
-            reaction.lateral_acceleration,
-            reaction.yaw_acceleration,
-            reaction.roll_angle,
-            reaction.front_lateral_force,
-            reaction.rear_lateral_force,
-            reaction.front_slip_angle,
-            *loads,
-            reaction.self_aligning_torque,
-            reaction.scrub_torque,
-            reaction.kingpin_left + reaction.kingpin_right,
-            hand_torque,
-            intent.force,
-            path.distance,
-            path.lateral_offset,
-            path.heading_error,
-            path.heading,
-            *held.position,
-            road.bank_angle,
-            road.grade_angle,
-            0.5 * (road.adhesion_left + road.adhesion_right),
+            path_rate(now.path, reaction, sample.road.curvature),
         )
 
 
+@cache
 def _sample(ports: tuple[str, ...]) -> type:
     return named_tuple(
         "Surroundings", [("road", Road), ("wind", Wind), ("demand", Demand), ("ports", ports_type(ports))]
@@ -342,21 +255,3 @@ def _seen(motion: Motion, reaction: Reaction, hand: Hand, road: Road) -> Seen:
 def _loads(reaction: Reaction, hand_torque: Any, torques: tuple) -> Loads:
     front = reaction.loads.front_left + reaction.loads.front_right
     return Loads(reaction.kingpin_left, reaction.kingpin_right, hand_torque, torques, front, reaction.speed)
-
-
-def _path_rate(path: Path, reaction: Reaction, curvature: Any) -> Path:
-    along, across = cos(path.heading_error), sin(path.heading_error)
-    forward = reaction.speed * along - reaction.lateral_speed * across
-    # The path's frame turns over where the car is as far inside the bend as its radius.
-    distance_rate = forward / maximum(1.0 - curvature * path.lateral_offset, 0.2)
-    sideways = reaction.speed * across + reaction.lateral_speed * along
-    return Path(distance_rate, sideways, reaction.yaw_rate - curvature * distance_rate, reaction.yaw_rate)
-
-
-def _moved(position: tuple[Any, Any], reaction: Reaction, heading: Any, step: Any) -> tuple[Any, Any]:
-    middle = heading + 0.5 * step * reaction.yaw_rate
-    along, across = cos(middle), sin(middle)
-    return (
-        position[0] + step * (reaction.speed * along - reaction.lateral_speed * across),
-        position[1] + step * (reaction.speed * across + reaction.lateral_speed * along),
-    )

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.proving_ground.cars.car import Body, Car, Held, Motion, Observed
+from tierod.proving_ground.cars.car import Car, Observed
 from tierod.proving_ground.chassis import demonstrator
 from tierod.proving_ground.driving.automated import AutomatedDriver, Command, Sensed
-from tierod.proving_ground.parts import Chassis, Intent, Reaction, Road, Wheels
+from tierod.proving_ground.parts import Chassis, Intent, Reaction, Wheels
 from tierod.proving_ground.powertrain import WheelMotors
 from tierod.proving_ground.steering.demonstrator import Demonstrator
 
@@ -85,8 +85,6 @@ class DemonstratorCar(Car):
         """The wheel motors drive and brake; friction brakes are for emergencies that nobody drives here."""
         return self.powertrain.wheels(torques[2], torques[3], 0.0)
 
-    def _body(
-        self, motion: Motion, held: Held, reaction: Reaction, hand_torque: Any, intent: Intent, road: Road
-    ) -> Body:
-        body = super()._body(motion, held, reaction, hand_torque, intent, road)
-        return body._replace(truth_drive_force=(held.torques[2] + held.torques[3]) / self.powertrain.wheel_radius)
+    def drive_force(self, intent: Intent, torques: tuple) -> Any:
+        """What the wheel motors give along the road [N]."""
+        return (torques[2] + torques[3]) / self.powertrain.wheel_radius

@@ -49,7 +49,7 @@ class EpsCar(Car):
         memory, torque = self.assist.decide(
             memory,
             read("driver_torque", seen.steering.driver_torque),
-            read("vehicle_speed", seen.reaction.speed),
+            read("vehicle_speed", seen.vehicle_speed),
             read("steering_wheel_angle", seen.hand.angle),
             read("steering_wheel_rate", seen.hand.rate),
         )

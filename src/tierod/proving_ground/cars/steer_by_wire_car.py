@@ -62,7 +62,7 @@ class SteerByWireCar(Car):
     def control(self, memory: AngleMemory, seen: Observed, read: Callable[[str, Any], Any]) -> tuple[Any, tuple, Any]:
         """Target of the road wheels, its control, and the feel."""
         wheel = read("steering_wheel_angle", seen.hand.angle)
-        gain = self.gain.gain(read("vehicle_speed", seen.reaction.speed))
+        gain = self.gain.gain(read("vehicle_speed", seen.vehicle_speed))
         target = self.steering_ratio * gain * wheel
         memory, torque = self.angle_control.decide(
             memory, target, read("road_wheel_angle", seen.steering.road_wheel_angle)
