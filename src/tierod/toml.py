@@ -31,11 +31,13 @@ class Document:
         content: its tables
         text: as written
         path: where it came from
+        above: files that led here, outermost first
     """
 
     content: dict[str, Any]
     text: str
     path: Path
+    above: tuple[Path, ...] = ()
 
     @classmethod
     def read(cls, path: str | Path, what: str = "scenario") -> Document:
@@ -63,6 +65,22 @@ class Document:
             return cls(tomllib.loads(text), text, Path(path))
         except tomllib.TOMLDecodeError as error:
             raise ParameterError(f"{path}: not valid TOML, so no {what} can be read from it: {error}") from error
+
+    def beside(self, path: str | Path, what: str) -> Document:
+        """The document at a path that this one names, from its own folder on.
+
+        Args:
+            path: of the file
+            what: it should describe, for messages
+
+        Raises:
+            ParameterError: it cannot be read, is not TOML, or leads back to itself
+        """
+        found = self.path.parent / Path(path).expanduser()
+        above = (*self.above, self.path.resolve())
+        if found.resolve() in above:
+            raise ParameterError(f"the {what} file {found} is built on itself; name another one there")
+        return dataclasses.replace(Document.read(found, what), above=above)
 
     def error(self, location: Location, message: str) -> ParameterError:
         """An error that names the file and the line of a key, or of the table that should hold it.

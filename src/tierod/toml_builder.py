@@ -55,12 +55,13 @@ class Builder:
                 return self._amount(amounts[0], given, location)
         if isinstance(given, float | int) and not isinstance(given, bool):
             others = [each for each in others if each.hint in (float, int)] or others
-        for each in others[:-1]:
+        refused: list[ParameterError] = []
+        for each in others:
             try:
                 return self._plain(each, given, location, base)
-            except ParameterError:
-                continue
-        return self._plain(others[-1], given, location, base)
+            except ParameterError as error:
+                refused.append(error)
+        raise refused[-1 if isinstance(given, str) else 0]
 
     def _error(self, location: Location, message: str) -> ParameterError:
         name = ".".join(map(str, location))
@@ -92,17 +93,17 @@ class Builder:
 
     def _number(self, means: Meaning, given: Any, location: tuple[str | int, ...], base: Any) -> float:
         unit = self._unit(means)
-        beside = f" {unit}" if unit else ""
+        beside, within = (f" {unit}", f" in {unit}") if unit else ("", "")
         if isinstance(given, str):
             value = self._quantity(given, unit, location)
         elif isinstance(given, bool) or not isinstance(given, int | float):
             example = f' or a text with a unit, like "1{beside}"' if unit else ""
-            raise self._error(location, f"is {_shown(given)}, but has to be a number{beside}{example}")
+            raise self._error(location, f"is {_shown(given)}, but has to be a number{within}{example}")
         else:
             value = float(given)
         endless = math.isinf(value) and isinstance(base, float) and math.isinf(base)
         if math.isnan(value) or not (endless or math.isfinite(value)):
-            raise self._error(location, f"is {value}, but has to be a finite number{beside}")
+            raise self._error(location, f"is {value}, but has to be a finite number{within}")
         if means.limits is not None and not endless and not means.limits.holds(value):
             raise self._error(location, f"is {value:g}{beside}, but has to be {means.limits}{beside}")
         return value
@@ -130,8 +131,8 @@ class Builder:
         try:
             return float(scale(parts[2], unit)(float(parts[1]))) if parts[2] else float(parts[1])
         except InputError as error:
-            wanted = f"'{unit}'" if unit else "a number without unit"
-            raise self._error(location, f"is '{given}', but is measured in {wanted}: {error}") from None
+            wanted = f"is measured in '{unit}': {error}" if unit else "has to be a number without unit"
+            raise self._error(location, f"is '{given}', but {wanted}") from None
 
     def _choice(self, members: tuple[Any, ...], given: Any, location: tuple[str | int, ...]) -> Any:
         for member in members:

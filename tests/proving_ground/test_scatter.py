@@ -188,7 +188,7 @@ def test_a_table():
         ("[scatter.parameters]\n'chassis.mas' = 0.1", "line 2: neither car nor sensors .*did you mean 'chassis.mass"),
         ("[scatter.parameters]\nsensors.yaw.bias = 0.1", "line 2: .*did you mean 'sensors.yaw_rate.bias'"),
         ("[scatter.parameters]\n'chassis.mass' = { deviation = 1, also = ['x'] }", "line 2: .*parameter 'x'"),
-        ("[scatter.parameters]\n'chassis.mass' = '3 kg'", "line 2: .*measured in a number without unit"),
+        ("[scatter.parameters]\n'chassis.mass' = '3 kg'", "line 2: .*has to be a number without unit"),
         ("[scatter.parameters]\n'chassis.mass' = { deviation = '3 m', kind = 'normal' }", "line 2: .*measured in 'kg'"),
     ],
 )

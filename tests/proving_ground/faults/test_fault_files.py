@@ -77,6 +77,10 @@ def one(text):
             Fault("yaw_rate", Intermittent(Gain(3.0))),
         ),
         (
+            "element = 'yaw_rate'\nbehaviour = { kind = 'intermittent', behaviour = 'total-loss' }",
+            Fault("yaw_rate", Intermittent(TotalLoss())),
+        ),
+        (
             "element = 'road.adhesion_left'\nbehaviour = { kind = 'course', times = [0, '1 min'],"
             " values = ['20 %', 1] }",
             Fault("road.adhesion_left", Course((0.0, 60.0), (0.2, 1.0))),
@@ -128,7 +132,7 @@ FAULT = "[[faults]]\nelement = 'yaw_rate'\nbehaviour = 'total-loss'\n"
         (FAULT + "start = -1", 4, "at least 0 s"),
         (FAULT + "duration = 0", 4, "above 0 s"),
         (FAULT + "start = 5\nend = 3", 5, "ends at 3 s, before it begins at 5 s"),
-        (FAULT + "start = 5\nend = 5", 5, "ends at 5 s, before"),
+        (FAULT + "start = 5\nend = 5", 5, "ends at 5 s, as it begins at 5 s"),
         (FAULT + "end = 5\nduration = 3", 4, "exclude each other"),
         (FAULT + "start = 5\ntrigger = 'always'", 4, "exclude each other"),
         (FAULT + "trigger = 'at 3 s'\nend = 2", 5, "before it begins"),
@@ -167,6 +171,16 @@ FAULT = "[[faults]]\nelement = 'yaw_rate'\nbehaviour = 'total-loss'\n"
         (FAULT + FAULT + "duration = '1 m'", 7, "measured in 's'"),
         ("[[faults]]\nuse = 'friction-stp'", 2, "did you mean 'friction-step'"),
         ("[[faults]]\nuse = 'absent.toml'", 2, "there is no fault file"),
+        ("[[faults]]\nelement = 'yaw_rate'\nbehaviour = 'offset'\nsize = [1, 2]", 4, "has to be a number in rad/s or"),
+        ("[[faults]]\nelement = 'yaw_rate'\nbehaviour = 'offset'\nsize = true", 4, "has to be a number in rad/s or"),
+        ("[[faults]]\nelement = 'yaw_rate'\nbehaviour = 'totalloss'\nsize = 3", 3, "did you mean 'total-loss'"),
+        ("[[faults]]\nelement = 'yaw_rate'\nbehaviour = 'intermittent'\nsize = 3", 3, "'kind' is missing; choose one"),
+        (FAULT + "also = ['a']", 4, "has to be a table with 'element' and 'behaviour'"),
+        (
+            FAULT + "duration = 2024-01-01",
+            4,
+            "'faults.0.duration' is datetime.date(2024, 1, 1), but has to be a number in s",
+        ),
     ],
 )
 def test_a_slip_in_a_file_is_named_with_its_line(text, line, words):
@@ -254,6 +268,14 @@ def test_a_file_of_ones_own(tmp_path):
     path.write_text("description = 'x'\nelement = 'yaw_rate'\nbehaviour = 'gain'\n")
     with pytest.raises(ParameterError, match=r"mine.toml: 'source' is missing"):
         load(path)
+
+
+def test_a_file_that_is_built_on_itself(tmp_path):
+    for name, other in (("one", "two"), ("two", "one")):
+        (tmp_path / f"{name}.toml").write_text(f"description = 'x'\nsource = 'y'\nuse = '{other}.toml'\n")
+    document = Document.parse("[[faults]]\nuse = 'one.toml'", tmp_path / "drive.toml")
+    with pytest.raises(ParameterError, match=r"one\.toml, line 3: .*two\.toml, line 3: .*one\.toml is built on itself"):
+        build(tuple[Fault, ...], document.content["faults"], document, ("faults",))
 
 
 @pytest.mark.parametrize("name", shipped())

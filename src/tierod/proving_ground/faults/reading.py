@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Any
 
 from tierod.errors import ParameterError, TierodError, nearest
+from tierod.fields import Meaning, hints, meaning
 from tierod.proving_ground.faults.behaviours import BEHAVIOURS, AnyBehaviour, Intermittent
 from tierod.proving_ground.faults.elements import unit_without_car
 from tierod.proving_ground.faults.fault import Effect, Fault, Origin
 from tierod.proving_ground.faults.triggers import Always, AnyTrigger, AtTime, trigger_of
-from tierod.ranges import POSITIVE
+from tierod.ranges import NOT_NEGATIVE, POSITIVE, Range
 from tierod.toml import Document, build
-from tierod.toml_builder import kind_name
+from tierod.toml_builder import Builder, kind_name
 
 
 class Reader:
@@ -55,7 +55,7 @@ class Reader:
         from tierod.proving_ground.faults.shipped import load
 
         try:
-            return load(str(given), self.document.path.parent).fault
+            return load(str(given), self.document).fault
         except ParameterError as error:
             raise self._error("use", str(error)) from None
 
@@ -68,36 +68,40 @@ class Reader:
         return given
 
     def _behaviour(self, element: str) -> Any:
-        given = self.table.get("behaviour", {})
+        given = _as_table(self.table.get("behaviour", {}))
         base = self.base.behaviour if self.base else None
-        if isinstance(given, str):
-            given = {"kind": given}
         if not given and base is None:
             raise self._error("behaviour", f"'behaviour' is missing; choose one of: {', '.join(sorted(BEHAVIOURS))}")
         if isinstance(given, dict) and "size" in self.table:
-            given = self._with_size(given, base)
+            given = self._with_size(given, base, unit_without_car(element))
         place = (*self.location, "behaviour")
         return build(AnyBehaviour, given, self.document, place, base=base, signal=unit_without_car(element))
 
-    def _with_size(self, given: dict[str, Any], base: Any) -> dict[str, Any]:
-        kind = BEHAVIOURS.get(str(given.get("kind", "")).replace("_", "-").lower(), type(base))
+    def _with_size(self, given: dict[str, Any], base: Any, unit: str | None) -> dict[str, Any]:
+        kind: Any = type(base) if base is not None else None
+        if "kind" in given:
+            kind = BEHAVIOURS.get(str(given["kind"]).replace("_", "-").lower())
+        if kind is None:
+            return given
         if kind is Intermittent:
             inner = given.get("behaviour", {})
-            inner = {"kind": inner} if isinstance(inner, str) else inner
-            return given | {"behaviour": self._with_size(inner, getattr(base, "behaviour", None))}
-        main = getattr(kind, "main", None)
+            if not isinstance(inner, dict):
+                return given
+            return given | {"behaviour": self._with_size(inner, getattr(base, "behaviour", None), unit)}
+        main = kind.main
         if main is None:
             raise self._error("size", f"'{kind_name(kind)}' has no size; leave it out")
         if main in given:
             raise self._error("size", f"'size' and '{main}' say the same; leave one out")
-        return given | {main: self.table["size"]}
+        place = (*self.location, "size")
+        return given | {main: Builder(self.document, unit).value(meaning(hints(kind)[main]), self.table["size"], place)}
 
     def _trigger(self) -> Any:
         given = self.table.get("trigger")
         if given is not None and "start" in self.table:
             raise self._error("start", "'start' and 'trigger' exclude each other; leave one out")
         if "start" in self.table:
-            given = {"kind": "at-time", "time": self.table["start"]}
+            return AtTime(self._seconds("start", NOT_NEGATIVE))
         if given is None:
             return self.base.trigger if self.base else Always()
         if isinstance(given, str):
@@ -105,24 +109,28 @@ class Reader:
                 return trigger_of(given)
             except TierodError as error:
                 raise self._error("trigger", str(error)) from None
-        place = "start" if "start" in self.table else "trigger"
-        return build(AnyTrigger, given, self.document, (*self.location, place))
+        return build(AnyTrigger, given, self.document, (*self.location, "trigger"))
 
     def _duration(self, trigger: Any) -> float | None:
         if "end" in self.table and "duration" in self.table:
             raise self._error("end", "'end' and 'duration' exclude each other; leave one out")
         for key in ("duration", "end"):
             if key in self.table:
-                given = build(_Span, {"time": self.table[key]}, self.document, (*self.location, key)).time
+                given = self._seconds(key, POSITIVE)
                 return given if key == "duration" else self._until(given, trigger)
         return self.base.duration if self.base else None
+
+    def _seconds(self, key: str, limits: Range) -> float:
+        means = Meaning(float, "s", limits)
+        return Builder(self.document, None).value(means, self.table[key], (*self.location, key))
 
     def _until(self, end: float, trigger: Any) -> float:
         if not isinstance(trigger, Always | AtTime):
             raise self._error("end", "'end' needs a fault that begins at a given time; give its 'duration'")
         start = trigger.time if isinstance(trigger, AtTime) else 0.0
         if not end > start:
-            raise self._error("end", f"the fault ends at {end:g} s, before it begins at {start:g} s; swap them")
+            order = "before" if end < start else "as"
+            raise self._error("end", f"the fault ends at {end:g} s, {order} it begins at {start:g} s; end it later")
         return end - start
 
     def _also(self) -> tuple[Effect, ...]:
@@ -134,6 +142,8 @@ class Reader:
         effects = []
         for number, table in enumerate(given):
             place = (*self.location, "also", number)
+            if not isinstance(table, dict):
+                raise self.document.error(place, f"{table!r} has to be a table with 'element' and 'behaviour'")
             unknown = next((key for key in table if key not in ("element", "behaviour", "size")), None)
             if unknown is not None:
                 raise self.document.error(
@@ -144,6 +154,10 @@ class Reader:
         return tuple(effects)
 
 
-@dataclass(frozen=True)
-class _Span:
-    time: Annotated[float, "s", POSITIVE]
+def _as_table(behaviour: Any) -> Any:
+    """A behaviour by its name alone as a table, also within one that comes and goes."""
+    if isinstance(behaviour, str):
+        return {"kind": behaviour}
+    if isinstance(behaviour, dict) and "behaviour" in behaviour:
+        return behaviour | {"behaviour": _as_table(behaviour["behaviour"])}
+    return behaviour

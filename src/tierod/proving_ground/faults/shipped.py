@@ -37,18 +37,18 @@ def shipped() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in SHIPPED.glob("*.toml")))
 
 
-def load(name_or_path: str | Path, beside: Path | None = None) -> FaultFile:
+def load(name_or_path: str | Path, within: Document | None = None) -> FaultFile:
     """The fault of a shipped name or of a file.
 
     Args:
         name_or_path: a name that `shipped` lists, or the path of a fault file (.toml)
-        beside: folder from which a relative path counts; the working directory where None
+        within: document that names it, from whose folder a relative path counts; the working directory where None
 
     Raises:
         ParameterError: no such fault, or a file with a slip in it; the message names the line and the nearest names
     """
-    path = _find(str(name_or_path), beside or Path())
-    document = Document.read(path, "fault")
+    path = _find(str(name_or_path), Path() if within is None else within.path.parent)
+    document = Document.read(path, "fault") if within is None else within.beside(path.absolute(), "fault")
     table = dict(document.content)
     texts = {}
     for key in ("description", "source"):
@@ -66,5 +66,5 @@ def _find(given: str, beside: Path) -> Path:
     if path.is_file():
         return path
     if path.suffix == ".toml" or Path(given).parent != Path():
-        raise ParameterError(f"there is no fault file {path}; shipped faults: {', '.join(shipped())}")
+        raise ParameterError(f"there is no fault file {path}; 'tierod faults' lists those that are shipped")
     raise ParameterError(f"no fault is called '{given}'{nearest(given, shipped())} A file is named by its path")

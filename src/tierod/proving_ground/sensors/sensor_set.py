@@ -134,7 +134,10 @@ class SensorSet:
                 known = [*own, *SIGNALS]
                 raise document.error(place, f"a sensor cannot measure '{name}'{nearest(name, known)}") from None
             changed[name] = build(Sensor, given, document, place, base=start.sensors.get(name), signal=unit)
-        return replace(start.with_sensors(changed), description=str(table.get("description", start.description)))
+        description = table.get("description", start.description)
+        if not isinstance(description, str):
+            raise document.error((*location, "description"), "'description' has to be a text")
+        return replace(start.with_sensors(changed), description=description)
 
 
 def _start(table: Mapping[str, Any], document: Document, location: Location, base: SensorSet | None) -> SensorSet:
@@ -147,7 +150,10 @@ def _start(table: Mapping[str, Any], document: Document, location: Location, bas
     if not (str(name).endswith(".toml") and path.is_file()):
         known = f"{nearest(str(name), PRESETS)} A file of your own is named by its path"
         raise document.error((*location, "preset"), f"no set of sensors is called '{name}'{known}")
-    file = Document.read(path, "sensor")
+    try:
+        file = document.beside(path.absolute(), "sensor")
+    except ParameterError as error:
+        raise document.error((*location, "preset"), str(error)) from None
     return SensorSet.from_table(file.content, file)
 
 
