@@ -121,12 +121,12 @@ class Reaction(NamedTuple):
         roll_angle, roll_rate, roll_acceleration: of the body, positive when the right side goes down [rad], ...
         kingpin_left, kingpin_right: see `Loads`
         front_lateral_force, rear_lateral_force: of the axles, across the body [N]
-        front_slip_angle: of the front axle, positive in a left turn [rad]
+        front_slip_angle: of the front axle, positive in a left turn; its tangent, as it acts on the tyres [-]
         loads: vertical load of every wheel [N]
         wheel_speeds: rotation times effective radius of every wheel [m/s]
         self_aligning_torque: of the tyres alone about the kingpins (with mechanical trail), both sides [N*m]
         scrub_torque: of the turning, hardly rolling contact patches, both sides [N*m]
-        air: whatever else the derivative needs; private to the chassis
+        private: whatever else the derivative needs
     """
 
     speed: Any
@@ -234,6 +234,11 @@ class Seen(NamedTuple):
     heading_error: Any
     curvature: Any
     hand: Hand
+
+    @property
+    def offset_rate(self) -> Any:
+        """At which the lateral offset grows, for small heading errors [m/s]."""
+        return self.speed * self.heading_error + self.lateral_speed
 
 
 class Intent(NamedTuple):

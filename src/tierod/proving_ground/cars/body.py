@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import arctan2, where
+from tierod.graph.maths import arctan, arctan2, where
 from tierod.proving_ground.cars.imu import InertialUnit
 from tierod.proving_ground.cars.path import Path
 from tierod.proving_ground.parts import Reaction, Road
@@ -96,7 +96,7 @@ def body_signals(
         reaction.roll_angle,
         reaction.front_lateral_force,
         reaction.rear_lateral_force,
-        reaction.front_slip_angle,
+        arctan(reaction.front_slip_angle),
         *reaction.loads,
         reaction.self_aligning_torque,
         reaction.scrub_torque,

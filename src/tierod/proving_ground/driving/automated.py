@@ -138,8 +138,7 @@ class AutomatedDriver:
 
     def decide(self, memory: tuple, seen: Seen, demand: Demand) -> tuple[tuple, Intent]:
         """Once a step: where the car is; see `command`."""
-        offset_rate = seen.speed * seen.heading_error + seen.lateral_speed
-        return (), Place(0.0, 0.0, seen.lateral_offset, offset_rate, seen.curvature)  # type: ignore[return-value]
+        return (), Place(0.0, 0.0, seen.lateral_offset, seen.offset_rate, seen.curvature)  # type: ignore[return-value]
 
     def hand_torque(self, motion: tuple, hand: Hand, demand: Demand) -> Any:
         """Nobody's hands; what a course adds by hand torque acts all the same [N*m]."""

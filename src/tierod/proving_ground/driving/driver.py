@@ -7,6 +7,7 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.block import Ring
 from tierod.graph.maths import arctan, limit, maximum, minimum
+from tierod.physics.pursuit import pursuit_curvature
 from tierod.physics.single_track import steady_road_wheel_angle
 from tierod.proving_ground.driving.pedals import Foot, Pedals
 from tierod.proving_ground.parts import Demand, Hand, Intent, Seen
@@ -107,15 +108,14 @@ class HumanDriver:
         steer = arctan(steady_road_wheel_angle(curvature, seen.speed, self.wheelbase, self.understeer_gradient))
         pressed = self.expected_effort * seen.speed * seen.speed * ahead / self.arm_stiffness
         wanted = demand.steering_wheel_angle + steer / self.steering_ratio + pressed
-        offset_rate = seen.speed * seen.heading_error + seen.lateral_speed
         near = limit(seen.lateral_offset, -self.greatest_offset, self.greatest_offset)
-        noticed = memory.offset_ahead.push(near + self.preview_time * offset_rate)
+        noticed = memory.offset_ahead.push(near + self.preview_time * seen.offset_rate)
         return Mind(noticed, ahead, foot), Intent(wanted, self.mass * acceleration)
 
     def _correcting(self, offset_ahead: Any, speed: Any) -> Any:
         """Curvature [1/m] that would lead back to the path over the preview distance."""
         reach = self.preview_time * maximum(speed, self.slowest_correction)
-        return -2.0 * self.correction * offset_ahead / (reach * reach)
+        return self.correction * pursuit_curvature(offset_ahead, reach)
 
     def hand_torque(self, motion: Muscles, hand: Hand, demand: Demand) -> Any:
         """Torque of the hands on the steering wheel [N*m].
