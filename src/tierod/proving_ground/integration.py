@@ -44,7 +44,8 @@ def implicit_inverse(derivative: Callable[[State], State], at: State, step: Any)
         at: where the stiff part is linearised; numbers of the tuning only, so that the inverse is worked out once
         step: [s]
 
-    Elimination without pivots: the matrix is diagonally dominant in the sense of a stable system and a small step.
+    Elimination without looking for pivots: those of masses on springs and dampers, in the order angle and rate, stay at
+    or above one, however stiff the springs are.
     """
     rows = [[-GAMMA * step * entry for entry in row] for row in jacobian(derivative, at)]
     size = len(rows)
