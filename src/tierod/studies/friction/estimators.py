@@ -35,6 +35,14 @@ PRINTED_SMOOTH = "paper, printed, 5 Hz low-pass"
 CORRECTED_SMOOTH = "paper, corrected, 5 Hz low-pass"
 SINGLE_LAW = "single-law estimator"
 
+ONE_LAW = "default, one law in place of three"
+NO_LOAD = "default, no load share"
+NO_DROP = "default, no trail drop"
+RIGID = "default, the bar taken as rigid"
+NO_ROAD = "default, no weight, turn slip or drive force"
+ROAD = ("weight_lever", "turn_slip", "drive_share")
+"""Coefficients of what the road does to the steered wheels beside the self-aligning torque."""
+
 BASELINE = "baseline"
 BASELINE_SIGN = "baseline, printed sign"
 BASELINE_GATED = "baseline, printed gate"
@@ -56,24 +64,29 @@ def _with_pneumatic_trail() -> FrictionParameters:
     return replace(_parameters(), trail=0.5 * _parameters().trail)
 
 
-def without(*coefficients: str, cutoff: float = 12.0, half_width: float = 0.0) -> PreslidingFrictionFilter:
-    """The default estimator with some coefficients fixed at their priors, or with another conditioning.
+def without(
+    *coefficients: str, cutoff: float = 12.0, half_width: float = 0.0, rigid: bool = False
+) -> PreslidingFrictionFilter:
+    """The default estimator without some of the coefficients that it learns, or with another conditioning.
 
     Args:
-        coefficients: names in `Coefficients` that are not learnt
+        coefficients: names in `Coefficients` that are zero and not learnt
         cutoff: of the low-pass before the law [Hz]
         half_width: of the play [rad]
+        rigid: whether the torsion bar is taken as rigid
     """
-    fixed = dict.fromkeys(coefficients, 0.0)
-    tuning = PreslidingTuning(process=PROCESS._replace(**fixed), deviations=DEVIATIONS._replace(**fixed))
+    none = dict.fromkeys(coefficients, 0.0)
+    starts = {f"initial_{name}": 0.0 for name in coefficients if name in ROAD}
+    tuning = PreslidingTuning(process=PROCESS._replace(**none), deviations=DEVIATIONS._replace(**none), **starts)
     conditioning = SteeringConditioning(cutoff=cutoff, angle=AngleObserver(half_width=half_width))
-    return PreslidingFrictionFilter(_parameters(), tuning, conditioning)
+    parameters = replace(_parameters(), torsion_bar_stiffness=math.inf) if rigid else _parameters()
+    return PreslidingFrictionFilter(parameters, tuning, conditioning)
 
 
 def _single_law() -> PreslidingFrictionFilter:
     """What the default estimator grew from: one exponential law, 5 Hz before it, a play, six coefficients."""
-    tried = without("finite", "long", "trail_drop", "load_share", cutoff=5.0, half_width=3e-4)
-    return replace(tried, regressor_cutoff=49.0)
+    left_out = ("finite", "long", "trail_drop", "load_share", *ROAD)
+    return replace(without(*left_out, cutoff=5.0, half_width=3e-4, rigid=True), regressor_cutoff=49.0)
 
 
 def monitor(level: tuple[float, float] | None = None) -> FrictionMonitor:
@@ -106,9 +119,11 @@ ESTIMATORS: Mapping[str, Callable[[], Any]] = {
     PRINTED_SMOOTH: lambda: replace(printed(_parameters()), low_pass=equal_low_pass(5.0)),
     CORRECTED_SMOOTH: lambda: replace(consistent(_parameters()), low_pass=equal_low_pass(5.0)),
     SINGLE_LAW: _single_law,
-    "default, one law in place of three": lambda: without("finite", "long"),
-    "default, no load share": lambda: without("load_share"),
-    "default, no trail drop": lambda: without("trail_drop"),
+    ONE_LAW: lambda: without("finite", "long"),
+    NO_LOAD: lambda: without("load_share"),
+    NO_DROP: lambda: without("trail_drop"),
+    RIGID: lambda: without(rigid=True),
+    NO_ROAD: lambda: without(*ROAD),
 }
 """Blocks with outputs `friction_torque` and `enabled`; the default estimator runs with its verdict, see `monitor`."""
 

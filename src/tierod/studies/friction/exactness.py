@@ -25,7 +25,7 @@ KINDS: Mapping[str, tuple[str, str]] = {
 """What is driven: friction law and condition."""
 
 NOISY = (named.PRINTED_SMOOTH, named.CORRECTED_SMOOTH)
-CHANGES = ("default, one law in place of three", "default, no load share", "default, no trail drop")
+CHANGES = (named.ONE_LAW, named.NO_LOAD, named.NO_DROP, named.RIGID, named.NO_ROAD)
 COMPARED = (
     named.DEFAULT,
     named.SINGLE_LAW,
@@ -83,5 +83,5 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
         "What parts of the default estimator bring on these drives: bias ± standard deviation (N·m)",
         ("friction", "estimator", "12.5 N·m"),
         tuple(rows),
-        "Three laws and the load share act on friction that does not build up exponentially, see below.",
+        "Three laws and the load share act on friction that does not build up exponentially, see the unknown laws.",
     )

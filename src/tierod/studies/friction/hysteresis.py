@@ -64,13 +64,7 @@ class Turn:
 
 def turns(effort: Effort) -> list[Turn]:
     """The series of the paper: every setting on both supports, two turns each."""
-    car = vehicle()
-    method = HysteresisIdentification(
-        car["motor_ratio"],
-        car["column_inertia"],
-        car["column_damping"],
-        car.parameters["column_damping"].standard_deviation or 0.0,
-    )
+    method = HysteresisIdentification.of_vehicle(vehicle())
     chance = np.random.default_rng(10)
     found = []
     for support in SUPPORTS:

@@ -100,10 +100,11 @@ def _loop_friction(level: float) -> float:
     """Friction from the area of a loop [N*m], less the work of the car's own damping."""
     steering = EpsCar().steering
     assert isinstance(steering, ColumnEps)
-    motor = steering.motor
+    motor, bar = steering.motor, steering.torsion_bar
     damping = steering.damping + motor.ratio**2 * motor.damping
     inertia = steering.column_inertia + motor.ratio**2 * motor.inertia + steering.linkage.inertia
-    method = HysteresisIdentification(motor.ratio, inertia, damping, 0.0)
+    stiffness = math.inf if bar is None else bar.stiffness
+    method = HysteresisIdentification(motor.ratio, inertia, damping, 0.0, torsion_bar_stiffness=stiffness)
     return method.identify(lock_to_lock(level, hoist=True), "hoist").friction_torque
 
 
