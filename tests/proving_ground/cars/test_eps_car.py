@@ -11,7 +11,8 @@ from tierod.physics import single_track
 from tierod.proving_ground.cars.car import Start
 from tierod.proving_ground.cars.eps_car import EpsCar
 from tierod.proving_ground.chassis import SingleTrack, TwoTrack
-from tierod.proving_ground.driving import HumanDriver
+from tierod.proving_ground.control.assist import ActiveReturn, AssistUnit, Characteristic
+from tierod.proving_ground.driving import HumanDriver, Pedals
 from tierod.proving_ground.parts import Port
 from tierod.proving_ground.ports import pass_through
 from tierod.proving_ground.recorder import channel_names
@@ -150,17 +151,32 @@ def test_a_halting_car_swings_on_its_tyres_but_rolls_no_way_back(chassis):
     assert np.max(np.abs(series(out, "truth_speed")[-100:])) < 1e-3
 
 
-def test_a_millisecond_is_short_enough():
-    car = car_with(TwoTrack(), 12.0, 12.5, steering=ColumnEps(friction=DryFriction(law=Dahl(math.radians(0.3)))))
-    demand = lambda t: 0.6 * np.sin(1.5 * t)  # noqa: E731
-    coarse = scan(car, inputs(car, 6.0, 12.0, demand__steering_wheel_angle=demand))
-    refined = replace(car, step_time=STEP / 4.0)
-    values = np.repeat(inputs(car, 6.0, 12.0, demand__steering_wheel_angle=demand), 4, axis=0)
-    fine = scan(refined, values)
-    for name in ("steering_wheel_rate", "motor_torque", "yaw_rate"):
-        exact = series(fine, name)[::4]
-        error = series(coarse, name) - exact
-        assert np.sqrt(np.mean(error**2)) < 0.03 * np.std(exact), name
+def free(chassis, step, level):
+    """A car that neither a control unit nor a foot acts on, since those decide once a step."""
+    unit = AssistUnit(
+        characteristic=Characteristic(linear_gain=0.0, quadratic_gain=0.0),
+        active_return=ActiveReturn(gain=0.0),
+        damping=0.0,
+        step_time=step,
+    )
+    driver = HumanDriver(pedals=Pedals(proportional=1e-12, integral=0.0), step_time=step)
+    return car_with(chassis, 15.0, level, assist=unit, driver=driver, step_time=step)
+
+
+@pytest.mark.parametrize("chassis", CHASSIS, ids=KINDS)
+@pytest.mark.parametrize("level", [0.0, 8.0])
+def test_a_step_of_a_millisecond_is_of_second_order_and_short_enough(chassis, level):
+    """Friction included: the hands push the wheel to and fro."""
+    push = lambda t: 5.0 * np.sin(3.0 * t) ** 3  # noqa: E731
+    values = inputs(free(chassis, STEP, level), 2.0, 15.0, demand__hand_torque=push, demand__grip=0.0)
+    coarse, quarter, fine = (
+        scan(free(chassis, STEP / parts, level), np.repeat(values, parts, axis=0)) for parts in (1, 4, 32)
+    )
+    for name in ("steering_wheel_rate", "driver_torque", "yaw_rate", "lateral_acceleration", "truth_kingpin_torque"):
+        exact = series(fine, name)[::32]
+        first, second = (np.std(series(each, name)[::k] - exact) for each, k in ((coarse, 1), (quarter, 4)))
+        assert first < 1e-3 * np.std(exact), name
+        assert first > 10.0 * second, name
 
 
 def test_a_port_changes_what_the_unit_reads():
