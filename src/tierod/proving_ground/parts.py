@@ -11,6 +11,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, NamedTuple, Protocol
 
+from tierod.ranges import NOT_NEGATIVE, SHARE, Range
+
 Motion = Any
 """Tree of numbers that a part's differential equations carry on."""
 
@@ -18,15 +20,19 @@ Memory = Any
 """Tree of numbers (and Rings) that a part updates once a step."""
 
 
+STEEPEST = Range(-0.5, 0.5)
+"""Slopes that a car can stand on [rad]."""
+
+
 class Road(NamedTuple):
     """The road under the car."""
 
     curvature: Annotated[float, "1/m"]
-    bank_angle: Annotated[float, "rad"]
-    grade_angle: Annotated[float, "rad"]
-    adhesion_left: Annotated[float, ""]
-    adhesion_right: Annotated[float, ""]
-    support: Annotated[float, ""]
+    bank_angle: Annotated[float, "rad", STEEPEST]
+    grade_angle: Annotated[float, "rad", STEEPEST]
+    adhesion_left: Annotated[float, "", NOT_NEGATIVE]
+    adhesion_right: Annotated[float, "", NOT_NEGATIVE]
+    support: Annotated[float, "", SHARE]
     """Share of the weight on the road: 1 on the ground, 0 on a hoist."""
 
 
@@ -40,7 +46,7 @@ class Wind(NamedTuple):
 class Demand(NamedTuple):
     """What the course asks of whoever drives."""
 
-    speed: Annotated[float, "m/s"]
+    speed: Annotated[float, "m/s", NOT_NEGATIVE]
     acceleration: Annotated[float, "m/s**2"]
     curvature_ahead: Annotated[float, "1/m"]
     """Of the road where the driver looks for it, see `Driver.anticipation`."""
@@ -48,9 +54,9 @@ class Demand(NamedTuple):
     """Added to what the road asks for: the whole of an open-loop manoeuvre, restlessness on a road."""
     hand_torque: Annotated[float, "N*m"]
     """Added to the torque of the hands: tremor, or a torque step."""
-    grip: Annotated[float, ""]
+    grip: Annotated[float, "", NOT_NEGATIVE]
     """Share of the arms' stiffness and damping that holds the wheel: 0 is hands off."""
-    attention: Annotated[float, ""]
+    attention: Annotated[float, "", NOT_NEGATIVE]
     """Share of the correction of offset and heading that is made: 0 on a proving ground without lane."""
 
 

@@ -198,8 +198,29 @@ def test_a_slip_in_a_file_is_named_with_its_line(text, line, words):
         ("element = 'road.curvture'\nbehaviour = 'step'\nsize = 1", 2, "did you mean 'road.curvature'"),
         ("element = 'sideslip_angle'\nbehaviour = 'total-loss'", 2, "no sensor records 'sideslip_angle'"),
         ("element = 'rack_force'\nbehaviour = 'total-loss'", 2, "the car has no 'rack_force'"),
-        ("element = 'actuator.yaw_rate'\nbehaviour = 'stuck'", 2, "no actuator called 'yaw_rate' that could"),
-        ("element = 'sensor.mass'\nbehaviour = 'stuck'", 2, "no signal called 'mass'"),
+        (
+            "element = 'actuator.yaw_rate'\nbehaviour = 'stuck'",
+            2,
+            "no actuator of the car is called 'yaw_rate'; write 'sensor.yaw_rate'",
+        ),
+        ("element = 'sensor.mass'\nbehaviour = 'stuck'", 2, "no sensor records 'mass'; write 'car.mass'"),
+        (
+            "element = 'loop.motor_torque'\nbehaviour = 'stuck'",
+            2,
+            "write 'sensor.motor_torque' or 'actuator.motor_torque'",
+        ),
+        (
+            "element = 'car.mss'\nbehaviour = 'gain'\nsize = 2",
+            2,
+            "no parameter of the car is called 'mss'; did you mean",
+        ),
+        ("element = 'step_time'\nbehaviour = 'gain'\nsize = 2", 2, "the car has no 'step_time'"),
+        (
+            "element = 'yaw_rat | nothing'\nbehaviour = 'total-loss'",
+            2,
+            "would change nothing: the car has no 'yaw_rat'",
+        ),
+        ("element = 'nothing'\nbehaviour = 'total-loss'", 2, "a fault of nothing is none"),
         ("element = 'motor_torque'\nbehaviour = 'stuck'", 2, "write 'actuator.motor_torque' or 'sensor.motor_torque'"),
         (
             "element = 'yaw_rate'\nbehaviour = 'torque-loss'",
@@ -213,12 +234,20 @@ def test_a_slip_in_a_file_is_named_with_its_line(text, line, words):
         ("element = 'yaw_rate'\nbehaviour = 'step'\nsize = 1", 3, "does not fit"),
         ("element = 'road.curvature'\nbehaviour = 'with-temperature'\nsize = 400", 3, "something around the car"),
         ("element = 'mass'\nbehaviour = 'step'\nsize = -3", 4, "'mass' would become -3 kg, but has to be above 0 kg"),
+        (
+            "element = 'road.adhesion_left'\nbehaviour = 'step'\nsize = -1",
+            4,
+            "would become -1, but has to be at least 0",
+        ),
+        ("element = 'road.support'\nbehaviour = { kind = 'ramp', to = 2, over = 1 }", 3, "'road.support' would become"),
+        ("element = 'road.bank_angle'\nbehaviour = 'step'\nsize = '91 deg'", 4, "would become 1.588"),
         ("element = 'mass'\nbehaviour = { kind = 'step', to = -3 }", 3, "would become -3 kg"),
         ("element = 'mass'\nbehaviour = 'drift'\nsize = -200", 4, "'mass' would become"),
         ("element = 'mass'\nbehaviour = { kind = 'ramp', to = 0, over = 3 }", 3, "would become 0 kg"),
         ("element = 'mass'\nbehaviour = 'step'\nsize = '3 m'", 4, "'to' is '3 m', but is measured in 'kg'"),
         ("element = 'mass'\nbehaviour = { kind = 'course', times = [0, 0.05, 0.1], values = [1, -1, 1] }", 3, "-1 kg"),
         ("element = 'yaw_rate'\nbehaviour = { kind = 'bit-flip', bit = 3 }", 3, "the sensor has no quantum"),
+        ("element = 'yaw_rate'\nbehaviour = 'total-loss'\nduration = '0.5 ms'", 4, "lasts 0.0005 s, less than a step"),
         ("element = 'yaw_rate'\nbehaviour = 'total-loss'\nstart = 10", 4, "begins at 10 s, but the run ends at 10 s"),
         ("element = 'yaw_rate'\nbehaviour = 'total-loss'\ntrigger = 'between 3 s and 12 s'", 4, "begins at 12 s"),
         ("element = 'yaw_rate'\nbehaviour = 'total-loss'\ntrigger = 'speed > 3'", 4, "did you mean"),
@@ -232,6 +261,14 @@ def test_a_contradiction_with_the_car_is_refused_with_its_line(text, line, words
         Schedule([fault], Car(), SENSORS, 0, 10.0)
     assert words in str(caught.value)
     assert str(caught.value).startswith(f"drive.toml, line {line}: ")
+
+
+@pytest.mark.parametrize("text", ["duration = 5", "start = '5 s'", "trigger = 'between 6 s and 8 s'"])
+def test_a_drift_is_held_against_the_range_for_as_long_as_it_can_last(text):
+    drift = "element = 'mass'\nbehaviour = 'drift'\nsize = -200\n"
+    assert Schedule([one(drift + text)], Car(), SENSORS, 0, 10.0).parameters == ("mass",)
+    with pytest.raises(ParameterError, match="'mass' would become"):
+        Schedule([one(drift + text)], Car(mass=700.0), SENSORS, 0, 10.0)
 
 
 def test_a_fault_made_in_python_is_called_by_its_name():

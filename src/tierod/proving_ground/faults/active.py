@@ -52,7 +52,7 @@ class Active:
             start: when [s]
             seconds: when the run ends [s]
         """
-        lasts = self.fault.duration or self.fault.behaviour.usual_duration
+        lasts = _lasts(self.fault)
         self.start, self.watch = start, None
         self.end = seconds if lasts is None else min(start + lasts, seconds)
         self.chances = tuple(
@@ -80,6 +80,9 @@ def prepared(fault: Fault, reach: Reach, key: tuple[int, ...], seconds: float) -
     """
     found = (_change(fault, reach, each.element, each.behaviour, seconds) for each in fault.effects)
     changes = tuple(change for change in found if change.targets)
+    if not changes:
+        raise fault.error("element", reach.nothing_of(each.element for each in fault.effects))
+    _check_duration(fault, reach)
     active = Active(fault, changes, key, tuple(_rate(change, reach) for change in changes))
     trigger = fault.trigger
     if isinstance(trigger, AtDistance | When):
@@ -90,6 +93,13 @@ def prepared(fault: Fault, reach: Reach, key: tuple[int, ...], seconds: float) -
     else:
         active.begin(_start(fault, key, seconds), seconds)
     return active
+
+
+def _check_duration(fault: Fault, reach: Reach) -> None:
+    step = getattr(reach.car, "step_time", 0.0)
+    if fault.duration is not None and fault.duration < step:
+        message = f"the fault lasts {fault.duration:g} s, less than a step of the car, {step:g} s; let it last longer"
+        raise fault.error("duration", message)
 
 
 def _change(fault: Fault, reach: Reach, element: str, behaviour: Behaviour, seconds: float) -> Change:
@@ -117,17 +127,33 @@ def _check_reading(fault: Fault, behaviour: Behaviour, reach: Reach, target: Tar
 
 
 def _check_range(fault: Fault, behaviour: Behaviour, target: Target, seconds: float) -> None:
-    """Refuse what takes a parameter out of its range; each fault by itself."""
+    """Refuse what takes a parameter or the surroundings out of their range; each fault by itself."""
     assert target.limits is not None
     core = behaviour.core
-    since = np.union1d(np.linspace(0.0, seconds, 101), core.times if isinstance(core, Course) else [])
+    since = np.linspace(0.0, _longest(fault, seconds), 101)
+    if isinstance(core, Course):
+        since = np.union1d(since, [time for time in core.times if 0.0 <= time <= since[-1]])
     change = core.change(since, Chance((0,), 0.0, 0.0))
-    values = np.atleast_1d(change.gain * target.usual + change.offset)
+    gain, offset = np.broadcast_arrays(change.gain, change.offset)
+    # Only the run tells what is around the car: there, values that do not depend on it can be judged.
+    values = offset[gain == 0.0] if target.usual is None else np.ravel(gain * target.usual + offset)
     wrong = next((value for value in values if not target.limits.holds(value)), None)
     if wrong is not None:
         unit = f" {target.unit}" if target.unit else ""
         message = f"'{target.name}' would become {wrong:g}{unit}, but has to be {target.limits}{unit}"
         raise fault.error("size", message)
+
+
+def _longest(fault: Fault, seconds: float) -> float:
+    """How long a fault can last in a run [s]."""
+    trigger = fault.trigger
+    start = trigger.time if isinstance(trigger, AtTime) else trigger.earliest if isinstance(trigger, Within) else 0.0
+    return max(min(_lasts(fault) or seconds, seconds - start), 0.0)
+
+
+def _lasts(fault: Fault) -> float | None:
+    """Duration [s]; None until the end."""
+    return fault.duration or fault.behaviour.usual_duration
 
 
 def _rate(change: Change, reach: Reach) -> float:

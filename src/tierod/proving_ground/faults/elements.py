@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import Any, NamedTuple
 
 from tierod.block import leaves, skeleton, units
 from tierod.errors import ParameterError, nearest
-from tierod.fields import Number, numbers
+from tierod.fields import Meaning, Number, hints, meaning, numbers
 from tierod.graph.trace import trace
 from tierod.proving_ground.faults.behaviour import ACTUATOR, LOOP, PARAMETER, SIGNAL, SURROUNDING, Behaviour
 from tierod.proving_ground.faults.behaviours import BEHAVIOURS
@@ -37,6 +37,9 @@ LAGS = {
 PREFIXES = {"sensor.": SIGNAL, "loop.": LOOP, "actuator.": ACTUATOR, "car.": PARAMETER}
 """How a name says which of several things it means."""
 
+CLOCK = "step_time"
+"""Name of the parameters that say how long a step is: no fault changes them."""
+
 _AROUND: Mapping[str, Any] = {"road": Road, "wind": Wind, "demand": Demand}
 
 
@@ -47,14 +50,14 @@ class Target(NamedTuple):
         role: SIGNAL, LOOP, ACTUATOR, PARAMETER or SURROUNDING
         name: channel, port, dotted path of a parameter, or input of the car
         unit: of its values; None where nothing says
-        usual: value without fault, of a parameter
-        limits: of a parameter
+        usual: value without fault, of a parameter; None where only the run tells
+        limits: of a parameter, or of what is around the car
     """
 
     role: str
     name: str
     unit: str | None
-    usual: float = 0.0
+    usual: float | None = None
     limits: Range | None = None
 
 
@@ -69,10 +72,20 @@ def unit_without_car(element: str) -> str | None:
     _, name = split(element.split("|")[0].strip())
     if name in SIGNALS:
         return SIGNALS[name].unit
+    means = _around(name)
+    return None if means is None else means.unit or ""
+
+
+def _around(name: str) -> Meaning | None:
+    """What the annotation of something around the car means; None for what is not around it."""
     head, _, rest = name.partition(".")
-    if head in _AROUND and rest in _AROUND[head]._fields:
-        return units(_AROUND[head])[_AROUND[head]._fields.index(rest)]
-    return None
+    known = hints(_AROUND[head]) if head in _AROUND else {}
+    return meaning(known[rest]) if rest in known else None
+
+
+def _limits_around(name: str) -> Range | None:
+    means = _around(name)
+    return None if means is None else means.limits
 
 
 class Reach:
@@ -100,8 +113,8 @@ class Reach:
 
     @cached_property
     def parameters(self) -> dict[str, Number]:
-        """Every float field of the car by dotted path."""
-        return numbers(self.car)
+        """Every float field of the car by dotted path, but for its clocks."""
+        return {path: each for path, each in numbers(self.car).items() if path.split(".")[-1] != CLOCK}
 
     @property
     def recorded(self) -> set[str]:
@@ -157,14 +170,24 @@ class Reach:
                 return tuple(self._target(role, plain, behaviour) for role in _chosen(plain, roles, behaviour))
         raise ParameterError(self._missing(names[0], known))
 
+    def nothing_of(self, elements: Iterable[str]) -> str:
+        """Why a fault whose effects are all left out is none, in a sentence."""
+        names = (name.strip() for element in elements for name in element.split("|"))
+        name = next((name for name in names if name != NOTHING), None)
+        if name is None:
+            return "a fault of nothing is none; name an element of the car"
+        return f"the fault would change nothing: {self._missing(name, self.by_role())}"
+
     def _missing(self, name: str, known: Mapping[str, set[str]]) -> str:
         prefix, plain = split(name)
         if plain in SIGNALS and plain in self.outputs and not prefix:
             return f"no sensor records '{plain}'; add one to the sensors"
-        role = PREFIXES.get(prefix)
-        names = known[role] if role else set().union(*known.values())
-        what = f"no {role} called" if role else "no"
-        return f"the car has {what} '{plain}' that could fail{nearest(plain, names)}"
+        if not prefix:
+            return f"the car has no '{plain}' that could fail{nearest(plain, set().union(*known.values()))}"
+        role = PREFIXES[prefix]
+        others = [f"'{each}{plain}'" for each, kind in PREFIXES.items() if plain in known[kind]]
+        instead = f"; write {' or '.join(others)}" if others else nearest(plain, known[role])
+        return f"{_NO[role]} '{plain}'{instead}"
 
     def _target(self, role: str, name: str, behaviour: Behaviour) -> Target:
         if role == ACTUATOR and isinstance(behaviour.core, Sluggish):
@@ -173,7 +196,7 @@ class Reach:
             number = self.parameters[name]
             return Target(role, name, number.unit, number.value, number.limits)
         if role == SURROUNDING:
-            return Target(role, name, self.inputs[name])
+            return Target(role, name, self.inputs[name], limits=_limits_around(name))
         return Target(role, name, SIGNALS[name].unit if name in SIGNALS else self.outputs.get(name))
 
     def _lag_of(self, actuator: str) -> str:
@@ -211,4 +234,10 @@ _WORDS = {
     ACTUATOR: "an actuator",
     PARAMETER: "a parameter of the car",
     SURROUNDING: "something around the car",
+}
+_NO = {
+    SIGNAL: "no sensor records",
+    LOOP: "no control unit of the car reads",
+    ACTUATOR: "no actuator of the car is called",
+    PARAMETER: "no parameter of the car is called",
 }
