@@ -49,6 +49,18 @@ def test_a_window_of_place_follows_the_distance_and_comes_again():
     assert np.array_equal(share, ((np.mod(PLACE, 100.0) >= 20.0) & (np.mod(PLACE, 100.0) < 30.0)).astype(float))
 
 
+@pytest.mark.parametrize(("start", "end"), [(12.0, 14.0), (-3.0, 2.0), (-math.inf, 2.0), (8.0, 11.0)])
+@pytest.mark.parametrize("ramp", [0.0, 0.5])
+def test_a_window_comes_again_after_its_start_alike(start, end, ramp):
+    once, expected = During(start, end, ramp), np.zeros(len(TIME))
+    for shift in (0.0, 10.0, 20.0):
+        share = once.share(TIME - shift, PLACE)
+        since = shift if start == -math.inf else -math.inf
+        expected = np.maximum(expected, 0.0 if share is None else np.where(since > TIME, 0.0, share))
+    again = During(start, end, ramp, every=10.0).share(TIME, PLACE)
+    np.testing.assert_allclose(again, expected, atol=1e-9)
+
+
 def test_nothing_is_said_outside_a_window():
     assert act(Grip(During(100.0, 101.0))) == {}
     assert During().share(TIME, PLACE) == 1.0
@@ -75,6 +87,12 @@ def test_steady_conditions_set_their_columns(condition, levels):
     assert {name: (values.min(), values.max()) for name, values in columns.items()} == {
         name: (pytest.approx(level), pytest.approx(level)) for name, level in levels.items()
     }
+
+
+def test_a_curve_goes_on_behind_its_beginning():
+    """A car that rolls back from its start finds the end of the curve there."""
+    curve = Repeated(np.array([0.0, 1.0, 4.0, 2.0]), 0.5)
+    assert curve.at(np.array([-0.5, -0.25, 0.0, 0.25, 2.0])) == pytest.approx([2.0, 1.0, 0.0, 0.5, 0.0])
 
 
 def test_shares_multiply_and_amounts_add():

@@ -3,6 +3,8 @@ import math
 import numpy as np
 import pytest
 
+from tierod.errors import ParameterError
+from tierod.proving_ground.courses.lane import Slalom, SteadyCircle
 from tierod.proving_ground.courses.open_loop import (
     AngleRamp,
     LockToLock,
@@ -11,6 +13,7 @@ from tierod.proving_ground.courses.open_loop import (
     SteadyAngle,
     StepSteer,
 )
+from tierod.proving_ground.courses.table import WayTable
 
 
 def test_a_step_has_its_rate_and_height():
@@ -78,3 +81,21 @@ def test_a_hoist_takes_the_load_off(load):
     columns = LockToLock(load=load).columns(np.zeros(2), np.zeros(2), 0.0, 0.0)
     assert list(columns["road.support"]) == [load, load]
     assert list(columns["demand.attention"]) == [0.0, 0.0], "nobody follows a lane"
+
+
+@pytest.mark.parametrize(
+    ("course", "given", "said"),
+    [
+        (RandomSteer, {"time": 1.0, "lowest": 0.2, "highest": 0.9}, "no band that 1 s could show"),
+        (RandomSteer, {"lowest": 2.0, "highest": 1.0}, "give the lower one first"),
+        (SineSteer, {"periods": 0}, "a test with 0 periods is none"),
+        (SteadyAngle, {"first_speed": 20.0, "last_speed": 10.0}, "give a last_speed above the first_speed"),
+        (SteadyCircle, {"first_speed": 20.0, "last_speed": 20.0}, "give a last_speed above the first_speed"),
+        (SteadyCircle, {"radius": 0.0}, "radius 0 cannot be driven"),
+        (Slalom, {"cones": 0}, "a test with 0 cones is none"),
+        (WayTable, {"laps": 0}, "a test with 0 laps is none"),
+    ],
+)
+def test_a_test_that_cannot_be_is_refused(course, given, said):
+    with pytest.raises(ParameterError, match=said):
+        course(**given)

@@ -74,6 +74,8 @@ def test_points_round_a_circle_make_its_curvature(tmp_path):
         ("speed,grip\n0,1\n1,1\n", "there is no column distance or x"),
         ("distance,speed\n0,1\n1,1\n", "there is no column curvature"),
         ("x,speed\n0,1\n1,1\n", "there is no column y"),
+        ("distance,curvature\n0,0\n0.3,0.1\n", "the way is 0.3 m long; give at least 1 m"),
+        ("x,y\n0,0\n5,0\n5,0\n9,0\n", "two points in a row are the same"),
     ],
 )
 def test_mistakes_are_named_with_their_line(tmp_path, text, said):
@@ -82,6 +84,14 @@ def test_mistakes_are_named_with_their_line(tmp_path, text, said):
         load(path).duration  # noqa: B018
     assert said in str(caught.value)
     assert str(path) in str(caught.value)
+
+
+def test_before_the_first_row_and_after_the_last_one_the_speed_stays(tmp_path):
+    speed, rise = load(written(tmp_path, "time,speed\n5,3\n10,13\n")).speed_at(
+        np.array([0.0, 4.9, 5.1, 9.9, 10.0, 20.0])
+    )
+    assert speed == pytest.approx([3.0, 3.0, 3.2, 12.8, 13.0, 13.0])
+    assert rise == pytest.approx([0.0, 0.0, 2.0, 2.0, 0.0, 0.0])
 
 
 def test_a_missing_table(tmp_path):

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from tierod.errors import ParameterError
 from tierod.proving_ground.courses.conditions import Acting, AnyCondition
 from tierod.proving_ground.courses.course import Columns, Start, combine
 from tierod.proving_ground.courses.grid import Grid
@@ -19,6 +20,29 @@ TOLERATED_LAG = 3.0
 HASTE = 1.05
 """A car behind its plan may drive so much faster than the way allows."""
 _CONDITIONS, WAY = 1, 2
+
+
+def require_rise(first_speed: float, last_speed: float) -> None:
+    """Refuse speeds [m/s] of a test that do not rise.
+
+    Raises:
+        ParameterError: the last one is not above the first one
+    """
+    if not first_speed < last_speed:
+        raise ParameterError(
+            f"the speed of the test would rise from {first_speed:g} to {last_speed:g} m/s; give a last_speed above the "
+            "first_speed"
+        )
+
+
+def require_some(what: str, count: int) -> None:
+    """Refuse a test of nothing.
+
+    Raises:
+        ParameterError: the count is not positive
+    """
+    if count < 1:
+        raise ParameterError(f"a test with {count} {what} is none; give at least 1")
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 KNOTS = 4096
-"""After so many knots a curve comes again: never in a drive of less than half an hour."""
+"""After so many knots a curve comes again: restlessness after three quarters of an hour, unevenness after 37 km."""
 
 
 def smooth_noise(
@@ -38,7 +38,7 @@ class Repeated:
     def at(self, place: np.ndarray) -> np.ndarray:
         """The curve at some places, straight between its points."""
         position = place * self._rate
-        before = position.astype(np.intp)
+        before = np.floor(position).astype(np.intp)
         lower = self._values.take(before, mode="wrap")
         return lower + (position - before) * (self._values.take(before + 1, mode="wrap") - lower)
 

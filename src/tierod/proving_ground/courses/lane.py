@@ -9,7 +9,8 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from tierod.proving_ground.courses.base import WayCourse
+from tierod.errors import ParameterError
+from tierod.proving_ground.courses.base import WayCourse, require_rise, require_some
 from tierod.proving_ground.courses.plan import TICK, Plan
 from tierod.proving_ground.courses.way import STEP, Way, across
 from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE
@@ -65,6 +66,9 @@ class Slalom(AtWill):
     cones: int = 10
     swing: Annotated[float, "m", POSITIVE] = 1.2
     approach: Annotated[float, "m", POSITIVE] = 60.0
+
+    def __post_init__(self):
+        require_some("cones", self.cones)
 
     @cached_property
     def way(self) -> Way:
@@ -136,6 +140,11 @@ class SteadyCircle(AtWill):
     settle: Annotated[float, "s", NOT_NEGATIVE] = 20.0
     hold: Annotated[float, "s", NOT_NEGATIVE] = 5.0
     entry: Annotated[float, "m", POSITIVE] = 30.0
+
+    def __post_init__(self):
+        require_rise(self.first_speed, self.last_speed)
+        if self.radius == 0.0:
+            raise ParameterError("a circle of radius 0 cannot be driven; give a radius, positive to the left")
 
     @property
     def duration(self) -> float:

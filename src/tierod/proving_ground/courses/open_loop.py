@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 
 from tierod.errors import ParameterError
-from tierod.proving_ground.courses.base import TimeCourse
+from tierod.proving_ground.courses.base import TimeCourse, require_rise, require_some
 from tierod.proving_ground.courses.chance import band_limited
 from tierod.proving_ground.courses.course import Columns, combine
 from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE, SHARE
@@ -66,8 +66,12 @@ class StepSteer(AtSpeed):
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
         """A ramp, then constant."""
-        turned = np.minimum(np.maximum(time - self.settle, 0.0) * self.rate, abs(self.angle))
-        return math.copysign(1.0, self.angle) * turned
+        return _turned(time - self.settle, self.angle, self.rate)
+
+
+def _turned(since: np.ndarray, angle: float, rate: float) -> np.ndarray:
+    """Angle [rad] on its way from zero to an end at a rate [rad/s]."""
+    return math.copysign(1.0, angle) * np.minimum(np.maximum(since, 0.0) * rate, abs(angle))
 
 
 @dataclass(frozen=True)
@@ -85,6 +89,9 @@ class SineSteer(AtSpeed):
     frequency: Annotated[float, "Hz", POSITIVE] = 0.5
     periods: int = 1
     dwell: Annotated[float, "s", NOT_NEGATIVE] = 0.0
+
+    def __post_init__(self):
+        require_some("periods", self.periods)
 
     @property
     def test_time(self) -> float:
@@ -115,9 +122,10 @@ class RandomSteer(AtSpeed):
     time: Annotated[float, "s", POSITIVE] = 60.0
 
     def __post_init__(self):
-        if not self.lowest < self.highest:
+        if not (self.highest - self.lowest) * self.time >= 1.0:
             raise ParameterError(
-                f"random steering from {self.lowest:g} to {self.highest:g} Hz has no band; give the lower one first"
+                f"random steering from {self.lowest:g} to {self.highest:g} Hz has no band that {self.time:g} s could "
+                "show; give the lower one first, and more time the narrower the band is"
             )
 
     @property
@@ -157,8 +165,7 @@ class AngleRamp(AtSpeed):
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
         """A slow ramp."""
-        turned = np.minimum(np.maximum(time - self.settle, 0.0) * self.rate, abs(self.angle))
-        return math.copysign(1.0, self.angle) * turned
+        return _turned(time - self.settle, self.angle, self.rate)
 
 
 @dataclass(frozen=True)
@@ -179,6 +186,9 @@ class SteadyAngle(TimeCourse):
     last_speed: Annotated[float, "m/s", POSITIVE] = 30.0
     rise: Annotated[float, "m/s**2", POSITIVE] = 0.2
     settle: Annotated[float, "s", POSITIVE] = 10.0
+
+    def __post_init__(self):
+        require_rise(self.first_speed, self.last_speed)
 
     @property
     def duration(self) -> float:

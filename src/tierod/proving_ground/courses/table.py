@@ -10,12 +10,14 @@ from typing import Annotated
 import numpy as np
 
 from tierod.errors import ParameterError
-from tierod.proving_ground.courses.base import TimeCourse, WayCourse
+from tierod.proving_ground.courses.base import TimeCourse, WayCourse, require_some
 from tierod.proving_ground.courses.course import Columns, combine
 from tierod.proving_ground.courses.csv_table import PLACES, known_columns, read_table
 from tierod.proving_ground.courses.way import STEP, Way
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
+SHORTEST = 1.0
+"""Way that can be planned [m]."""
 _SLOPES = ("bank_angle", "grade_angle")
 
 
@@ -42,8 +44,8 @@ class TimeTable(TimeCourse):
         """As the rows say; at rest where they do not."""
         instants = self._table["time"]
         speed = self._table.get("speed", np.zeros(len(instants)))
-        rise = np.append(np.diff(speed) / np.diff(instants), 0.0)
-        return np.interp(time, instants, speed), rise[np.maximum(np.searchsorted(instants, time, side="right") - 1, 0)]
+        rise = np.concatenate([[0.0], np.diff(speed) / np.diff(instants), [0.0]])
+        return np.interp(time, instants, speed), rise[np.searchsorted(instants, time, side="right")]
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
         """As the rows say; straight on where they do not."""
@@ -79,11 +81,16 @@ class WayTable(WayCourse):
     wait: Annotated[float, "s", NOT_NEGATIVE] = 0.0
     laps: int = 1
 
+    def __post_init__(self):
+        require_some("laps", self.laps)
+
     @cached_property
     def way(self) -> Way:
         """The rows on equal steps."""
         table = _read(self.file, "distance or x")
         gone, curvature = _line(table, self.file)
+        if gone[-1] < SHORTEST:
+            raise ParameterError(f"{self.file}: the way is {gone[-1]:.2g} m long; give at least {SHORTEST:g} m")
         place = np.arange(0.0, gone[-1], STEP)
         count = len(place) * self.laps
         limit = np.minimum(np.interp(place, gone, table["speed"]), self.speed) if "speed" in table else None
@@ -115,6 +122,8 @@ def _line(table: dict[str, np.ndarray], file: str):
         return gone, lambda place: np.interp(place, gone, table["curvature"])
     if "y" not in table:
         raise ParameterError(f"{file}: there is no column y beside x; add it")
+    if not np.hypot(np.diff(table["x"]), np.diff(table["y"])).all():
+        raise ParameterError(f"{file}: two points in a row are the same; leave one out")
     return _through(table["x"], table["y"])
 
 

@@ -68,7 +68,8 @@ def _in_order(start: float, end: float, unit: str) -> None:
 
 def _share(place: np.ndarray, start: float, end: float, ramp: float, every: float) -> np.ndarray | float | None:
     if every < math.inf:
-        place = np.mod(place, every)
+        first = start if start > -math.inf else 0.0
+        place = np.where(place < start, place, first + np.mod(place - first, every))
     elif place[-1] < start or place[0] > end:
         return None
     elif start == -math.inf and end == math.inf:
