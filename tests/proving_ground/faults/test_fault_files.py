@@ -223,6 +223,16 @@ def test_a_slip_in_a_file_is_named_with_its_line(text, line, words):
         ("element = 'nothing'\nbehaviour = 'total-loss'", 2, "a fault of nothing is none"),
         ("element = 'motor_torque'\nbehaviour = 'stuck'", 2, "write 'actuator.motor_torque' or 'sensor.motor_torque'"),
         (
+            "element = 'yaw_rate'\nbehaviour = 'stuck'\n[[faults.also]]\nelement = 'mss'\nbehaviour = 'gain'\nsize = 2",
+            5,
+            "the car has no 'mss'",
+        ),
+        (
+            "element = 'yaw_rate'\nbehaviour = 'stuck'\n[[faults.also]]\nelement='mass'\nbehaviour='step'\nsize = 0",
+            7,
+            "'mass' would become 0 kg",
+        ),
+        (
             "element = 'yaw_rate'\nbehaviour = 'torque-loss'",
             3,
             "'torque-loss' does not fit 'yaw_rate', a recorded",

@@ -10,8 +10,8 @@ from tierod.errors import ParameterError
 from tierod.proving_ground.faults.behaviour import SIGNAL, Behaviour
 from tierod.proving_ground.faults.chance import Chance
 from tierod.proving_ground.faults.changes import Course
-from tierod.proving_ground.faults.elements import Reach, Target
-from tierod.proving_ground.faults.fault import Fault, resolved
+from tierod.proving_ground.faults.elements import MisfitError, Reach, Target
+from tierod.proving_ground.faults.fault import Effect, Fault, resolved
 from tierod.proving_ground.faults.triggers import AtDistance, AtTime, When, Within
 from tierod.proving_ground.faults.watch import Watch
 
@@ -78,7 +78,7 @@ def prepared(fault: Fault, reach: Reach, key: tuple[int, ...], seconds: float) -
     Raises:
         ParameterError: the fault does not fit the car, its sensors or the run
     """
-    found = (_change(fault, reach, each.element, each.behaviour, seconds) for each in fault.effects)
+    found = (_change(fault, each, reach, seconds) for each in fault.effects)
     changes = tuple(change for change in found if change.targets)
     if not changes:
         raise fault.error("element", reach.nothing_of(each.element for each in fault.effects))
@@ -102,32 +102,34 @@ def _check_duration(fault: Fault, reach: Reach) -> None:
         raise fault.error("duration", message)
 
 
-def _change(fault: Fault, reach: Reach, element: str, behaviour: Behaviour, seconds: float) -> Change:
+def _change(fault: Fault, effect: Effect, reach: Reach, seconds: float) -> Change:
     try:
-        targets = reach.targets(element, behaviour)
+        targets = reach.targets(effect.element, effect.behaviour)
+    except MisfitError as error:
+        raise fault.error("behaviour", str(error), effect) from None
     except ParameterError as error:
-        raise fault.error("behaviour" if "does not fit" in str(error) else "element", str(error)) from None
-    if targets:
-        behaviour = resolved(fault, behaviour, targets[0].unit)
+        raise fault.error("element", str(error), effect) from None
+    behaviour = resolved(fault, effect, targets[0].unit) if targets else effect.behaviour
     for target in targets:
-        if target.role == SIGNAL:
-            _check_reading(fault, behaviour, reach, target)
-        elif target.limits is not None:
-            _check_range(fault, behaviour, target, seconds)
+        if target.role == SIGNAL and (wrong := _wrong_reading(behaviour, reach, target)):
+            raise fault.error("behaviour", wrong, effect)
+        if target.limits is not None and (wrong := _out_of_range(fault, behaviour, target, seconds)):
+            raise fault.error("size", wrong, effect)
     return Change(behaviour, targets)
 
 
-def _check_reading(fault: Fault, behaviour: Behaviour, reach: Reach, target: Target) -> None:
-    """Refuse what a recorded channel cannot do, such as a bit flip without a last bit."""
+def _wrong_reading(behaviour: Behaviour, reach: Reach, target: Target) -> str:
+    """What a recorded channel cannot do, such as a bit flip without a last bit; "" where it can."""
     nothing = np.empty(0)
     try:
         behaviour.on_channel(nothing, nothing, nothing > 0.0, reach.sensors[target.name], Chance((0,), 0.0, 0.0))
     except ParameterError as error:
-        raise fault.error("behaviour", str(error)) from None
+        return str(error)
+    return ""
 
 
-def _check_range(fault: Fault, behaviour: Behaviour, target: Target, seconds: float) -> None:
-    """Refuse what takes a parameter or the surroundings out of their range; each fault by itself."""
+def _out_of_range(fault: Fault, behaviour: Behaviour, target: Target, seconds: float) -> str:
+    """What takes a parameter or the surroundings out of their range, each fault by itself; "" where nothing does."""
     assert target.limits is not None
     core = behaviour.core
     since = np.linspace(0.0, _longest(fault, seconds), 101)
@@ -138,10 +140,10 @@ def _check_range(fault: Fault, behaviour: Behaviour, target: Target, seconds: fl
     # Only the run tells what is around the car: there, values that do not depend on it can be judged.
     values = offset[gain == 0.0] if target.usual is None else np.ravel(gain * target.usual + offset)
     wrong = next((value for value in values if not target.limits.holds(value)), None)
-    if wrong is not None:
-        unit = f" {target.unit}" if target.unit else ""
-        message = f"'{target.name}' would become {wrong:g}{unit}, but has to be {target.limits}{unit}"
-        raise fault.error("size", message)
+    if wrong is None:
+        return ""
+    unit = f" {target.unit}" if target.unit else ""
+    return f"'{target.name}' would become {wrong:g}{unit}, but has to be {target.limits}{unit}"
 
 
 def _longest(fault: Fault, seconds: float) -> float:

@@ -43,6 +43,10 @@ CLOCK = "step_time"
 _AROUND: Mapping[str, Any] = {"road": Road, "wind": Wind, "demand": Demand}
 
 
+class MisfitError(ParameterError):
+    """An element cannot behave so."""
+
+
 class Target(NamedTuple):
     """Where an effect of a fault goes.
 
@@ -224,7 +228,7 @@ def _chosen(name: str, roles: list[str], behaviour: Behaviour) -> list[str]:
             message = f"'{kind}' does not fit '{name}', {_WORDS[role]}; possible: {', '.join(possible)}"
             if len(roles) > 1 and SIGNAL in fits:
                 message += f"; or leave the loop alone with 'sensor.{name}'"
-            raise ParameterError(message)
+            raise MisfitError(message)
     return roles
 
 

@@ -19,14 +19,6 @@ from tierod.toml_builder import kind_name
 
 
 @dataclass(frozen=True)
-class Effect:
-    """One element and what it does."""
-
-    element: str
-    behaviour: AnyBehaviour
-
-
-@dataclass(frozen=True)
 class Origin:
     """Where in a file a fault stands."""
 
@@ -41,6 +33,15 @@ class Origin:
         forms = {"size": ("size", "behaviour"), "trigger": ("start", "trigger"), "duration": ("end", "duration")}
         known = forms.get(part, (part,))
         return self.document.error((*self.location, next((key for key in known if key in table), known[-1])), message)
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One element and what it does; `origin` is where it stands, for messages."""
+
+    element: str
+    behaviour: AnyBehaviour
+    origin: Origin | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ class Fault:
     @property
     def effects(self) -> tuple[Effect, ...]:
         """All that it does."""
-        return (Effect(self.element, self.behaviour), *self.also)
+        return (Effect(self.element, self.behaviour, self.origin), *self.also)
 
     def with_size(self, size: Any) -> Fault:
         """The fault in another size: the main field of its behaviour, see `Behaviour.main`.
@@ -89,16 +90,18 @@ class Fault:
         """
         return replace(self, behaviour=_sized(self.behaviour, size))
 
-    def error(self, part: str, message: str) -> ParameterError:
+    def error(self, part: str, message: str, effect: Effect | None = None) -> ParameterError:
         """An error that names the fault's line, or the fault.
 
         Args:
             part: "element", "behaviour", "size", "trigger" or "duration"
             message: what is wrong
+            effect: that it is about, if about one
         """
-        if self.origin is None:
+        origin = self.origin if effect is None else effect.origin
+        if origin is None:
             return ParameterError(f"fault '{self.label}': {message}")
-        return self.origin.error(part, message)
+        return origin.error(part, message)
 
     @classmethod
     def from_table(
@@ -128,12 +131,13 @@ def _sized(behaviour: Any, size: Any) -> Any:
     return replace(behaviour, **{behaviour.main: _sized(inner, size) if isinstance(inner, Behaviour) else size})
 
 
-def resolved(fault: Fault, behaviour: Any, unit: str | None) -> Any:
-    """A behaviour with all amounts in the unit of what it is about.
+def resolved(fault: Fault, effect: Effect, unit: str | None) -> Any:
+    """The behaviour of an effect with all amounts in the unit of what it is about.
 
     Raises:
         ParameterError: a text whose unit does not fit
     """
+    behaviour = effect.behaviour
     texts = _texts(behaviour)
     if not texts:
         return behaviour
@@ -141,7 +145,7 @@ def resolved(fault: Fault, behaviour: Any, unit: str | None) -> Any:
     try:
         return build(type(behaviour), texts, document, base=behaviour, signal="" if unit is None else unit)
     except ParameterError as error:
-        raise fault.error("size", str(error).removeprefix(f"{document.path}: ")) from None
+        raise fault.error("size", str(error).removeprefix(f"{document.path}: "), effect) from None
 
 
 def _texts(behaviour: Any) -> dict[str, Any]:

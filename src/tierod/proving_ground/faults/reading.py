@@ -150,7 +150,7 @@ class Reader:
                     (*place, unknown), f"'{unknown}' is not known here{nearest(unknown, self.KEYS)}"
                 )
             inner = Reader(self.document, place, table, None).fault()
-            effects.append(Effect(inner.element, inner.behaviour))
+            effects.append(Effect(inner.element, inner.behaviour, inner.origin))
         return tuple(effects)
 
 
