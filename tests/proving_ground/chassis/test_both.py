@@ -112,6 +112,16 @@ def test_lowered_from_a_hoist_it_stands(body):
     assert out.at(-1).reaction.loads.front_left > 0.0
 
 
+def test_wheels_turned_in_the_air_come_down_without_scrub(body):
+    """They were twisted on the ground before; in the air that is gone."""
+    support = lambda t: np.interp(t, [2.0, 2.5, 4.5, 5.0], [1.0, 0.0, 0.0, 1.0])  # noqa: E731
+    steer = lambda t: np.interp(t, [0.0, 1.0, 3.0, 4.0], [0.0, 0.3, 0.3, -0.3])  # noqa: E731
+    out = drive(body, 6.0, 0.0, steer=steer, support=support, brake=500.0)
+    scrub = out["reaction.scrub_torque"]
+    assert abs(scrub[1500]) > 20.0
+    assert abs(scrub[-1]) < 0.02 * abs(scrub[1500])
+
+
 def test_wheels_turned_at_rest_scrub_and_a_little_rolling_frees_them(body):
     turned = drive(body, 4.0, 0.0, steer=lambda t: 0.3 * np.minimum(t, 1.0), brake=500.0)
     held = turned.at(-1).reaction

@@ -6,9 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import limit, maximum, sin, sqrt
+from tierod.graph.maths import limit, maximum, sin, sqrt, where
 from tierod.physics import single_track
-from tierod.physics.aerodynamics import air_forces
 from tierod.physics.gravity import GRAVITY
 from tierod.physics.kingpin import weight_torque
 from tierod.physics.rolling import holding_friction, rolling_resistance
@@ -20,6 +19,7 @@ from tierod.physics.tyre import (
     relaxation_speed,
     twist_rate,
 )
+from tierod.proving_ground.chassis.air import air_on
 from tierod.proving_ground.chassis.wheel import LEAST_ADHESION, TREAD_LAG, hub
 from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels, Wind
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
@@ -130,13 +130,7 @@ class SingleTrack:
         """Forces, accelerations and kingpin torques in a state of motion."""
         adhesion = self.adhesion * maximum(0.5 * (road.adhesion_left + road.adhesion_right), LEAST_ADHESION)
         sine, rates, tyres = self._tyres(motion, steer, road, adhesion)
-        air = air_forces(
-            motion.speed + wind.headwind_speed,
-            motion.lateral_speed - wind.crosswind_speed,
-            road.support * self.drag_area,
-            road.support * self.side_area,
-            self.side_force_lead,
-        )
+        air = air_on(self, motion, road, wind)
         scrub = road.support * self._parking_torque(adhesion) * motion.twist / self.twist_angle
         weight = weight_torque(road.support * self.front_load, self.weight_lever, sine)
         kingpin = 0.5 * (tyres.self_aligning_torque + scrub + weight)
@@ -196,7 +190,8 @@ class SingleTrack:
         front_rate = self._deflection_rate(motion.front_deflection, -front_hub.across, front_hub.along)
         rear_rate = self._deflection_rate(motion.rear_deflection, rear_slip_speed, motion.speed)
         turning = angle_rate + motion.yaw_rate
-        twisting = twist_rate(motion.twist, turning, front_hub.along, self.twist_angle, self.twist_length)
+        loaded = twist_rate(motion.twist, turning, front_hub.along, self.twist_angle, self.twist_length)
+        twisting = where(road.support > 0.0, loaded, -motion.twist / self.force_lag)
         front_slip = (motion.front_deflection + self.damping_time * front_rate) / self.relaxation_length
         rear_slip = (motion.rear_deflection + self.damping_time * rear_rate) / self.relaxation_length
         front_tyre = (self.front_stiffness, adhesion, self.front_load)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, Any
 
-from tierod.physics.kingpin import weight_lever
+from tierod.physics.kingpin import scrub_radius_torque, weight_lever, weight_torque
 from tierod.proving_ground.chassis.tyres import Tyre
+from tierod.proving_ground.chassis.wheel import Contact
+from tierod.proving_ground.parts import Wheels
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 
@@ -51,6 +53,22 @@ class Kingpins:
     scrub_radius: Annotated[float, "m"] = 0.008
     inclination: Annotated[float, "rad"] = 0.20
 
-    def weight_lever(self, wheel_radius: float) -> float:
-        """Torque per load and sine of the steer, from lifting the car [m]."""
-        return weight_lever(self.scrub_radius, self.inclination, wheel_radius)
+    def aligning(self, patch: Contact) -> Any:
+        """Torque of the lateral force about a kingpin [N*m]."""
+        return (self.mechanical_trail + patch.trail) * patch.lateral_force
+
+    def geometry(self, loads: Wheels, hubs: Wheels, contacts: Wheels, wheel_radius: Any) -> tuple[Any, Any]:
+        """Torques about the left and the right kingpin from weight, and from forces along the wheels [N*m].
+
+        Args:
+            loads: vertical, of every wheel [N]
+            hubs: of every wheel
+            contacts: of every wheel
+            wheel_radius: [m]
+        """
+        lever = weight_lever(self.scrub_radius, self.inclination, wheel_radius)
+        left, right = scrub_radius_torque(
+            contacts.front_left.longitudinal_force, contacts.front_right.longitudinal_force, self.scrub_radius
+        )
+        left = left + weight_torque(loads.front_left, lever, hubs.front_left.sine)
+        return left, right + weight_torque(loads.front_right, lever, hubs.front_right.sine)

@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from tierod.graph.maths import cos, limit, maximum, sin
-from tierod.physics.aerodynamics import AirForces, air_forces
+from tierod.graph.maths import cos, limit, maximum, sin, where
+from tierod.physics.aerodynamics import AirForces
 from tierod.physics.gravity import GRAVITY
-from tierod.physics.kingpin import scrub_radius_torque, weight_torque
 from tierod.physics.load_transfer import lateral_load_transfer, longitudinal_load_transfer
 from tierod.physics.rolling import holding_friction, rolling_resistance
 from tierod.physics.single_track import yaw_moment
 from tierod.physics.tyre import parking_torque, twist_rate
+from tierod.proving_ground.chassis.air import air_on
 from tierod.proving_ground.chassis.two_track_parameters import TwoTrackParameters
-from tierod.proving_ground.chassis.wheel import Contact, contact, hub
+from tierod.proving_ground.chassis.wheel import contact, hub
 from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels, Wind
 
 STOPPING_TIME = 0.004
@@ -94,21 +94,16 @@ class TwoTrack(TwoTrackParameters):
         contacts = self.contacts(motion, loads, hubs, road)
         scrub = self.scrub(motion, steer, loads, hubs, contacts)
         sums = self.sums(hubs, contacts, scrub)
-        air = air_forces(
-            motion.speed + wind.headwind_speed,
-            motion.lateral_speed - wind.crosswind_speed,
-            road.support * self.drag_area,
-            road.support * self.side_area,
-            self.side_force_lead,
-        )
+        air = air_on(self, motion, road, wind)
         rates = self._rates(motion, sums, air, road)._replace(
             longitudinal=Wheels(*(each.longitudinal_rate for each in contacts)),
             lateral=Wheels(*(each.lateral_rate for each in contacts)),
             left_twist=scrub.left_rate,
             right_twist=scrub.right_rate,
         )
-        kingpin_left, kingpin_right = self._kingpins(loads, hubs, contacts, scrub)
         left, right = contacts.front_left, contacts.front_right
+        aligning_left, aligning_right = self.kingpins.aligning(left), self.kingpins.aligning(right)
+        geometry_left, geometry_right = self.kingpins.geometry(loads, hubs, contacts, self.front.tyre.radius)
         return Reaction(
             speed=motion.speed,
             lateral_speed=motion.lateral_speed,
@@ -119,14 +114,14 @@ class TwoTrack(TwoTrackParameters):
             roll_angle=motion.roll_angle,
             roll_rate=motion.roll_rate,
             roll_acceleration=rates.roll_rate,
-            kingpin_left=kingpin_left,
-            kingpin_right=kingpin_right,
+            kingpin_left=aligning_left + scrub.left + geometry_left,
+            kingpin_right=aligning_right + scrub.right + geometry_right,
             front_lateral_force=sums.front,
             rear_lateral_force=sums.rear,
             front_slip_angle=0.5 * (left.slip + right.slip),
             loads=loads,
             wheel_speeds=self._wheel_speeds(motion),
-            self_aligning_torque=self._aligning(left) + self._aligning(right),
+            self_aligning_torque=aligning_left + aligning_right,
             scrub_torque=scrub.left + scrub.right,
             private=Balance(rates, Wheels(*(each.longitudinal_force for each in contacts))),
         )
@@ -204,7 +199,8 @@ class TwoTrack(TwoTrackParameters):
         ):
             torques.append(parking_torque(load, patch.friction, tyre.pressure) * twist / tyre.twist_angle)
             turning = steer_rate + motion.yaw_rate
-            rates.append(twist_rate(twist, turning, side.along, tyre.twist_angle, tyre.twist_length))
+            loaded = twist_rate(twist, turning, side.along, tyre.twist_angle, tyre.twist_length)
+            rates.append(where(load > 0.0, loaded, -twist / self.suspension_lag))
         return Scrub(*torques, *rates)
 
     def sums(self, hubs: Wheels, contacts: Wheels, scrub: Scrub) -> Sums:
@@ -242,22 +238,6 @@ class TwoTrack(TwoTrackParameters):
             front_force=(sums.front - motion.front_force) / lag,
             rear_force=(sums.rear - motion.rear_force) / lag,
         )
-
-    def _kingpins(self, loads: Wheels, hubs: Wheels, contacts: Wheels, scrub: Scrub) -> tuple[Any, Any]:
-        left, right = contacts.front_left, contacts.front_right
-        lever = self.kingpins.weight_lever(self.front.tyre.radius)
-        drive_left, drive_right = scrub_radius_torque(
-            left.longitudinal_force, right.longitudinal_force, self.kingpins.scrub_radius
-        )
-        weight_left = weight_torque(loads.front_left, lever, hubs.front_left.sine)
-        weight_right = weight_torque(loads.front_right, lever, hubs.front_right.sine)
-        return (
-            self._aligning(left) + scrub.left + drive_left + weight_left,
-            self._aligning(right) + scrub.right + drive_right + weight_right,
-        )
-
-    def _aligning(self, patch: Contact) -> Any:
-        return (self.kingpins.mechanical_trail + patch.trail) * patch.lateral_force
 
     def _wheel_speeds(self, motion: TwoTrackMotion) -> Wheels:
         return Wheels(*(spin * axle.tyre.radius for axle, spin in zip(self.axles, motion.spins, strict=True)))
