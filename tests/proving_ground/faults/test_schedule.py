@@ -8,6 +8,7 @@ from tierod.graph.trace import initial_memory
 from tierod.proving_ground.faults import (
     AtDistance,
     AtTime,
+    Drift,
     DropOut,
     Effect,
     Fault,
@@ -119,6 +120,28 @@ def test_several_faults_of_one_element_are_applied_in_order():
     np.testing.assert_allclose(outputs["motor_torque"], 2.0 * expected, atol=1e-12)
     _, recorded = schedule.on_channel("driver_torque", time[::10], torque(time[::10]))
     np.testing.assert_allclose(recorded, expected[::10], atol=1e-12)
+
+
+@pytest.mark.parametrize("piece", [1, 50, 2500])
+@pytest.mark.parametrize(
+    "faults",
+    [
+        (Fault("driver_torque", Offset(1.0), AtTime(2.0)), Fault("driver_torque", Stuck(), AtTime(3.0), 3.0)),
+        (Fault("driver_torque", Offset(1.0), AtTime(4.0), 3.0), Fault("driver_torque", Stuck(), AtTime(3.0), 3.0)),
+        (Fault("driver_torque", Stuck(), AtTime(3.0), 3.0), Fault("driver_torque", Offset(1.0), AtTime(4.0), 3.0)),
+        (Fault("driver_torque", Drift(1.0), AtTime(1.0)), Fault("driver_torque", Stuck(), AtTime(2.5), 2.5)),
+        (Fault("driver_torque", Gain(3.0), AtTime(2.0), 2.0), Fault("driver_torque", DropOut(0.5, repeat=True))),
+        (Fault("driver_torque", Stuck(), AtTime(1.0), 4.0), Fault("driver_torque", Stuck(), AtTime(3.0), 4.0)),
+    ],
+    ids=["offset stuck", "offset of what is stuck", "stuck offset", "drift stuck", "gain drop-out", "stuck stuck"],
+)
+def test_what_is_held_of_a_faulty_signal_is_the_same_in_the_loop(faults, piece):
+    schedule = make(*faults)
+    _, outputs = drive(schedule, piece=piece)
+    stamps = np.arange(1000) / 100.0
+    _, recorded = schedule.on_channel("driver_torque", stamps, torque(stamps))
+    # What is held in the loop is up to 10 ms younger than the last frame, and up to tripled here.
+    np.testing.assert_allclose(outputs["motor_torque"][::10] / 2.0, recorded, atol=0.065)
 
 
 def test_what_is_stuck_from_the_beginning_stays_at_its_first_value():

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tierod.errors import ParameterError
-from tierod.proving_ground.faults.behaviour import SIGNAL, Behaviour
+from tierod.proving_ground.faults.behaviour import SIGNAL, Behaviour, Change
 from tierod.proving_ground.faults.chance import Chance
 from tierod.proving_ground.faults.changes import Course
 from tierod.proving_ground.faults.elements import MisfitError, Reach, Target
@@ -21,7 +21,7 @@ _EARLY = 1e-9
 """Rounding of the clock of a run [s]."""
 
 
-class Change(NamedTuple):
+class AimedEffect(NamedTuple):
     """One effect of a fault: a behaviour, with amounts in the unit of its targets."""
 
     behaviour: Behaviour
@@ -33,13 +33,13 @@ class Active:
 
     Args:
         fault: as given
-        changes: its effects
+        effects: what it does
         key: single out run and fault, for chance
         rates: readings per second of what every effect acts on [Hz]
     """
 
-    def __init__(self, fault: Fault, changes: tuple[Change, ...], key: tuple[int, ...], rates: tuple[float, ...]):
-        self.fault, self.changes, self.key, self.rates = fault, changes, key, rates
+    def __init__(self, fault: Fault, effects: tuple[AimedEffect, ...], key: tuple[int, ...], rates: tuple[float, ...]):
+        self.fault, self.effects, self.key, self.rates = fault, effects, key, rates
         self.start: float | None = None
         self.end = np.inf
         self.watch: Watch | None = None
@@ -65,6 +65,10 @@ class Active:
             return np.zeros(len(time), dtype=bool)
         return (time >= self.start - _EARLY) & (time < self.end - _EARLY)
 
+    def change(self, number: int, time: np.ndarray) -> Change:
+        """What the effect of this number does at times at which the fault lasts [s]."""
+        return self.effects[number].behaviour.change(time - self.start, self.chances[number])
+
 
 def prepared(fault: Fault, reach: Reach, key: tuple[int, ...], seconds: float) -> Active:
     """A fault ready for a run.
@@ -78,12 +82,12 @@ def prepared(fault: Fault, reach: Reach, key: tuple[int, ...], seconds: float) -
     Raises:
         ParameterError: the fault does not fit the car, its sensors or the run
     """
-    found = (_change(fault, each, reach, seconds) for each in fault.effects)
-    changes = tuple(change for change in found if change.targets)
-    if not changes:
+    found = (_aimed(fault, each, reach, seconds) for each in fault.effects)
+    effects = tuple(effect for effect in found if effect.targets)
+    if not effects:
         raise fault.error("element", reach.nothing_of(each.element for each in fault.effects))
     _check_duration(fault, reach)
-    active = Active(fault, changes, key, tuple(_rate(change, reach) for change in changes))
+    active = Active(fault, effects, key, tuple(_rate(effect, reach) for effect in effects))
     trigger = fault.trigger
     if isinstance(trigger, AtDistance | When):
         try:
@@ -102,7 +106,7 @@ def _check_duration(fault: Fault, reach: Reach) -> None:
         raise fault.error("duration", message)
 
 
-def _change(fault: Fault, effect: Effect, reach: Reach, seconds: float) -> Change:
+def _aimed(fault: Fault, effect: Effect, reach: Reach, seconds: float) -> AimedEffect:
     try:
         targets = reach.targets(effect.element, effect.behaviour)
     except MisfitError as error:
@@ -115,7 +119,7 @@ def _change(fault: Fault, effect: Effect, reach: Reach, seconds: float) -> Chang
             raise fault.error("behaviour", wrong, effect)
         if target.limits is not None and (wrong := _out_of_range(fault, behaviour, target, seconds)):
             raise fault.error("size", wrong, effect)
-    return Change(behaviour, targets)
+    return AimedEffect(behaviour, targets)
 
 
 def _wrong_reading(behaviour: Behaviour, reach: Reach, target: Target) -> str:
@@ -158,8 +162,8 @@ def _lasts(fault: Fault) -> float | None:
     return fault.duration or fault.behaviour.usual_duration
 
 
-def _rate(change: Change, reach: Reach) -> float:
-    names = [target.name for target in change.targets if target.role == SIGNAL]
+def _rate(effect: AimedEffect, reach: Reach) -> float:
+    names = [target.name for target in effect.targets if target.role == SIGNAL]
     return reach.sensors[names[0]].rate if names else _LOOP_RATE
 
 

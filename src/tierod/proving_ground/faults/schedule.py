@@ -16,6 +16,7 @@ from tierod.proving_ground.faults.behaviour import ACTUATOR, LOOP, PARAMETER, SI
 from tierod.proving_ground.faults.behaviours import described
 from tierod.proving_ground.faults.elements import Reach, Target
 from tierod.proving_ground.faults.fault import Fault
+from tierod.proving_ground.faults.through_port import Levels, PortCourse
 from tierod.proving_ground.sensors import SensorSet
 from tierod.toml_builder import kind_name
 
@@ -49,6 +50,7 @@ class Schedule:
         self.seconds = seconds
         self._reach = Reach(car, sensors)
         self._faults: list[Active] = []
+        self._before: dict[tuple[Active, int, str], Levels] = {}
         counts: Counter[int] = Counter()
         for fault in faults:
             name = zlib.crc32(fault.label.encode())
@@ -71,8 +73,8 @@ class Schedule:
         return [
             ((active, number), target)
             for active in self._faults
-            for number, change in enumerate(active.changes)
-            for target in change.targets
+            for number, effect in enumerate(active.effects)
+            for target in effect.targets
             if target.role in roles
         ]
 
@@ -91,6 +93,8 @@ class Schedule:
     def inputs(self, time: np.ndarray, usual: Usual | None = None) -> dict[str, np.ndarray]:
         """What faults give the car at the steps of the next piece; only what differs from a sound car.
 
+        To be asked for one piece after the other, since what is held goes over from one to the next.
+
         Args:
             time: of the steps [s]
             usual: gives what the course says about an input of the car, shape of `time`; needed where a fault changes
@@ -100,25 +104,26 @@ class Schedule:
             "ports.NAME.gain", ".offset", ".held", "parameters.PATH", and inputs of the car such as
             "road.adhesion_left"; shape of `time` each
         """
-        given: dict[str, np.ndarray] = {}
-        for (active, number), target in self._targets(LOOP, ACTUATOR, PARAMETER, SURROUNDING):
+        given = self._through_ports(time)
+        for (active, number), target in self._targets(PARAMETER, SURROUNDING):
             during = active.during(time)
-            if not during.any():
-                continue
-            since = time[during] - active.start
-            change = active.changes[number].behaviour.change(since, active.chances[number])
-            for name, start in _started(target, time, usual):
-                given.setdefault(name, start)
-            if target.role in (LOOP, ACTUATOR):
-                gain, offset, held = (given[f"ports.{target.name}.{part}"] for part in ("gain", "offset", "held"))
-                gain[during] *= change.gain
-                offset[during] = change.gain * offset[during] + change.offset
-                held[during] = np.where(change.held, 1.0, held[during])
-                held[time <= 0.0] = 0.0
-            else:
-                values = given[_input(target)]
+            if during.any():
+                change = active.change(number, time[during])
+                values = given.setdefault(_input(target), _without_fault(target, time, usual))
                 values[during] = change.gain * values[during] + change.offset
         return given
+
+    def _through_ports(self, time: np.ndarray) -> dict[str, np.ndarray]:
+        courses: dict[str, PortCourse] = {}
+        for (active, number), target in self._targets(LOOP, ACTUATOR):
+            during, effect = active.during(time), (active, number, target.name)
+            if during.any():
+                course = courses.setdefault(target.name, PortCourse(time))
+                change = active.change(number, time[during])
+                self._before[effect] = course.add(during, change, self._before.get(effect, Levels()))
+            else:
+                self._before[effect] = courses[target.name].last if target.name in courses else Levels()
+        return {name: values for port, course in courses.items() for name, values in course.inputs(port).items()}
 
     def on_channel(self, name: str, time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """A recorded channel with its faults.
@@ -134,7 +139,7 @@ class Schedule:
         for (active, number), target in self._targets(SIGNAL):
             during = active.during(time)
             if target.name == name and during.any():
-                behaviour, sensor = active.changes[number].behaviour, self._reach.sensors[name]
+                behaviour, sensor = active.effects[number].behaviour, self._reach.sensors[name]
                 time, values = behaviour.on_channel(time, values, during, sensor, active.chances[number])
         return time, values
 
@@ -144,27 +149,27 @@ class Schedule:
         return tuple(
             {
                 "name": active.fault.label,
-                "element": change.targets[0].name,
-                "behaviour": kind_name(type(change.behaviour)),
+                "element": effect.targets[0].name,
+                "behaviour": kind_name(type(effect.behaviour)),
                 "start": active.start,
                 "end": None if active.start is None else active.end,
             }
             for active in self._faults
-            for change in active.changes
+            for effect in active.effects
         )
 
     @property
     def provenance(self) -> tuple[dict[str, Any], ...]:
         """Every effect whole: its window, its behaviour with all numbers in SI units, its trigger."""
-        changes = [(active, change) for active in self._faults for change in active.changes]
+        effects = [(active, effect) for active in self._faults for effect in active.effects]
         return tuple(
             window
             | {
-                "targets": [f"{target.role} {target.name}" for target in change.targets],
-                "behaviour": described(change.behaviour),
+                "targets": [f"{target.role} {target.name}" for target in effect.targets],
+                "behaviour": described(effect.behaviour),
                 "trigger": triggers.described(active.fault.trigger),
             }
-            for window, (active, change) in zip(self.windows, changes, strict=True)
+            for window, (active, effect) in zip(self.windows, effects, strict=True)
         )
 
 
@@ -172,13 +177,10 @@ def _input(target: Target) -> str:
     return f"parameters.{target.name}" if target.role == PARAMETER else target.name
 
 
-def _started(target: Target, time: np.ndarray, usual: Usual | None) -> list[tuple[str, np.ndarray]]:
-    """(input, value without fault) of what a target goes through."""
-    if target.role in (LOOP, ACTUATOR):
-        parts = (("gain", 1.0), ("offset", 0.0), ("held", 0.0))
-        return [(f"ports.{target.name}.{part}", np.full(len(time), value)) for part, value in parts]
+def _without_fault(target: Target, time: np.ndarray, usual: Usual | None) -> np.ndarray:
+    """What a parameter or an input would be."""
     if target.role == PARAMETER:
-        return [(_input(target), np.full(len(time), target.usual))]
+        return np.full(len(time), target.usual)
     if usual is None:
         raise ParameterError(f"a fault of '{target.name}' needs to know what the course says; give `usual`")
-    return [(_input(target), np.array(usual(target.name), dtype=float))]
+    return np.array(usual(target.name), dtype=float)
