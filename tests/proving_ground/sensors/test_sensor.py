@@ -102,6 +102,17 @@ def test_an_encoder_runs_over_and_a_transducer_stays_at_its_limit():
     np.testing.assert_array_equal(Sensor(saturation=(-1.0, 2.0)).read(truth, chance()), np.clip(truth, -1.0, 2.0))
 
 
+def test_a_transducer_at_its_limit_is_rounded_as_any_reading():
+    sensor = Sensor(quantum=0.25, saturation=(-1.1, 2.0))
+    np.testing.assert_array_equal(sensor.represented(np.array([-9.0, -1.0, 1.9, 9.0])), [-1.0, -1.0, 2.0, 2.0])
+
+
+def test_what_is_rounded_to_the_end_of_a_turn_begins_anew():
+    sensor = Sensor(quantum=math.radians(0.17578125), wrap=(-math.pi, math.pi))
+    ends = sensor.represented(np.radians([179.9, 179.95, -179.95, 180.0]))
+    np.testing.assert_allclose(np.degrees(ends), [179.82421875, -180.0, -180.0, -180.0], atol=1e-9)
+
+
 @given(st.integers(-10_000, 10_000), st.integers(2, 12))
 def test_a_wrapped_count_stays_among_its_values(count, bits):
     period = 2.0 * math.pi
@@ -146,10 +157,12 @@ def test_chance_is_repeated_and_one_source_does_not_move_another():
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [
-        ({"rate": 0.0}, "a sensor needs"),
-        ({"noise": -1.0}, "a sensor needs"),
-        ({"quantum": -0.1}, "a sensor needs"),
-        ({"delay": -1.0}, "a sensor needs"),
+        ({"rate": 0.0}, "'rate' is 0 Hz"),
+        ({"noise": -1.0}, "'noise' is -1"),
+        ({"quantum": -0.1}, "'quantum' is -0.1"),
+        ({"delay": -1.0}, "'delay' is -1 s"),
+        ({"jitter": -1e-3}, "'jitter' is -0.001 s"),
+        ({"noise": math.nan}, "'noise' is nan"),
         ({"wrap": (1.0, 1.0)}, "the wrap of a sensor"),
         ({"saturation": (2.0, 1.0)}, "the saturation of a sensor"),
         ({"loss": 0.9}, "raise loss_run"),

@@ -9,6 +9,7 @@ from typing import Annotated
 import numpy as np
 
 from tierod.errors import ParameterError
+from tierod.fields import check_ranges
 from tierod.proving_ground.sensors.drift import gauss_markov, random_walk
 from tierod.proving_ground.sensors.loss import lost_frames
 from tierod.ranges import NOT_NEGATIVE, POSITIVE, Range
@@ -20,7 +21,7 @@ AT_MOST = 0.45
 
 @dataclass(frozen=True)
 class Sensor:
-    """One sensor: reading = limited(wrapped(rounded(gain * truth + bias + drift + noise))).
+    """One sensor: reading = rounded(limited(wrapped(gain * truth + bias + drift + noise))).
 
     Args:
         noise: standard deviation of white noise of every reading
@@ -37,8 +38,8 @@ class Sensor:
         instability: standard deviation of a slowly wandering bias (first-order Gauss-Markov)
         instability_time: correlation time of that bias
         random_walk: growth of a drifting bias, its standard deviation after one second
-        wrap: range over which the reading runs over and begins anew; (low, high)
-        saturation: range beyond which the reading stays at its limit; (low, high)
+        wrap: range over which the reading runs over and begins anew, a whole number of steps; (low, high)
+        saturation: range beyond which the transducer stays at its limit; (low, high)
 
     Raises:
         ParameterError: a value out of its range, or limits the wrong way round
@@ -62,10 +63,7 @@ class Sensor:
     saturation: Annotated[tuple[float, float], SIGNAL_UNIT] | None = None
 
     def __post_init__(self):
-        if not (self.rate > 0.0 and self.noise >= 0.0 and self.quantum >= 0.0 and self.delay >= 0.0):
-            raise ParameterError(
-                f"a sensor needs a positive rate, and noise, quantum and delay that are not negative; given: {self}"
-            )
+        check_ranges(self)
         for name in ("wrap", "saturation"):
             limits = getattr(self, name)
             if limits is not None and not limits[0] < limits[1]:
@@ -121,11 +119,18 @@ class Sensor:
         return reading
 
     def represented(self, values: np.ndarray) -> np.ndarray:
-        """Values as the bus can hold them: rounded, run over, limited."""
+        """Values as the bus can hold them: run over, limited, rounded."""
+        values = self._run_over(values)
+        if self.saturation is not None:
+            values = np.clip(values, *self.saturation)
         if self.quantum > 0.0:
-            values = np.round(values / self.quantum) * self.quantum
-        if self.wrap is not None:
-            low, high = self.wrap
-            values = values - (high - low) * np.floor((values - low) / (high - low))
-            values = np.where(values >= high, low, values)
-        return values if self.saturation is None else np.clip(values, *self.saturation)
+            # What is rounded up to the end of the range begins anew.
+            values = self._run_over(np.round(values / self.quantum) * self.quantum)
+        return values
+
+    def _run_over(self, values: np.ndarray) -> np.ndarray:
+        if self.wrap is None:
+            return values
+        low, high = self.wrap
+        values = values - (high - low) * np.floor((values - low) / (high - low))
+        return np.where(values >= high - 1e-9 * (high - low), low, values)
