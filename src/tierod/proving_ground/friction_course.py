@@ -29,6 +29,10 @@ class FrictionCourse:
             )
         if any(later < earlier for earlier, later in zip(self.times, self.times[1:], strict=False)):
             raise ParameterError(f"the times of a friction course run backwards: {self.times}; put them in order")
+        if any(first == last for first, last in zip(self.times, self.times[2:], strict=False)):
+            raise ParameterError(
+                f"a friction course has three corners at one instant: {self.times}; leave the middle out"
+            )
         if not all(0.0 <= level < float("inf") for level in self.levels):
             raise ParameterError(f"friction levels must be finite and not negative, not {self.levels} N*m")
 
@@ -48,17 +52,8 @@ class FrictionCourse:
         return cls((start, stop), (before, after))
 
     def behaviour(self) -> Course:
-        """The course as the behaviour of a fault that acts from the beginning on."""
+        """The course as the behaviour of a fault that acts from the beginning on; a step takes no sample's time."""
         times = np.array(self.times)
         step = np.flatnonzero(np.diff(times) == 0.0)
-        times[step] -= 1e-6
+        times[step] -= 1e-9
         return Course(tuple(times.tolist()), self.levels)
-
-    def at(self, time: np.ndarray) -> np.ndarray:
-        """The level [N*m] at instants [s]; at a step, the level after it."""
-        times, levels = np.array(self.times), np.array(self.levels)
-        before = np.searchsorted(times, time, side="right") - 1
-        left, right = np.maximum(before, 0), np.minimum(before + 1, len(times) - 1)
-        width = times[right] - times[left]
-        share = np.divide(time - times[left], width, out=np.zeros(np.shape(time)), where=width > 0.0)
-        return levels[left] + np.clip(share, 0.0, 1.0) * (levels[right] - levels[left])

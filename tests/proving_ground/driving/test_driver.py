@@ -96,6 +96,14 @@ def test_a_car_ahead_of_its_path_to_the_left_is_steered_back_the_sooner():
     assert memory.offset_ahead.newest == pytest.approx(1.0 + 1.5 * (20.0 * 0.01 + 0.1))
 
 
+def test_a_car_that_rolls_back_is_not_steered_ever_more():
+    memory, seen = DRIVER.remembered(), SEEN._replace(speed=-3.0)
+    for _ in range(10_000):
+        head = memory.offset_ahead._replace(oldest=0.0)
+        memory, _ = DRIVER.decide(memory._replace(offset_ahead=head), seen, DEMAND._replace(curvature_ahead=0.01))
+    assert memory.curvature == pytest.approx(0.01)
+
+
 def test_hands_off_gives_exactly_no_torque():
     free = DEMAND._replace(grip=0.0)
     motion = DRIVER.init()._replace(angle=0.7, rate=-2.0)

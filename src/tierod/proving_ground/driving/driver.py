@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
 from tierod.block import Ring
-from tierod.graph.maths import arctan, limit, maximum, minimum
+from tierod.graph.maths import absolute, arctan, limit, maximum, minimum
 from tierod.physics.pursuit import pursuit_curvature
 from tierod.physics.single_track import steady_road_wheel_angle
 from tierod.proving_ground.driving.pedals import Foot, Pedals
@@ -102,7 +102,7 @@ class HumanDriver:
         )
         attention = demand.attention * limit(seen.speed / self.slowest_correction, 0.0, 1.0)
         offset = memory.offset_ahead.oldest
-        gone = minimum(seen.speed * self.step_time / self.rear_distance, 1.0)
+        gone = minimum(absolute(seen.speed) * self.step_time / self.rear_distance, 1.0)
         ahead = memory.curvature + gone * (demand.curvature_ahead - memory.curvature)
         curvature = ahead + self._correcting(attention * offset, seen.speed)
         steer = arctan(steady_road_wheel_angle(curvature, seen.speed, self.wheelbase, self.understeer_gradient))
