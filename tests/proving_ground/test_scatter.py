@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from tierod.errors import ParameterError
+from tierod.proving_ground.cars.active_front_car import ActiveFrontCar
+from tierod.proving_ground.cars.demonstrator_car import DemonstratorCar
 from tierod.proving_ground.cars.eps_car import EpsCar
+from tierod.proving_ground.cars.steer_by_wire_car import SteerByWireCar
 from tierod.proving_ground.chassis import SingleTrack, TwoTrack
 from tierod.proving_ground.scatter import Scatter, Spread
 from tierod.proving_ground.sensors import SensorSet
@@ -18,12 +21,15 @@ CARS = {
     "two-track": EpsCar(TwoTrack(), ColumnEps()),
     "single-track": EpsCar(SingleTrack(), ColumnEps()),
     "rack": EpsCar(TwoTrack(), RackEps()),
+    "superposed": ActiveFrontCar(),
+    "demonstrator": DemonstratorCar(),
+    "by wire": SteerByWireCar(),
 }
 SENSORS = SensorSet.production()
 NOTHING = Scatter(*[0.0] * 10)
 
 
-def draws(scatter, car=CARS["two-track"], count=400):
+def draws(scatter, car=CARS["two-track"], count=200):
     generator = np.random.default_rng(0)
     return [scatter.draw(car, SENSORS, generator) for _ in range(count)]
 
@@ -59,6 +65,13 @@ def test_spread_is_the_one_asked_for():
         ("rack", ("steering.wheel_inertia", "steering.rack_mass", "steering.motor.inertia")),
         ("two-track", ("steering.damping", "steering.motor.damping")),
         ("rack", ("steering.pinion_damping", "steering.rack_damping", "steering.motor.damping")),
+        ("superposed", ("steering.column.damping", "steering.column.motor.damping")),
+        ("superposed", ("steering.column.wheel_inertia", "steering.column.motor.inertia")),
+        (
+            "demonstrator",
+            ("steering.rack.rack_mass", "steering.rack.wheel_inertia", "steering.steering_motor_2.inertia"),
+        ),
+        ("by wire", ("steering.inertia", "steering.motor.inertia")),
     ],
 )
 def test_what_belongs_together_scatters_together(name, together):
@@ -188,6 +201,10 @@ def test_a_table():
         ("[scatter.parameters]\n'chassis.mas' = 0.1", "line 2: neither car nor sensors .*did you mean 'chassis.mass"),
         ("[scatter.parameters]\nsensors.yaw.bias = 0.1", "line 2: .*did you mean 'sensors.yaw_rate.bias'"),
         ("[scatter.parameters]\n'chassis.mass' = { deviation = 1, also = ['x'] }", "line 2: .*parameter 'x'"),
+        (
+            "[scatter.parameters]\n'sensors.yaw_rate.delay' = 0.1",
+            "line 2: 'sensors.yaw_rate.delay' is 0, which no factor",
+        ),
         ("[scatter.parameters]\n'chassis.mass' = '3 kg'", "line 2: .*has to be a number without unit"),
         ("[scatter.parameters]\n'chassis.mass' = { deviation = '3 m', kind = 'normal' }", "line 2: .*measured in 'kg'"),
     ],

@@ -6,6 +6,7 @@ import math
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from tierod.errors import ParameterError, nearest
 from tierod.fields import Number, check_ranges, numbers, replaced
-from tierod.proving_ground.sensors import SensorSet
+from tierod.proving_ground.sensors import Sensor, SensorSet
 from tierod.proving_ground.usual_scatter import SENSORS, UsualScatter
 from tierod.ranges import NOT_NEGATIVE
 from tierod.signals import SIGNALS
@@ -119,6 +120,8 @@ class Scatter(UsualScatter):
             for each in (path, *spread.also):
                 if each not in known:
                     raise self._error(path, f"neither car nor sensors have a parameter '{each}'{nearest(each, known)}")
+                if spread.kind == "log-normal" and known[each].value == 0.0:
+                    raise self._error(path, f"'{each}' is 0, which no factor changes; give kind = 'normal'")
             unit = "" if spread.kind == "log-normal" else known[path].unit
             if isinstance(spread.deviation, str):
                 document, place = self.origin or (Document({}, "", Path("scatter")), ())
@@ -150,12 +153,20 @@ class Scatter(UsualScatter):
 
 
 def _known(car: Any, sensors: SensorSet) -> dict[str, Number]:
-    """Every float field of a car and its sensors; what is in the unit of a signal gets that unit."""
-    known = numbers(car)
-    for path, number in numbers(sensors).items():
-        signal = SIGNALS[path.split(".")[1]].unit
-        known[path] = number._replace(unit=number.unit.format(signal=signal or "1"))
-    return known
+    """Every float field of a car and its sensors, by path."""
+    of_sensors = (
+        (f"{SENSORS}{name}.{field}", number)
+        for name, sensor in sensors.items()
+        for field, number in _of_sensor(sensor, SIGNALS[name].unit).items()
+    )
+    return {**numbers(car), **dict(of_sensors)}
+
+
+@lru_cache(maxsize=1024)
+def _of_sensor(sensor: Sensor, unit: str) -> dict[str, Number]:
+    """Every float field of a sensor; what is in the unit of the signal gets that unit."""
+    known = numbers(sensor)
+    return {field: number._replace(unit=number.unit.format(signal=unit or "1")) for field, number in known.items()}
 
 
 def _flat(table: Mapping[str, Any], above: str = "") -> list[tuple[str, Any]]:

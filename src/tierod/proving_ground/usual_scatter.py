@@ -15,7 +15,12 @@ SENSORS = "sensors."
 """Beginning of the paths that lead to sensors: "sensors.yaw_rate.bias"."""
 
 DAMPING = ("damping", "pinion_damping", "rack_damping", "motor.damping")
-INERTIA = ("wheel_inertia", "column_inertia", "pinion_inertia", "rack_mass", "motor.inertia")
+INERTIA = (
+    *("inertia", "wheel_inertia", "column_inertia", "pinion_inertia", "rack_mass", "motor.inertia"),
+    *("steering_motor_1.inertia", "steering_motor_2.inertia"),
+)
+WITHIN = ("", "column.", "rack.")
+"""Parts of a steering that are steerings themselves."""
 TRAIL = ("mechanical_trail", "contact_half_length", "kingpins.mechanical_trail", "front.tyre.trail")
 FRONT_TYRES = ("front_stiffness", "front.tyre.cornering_stiffness")
 REAR_TYRES = ("rear_stiffness", "rear.tyre.cornering_stiffness")
@@ -31,7 +36,7 @@ class UsualScatter:
 
     Args:
         torque_gain: of the sensors of driver and motor torque, each by itself
-        damping: of the steering, all of it together
+        damping: of the steering below its wheel, all of it together
         inertia: of the steering, all of it together
         trail: mechanical and pneumatic, together
         driver_torque_offset: bias of its sensor, in place of the nominal one
@@ -76,7 +81,7 @@ class UsualScatter:
             ("chassis", REAR_TYRES, self.tyre_stiffness),
         ):
             drawn = factor(deviation)
-            for path in (f"{part}.{name}" for name in names):
+            for path in (f"{part}.{within}{name}" for name in names for within in WITHIN):
                 if path in known:
                     yield path, known[path].value * drawn
         sensors = {
