@@ -226,6 +226,10 @@ def started(script, folder):
     return subprocess.Popen([sys.executable, script, folder], env=environment())
 
 
+def finished(store):
+    return [path for path in store.folder.glob("verdicts/*.json") if not path.name.startswith(".")]
+
+
 def test_a_campaign_that_is_killed_again_and_again_ends_as_if_nothing_had_been(tmp_path):
     script = tmp_path / "campaign.py"
     script.write_text(SCRIPT)
@@ -236,12 +240,11 @@ def test_a_campaign_that_is_killed_again_and_again_ends_as_if_nothing_had_been(t
     for kills in range(1, 3):
         process = started(script, broken.folder)
         deadline = time.monotonic() + 60.0
-        while len(list(broken.folder.glob("verdicts/*.json"))) < 4 * kills and time.monotonic() < deadline:
+        while len(finished(broken)) < 4 * kills and time.monotonic() < deadline:
             time.sleep(0.005)
         process.send_signal(signal.SIGKILL)
         assert process.wait() == -signal.SIGKILL
-    finished = [path for path in broken.folder.glob("verdicts/*.json") if not path.name.startswith(".")]
-    assert 8 <= len(finished) < 14
+    assert 8 <= len(finished(broken)) < 14
     left = broken.folder / "verdicts" / ".half.0123456789ab.json"
     write_text(left, '{"schema": ')
     assert started(script, broken.folder).wait() == 0

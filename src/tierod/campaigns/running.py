@@ -50,12 +50,12 @@ def run(plan: Plan, store: Store, processes: int, progress: Callable[[Progress],
     """
     missing = [number for number, cell in enumerate(plan.cells) if not plan.done(cell, store)]
     done, total = len(plan.cells) - len(missing), len(plan.cells)
-    if missing:
-        compile_once([plan.cells[number] for number in missing], plan.judges)
-    progress(Progress(done, total, "", ""))
     first = [number for number in missing if plan.cells[number].teacher is None]
     then = [number for number in missing if plan.cells[number].teacher is not None]
     with Workers(work, processes) as workers:
+        workers.start(len(missing))
+        compile_once([plan.cells[number] for number in missing], plan.judges if missing else ())
+        progress(Progress(done, total, "", ""))
         for part in (first, then):
             tasks = [_task(plan, store, plan.cells[number]) for number in part]
             for at, result in workers.run(tasks):

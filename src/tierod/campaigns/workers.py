@@ -90,6 +90,11 @@ class Workers:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def start(self, count: int) -> None:
+        """Let so many processes start, as far as allowed; they read in their modules while other things are done."""
+        for _ in range(min(self.processes, count) - len(self.workers)):
+            self._start()
+
     def run(self, tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
         """(number of the task, result or Failure) of every task, in the order in which they end.
 
@@ -101,9 +106,9 @@ class Workers:
             ParameterError: the processes cannot start
         """
         waiting = iter(enumerate(tasks))
-        idle = [connection for connection in self.workers if connection not in self.busy]
-        for number in range(min(self.processes, len(tasks))):
-            self._give(idle[number] if number < len(idle) else self._start(), waiting)
+        self.start(len(tasks))
+        for connection in list(self.workers):
+            self._give(connection, waiting)
         while self.busy:
             for each in wait(list(self.busy)):
                 assert isinstance(each, Connection)
