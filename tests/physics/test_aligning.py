@@ -1,3 +1,5 @@
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -40,6 +42,29 @@ def test_three_roads_to_the_aligning_torque_meet(angle, sideslip, yaw_rate, spee
     assert aligning.front_force_from_motion(lateral, yaw_acceleration, **BODY) == pytest.approx(front, abs=1e-5)
     again = aligning.yaw_acceleration_from_aligning(from_yaw, lateral, trail=TRAIL, **BODY)
     assert again == pytest.approx(yaw_acceleration, abs=1e-8)
+
+
+@given(st.floats(-3e3, 3e3), st.floats(-5e3, 5e3), st.floats(-0.6, 0.6))
+def test_the_force_across_the_wheels_is_what_makes_up_the_forces_of_the_axle(across, rolling, steer):
+    """An axle's forces along and across its wheels, turned into the body's directions and back."""
+    body_across = across * math.cos(steer) + rolling * math.sin(steer)
+    body_along = rolling * math.cos(steer) - across * math.sin(steer)
+    assert aligning.force_across_wheels(body_across, body_along, steer) == pytest.approx(across, abs=1e-6)
+
+
+def test_a_circle_at_constant_speed_pulls_the_centre_of_gravity_outward():
+    """The rear axle rolls on its own circle; the centre of gravity is ahead of it."""
+    radius, speed = 12.0, 5.0
+    yaw_rate = speed / radius
+    angle = yaw_rate * 1e-3 * np.arange(3)
+    across = np.array([-np.sin(angle), np.cos(angle)])
+    along = np.array([np.cos(angle), np.sin(angle)])
+    path = -radius * across + REAR * along
+    acceleration = (path[:, 2] - 2.0 * path[:, 1] + path[:, 0]) / 1e-6
+    expected = MASS * float(acceleration @ along[:, 1])
+    force = aligning.longitudinal_force_from_motion(0.0, yaw_rate, mass=MASS, rear_distance=REAR)
+    assert force == pytest.approx(expected, rel=1e-3)
+    assert aligning.longitudinal_force_from_motion(2.0, 0.0, mass=MASS, rear_distance=REAR) == 2.0 * MASS
 
 
 def test_left_turn_gives_a_positive_torque_also_for_arrays():

@@ -107,3 +107,23 @@ def test_a_standing_patch_twists_up_to_its_limit_and_rolls_it_off():
     for _ in range(100):
         twist += 1e-3 * tyre.twist_rate(twist, 0.0, 0.5, limit, length)
     assert twist == pytest.approx(limit * math.exp(-1.0), rel=0.02)
+
+
+def test_a_rolling_patch_twists_by_its_turn_slip():
+    length, limit, speed, turning = 0.05, 1e3, 5.0, 0.4
+    twist = 0.0
+    for _ in range(1000):
+        twist += 1e-3 * tyre.twist_rate(twist, turning, speed, limit, length)
+    assert twist / length == pytest.approx(tyre.turn_slip(turning, speed), rel=1e-4)
+
+
+def test_turn_slip_stiffness_is_the_sum_over_the_bristles():
+    """Every bristle is dragged, from where it enters, by its distance from the middle times the turn slip."""
+    half_length, half_width, stiffness = 0.06, 0.08, 110e3
+    x = half_length * (np.arange(1000) + 0.5) / 500.0
+    y = half_width * ((np.arange(1000) + 0.5) / 500.0 - 1.0)
+    per_area = stiffness / (2.0 * half_width * 2.0 * half_length**2)
+    dragged = x[:, None] * y[None, :]
+    area = 2.0 * half_width * 2.0 * half_length / dragged.size
+    moment = per_area * float(np.sum(dragged * y[None, :])) * area
+    assert tyre.turn_slip_stiffness(stiffness, half_width) == pytest.approx(moment, rel=1e-5)

@@ -18,7 +18,7 @@ THIN_AIR = 1e12
 
 
 def paper_car() -> EpsCar:
-    """The car that the paper's equations describe: one track, a rigid column, nothing from weight or turning patches."""
+    """The car of the paper's equations: one track, a rigid column, nothing from weight or turning patches."""
     car = EpsCar(chassis=SingleTrack(weight_lever=0.0, tyre_pressure=THIN_AIR))
     return replace(car, steering=replace(car.steering, torsion_bar=None))
 

@@ -10,8 +10,13 @@ from tierod.block import leaves, rebuild
 from tierod.errors import ParameterError
 from tierod.graph import scan
 from tierod.monitors.friction.conditioning import SteeringConditioning
+from tierod.monitors.friction.monitor import FrictionMonitor
+from tierod.monitors.friction.notices import RIGID_WARNING
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
 from tierod.monitors.friction.steering_sample import SteeringSample
+from tierod.physics.kingpin import weight_lever
+from tierod.physics.tyre import parking_torque
+from tierod.proving_ground import EpsCar
 from tierod.vehicles import load
 
 VEHICLE = load("midsize-eps")
@@ -66,6 +71,35 @@ def test_laws_outside_the_model_cost_a_few_percent(law, share):
 def test_learns_the_dahl_angle():
     result = scan(FILTER, signals(Case(SEED, 8.0, dahl_angle=math.radians(3.0))))
     assert math.degrees(result["dahl_angle"][-1]) == pytest.approx(3.0, rel=0.15)
+
+
+def test_learns_what_weight_turn_slip_and_drive_force_do():
+    """The virtual car's lever is 14 mm, its patches have 0.068 m**2 by Gough and twist, and it is driven in front."""
+    result = scan(FILTER, signals(Case(SEED, 4.0)))
+    chassis = EpsCar().chassis
+    pins = chassis.kingpins
+    lever = weight_lever(pins.scrub_radius, pins.inclination, chassis.front.tyre.radius)
+    tyre, wheel_load = chassis.front.tyre, 0.5 * chassis.front_load
+    scrub = parking_torque(wheel_load, tyre.friction, tyre.pressure)
+    stiffness = scrub / tyre.twist_angle * tyre.twist_length / wheel_load
+    assert result["weight_lever"][-1] == pytest.approx(lever, rel=0.3)
+    assert result["turn_slip"][-1] == pytest.approx(stiffness, rel=0.3)
+    assert 0.8 < result["drive_share"][-1] < 1.4
+
+
+def test_a_bar_taken_as_rigid_reads_high_and_is_told():
+    samples = signals(Case(SEED, 12.5))
+    car = dataclasses.replace(
+        VEHICLE, parameters={k: v for k, v in VEHICLE.parameters.items() if k != "torsion_bar_stiffness"}
+    )
+    assert settled(samples, PreslidingFrictionFilter.of_vehicle(car)).mean() > settled(samples).mean() + 0.1
+    rigid, elastic = (FrictionMonitor.of_vehicle(each) for each in (car, VEHICLE))
+    assert RIGID_WARNING in rigid.finding(scan(rigid, samples)).warnings
+    assert RIGID_WARNING not in elastic.finding(scan(elastic, samples)).warnings
+
+
+def test_counts_have_no_bar():
+    assert math.isinf(PreslidingFrictionFilter.of_vehicle(load("rav4")).parameters.torsion_bar_stiffness)
 
 
 def test_a_mirrored_drive_gives_the_same_friction():

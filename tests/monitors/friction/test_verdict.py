@@ -46,8 +46,8 @@ def test_a_step_to_12_5_is_a_fault_within_12_s_enabled(seed):
     finding = MONITOR.finding(result)
     assert finding.status is Status.FAULT
     assert finding.since == pytest.approx(CHANGE, abs=30.0)
-    assert finding.estimate.value == pytest.approx(12.5, abs=0.3)
-    assert finding.evidence["ratio_to_own_level"] == pytest.approx(12.5 / 4.0, abs=0.1)
+    assert finding.estimate.value == pytest.approx(12.5, rel=0.04)
+    assert finding.evidence["ratio_to_own_level"] == pytest.approx(12.5 / 4.0, rel=0.04)
 
 
 @pytest.mark.parametrize("seed", [1001, 1002])

@@ -28,12 +28,13 @@ SMALLEST_PRESENCE = 0.8
 """Share of the recording with all signals present below which that is said [-]; whole recordings have 0.99 and more."""
 
 LARGEST_DAMPING = 1.75
-"""Multiple of the vehicle file's damping from which yaw rate and lateral acceleration are suspected to be late [-]. 200
-ms add 0.65 N*m*s/rad to 0.8, simulated; one in ten cars whose own damping scatters by 40 % is above it too."""
+"""Multiple of the vehicle file's damping below the torsion bar from which yaw rate and lateral acceleration are
+suspected to be late [-]. 200 ms add 1.1 N*m*s/rad to 0.6, simulated; one in ten cars whose own damping scatters by 40 %
+is above it too."""
 
-LARGEST_INERTIA = 2.0
-"""Multiple of the vehicle file's inertia from which the angle is suspected to be late [-]: 100 ms give 2.1 to 3.3, cars
-whose own inertia scatters by 30 % at most 1.8, simulated."""
+LARGEST_INERTIA = 2.5
+"""Multiple of the vehicle file's inertia below the torsion bar from which the angle is suspected to be late [-]: 100 ms
+give 2.9 to 3.6; cars whose own inertia scatters by 30 % at most 1.9, unknown friction laws 2.4, simulated."""
 
 LARGEST_ALIGNING = 2.5
 """Factor on the self-aligning torque, or one over it, from which the vehicle file is doubted [-]; 3 of 120 cars whose
@@ -79,7 +80,7 @@ def _delays(run: FrictionRun) -> list[str]:
     if inertia < 0.0:
         warnings.append(
             f"the learnt inertia is negative ({inertia:.3f} kg·m²): the torques are probably late against the angle, "
-            "50 ms or more, and friction reads low, by 0.2 to 0.3 N·m at 50 ms and 0.4 to 0.5 at 100 ms"
+            "50 ms or more, and friction reads low, by 0.2 to 0.4 N·m at 50 ms and 0.5 to 0.8 at 100 ms"
         )
     if run.parameters is not None:
         below = run.parameters.below_bar
@@ -91,8 +92,8 @@ def _delays(run: FrictionRun) -> list[str]:
         if damping > LARGEST_DAMPING * below.damping:
             warnings.append(
                 f"the learnt damping is {damping / below.damping:.1f} times that of the vehicle file: "
-                "either the car's is, or yaw rate and lateral acceleration are late; 200 ms make friction read 0.6 to "
-                "0.7 N·m high"
+                "either the car's is, or yaw rate and lateral acceleration are late; 200 ms make friction read 0.5 to "
+                "0.6 N·m high"
             )
     if not 1.0 / LARGEST_ALIGNING < run.last.aligning_gain < LARGEST_ALIGNING:
         warnings.append(

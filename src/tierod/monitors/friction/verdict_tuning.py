@@ -34,20 +34,20 @@ class AlarmTuning:
         smallest_excitation: mean build-up of friction below which it cannot be told from stiffness [-]; simulated
             strokes shorter than the Dahl angle give 0.3, usual roads 0.8 to 0.95
         largest_residual: what the torque balance may leave open (root mean square), as a share of friction [-]. Where
-            it leaves more than `fitting_misfit` allows, 177 sound drives without a step (50 ms of delay and unknown
-            laws among them) gave at most 0.11 at the ready time and 0.144 later; a wrong sign of the rate gives 0.19 to
-            0.76, a yaw rate in degrees 0.2 to 0.83, no lateral acceleration 0.14 to 0.76, simulated
+            it leaves more than `fitting_misfit` allows, 63 sound drives without a step (50 ms of delay and unknown laws
+            among them) gave at most 0.10, and with gusts and ruts 0.21 for 19 s; a wrong sign of the rate gives 0.36 to
+            0.54, a yaw rate in degrees 0.13 to 0.29, no lateral acceleration 0.15 to 0.27, simulated
         fitting_misfit: misfit up to which the balance fits whatever the friction [-]; 1.5, as friction of 2 N*m is
             small against the errors that the tuning of the estimator expects
         unfit_time: enabled time without a break for which the balance must not fit until the verdict is withheld [s].
-            After a step of friction it does not fit for up to 57 s (4 to 25 N*m; 44 s for 4 to 12.5), so nearly twice
-            that. The balance must have fitted once before the first verdict
+            After a step of friction it does not fit for up to 57 s (4 to 25 N*m), so nearly twice that. The balance
+            must have fitted once before the first verdict
         smallest_damping: learnt damping below which the signals contradict each other [N*m*s/rad]. In every sample of
-            223 sound drives it stayed above -0.06, at their end above 0.1; a wrong sign of the rate gives -1.9 to -2.9,
-            a yaw rate in degrees -4.5 to -7, a lateral acceleration in g -2 to -3, simulated
+            72 sound drives it stayed above -0.1 (torques 50 ms late), else above 0.3; a wrong sign of the rate gives
+            -3.1 to -5.6, a lateral acceleration in g -2.3 to -4, simulated
         largest_aligning_factor: the learnt factor on the self-aligning torque must lie between one over this and this
-            [-]. 120 cars whose trail scatters by 30 % ended between 0.43 and 3.2; a lateral acceleration in g gives 8
-            to 10, simulated
+            [-]. Cars whose trail scatters by 30 % ended between 0.43 and 3.2; a lateral acceleration in g gives 6 to
+            10, a yaw rate in degrees 0.04 to 0.09, simulated
     """
 
     ready_time: Annotated[float, "s"] = 50.0
