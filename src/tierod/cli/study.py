@@ -22,7 +22,7 @@ def study(
     quick: Annotated[bool, typer.Option("--quick", help="A few minutes of driving only: a try, no figures.")] = False,
     processes: Annotated[int | None, typer.Option(min=1, help="Worker processes; one per core.")] = None,
 ) -> int:
-    """Run a study: tables and claims to the terminal, a page and claims.json into a folder."""
+    """Run a study: tables and claims to the terminal as Markdown, a page and claims.json into a folder."""
     from tierod.cli.terminal import messages
     from tierod.errors import ParameterError, nearest
     from tierod.studies.registry import STUDIES, Effort
@@ -106,22 +106,29 @@ def _told(name: str) -> Iterator[Callable[[float, str], None]]:
 
 def _print(claims: Sequence[Claim]) -> None:
     """The claims as a table, and how many hold."""
-    from tierod.cli.terminal import output, rows
-    from tierod.report.display import number
+    import sys
 
-    words = {True: "yes", False: "NO", None: "-"}
-    console = output()
-    cells = [
+    from tierod.report.display import number
+    from tierod.studies.content import Table
+
+    words = {True: "yes", False: "**no**", None: ""}
+    rows = tuple(
         (
             claim.id,
-            claim.printed if isinstance(claim.printed, str) else number(claim.printed),
+            claim.printed if isinstance(claim.printed, str) else _told_or_nothing(claim.printed),
             number(claim.figure),
-            "-" if claim.goal is None else str(claim.goal),
+            "" if claim.goal is None else str(claim.goal),
             claim.unit,
             words[claim.met],
         )
         for claim in claims
-    ]
-    console.print(rows(("claim", "printed", "ours", "goal", "unit", "holds"), cells, right=(1, 2, 3)))
+    )
     held, failed = (sum(claim.met is met for claim in claims) for met in (True, False))
-    console.print(f"{len(claims)} claims: {held} hold, {failed} do not, {len(claims) - held - failed} not judged")
+    count = f"{len(claims)} claims: {held} hold, {failed} do not, {len(claims) - held - failed} not judged"
+    sys.stdout.write(Table("Claims", ("claim", "printed", "ours", "goal", "unit", "holds"), rows, count).markdown())
+
+
+def _told_or_nothing(printed: float | None) -> str:
+    from tierod.report.display import number
+
+    return "" if printed is None else number(printed)

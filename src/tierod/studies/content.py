@@ -107,6 +107,8 @@ class Panel:
         levels: dashed lines across at named heights
         uprights: dashed lines up at named places
         logarithmic: whether the vertical axis is
+        sideways: whether the named places of points stand below each other, and their heights run to the right; for
+            many places with long names. The titles of the axes and the levels stay with their values
     """
 
     title: str
@@ -116,6 +118,7 @@ class Panel:
     levels: tuple[tuple[str, float], ...] = ()
     uprights: tuple[tuple[str, float], ...] = ()
     logarithmic: bool = False
+    sideways: bool = False
 
 
 @dataclass(frozen=True)

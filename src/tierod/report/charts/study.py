@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,7 @@ _PANEL, _ALONE = 240, 330
 def study_figure(chart: Chart) -> Figure:
     """A chart as the page draws it, its panels above each other."""
     count = len(chart.panels)
-    height = (_ALONE if count == 1 else _PANEL * count) + 110
+    height = max((_ALONE if count == 1 else _PANEL * count) + 110, *(_rows(panel) for panel in chart.panels))
     colours = _colours(chart)
     data: list[dict[str, Any]] = []
     axes: dict[str, Any] = {}
@@ -42,14 +43,14 @@ def study_figure(chart: Chart) -> Figure:
         suffix = "" if index == 0 else str(index + 1)
         top, gap = 1.0 - index / count, 78.0 / height
         domain = [1.0 - (index + 1) / count + (gap if index + 1 < count else 0.0), top - (24.0 / height) * (count > 1)]
-        axes[f"xaxis{suffix}"] = axis(panel.x_title, anchor=f"y{suffix}", automargin=True)
-        kind: dict[str, Any] = {"type": "log"} if panel.logarithmic else {}
-        axes[f"yaxis{suffix}"] = axis(panel.y_title, domain=domain, anchor=f"x{suffix}", **kind)
+        axes |= _axes(panel, suffix, domain)
         for mark in panel.marks:
             shown = {"showlegend": mark.name not in told, "legendgroup": mark.name}
             told.add(mark.name)
-            data.append(_drawn(mark, colours[mark.name]) | shown | {"xaxis": f"x{suffix}", "yaxis": f"y{suffix}"})
-        drawn, named = _rules(panel, suffix)
+            drawn_mark = _drawn(mark, colours[mark.name])
+            drawn_mark |= {"x": drawn_mark["y"], "y": drawn_mark["x"]} if panel.sideways else {}
+            data.append(drawn_mark | shown | {"xaxis": f"x{suffix}", "yaxis": f"y{suffix}"})
+        drawn, named = _rules(replace(panel, levels=(), uprights=panel.levels) if panel.sideways else panel, suffix)
         shapes += drawn
         notes += named
         notes += [strip_title(panel.title, domain[1])] if count > 1 else []
@@ -63,6 +64,20 @@ def study_figure(chart: Chart) -> Figure:
         height=height,
         summary=[_summary(panel, mark, count) for panel in chart.panels for mark in panel.marks],
     )
+
+
+def _rows(panel: Panel) -> int:
+    """Height that the places of a sideways panel need; 0 for any other."""
+    most = max((len(mark.x) for mark in panel.marks if isinstance(mark, Points)), default=0)
+    return 150 + 22 * most if panel.sideways else 0
+
+
+def _axes(panel: Panel, suffix: str, domain: list[float]) -> dict[str, Any]:
+    along, up = axis(panel.x_title, anchor=f"y{suffix}", automargin=True), axis(panel.y_title)
+    if panel.sideways:
+        along, up = axis(panel.y_title, anchor=f"y{suffix}"), axis("", autorange="reversed", automargin=True)
+    kind: dict[str, Any] = {"type": "log"} if panel.logarithmic else {}
+    return {f"xaxis{suffix}": along, f"yaxis{suffix}": up | {"domain": domain, "anchor": f"x{suffix}"} | kind}
 
 
 def _colours(chart: Chart) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -85,8 +86,8 @@ def _table(sets: PaperSets, drives: Drives) -> Table:
             (
                 words,
                 *(_quantiles(groups[state]) for state in STATES),
-                f"{overlap(healthy, faulty, logarithmic=True):.2f}",
-                f"{area_under_curve(healthy, faulty):.3f}",
+                _told(overlap(healthy, faulty, logarithmic=True)),
+                _told(area_under_curve(healthy, faulty)),
                 f"{100.0 * enabled:.1f} %",
             )
         )
@@ -96,6 +97,10 @@ def _table(sets: PaperSets, drives: Drives) -> Table:
         tuple(rows),
         "Overlap and AUC are those of Healthy against PWM 25%.",
     )
+
+
+def _told(value: float) -> str:
+    return "" if math.isnan(value) else f"{value:.3f}"
 
 
 def _quantiles(values: np.ndarray) -> str:
