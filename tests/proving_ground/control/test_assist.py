@@ -7,7 +7,9 @@ from proving_ground.steering.rig import STEP, Rig
 from tierod.block import leaves, tuning
 from tierod.graph.derivatives import jacobian
 from tierod.physics.assist import assist_torque
+from tierod.proving_ground.cars.active_front_car import ActiveFrontCar
 from tierod.proving_ground.control.assist import ActiveReturn, AssistMemory, AssistUnit, Characteristic
+from tierod.proving_ground.steering.active_front import ActiveFront
 from tierod.proving_ground.steering.column_eps import ColumnEps, WormGear
 from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.friction_laws import Coulomb
@@ -83,9 +85,17 @@ def poles(rig, torque, speed):
 @pytest.mark.parametrize("hands", [(0.0, 0.0), (5.0, 0.3), (40.0, 2.0)], ids=["off", "light", "on"])
 @pytest.mark.parametrize("name", STEERINGS)
 def test_loop_of_bar_and_motor_is_stable_on_the_whole_map(name, hands):
+    require_stability(Rig(STEERINGS[name], AssistUnit(), 0.0, 9400.0, *hands))
+
+
+def test_loop_below_a_superposition_that_stands_still_is_stable_without_hands():
+    require_stability(Rig(replace(ActiveFront().column, friction=SMOOTH), ActiveFrontCar().assist))
+
+
+def require_stability(at):
     """Gains of the map grow to 19 just below the limit of the motor, at rest; sticking friction is a stiff spring."""
     for kingpin in (200.0, 5000.0, 100e3):
-        rig = Rig(STEERINGS[name], AssistUnit(), kingpin, 9400.0, *hands)
+        rig = replace(at, kingpin_stiffness=kingpin)
         for speed in (0.0, 6.0, 60.0):
             for torque in (0.01, 3.0, 5.6):
                 worst = np.max(np.abs(poles(rig, torque, speed)))

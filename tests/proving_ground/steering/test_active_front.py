@@ -48,8 +48,8 @@ def test_the_hands_feel_the_shaft():
     motion = moving(0.50, 0.9, 6.0, 0.70, 1.1)
     rates = STEERING.derivative(motion, motion, STEERING.remembered(), LOADS)
     signals = STEERING.signals(motion, STEERING.remembered(), LOADS)
-    inertia = STEERING.column.wheel_inertia
-    assert rates.column.wheel.rate == pytest.approx((1.5 - signals.driver_torque) / inertia)
+    held = 1.5 - STEERING.column.wheel_damping * 0.9
+    assert rates.column.wheel.rate == pytest.approx((held - signals.driver_torque) / STEERING.column.wheel_inertia)
     assert rates.column.wheel.angle == 0.9
     assert rates.motor_angle == 5.0
 

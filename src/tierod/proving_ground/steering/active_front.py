@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
 from tierod.errors import ParameterError
+from tierod.physics.friction import viscous
 from tierod.physics.gear import superposed_angle
 from tierod.proving_ground.parts import Hand, Loads, Steer
 from tierod.proving_ground.steering.column_eps import ColumnEps, ColumnMemory, ColumnMotion
@@ -64,7 +65,7 @@ class ActiveFront:
 
     column: ColumnEps = field(
         default_factory=lambda: ColumnEps(
-            wheel_damping=0.0, motor=Motor(ratio=1.0, inertia=0.06, damping=0.4, lag=2e-3, maximum_torque=60.0)
+            motor=Motor(ratio=1.0, inertia=0.06, damping=0.4, lag=2e-3, maximum_torque=60.0)
         )
     )
     motor_ratio: Annotated[float, "", POSITIVE] = 22.5
@@ -123,10 +124,13 @@ class ActiveFront:
         self, motion: ActiveFrontMotion, start: ActiveFrontMotion, memory: ColumnMemory, loads: Loads
     ) -> ActiveFrontMotion:
         """Rate of change of the motion."""
-        speed = loads.actuator_torques[1]
-        rates = self.column.derivative(self._seen(motion, speed), start.column, memory, self._below(loads))
-        wheel = Wheel(motion.column.wheel.rate, rates.wheel.rate / self.input_ratio)
-        return ActiveFrontMotion(rates._replace(wheel=wheel), speed)
+        speed, column, wheel = loads.actuator_torques[1], self.column, self.hand(motion)
+        seen = self._seen(motion, speed)
+        rates = column.derivative(seen, start.column, memory, self._below(loads))
+        assert column.torsion_bar is not None
+        shaft = column.torsion_bar.torque(seen.wheel, seen.angle, seen.rate) / self.input_ratio
+        turning = loads.hand_torque - viscous(wheel.rate, column.wheel_damping) - shaft
+        return ActiveFrontMotion(rates._replace(wheel=Wheel(wheel.rate, turning / column.wheel_inertia)), speed)
 
     def advance(
         self, motion: ActiveFrontMotion, start: ActiveFrontMotion, memory: ColumnMemory, loads: Loads
@@ -168,7 +172,5 @@ class ActiveFront:
         return motion.column._replace(wheel=self._superposed(motion.motor_angle, motor_speed, self.hand(motion)))
 
     def _below(self, loads: Loads) -> Loads:
-        """By virtual work, the hands' torque counts by the input ratio at the pinion."""
-        return loads._replace(
-            hand_torque=self.input_ratio * loads.hand_torque, actuator_torques=loads.actuator_torques[:1]
-        )
+        """On the column below the gear, whose wheel is where the gear puts it."""
+        return loads._replace(actuator_torques=loads.actuator_torques[:1])
