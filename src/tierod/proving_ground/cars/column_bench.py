@@ -7,14 +7,13 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.graph.maths import where
 from tierod.physics.gear import gear_coupling_torque
-from tierod.physics.torque_ripple import torque_ripple
 from tierod.physics.torsion_bar import torsion_bar_torque
 from tierod.proving_ground.integration import runge_kutta
 from tierod.proving_ground.parts import Port
 from tierod.proving_ground.ports import pass_through
 from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.friction_laws import Dahl
-from tierod.proving_ground.steering.motor import Ripple
+from tierod.proving_ground.steering.motor import Ripple, rippled
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 
@@ -170,7 +169,7 @@ class ColumnBench:
         bar = self._bar(motion)
         coupling = gear_coupling_torque(motion.motor_angle, motion.gear_angle, self.gear_ratio, self.gear_stiffness)
         dry = self.friction.torque(friction, motion.motor_angle - start.motor_angle, motion.motor_rate)
-        driving = self._with_ripple(motor_torque, motion.motor_angle) + acting.motor_disturbance
+        driving = rippled(motor_torque, motion.motor_angle, self.ripple) + acting.motor_disturbance
         motor = driving - coupling - dry - self.motor_damping * motion.motor_rate
         gear = bar + self.gear_ratio * coupling + acting.gear_torque
         return ColumnMotion(
@@ -192,11 +191,6 @@ class ColumnBench:
         free = torque / (self.wheel_inertia + acting.grip * arms.inertia)
         return where(acting.locked > 0.5, -motion.wheel_rate / self.locking_time, free)
 
-    def _with_ripple(self, torque: Any, angle: Any) -> Any:
-        if self.ripple is None:
-            return torque
-        return torque + torque_ripple(angle, torque, self.ripple.cogging_torque, self.ripple.share, self.ripple.order)
-
     def _signals(self, state: BenchState, given: Any, acting: Acting) -> BenchSignals:
         motion = state.motion
         bar = self._bar(motion)
@@ -209,7 +203,7 @@ class ColumnBench:
             acting.motor_torque,
             motion.wheel_rate,
             motion.motor_rate,
-            self._with_ripple(given, motion.motor_angle) + acting.motor_disturbance,
+            rippled(given, motion.motor_angle, self.ripple) + acting.motor_disturbance,
             motion.gear_angle,
             motion.gear_rate,
             from_outside,

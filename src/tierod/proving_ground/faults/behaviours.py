@@ -10,13 +10,11 @@ import numpy as np
 
 from tierod.errors import ParameterError
 from tierod.proving_ground.faults.behaviour import Behaviour, Change
+from tierod.proving_ground.faults.bus import BitFlip, Delay, DropOut
 from tierod.proving_ground.faults.chance import Chance
 from tierod.proving_ground.faults.changes import Course, Ramp, Scale, Sluggish, Step, TorqueLoss, WithTemperature
 from tierod.proving_ground.faults.signals import (
-    BitFlip,
-    Delay,
     Drift,
-    DropOut,
     Gain,
     Noise,
     Offset,

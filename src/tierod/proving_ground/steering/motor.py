@@ -20,6 +20,13 @@ class Ripple:
     order: Annotated[float, "", POSITIVE] = 24.0
 
 
+def rippled(torque: Any, angle: Any, ripple: Ripple | None) -> Any:
+    """Torque at the shaft [N*m] of one of the currents [N*m], at an angle of the rotor [rad]."""
+    if ripple is None:
+        return torque
+    return torque + torque_ripple(angle, torque, ripple.cogging_torque, ripple.share, ripple.order)
+
+
 @dataclass(frozen=True)
 class SpeedLimit:
     """What the voltage leaves at speed, see `tierod.physics.motor_limit`.
@@ -70,9 +77,7 @@ class Motor:
 
     def shaft_torque(self, torque: Any, angle: Any) -> Any:
         """Torque at the shaft [N*m] at an angle of the rotor [rad]."""
-        if self.ripple is None:
-            return torque
-        return torque + torque_ripple(angle, torque, self.ripple.cogging_torque, self.ripple.share, self.ripple.order)
+        return rippled(torque, angle, self.ripple)
 
 
 def assist_motor() -> Motor:

@@ -71,14 +71,11 @@ def steering_signals(
     """Signals of a steering, with the tie rods' forces from the balance of their road wheels.
 
     Args:
-        linkage: behind the rack
-        hand: steering wheel
-        hand_acceleration: of the steering wheel [rad/s**2]
+        hand, hand_acceleration: steering wheel, [rad/s**2]
         driver_torque: in the torsion bar [N*m]
-        motor: its rotor
+        motor, rack: rotor and travel
         pinion_angle: [rad]
-        rack: its travel
-        resistance: of the linkage
+        linkage, resistance: behind the rack
         dry: friction
     """
     steer = linkage.steer(rack.angle, rack.rate)
