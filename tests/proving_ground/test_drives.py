@@ -42,10 +42,8 @@ def test_canonical_channels_at_100_hz_in_their_units(healthy):
     assert all(name in CANONICAL or name.startswith("truth_") for name in healthy.names)
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2, 3])
-@pytest.mark.parametrize(
-    ("level", "dahl_angle"), [(4.0, 0.3), (4.0, 1.0), (5.5, 3.0), (8.0, 1.0), (12.5, 0.3), (12.5, 3.0)]
-)
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize(("level", "dahl_angle"), [(4.0, 0.3), (8.0, 1.0), (12.5, 3.0)])
 def test_gate_of_the_paper_is_open_about_a_third_of_the_time_and_more_with_much_friction(seed, level, dahl_angle):
     car = EpsCar()
     friction = DryFriction(law=Dahl(math.radians(dahl_angle)))
@@ -102,9 +100,9 @@ def test_seed_keeps_the_route_whatever_else_changes():
     assert not same(truth, other, ["driver_torque"])
 
 
-def test_a_drive_in_parts_of_a_minute_is_one_drive():
-    """A longer drive goes on where the minute-long parts meet: no jump of the truth."""
-    recording = drive(minutes=2.2, seed=3, sensors=IDEAL)
+def test_a_drive_in_pieces_is_one_drive():
+    """It goes on where its pieces meet: no jump of the truth."""
+    recording = drive(minutes=1.2, seed=3, sensors=IDEAL)
     angle = recording["steering_wheel_angle"].values
     rate = recording["steering_wheel_rate"].values
     assert np.diff(angle) == pytest.approx(0.005 * (rate[1:] + rate[:-1]), abs=2e-4)
