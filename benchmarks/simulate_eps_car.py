@@ -1,4 +1,4 @@
-"""The virtual EPS car with its sensors, against CommonRoad's multi-body car without steering; and a campaign's scaling."""
+"""The virtual EPS car with its sensors, against the chassis of CommonRoad's multi-body car; and how drives scale."""
 
 from __future__ import annotations
 

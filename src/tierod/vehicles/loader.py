@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tierod.errors import InputError, ParameterError, nearest
+from tierod.toml_lines import line_of
 from tierod.units import COUNT, Scale, scale
 from tierod.vehicles.catalogue import QUANTITIES, Quantity
-from tierod.toml_lines import line_of
 from tierod.vehicles.vehicle import SHIPPED, Parameter, Vehicle
 
 if TYPE_CHECKING:
