@@ -184,7 +184,7 @@ class Car:
         loads = _loads(reaction, hand_torque, torques)
         position = moved(held.position, reaction, motion.path.heading, self.step_time)
         steering = self.steering.advance(after.steering, motion.steering, held.steering, loads)
-        next_held = Held(steering, driver, control, torques[: len(held.torques)], ports, position)
+        next_held = Held(steering, driver, control, torques, ports, position)
         force = self.drive_force(intent, held.torques)
         body = body_signals(reaction, self.inertial_unit, motion.path, held.position, sample.road, hand_torque, force)
         return State(after, next_held), Output(body, signals, controlled)
