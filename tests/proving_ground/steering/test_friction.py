@@ -49,3 +49,9 @@ def test_a_wave_comes_once_per_turn():
     for turn in range(-1, 2):
         assert sliding(friction, 1.0, angle=0.5 + 2.0 * math.pi * turn) == pytest.approx(5.0)
         assert sliding(friction, 1.0, angle=0.5 + math.pi * (2.0 * turn + 1.0)) == pytest.approx(3.0)
+
+
+def test_a_wave_above_the_level_leaves_no_friction():
+    friction = DryFriction(1.0, wave=Wave(3.0))
+    assert friction.sliding_level(0.0) == 4.0
+    assert friction.sliding_level(math.pi) == sliding(friction, 1.0, angle=math.pi) == 0.0

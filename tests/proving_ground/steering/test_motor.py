@@ -2,6 +2,7 @@ import math
 
 import pytest
 
+from tierod.errors import ParameterError
 from tierod.proving_ground.steering.motor import Motor, Ripple, SpeedLimit
 
 
@@ -25,3 +26,8 @@ def test_voltage_limits_driving_but_not_braking():
     assert motor.torque_rate(0.0, 9.0, 250.0) == pytest.approx(1500.0)
     assert motor.torque_rate(0.0, -9.0, 250.0) == pytest.approx(-3000.0)
     assert motor.torque_rate(0.0, -9.0, -400.0) == 0.0
+
+
+def test_a_motor_turns_faster_without_load():
+    with pytest.raises(ParameterError, match="not above its base speed of 350 rad/s"):
+        SpeedLimit(350.0, 350.0)

@@ -14,7 +14,7 @@ from tierod.proving_ground.ports import pass_through
 from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.friction_laws import Dahl
 from tierod.proving_ground.steering.motor import Ripple, rippled
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.ranges import COUNT, NOT_NEGATIVE, POSITIVE
 
 
 class ColumnMotion(NamedTuple):
@@ -126,7 +126,7 @@ class ColumnBench:
     ripple: Ripple | None = None
     arms: Arms = field(default_factory=Arms)
     locking_time: Annotated[float, "s", POSITIVE] = 1e-3
-    parts: int = 5
+    parts: Annotated[int, "", COUNT] = 5
     step_time: Annotated[float, "s", POSITIVE] = 1e-3
 
     Sample = Acting

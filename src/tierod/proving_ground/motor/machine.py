@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from tierod.physics.inverter import longest_voltage
-from tierod.ranges import NOT_NEGATIVE, POSITIVE, SHARE
+from tierod.ranges import COUNT, NOT_NEGATIVE, POSITIVE, SHARE
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Machine:
     friction: Annotated[float, "N*m", NOT_NEGATIVE] = 0.02
     dahl_angle: Annotated[float, "rad", POSITIVE] = 0.05
     cogging: Annotated[float, "N*m", NOT_NEGATIVE] = 0.01
-    pole_pairs: int = 4
+    pole_pairs: Annotated[int, "", COUNT] = 4
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from tierod.physics.pm_motor import electric_power, flux_at, resistance_at, torq
 from tierod.proving_ground.motor.current_control import ControlMemory, CurrentControl
 from tierod.proving_ground.motor.machine import Inverter, Machine, Warming, Warmth
 from tierod.proving_ground.motor.period import Instant, Load, Rotor, Winding, advance, begin
-from tierod.ranges import POSITIVE
+from tierod.ranges import COUNT, POSITIVE
 
 
 def _true(value: Any) -> Any:
@@ -120,7 +120,7 @@ class PmMotor:
     control: CurrentControl = field(default_factory=CurrentControl)
     warming: Warming = field(default_factory=Warming)
     resolver_amplitude: Annotated[float, "V", POSITIVE] = 2.0
-    substeps: int = 10
+    substeps: Annotated[int, "", COUNT] = 10
 
     def init(self) -> DriveState:
         """At rest, no current, as warm as the air."""

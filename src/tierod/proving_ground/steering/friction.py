@@ -15,7 +15,7 @@ class Wave:
     """A level that varies once per turn of the shaft, as with a bent one or a bad universal joint.
 
     Args:
-        torque: amplitude, less than the level
+        torque: amplitude; where it is more than the level, friction is zero
         angle: of the shaft where friction is highest
     """
 
@@ -92,4 +92,4 @@ class DryFriction:
         level = self.level + self.bump * rest * rest
         if self.wave is None:
             return level
-        return level + self.wave.torque * cos(angle - self.wave.angle)
+        return maximum(level + self.wave.torque * cos(angle - self.wave.angle), 0.0)

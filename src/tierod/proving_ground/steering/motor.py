@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
+from tierod.errors import ParameterError
 from tierod.graph.maths import limit
 from tierod.physics.motor_limit import driving_limit
 from tierod.physics.torque_ripple import torque_ripple
@@ -32,10 +33,20 @@ class SpeedLimit:
     """What the voltage leaves at speed, see `tierod.physics.motor_limit`.
 
     The defaults are typical: with a ratio of 20, all torque up to 430 degrees of column per second, none at 1000.
+
+    Raises:
+        ParameterError: the speed without load is not above the base speed
     """
 
     base_speed: Annotated[float, "rad/s", POSITIVE] = 150.0
     no_load_speed: Annotated[float, "rad/s", POSITIVE] = 350.0
+
+    def __post_init__(self):
+        if not self.no_load_speed > self.base_speed:
+            raise ParameterError(
+                f"a motor without load turns at {self.no_load_speed:g} rad/s, which is not above its base speed of "
+                f"{self.base_speed:g} rad/s; raise no_load_speed"
+            )
 
 
 @dataclass(frozen=True)
