@@ -5,7 +5,9 @@ import pkgutil
 
 import pytest
 
+from tierod.errors import ParameterError
 from tierod.proving_ground import cars
+from tierod.proving_ground.cars.active_front_car import ActiveFrontCar
 from tierod.proving_ground.cars.car import Car
 from tierod.proving_ground.cars.eps_car import EpsCar
 from tierod.proving_ground.cars.kinds import KINDS, choices, parts_of, with_parts
@@ -49,3 +51,9 @@ def test_an_optional_part_comes_and_goes():
     car = with_parts(EpsCar(), {"steering.worm_gear": "worm-gear"}, NOWHERE)
     assert isinstance(car.steering.worm_gear, WormGear)
     assert with_parts(car, {"steering.worm_gear": "none"}, NOWHERE) == EpsCar()
+
+
+def test_a_part_that_a_car_cannot_do_without_is_refused_at_its_line():
+    document = Document.parse("[car.parts]\nsteering.column.torsion_bar = 'none'", "drive.toml")
+    with pytest.raises(ParameterError, match="drive.toml, line 2: the column of an ActiveFront has no torsion bar"):
+        with_parts(ActiveFrontCar(), {"steering.column.torsion_bar": "none"}, document, ("car", "parts"))

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, get_args
 
-from tierod.errors import nearest
+from tierod.errors import ParameterError, nearest
 from tierod.fields import hints, meaning, members, replaced
 from tierod.proving_ground.cars.active_front_car import ActiveFrontCar
 from tierod.proving_ground.cars.column_bench import ColumnBench
@@ -114,7 +114,10 @@ def with_parts(block: Any, parts: Mapping[str, str], document: Document, locatio
             near = nearest(str(name), known[place])
             raise document.error((*location, place), f"no {place} is called '{name}'{near}")
         kind = known[place][name]
-        block = replaced(block, {place: None if kind is None else kind()})
+        try:
+            block = replaced(block, {place: None if kind is None else kind()})
+        except ParameterError as error:
+            raise document.error((*location, place), str(error)) from None
     return block
 
 
