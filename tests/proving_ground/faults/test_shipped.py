@@ -2,6 +2,7 @@
 
 from functools import cache
 
+import numpy as np
 import pytest
 
 from tierod.errors import ParameterError
@@ -57,3 +58,9 @@ def test_the_demonstrator_has_the_sensor_faults_of_its_paper(sensor, kind):
 )
 def test_the_demonstrator_has_the_actuator_faults_of_its_paper(name):
     assert [kind for kind, _ in cars_of(load(name).fault)] == ["demonstrator"]
+
+
+def test_the_motor_of_a_superposition_can_be_blocked():
+    ((kind, schedule),) = cars_of(load("superposition-motor-blocked").fault)
+    assert kind == "active-front-steering"
+    assert schedule.inputs(np.array([29.999, 30.0]))["ports.motor_lock.offset"].tolist() == [0.0, 1.0]
