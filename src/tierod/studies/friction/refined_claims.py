@@ -1,4 +1,4 @@
-"""What the paper claims of its refined algorithm, in sections 4.3, 5, 6 and appendix B, on its drives."""
+"""What the paper claims of its refined algorithm, in sections 3, 5 and 6, on its drives."""
 
 from __future__ import annotations
 
@@ -10,16 +10,15 @@ import numpy as np
 from tierod.studies.claims import Claim, at_least, at_most, between, exactly
 from tierod.studies.content import Item
 from tierod.studies.friction import estimators as named
-from tierod.studies.friction.cases import STATES, Case
+from tierod.studies.friction.cases import STATES
 from tierod.studies.friction.digest import KEPT, RATE, Digest
 from tierod.studies.friction.paper_sets import SOURCE, WORST, PaperSets, minutes, paper_sets
-from tierod.studies.friction.refined_figures import INITIAL, READINGS, THRESHOLD
+from tierod.studies.friction.refined_figures import INITIAL, THRESHOLD
 from tierod.studies.friction.runs import Drives
 from tierod.studies.friction.setups import TYRES
 from tierod.studies.friction.statistics import (
     best_accuracy,
     deviation,
-    joined,
     mean,
     on_right_side,
     overlap,
@@ -35,7 +34,6 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
     yield from _on_levels({state: pooled(drives.of(sets.all_of(state)), named.PRINTED) for state in STATES})
     yield from _on_time(sets, drives)
     yield from _on_tyres(sets, drives)
-    yield from _on_choices(sets, drives)
 
 
 def _on_data(sets: PaperSets, drives: Drives) -> Iterator[Claim]:
@@ -198,65 +196,6 @@ def _on_tyres(sets: PaperSets, drives: Drives) -> Iterator[Claim]:
         at_least(0.999),
         "",
         "Worst pair of a healthy car on some tyres and a faulty car on any others.",
-    )
-
-
-def _on_choices(sets: PaperSets, drives: Drives) -> Iterator[Claim]:
-    cases = [case for state in STATES for case in sets.all_of(state)]
-    error = {name: _mean_error(drives, cases, name) for name in READINGS}
-    spread = {
-        name: mean(np.array([deviation(pooled(drives.of(sets.all_of(s)), name)) for s in STATES])) for name in READINGS
-    }
-    yield Claim(
-        "paper.operating-point-error",
-        "With the a posteriori operating point the mean absolute error is larger than with the measured one.",
-        f"{SOURCE}, appendix B",
-        "larger",
-        error[named.POSTERIOR] - error[named.PRINTED],
-        at_least(0.005),
-        "N*m",
-        "Difference of the mean absolute errors; both options 'lead to comparable results'.",
-    )
-    yield Claim(
-        "paper.operating-point-spread",
-        "With the a posteriori operating point the distributions are tighter.",
-        f"{SOURCE}, appendix B",
-        "tighter",
-        spread[named.POSTERIOR] - spread[named.PRINTED],
-        at_most(-0.005),
-        "N*m",
-        "Difference of the standard deviations, mean of the health states.",
-    )
-    yield Claim(
-        "paper.unscented",
-        "Without linearisation (unscented filter) accuracy and separability become optimal.",
-        f"{SOURCE}, appendix B and section 6",
-        "better",
-        error[named.UNSCENTED] - error[named.CORRECTED],
-        at_most(-0.005),
-        "N*m",
-        "Difference of the mean absolute errors of unscented and corrected Kalman filter.",
-    )
-    for name, words, told in (
-        (named.PRINTED, "as-printed", "Q as printed"),
-        (named.PER_SAMPLE, "rows-of-one", "virtual rows of G read as one"),
-        (named.OPEN, "open", "Q of it 1e4"),
-    ):
-        yield Claim(
-            f"paper.aligning-torque-{words}",
-            f"A large virtual noise makes the filter learn the course of the self-aligning torque ({told}).",
-            f"{SOURCE}, section 4.3",
-            "learnt",
-            mean(np.array([each.courses[name].aligning_error for each in drives.of(sets.all_of("Healthy"))])),
-            at_most(0.5),
-            "",
-            "Root mean square error over the spread of the true torque; 1 is no better than a constant.",
-        )
-
-
-def _mean_error(drives: Drives, cases: list[Case], name: str) -> float:
-    return mean(
-        joined(np.abs(drives.digests[case].settled(name) - case.level) for case in cases if case in drives.digests)
     )
 
 

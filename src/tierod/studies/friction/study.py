@@ -8,6 +8,7 @@ from tierod.studies.claims import Claim, exactly
 from tierod.studies.content import Heading, Item
 from tierod.studies.friction import (
     baseline,
+    choices,
     conditions,
     exactness,
     fleet,
@@ -30,6 +31,7 @@ PARTS = (
     baseline.items,
     refined_figures.items,
     refined_claims.items,
+    choices.items,
     conditions.items,
     picture.items,
     fleet.items,
