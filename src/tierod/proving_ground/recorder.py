@@ -93,10 +93,13 @@ def _interpolated(series: np.ndarray, place: np.ndarray) -> np.ndarray:
     """Values between the samples of a series, at places counted in samples; at a sample, that sample itself."""
     place = np.clip(place, 0.0, len(series) - 1)
     at = np.rint(place).astype(int)
+    exact = np.abs(place - at) < SAME_INSTANT
+    if exact.all():
+        return series[at]
     below = np.minimum(place.astype(int), max(len(series) - 2, 0))
     after = np.minimum(below + 1, len(series) - 1)
     between = series[below] + (place - below) * (series[after] - series[below])
-    return np.where(np.abs(place - at) < SAME_INSTANT, series[at], between)
+    return np.where(exact, series[at], between)
 
 
 def channel(name: str, time: np.ndarray, values: np.ndarray, described: Mapping[str, str]) -> Channel:
