@@ -57,7 +57,7 @@ def test_friction_that_rises_half_way_is_a_fault_since_then(rising):
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_the_baseline_dates_a_fault_to_the_window_it_begins_in(seed):
-    course = FrictionCourse.step(4.0, 8.0, at=390.0)
+    course = FrictionCourse.step(4.0, 12.5, at=390.0)
     finding = diagnose(
         drive(minutes=13.0, friction=course, seed=seed), "midsize-eps", "friction", "baseline-ungated"
     ).findings[0]

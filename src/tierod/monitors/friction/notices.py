@@ -14,7 +14,7 @@ GAIN_WARNING = (
 
 RIGID_WARNING = (
     "the vehicle file gives no torsion_bar_stiffness, so the column is taken as rigid: with a bar of 140 N·m/rad "
-    "friction then reads right at 4 N·m and 0.2 to 0.3 N·m high at 12.5, and its build-up angle too long"
+    "friction then reads right at 4 N·m and 0.2 to 0.5 N·m high at 12.5, and its build-up angle too long"
 )
 
 SMALLEST_LEVEL = 0.8
