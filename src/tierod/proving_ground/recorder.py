@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, get_type_hints
 
 import numpy as np
 
@@ -125,8 +125,6 @@ def declared_units(output: Any) -> dict[str, str]:
 
 
 def _own_units(kind: type) -> list[str | None]:
-    from typing import get_type_hints
-
     hints = get_type_hints(kind, include_extras=True)
     result: list[str | None] = []
     for name in kind._fields:  # type: ignore[attr-defined]

@@ -20,6 +20,7 @@ from tierod.physics.tyre import (
     twist_rate,
 )
 from tierod.proving_ground.chassis.air import air_on
+from tierod.proving_ground.chassis.two_axles import OnTwoAxles
 from tierod.proving_ground.chassis.wheel import LEAST_ADHESION, TREAD_LAG, hub
 from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels, Wind
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
@@ -57,7 +58,7 @@ class _Balance(NamedTuple):
 
 
 @dataclass(frozen=True)
-class SingleTrack:
+class SingleTrack(OnTwoAxles):
     """Body and tyres of the single track; stiffness of an axle, trail and contact length of a wheel.
 
     Loads stay what they are at rest. The tyres' longitudinal force follows the torques with a lag and does not weaken
@@ -99,21 +100,6 @@ class SingleTrack:
     side_area: Annotated[float, "m**2", NOT_NEGATIVE] = 5.0
     side_force_lead: Annotated[float, "m"] = 0.5
     force_lag: Annotated[float, "s", POSITIVE] = 0.01
-
-    @property
-    def wheelbase(self) -> float:
-        """Distance of the axles [m]."""
-        return self.front_distance + self.rear_distance
-
-    @property
-    def front_load(self) -> float:
-        """Static load of the front axle [N]."""
-        return single_track.front_axle_load(self.mass, self.front_distance, self.rear_distance)
-
-    @property
-    def rear_load(self) -> float:
-        """Static load of the rear axle [N]."""
-        return single_track.front_axle_load(self.mass, self.rear_distance, self.front_distance)
 
     @property
     def understeer_gradient(self) -> float:

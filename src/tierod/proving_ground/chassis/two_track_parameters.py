@@ -7,12 +7,13 @@ from typing import Annotated, Self
 
 from tierod.physics import single_track
 from tierod.proving_ground.chassis.suspension import Axle, Kingpins
+from tierod.proving_ground.chassis.two_axles import OnTwoAxles
 from tierod.proving_ground.chassis.tyres import Tyre
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 
 @dataclass(frozen=True)
-class TwoTrackParameters:
+class TwoTrackParameters(OnTwoAxles):
     """Body, axles and air of a chassis with four wheels.
 
     Defaults are those of a mid-size car, typical unless said otherwise; its axle stiffnesses, with compliance, are 110
@@ -41,21 +42,6 @@ class TwoTrackParameters:
     front: Axle = field(default_factory=lambda: Axle(1.55, 0.05, 64e3, 2700.0, 3.32e-6, 1.3))
     rear: Axle = field(default_factory=lambda: Axle(1.54, 0.10, 44e3, 2200.0, 0.13e-6, 1.1))
     kingpins: Kingpins = field(default_factory=Kingpins)
-
-    @property
-    def wheelbase(self) -> float:
-        """Distance of the axles [m]."""
-        return self.front_distance + self.rear_distance
-
-    @property
-    def front_load(self) -> float:
-        """Static load of the front axle [N]."""
-        return single_track.front_axle_load(self.mass, self.front_distance, self.rear_distance)
-
-    @property
-    def rear_load(self) -> float:
-        """Static load of the rear axle [N]."""
-        return single_track.front_axle_load(self.mass, self.rear_distance, self.front_distance)
 
     @property
     def roll_arm(self) -> float:
