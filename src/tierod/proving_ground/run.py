@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import zlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -14,12 +13,14 @@ import numpy as np
 
 from tierod.block import tuning
 from tierod.errors import ParameterError, nearest
+from tierod.fields import check_ranges
 from tierod.graph.kernel import kernel
 from tierod.graph.trace import initial_memory
 from tierod.proving_ground.courses import Course
 from tierod.proving_ground.courses.course import FACTORS
 from tierod.proving_ground.faults import Fault, Schedule
-from tierod.proving_ground.recorder import TRUTH_RATE, Recorder, channel, channel_names, declared_units
+from tierod.proving_ground.readings import Readings, generator, true_channels
+from tierod.proving_ground.recorder import Recorder, channel_names, declared_units
 from tierod.proving_ground.scatter import Scatter
 from tierod.proving_ground.sensors import Sensor, SensorSet
 from tierod.proving_ground.varied import Varied, path_of
@@ -33,7 +34,7 @@ WAITING_LOOK = 0.05
 LIMITS = {"truth_speed": 150.0, "yaw_rate": 30.0, "steering_wheel_rate": 1e3}
 """A run has diverged where a signal leaves these limits or is no longer finite."""
 
-_SENSORS, _SCATTER = 2, 3
+_SCATTER = 3
 
 
 @dataclass(frozen=True)
@@ -78,8 +79,8 @@ def run(
         progress: called with the share that is done
 
     Raises:
-        ParameterError: no finite duration of at least a step; parts of the car that keep different steps; a fault,
-            sensor or course that does not fit the car
+        ParameterError: no finite duration of at least a step; a step too long, or parts of the car that keep different
+            ones; a fault, sensor or course that does not fit the car
     """
     seconds = course.duration if seconds is None else seconds
     _require_sound(car, seconds)
@@ -91,12 +92,12 @@ def run(
     schedule = Schedule(faults, car, sensors, seed, seconds)
     drive = _Drive(car, course, schedule)
     columns = channel_names(drive.block)
-    readings = _Readings({name: sensor for name, sensor in sensors.items() if name in columns}, seconds, seed)
+    readings = Readings({name: sensor for name, sensor in sensors.items() if name in columns}, seconds, seed)
     recorder = Recorder(columns, readings.instants, car.step_time, seconds)
     diverged_at = drive.to_the_end(seconds, recorder, progress)
     truths = recorder.truths()
     described = declared_units(drive.kernel.graph.output_tree)
-    channels = readings.channels(truths, schedule, described) | _true(truths, readings.sensors, described)
+    channels = readings.channels(truths, schedule, described) | true_channels(truths, readings.sensors, described)
     if diverged_at is not None:
         channels = {name: _until(each, diverged_at) for name, each in channels.items()}
     provenance = _provenance(car, readings.sensors, schedule)
@@ -120,17 +121,13 @@ def _require_sound(car: Any, seconds: float) -> None:
         raise ParameterError(
             f"a run needs a positive, finite duration of at least {car.step_time:g} s, not {seconds} s"
         )
+    check_ranges(car)
     for path, value in tuning(car):
         if path.endswith(".step_time") and value != car.step_time:
             raise ParameterError(
                 f"{type(car).__name__} is computed every {car.step_time:g} s, but its '{path}' says {value:g} s; "
                 "make them equal"
             )
-
-
-def generator(seed: int, stream: int, part: int = 0) -> np.random.Generator:
-    """A source of chance of its own for every purpose, so that one does not move the other."""
-    return np.random.default_rng([seed, stream, part])
 
 
 class _Drive:
@@ -213,39 +210,6 @@ def _usual(name: str, own: Mapping[str, float]) -> float:
         return own[name.removeprefix("parameters.")]
     one = name in FACTORS or (name.startswith("ports.") and name.endswith(".gain"))
     return 1.0 if one else 0.0
-
-
-class _Readings:
-    """The sensors of a run: when each takes the truth [s], what stamps it writes, and what it makes of the truth."""
-
-    def __init__(self, sensors: Mapping[str, Sensor], seconds: float, seed: int):
-        self.sensors = sensors
-        self._chance = {name: generator(seed, _SENSORS, zlib.crc32(name.encode())) for name in sensors}
-        both = {name: sensor.instants(seconds, self._chance[name]) for name, sensor in sensors.items()}
-        self.instants = {name: taken for name, (taken, _) in both.items()}
-        self._stamps = {name: stamps for name, (_, stamps) in both.items()}
-
-    def channels(
-        self, truths: Mapping[str, np.ndarray], schedule: Schedule, described: Mapping[str, str]
-    ) -> dict[str, Channel]:
-        """The measured channels, with the faults of recorded signals."""
-        result = {}
-        for name, sensor in self.sensors.items():
-            values = sensor.read(truths[name], self._chance[name])
-            stamps, values = schedule.on_channel(name, self._stamps[name][: len(values)], values)
-            result[name] = channel(name, stamps, values, described)
-        return result
-
-
-def _true(
-    truths: Mapping[str, np.ndarray], measured: Mapping[str, Any], described: Mapping[str, str]
-) -> dict[str, Channel]:
-    grids: dict[int, np.ndarray] = {}
-    return {
-        name: channel(name, grids.setdefault(len(v), np.arange(len(v)) / TRUTH_RATE), v, described)
-        for name, v in truths.items()
-        if name not in measured
-    }
 
 
 def _until(each: Channel, end: float) -> Channel:

@@ -32,7 +32,7 @@ from tierod.proving_ground.parts import (
 from tierod.proving_ground.ports import pass_through, ports_type
 from tierod.proving_ground.powertrain import Powertrain
 from tierod.proving_ground.steering.implicit import steering_inverse
-from tierod.ranges import POSITIVE
+from tierod.ranges import Range
 
 
 class Motion(NamedTuple):
@@ -104,7 +104,7 @@ class Car:
         powertrain: from the driver's feet to the wheels
         inertial_unit: where the inertial sensors sit
         start: how a run begins
-        step_time: of integration and control units
+        step_time: of integration and control units; treads and brakes, which are explicit, bear no more than 2 ms
     """
 
     chassis: Chassis = field(default_factory=TwoTrack)
@@ -113,7 +113,7 @@ class Car:
     powertrain: Powertrain = field(default_factory=Powertrain)
     inertial_unit: InertialUnit = field(default_factory=InertialUnit)
     start: Start = field(default_factory=Start)
-    step_time: Annotated[float, "s", POSITIVE] = 1e-3
+    step_time: Annotated[float, "s", Range(1e-5, 2e-3)] = 1e-3
 
     @property
     def ports(self) -> tuple[str, ...]:
