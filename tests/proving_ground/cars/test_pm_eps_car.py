@@ -65,5 +65,14 @@ def test_a_false_rotor_angle_costs_torque():
 
 def test_a_dead_motor_leaves_the_hands_alone():
     run = swinging(ports__motor_torque__gain=0.0)
-    assert np.max(np.abs(run["motor_torque"])) < 1e-9
+    assert np.max(np.abs(run["motor_torque"])) < 0.01 * np.max(np.abs(run["motor_target_torque"]))
     assert np.max(np.abs(run["driver_torque"])) > 1.5 * np.max(np.abs(swinging()["driver_torque"]))
+
+
+def test_a_weak_motor_has_weak_currents():
+    """A fault of the motor acts on what is asked of its drive, so that torque and currents tell the same."""
+    run = swinging(ports__motor_torque__gain=0.5)
+    assert gain(run) == pytest.approx(0.5 * gain(swinging()), rel=0.02)
+    current = np.hypot(run["motor_current_alpha"], run["motor_current_beta"])[::10]
+    error = 6.0 * run["truth_motor_flux"] * current - np.abs(run["motor_torque"])
+    assert np.sqrt(np.mean(error**2)) < 0.05 * np.max(np.abs(run["motor_torque"]))

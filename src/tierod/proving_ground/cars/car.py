@@ -119,7 +119,8 @@ class Car:
     def ports(self) -> tuple[str, ...]:
         """Names of the signals that control units read, and of the actuators, where faults can act.
 
-        An actuator without a port of its own gives what its control unit asks for.
+        An actuator without a port of its own gives what its control unit asks for. What a control unit has passed
+        through the port of an actuator itself, before a drive of its own, does not pass it again.
         """
         return self.steering.actuators
 
@@ -199,14 +200,16 @@ class Car:
 
     def _controlled(self, held: Held, observed: Observed, ports: Any) -> tuple[Any, tuple, Any, Any]:
         kept = dict(zip(self.ports, held.ports, strict=True))
+        waiting = {name for name in self.steering.actuators if name in kept}
 
         def read(name: str, value: Any) -> Any:
+            waiting.discard(name)
             kept[name], passed = pass_through(getattr(ports, name), kept[name], value)
             return passed
 
         memory, requests, signals = self.control(held.control, observed, read)
         requested = zip(self.steering.actuators, requests, strict=True)
-        torques = tuple(read(name, wanted) if name in kept else wanted for name, wanted in requested)
+        torques = tuple(read(name, wanted) if name in waiting else wanted for name, wanted in requested)
         return memory, torques, signals, tuple(kept[name] for name in self.ports)
 
     def _derivative(

@@ -70,7 +70,7 @@ class PmEpsCar(EpsCar):
         motor, signals, torque = self.motor.torque(
             memory.motor,
             Rotor(seen.steering.motor_angle_mechanical, seen.steering.motor_speed),
-            request,
+            read("motor_torque", request),
             self.step_time,
             Senses.through(read),
         )
