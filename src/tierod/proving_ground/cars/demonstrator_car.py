@@ -75,7 +75,8 @@ class DemonstratorCar(Car):
         place: Any = seen.intent
         command, targets = self.driver.command(memory.command, place, seen.demand, sensed)
         wanted = self.powertrain.requests(targets.force, targets.drive_difference, seen.reaction)
-        units = Units(command, *self.powertrain.lagging(memory.left, memory.right, wanted, self.step_time))
+        asked = read("drive_torque_left", wanted[0]), read("drive_torque_right", wanted[1])
+        units = Units(command, *self.powertrain.lagging(memory.left, memory.right, asked, self.step_time))
         first = targets.steering_torque_1 / self.steering.steering_motor_1.ratio
         second = targets.steering_torque_2 / self.steering.steering_motor_2.ratio
         signals = Commanded(targets.steering_wheel_angle, targets.speed, first, second, *wanted)
