@@ -8,7 +8,7 @@ from tierod.findings import Status
 from tierod.proving_ground import FrictionCourse
 from tierod.studies.friction import runs
 from tierod.studies.friction.cases import Case
-from tierod.studies.friction.digest import digest
+from tierod.studies.friction.digest import digest, lag_between
 from tierod.studies.friction.estimators import BASELINE, DEFAULT, PRINTED
 from tierod.studies.friction.runs import run_drives
 
@@ -43,6 +43,13 @@ def test_windows_are_those_of_the_baseline(driven):
     assert len(windows.variance) == len(windows.realigned) > 200
     assert windows.variance.min() > 0.0
     assert windows.enabled_share == pytest.approx(1.0, abs=0.25)
+
+
+@pytest.mark.parametrize("lag", [-0.3, 0.0, 0.07, 0.5])
+def test_the_lag_between_two_torques(lag):
+    time = np.arange(3000) * 0.01
+    early, late = (np.sin(1.3 * t) + np.sin(3.1 * t + 1.0) + 2.0 for t in (time, time - lag))
+    assert lag_between(late, early) == pytest.approx(lag, abs=0.011)
 
 
 def test_an_estimate_that_never_settles_has_no_mean():

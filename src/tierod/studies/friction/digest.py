@@ -162,7 +162,7 @@ def _windows(run: Result) -> Windows:
     once_a_second = slice(int(RATE) - 1, None, int(RATE))
     ready = run["ready"][once_a_second] > 0.0
     external, internal = run["external_torque"], run["internal_torque"]
-    lag = round(_lag(internal, external) * RATE)
+    lag = round(lag_between(internal, external) * RATE)
     delayed = np.roll(external, lag)
     return Windows(
         run["variance"][once_a_second][ready],
@@ -179,14 +179,14 @@ def _variance(difference: np.ndarray) -> np.ndarray:
     return np.array([difference[max(end - 15 * second, 0) : end].var(ddof=1) for end in ends])
 
 
-def _lag(late: np.ndarray, early: np.ndarray, longest: float = 0.5) -> float:
+def lag_between(late: np.ndarray, early: np.ndarray, longest: float = 0.5) -> float:
     """Shift at which two torques agree best [s]: the peak of their correlation."""
-    reach = round(longest * RATE)
-    late, early = late - late.mean(), early - early.mean()
-    inner = late[reach : len(late) - reach]
+    reach = min(round(longest * RATE), len(late) - 1)
+    size = 1 << (len(late) + reach - 1).bit_length()
+    spectra = (np.fft.rfft(values - values.mean(), size) for values in (late, early))
+    products = np.fft.irfft(next(spectra) * np.conj(next(spectra)), size)
     shifts = np.arange(-reach, reach + 1)
-    products = [float(inner @ early[reach - shift : len(early) - reach - shift]) for shift in shifts]
-    return float(shifts[int(np.argmax(products))] / RATE)
+    return float(shifts[int(np.argmax(products[shifts]))] / RATE)
 
 
 def _changed_at(case: Case) -> float | None:
