@@ -43,6 +43,14 @@ _CATALOGUE = (
     Quantity("steering_wheel_damping", "N*m*s/rad", "part of the column's damping above the torsion bar", (0.0, 10.0)),
     Quantity("torsion_bar_stiffness", "N*m/rad", "of the bar that measures the driver's torque", (20.0, 2000.0)),
     Quantity("motor_ratio", "", "turns of the assist motor per turn of the steering wheel", (0.5, 200.0)),
+    Quantity("gear_stiffness", "N*m/rad", "between motor and gear, at the motor's shaft", (0.05, 1e4)),
+    Quantity("gear_inertia", "kg*m**2", "worm wheel and worm at the steering wheel axis", (1e-6, 0.5)),
+    Quantity("motor_inertia", "kg*m**2", "rotor of the assist motor at its own shaft", (1e-6, 0.05)),
+    Quantity("motor_damping", "N*m*s/rad", "of the assist motor at its own shaft", (0.0, 1.0)),
+    Quantity("motor_friction", "N*m", "dry friction at the shaft of the assist motor", (0.0, 5.0)),
+    Quantity(
+        "motor_friction_stiffness", "N*m/rad", "with which dry friction at the motor builds up from rest", (1e-3, 1e5)
+    ),
     Quantity("motor_torque_constant", "N*m/A", "torque of the assist motor per ampere", (1e-3, 2.0)),
     Quantity("maximum_assist_torque", "N*m", "largest assist at the steering wheel axis", (1.0, 500.0), torque=True),
     Quantity("nominal_friction", "N*m", "friction of the sound steering at the wheel axis", (0.1, 50.0), torque=True),

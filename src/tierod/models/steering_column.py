@@ -1,0 +1,158 @@
+"""The column of an electric power steering as three inertias: steering wheel, gear, motor; and its parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.graph.maths import sign
+from tierod.physics.friction import dahl_slope
+from tierod.physics.gear import gear_coupling_torque
+from tierod.physics.torsion_bar import torsion_bar_torque
+
+
+class ColumnInput(NamedTuple):
+    """Torques on a column.
+
+    Args:
+        motor_torque: that its currents give, at the motor's shaft, T_M2
+        hand_torque: of the driver's hands on the steering wheel, T_driver
+        disturbance_torque: that the motor must overcome at its shaft besides, T_C: dry friction, torque from the rack
+    """
+
+    motor_torque: Annotated[float, "N*m"]
+    hand_torque: Annotated[float, "N*m"]
+    disturbance_torque: Annotated[float, "N*m"]
+
+
+class ColumnOutput(NamedTuple):
+    """What a column measures; `driver_torque` is the torque in the torsion bar, positive towards left."""
+
+    steering_wheel_angle: Annotated[float, "rad"]
+    motor_angle_mechanical: Annotated[float, "rad"]
+    driver_torque: Annotated[float, "N*m"]
+
+
+@dataclass(frozen=True)
+class ColumnParameters:
+    """A column without rack and road, named as in a vehicle file.
+
+    Args:
+        steering_wheel_inertia: J_sw [kg m^2]
+        steering_wheel_damping: beta_sw, to the housing [N m s/rad]
+        torsion_bar_stiffness: k_shaft [N m/rad]
+        motor_ratio: turns of the motor per turn of the shaft, tau []
+        gear_stiffness: between motor and gear, at the motor's shaft, k* [N m/rad]
+        gear_inertia: of worm wheel and worm at the steering wheel axis, J_shaft + tau^2 J_worm [kg m^2]
+        motor_inertia: J_M2 [kg m^2]
+        motor_damping: beta_M2 [N m s/rad]
+    """
+
+    steering_wheel_inertia: Annotated[float, "kg*m**2"]
+    steering_wheel_damping: Annotated[float, "N*m*s/rad"]
+    torsion_bar_stiffness: Annotated[float, "N*m/rad"]
+    motor_ratio: Annotated[float, ""]
+    gear_stiffness: Annotated[float, "N*m/rad"]
+    gear_inertia: Annotated[float, "kg*m**2"]
+    motor_inertia: Annotated[float, "kg*m**2"]
+    motor_damping: Annotated[float, "N*m*s/rad"]
+
+
+class SteeringColumn:
+    """Steering wheel, gear and motor, joined by the torsion bar and an elastic gear; linear.
+
+    Validity: the gear has no lash, the bar is within its stops; dry friction is a disturbance from outside.
+    Source: Raffone, eqs (1) to (3) and (7). Corrected: the ratio belongs to the coupling torque in (2), whose sign in
+    (3) is the restoring one; the third row of A holds k* tau and -(k_shaft + k* tau^2); y and C name the outputs in
+    different orders, here in that of y. The torque of the bar is positive towards left here, as the driver feels it.
+    """
+
+    class State(NamedTuple):
+        """Rates and angles of steering wheel, motor and gear, in the order of eq (7)."""
+
+        steering_wheel_rate: Annotated[float, "rad/s"]
+        motor_speed: Annotated[float, "rad/s"]
+        gear_rate: Annotated[float, "rad/s"]
+        steering_wheel_angle: Annotated[float, "rad"]
+        motor_angle: Annotated[float, "rad"]
+        gear_angle: Annotated[float, "rad"]
+
+    Input = ColumnInput
+    Output = ColumnOutput
+    Parameters = ColumnParameters
+
+    @staticmethod
+    def derivative(x: State, u: ColumnInput, p: ColumnParameters) -> State:
+        """Eqs (1) to (3), corrected."""
+        bar = torsion_bar_torque(x.steering_wheel_angle, x.gear_angle, p.torsion_bar_stiffness)
+        coupling = gear_coupling_torque(x.motor_angle, x.gear_angle, p.motor_ratio, p.gear_stiffness)
+        wheel = u.hand_torque - bar - p.steering_wheel_damping * x.steering_wheel_rate
+        motor = u.motor_torque - u.disturbance_torque - coupling - p.motor_damping * x.motor_speed
+        return SteeringColumn.State(
+            wheel / p.steering_wheel_inertia,
+            motor / p.motor_inertia,
+            (bar + p.motor_ratio * coupling) / p.gear_inertia,
+            x.steering_wheel_rate,
+            x.motor_speed,
+            x.gear_rate,
+        )
+
+    @staticmethod
+    def output(x: State, u: ColumnInput, p: ColumnParameters) -> ColumnOutput:
+        """Both angles and the torque of the bar."""
+        bar = torsion_bar_torque(x.steering_wheel_angle, x.gear_angle, p.torsion_bar_stiffness)
+        return ColumnOutput(x.steering_wheel_angle, x.motor_angle, bar)
+
+
+@dataclass(frozen=True)
+class RubbingColumnParameters(ColumnParameters):
+    """A column with dry friction at the motor.
+
+    Args:
+        motor_friction: level, at the motor's shaft, T_c [N m]
+        motor_friction_stiffness: with which it builds up from rest, sigma [N m/rad]
+    """
+
+    motor_friction: Annotated[float, "N*m"]
+    motor_friction_stiffness: Annotated[float, "N*m/rad"]
+
+
+class RubbingColumn:
+    """The column with Dahl's friction at the motor.
+
+    Validity: as `SteeringColumn`. The friction is smooth but for a kink where the motor reverses.
+    Source: Raffone, eqs (1) to (4), corrected as `SteeringColumn` says; (4) is exact for its exponent of one alone.
+    """
+
+    class State(NamedTuple):
+        """As `SteeringColumn.State`, and the friction at the motor over its level."""
+
+        steering_wheel_rate: Annotated[float, "rad/s"]
+        motor_speed: Annotated[float, "rad/s"]
+        gear_rate: Annotated[float, "rad/s"]
+        steering_wheel_angle: Annotated[float, "rad"]
+        motor_angle: Annotated[float, "rad"]
+        gear_angle: Annotated[float, "rad"]
+        normalised_friction: Annotated[float, ""]
+
+    Input = ColumnInput
+    Output = ColumnOutput
+    Parameters = RubbingColumnParameters
+
+    @staticmethod
+    def derivative(x: State, u: ColumnInput, p: RubbingColumnParameters) -> State:
+        """Eqs (1) to (4), corrected."""
+        resisting = u.disturbance_torque + p.motor_friction * x.normalised_friction
+        column = SteeringColumn.derivative(_column(x), u._replace(disturbance_torque=resisting), p)
+        angle = p.motor_friction / p.motor_friction_stiffness
+        slope = dahl_slope(x.normalised_friction, sign(x.motor_speed), angle)
+        return RubbingColumn.State(*column, slope * x.motor_speed)
+
+    @staticmethod
+    def output(x: State, u: ColumnInput, p: RubbingColumnParameters) -> ColumnOutput:
+        """Both angles and the torque of the bar."""
+        return SteeringColumn.output(_column(x), u, p)
+
+
+def _column(x: Any) -> SteeringColumn.State:
+    return SteeringColumn.State(*x[:6])
