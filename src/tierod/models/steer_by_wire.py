@@ -1,0 +1,145 @@
+"""A steering without column: an actuator turns the road wheels against friction and the aligning torque of the tyres.
+
+Everything is stated at the road wheels, about the kingpins.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.graph.maths import tanh
+from tierod.physics.friction import viscous
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """From the motor of a steer-by-wire steering to the torque at the road wheels.
+
+    Args:
+        motor_torque_constant: torque of the motor per ampere, k_M
+        gearhead_ratio: turns of the motor per turn of the pinion, r_g
+        gearhead_efficiency: share of the torque that passes the gearhead, eta
+        power_assist_factor: torque at the pinion over that of the actuator, r_p
+        steering_ratio: turn of the road wheels per turn of the pinion; the paper's r_s is its inverse
+
+    Source: Yih, Ryu, Gerdes, eqs (1) and (2).
+    """
+
+    motor_torque_constant: Annotated[float, "N*m/A"]
+    gearhead_ratio: Annotated[float, ""]
+    gearhead_efficiency: Annotated[float, ""]
+    power_assist_factor: Annotated[float, ""]
+    steering_ratio: Annotated[float, ""]
+
+    def motor_torque(self, motor_current: Any) -> Any:
+        """Torque at the motor's shaft [N*m] of a current [A]."""
+        return self.motor_torque_constant * motor_current
+
+    def road_wheel_torque(self, motor_torque: Any) -> Any:
+        """Torque at the road wheels [N*m] of a torque at the motor's shaft [N*m]."""
+        passed = self.gearhead_efficiency * self.gearhead_ratio * motor_torque
+        return self.power_assist_factor * passed / self.steering_ratio
+
+
+class SteerByWire:
+    """Road wheels turned by an actuator: inertia, damping, dry friction and the tyres' aligning torque.
+
+    Validity: rigid between actuator and road wheels; constant power assist.
+    Source: Yih, Ryu, Gerdes, eqs (1), (4) and (5). Friction is F_w tanh(rate / friction_rate), printed as
+    F_w sgn(rate), which chatters with an estimated rate and says nothing at rest.
+    """
+
+    class State(NamedTuple):
+        """Mean steer of the front wheels and its rate."""
+
+        road_wheel_angle: Annotated[float, "rad"]
+        road_wheel_rate: Annotated[float, "rad/s"]
+
+    class Input(NamedTuple):
+        """Torque of the actuator and, against it, of the tyres."""
+
+        road_wheel_torque: Annotated[float, "N*m"]
+        self_aligning_torque: Annotated[float, "N*m"]
+
+    class Output(NamedTuple):
+        """What the angle sensor measures."""
+
+        road_wheel_angle: Annotated[float, "rad"]
+
+    @dataclass(frozen=True)
+    class Parameters:
+        """Inertia, damping and friction, all seen at the road wheels.
+
+        Args:
+            steering_inertia: rotor, gear, rack and road wheels together, J_w
+            steering_damping: viscous, b_w
+            steering_friction: level of dry friction, F_w
+            friction_rate: of the road wheels, at which dry friction has three quarters of its level; a tenth of a
+                usual rate of steering, and above the error of an estimated rate
+        """
+
+        steering_inertia: Annotated[float, "kg*m**2"]
+        steering_damping: Annotated[float, "N*m*s/rad"]
+        steering_friction: Annotated[float, "N*m"]
+        friction_rate: Annotated[float, "rad/s"] = 0.02
+
+    @staticmethod
+    def derivative(x: State, u: Input, p: Parameters) -> State:
+        """Rate of the road wheels and their acceleration, eq (1)."""
+        return SteerByWire.State(x.road_wheel_rate, steering_acceleration(x.road_wheel_rate, *u, p))
+
+    @staticmethod
+    def output(x: State, u: Input, p: Parameters) -> Output:
+        """The angle."""
+        return SteerByWire.Output(x.road_wheel_angle)
+
+
+class DisturbedSteering:
+    """The steering with the aligning torque as a third state that stays what it is.
+
+    Process noise of the estimator lets it move. Validity: aligning torque slow beside the estimator.
+    Source: Yih, Ryu, Gerdes, eqs (18) and (19).
+    """
+
+    class State(NamedTuple):
+        """Of the steering, and the torque of the tyres."""
+
+        road_wheel_angle: Annotated[float, "rad"]
+        road_wheel_rate: Annotated[float, "rad/s"]
+        self_aligning_torque: Annotated[float, "N*m"]
+
+    class Input(NamedTuple):
+        """Torque of the actuator."""
+
+        road_wheel_torque: Annotated[float, "N*m"]
+
+    Output = SteerByWire.Output
+    Parameters = SteerByWire.Parameters
+
+    @staticmethod
+    def derivative(x: State, u: Input, p: SteerByWire.Parameters) -> State:
+        """Eq (18): the aligning torque does not change."""
+        acceleration = steering_acceleration(x.road_wheel_rate, u.road_wheel_torque, x.self_aligning_torque, p)
+        return DisturbedSteering.State(x.road_wheel_rate, acceleration, 0.0)
+
+    @staticmethod
+    def output(x: State, u: Input, p: SteerByWire.Parameters) -> SteerByWire.Output:
+        """The angle, eq (19)."""
+        return SteerByWire.Output(x.road_wheel_angle)
+
+
+def steering_acceleration(rate: Any, road_wheel_torque: Any, self_aligning_torque: Any, p: Any) -> Any:
+    """Acceleration of the road wheels [rad/s**2].
+
+    Args:
+        rate: of the road wheels [rad/s]
+        road_wheel_torque: of the actuator [N*m]
+        self_aligning_torque: of both front tyres, against it [N*m]
+        p: `SteerByWire.Parameters`
+
+    Source: Yih, Ryu, Gerdes, eq (1) with the friction of eq (5) smoothed.
+    """
+    friction = p.steering_friction * tanh(rate / p.friction_rate)
+    resistance = viscous(rate, p.steering_damping) + friction + self_aligning_torque
+    return (road_wheel_torque - resistance) / p.steering_inertia

@@ -1,0 +1,119 @@
+"""The single-track vehicle together with its steer-by-wire steering, and as the aligning torque shows it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.models.single_track import SingleTrack
+from tierod.models.steer_by_wire import SteerByWire, steering_acceleration
+
+
+@dataclass(frozen=True)
+class Trails:
+    """Distances behind the kingpin axis at which the lateral force of the front tyres acts.
+
+    Args:
+        mechanical_trail: of the steering geometry, t_m
+        pneumatic_trail: of the tyres, t_p
+    """
+
+    mechanical_trail: Annotated[float, "m"]
+    pneumatic_trail: Annotated[float, "m"]
+
+
+class SteeredVehicle:
+    """Sideslip and yaw of the vehicle, angle and rate of its steering: the aligning torque joins them.
+
+    Validity: small slip angles, constant trail; vehicle_speed above zero, at which the slip angles are not defined.
+    Source: Yih, Ryu, Gerdes, eqs (12), (13) and (15).
+    """
+
+    class State(NamedTuple):
+        """Sideslip angle at the centre of gravity, yaw rate, mean steer of the front wheels, its rate."""
+
+        sideslip_angle: Annotated[float, "rad"]
+        yaw_rate: Annotated[float, "rad/s"]
+        road_wheel_angle: Annotated[float, "rad"]
+        road_wheel_rate: Annotated[float, "rad/s"]
+
+    class Input(NamedTuple):
+        """Torque of the actuator at the road wheels; forward speed, with which the model changes."""
+
+        road_wheel_torque: Annotated[float, "N*m"]
+        vehicle_speed: Annotated[float, "m/s"]
+
+    class Output(NamedTuple):
+        """What is measured, eq (15)."""
+
+        yaw_rate: Annotated[float, "rad/s"]
+        road_wheel_angle: Annotated[float, "rad"]
+
+    @dataclass(frozen=True)
+    class Parameters(SteerByWire.Parameters, Trails, SingleTrack.Parameters):
+        """Of the vehicle, its trails and its steering."""
+
+    @staticmethod
+    def derivative(x: State, u: Input, p: Parameters) -> State:
+        """Eq (13), with the friction of the steering smoothed."""
+        own, steer = SteeredVehicle.parts(x, u)
+        vehicle = SingleTrack.derivative(own, steer, p)
+        resisting = aligning_torque(own, steer, p)
+        acceleration = steering_acceleration(x.road_wheel_rate, u.road_wheel_torque, resisting, p)
+        return SteeredVehicle.State(*vehicle, x.road_wheel_rate, acceleration)
+
+    @staticmethod
+    def output(x: State, u: Input, p: Parameters) -> Output:
+        """Yaw rate and angle."""
+        return SteeredVehicle.Output(x.yaw_rate, x.road_wheel_angle)
+
+    @staticmethod
+    def parts(x: State, u: Input) -> tuple[SingleTrack.State, SingleTrack.Input]:
+        """State and input of the vehicle without its steering."""
+        return (
+            SingleTrack.State(x.sideslip_angle, x.yaw_rate),
+            SingleTrack.Input(x.road_wheel_angle, u.vehicle_speed),
+        )
+
+
+class TorqueShownVehicle:
+    """The single-track vehicle as yaw rate and aligning torque show it.
+
+    Validity: as `SingleTrack`, with constant trail. Source: Yih, Ryu, Gerdes, eqs (9) and (23).
+    """
+
+    State = SingleTrack.State
+    Input = SingleTrack.Input
+
+    class Output(NamedTuple):
+        """Measured yaw rate, and the aligning torque that an observer of the steering has found."""
+
+        yaw_rate: Annotated[float, "rad/s"]
+        self_aligning_torque: Annotated[float, "N*m"]
+
+    @dataclass(frozen=True)
+    class Parameters(Trails, SingleTrack.Parameters):
+        """Of the vehicle and its trails."""
+
+    @staticmethod
+    def derivative(x: SingleTrack.State, u: SingleTrack.Input, p: Parameters) -> SingleTrack.State:
+        """Eq (9)."""
+        return SingleTrack.derivative(x, u, p)
+
+    @staticmethod
+    def output(x: SingleTrack.State, u: SingleTrack.Input, p: Parameters) -> Output:
+        """Eq (23)."""
+        return TorqueShownVehicle.Output(x.yaw_rate, aligning_torque(x, u, p))
+
+
+def aligning_torque(x: SingleTrack.State, u: SingleTrack.Input, p: Any) -> Any:
+    """Aligning torque of both front tyres about the kingpins [N*m], which opposes positive steer.
+
+    Args:
+        x, u: state and input of the single-track vehicle
+        p: its parameters, with `Trails`
+
+    Source: Yih, Ryu, Gerdes, eqs (3) and (12); (12) follows from (7) and (8), printed "(8) and (9)".
+    """
+    front, _ = SingleTrack.axle_forces(x, u, p)
+    return (p.mechanical_trail + p.pneumatic_trail) * front
