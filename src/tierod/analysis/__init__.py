@@ -1,1 +1,1 @@
-"""Analysis of models and of finished runs: observability, consistency."""
+"""Analysis of models and of finished runs: observability, reduction, frequency response, consistency."""

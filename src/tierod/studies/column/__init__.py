@@ -1,0 +1,1 @@
+"""The study of the steering column: analysis, identification, driver torque, hands and position control."""
