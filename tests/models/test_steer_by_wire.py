@@ -25,7 +25,7 @@ def test_the_actuator_multiplies_along_the_way_from_the_current_to_the_road_whee
 def test_it_settles_where_damping_and_friction_hold_the_torque():
     rate = 0.4
     p = PARAMETERS
-    torque = p.steering_damping * rate + p.steering_friction * math.tanh(rate / p.friction_rate)
+    torque = p.road_wheel_damping * rate + p.road_wheel_friction * math.tanh(rate / p.friction_rate)
     after = SteerByWire.derivative(SteerByWire.State(0.1, rate), SteerByWire.Input(torque, 0.0), p)
     assert after == pytest.approx((rate, 0.0), abs=1e-12)
 
@@ -41,9 +41,9 @@ def test_friction_opposes_motion_and_needs_none_at_rest():
 
 
 def test_the_disturbance_is_a_third_state_as_in_eq_18():
-    p = dataclasses.replace(PARAMETERS, steering_friction=0.0)
+    p = dataclasses.replace(PARAMETERS, road_wheel_friction=0.0)
     system = linearise(DisturbedSteering, p, (0.0, 0.0, 0.0), (0.0,))
-    inertia, damping = p.steering_inertia, p.steering_damping
+    inertia, damping = p.road_wheel_inertia, p.road_wheel_damping
     expected = [[0.0, 1.0, 0.0], [0.0, -damping / inertia, -1.0 / inertia], [0.0, 0.0, 0.0]]
     np.testing.assert_allclose(system.A, expected)
     np.testing.assert_allclose(system.B, [[0.0], [1.0 / inertia], [0.0]])

@@ -13,7 +13,7 @@ from tierod.models.steered_vehicle import SteeredVehicle, TorqueShownVehicle, al
 from tierod.vehicles import load
 
 VEHICLE = load("steer-by-wire")
-FRICTIONLESS = dataclasses.replace(VEHICLE.parameters_for(SteeredVehicle.Parameters), steering_friction=0.0)
+FRICTIONLESS = dataclasses.replace(VEHICLE.parameters_for(SteeredVehicle.Parameters), road_wheel_friction=0.0)
 
 
 def printed(p, speed):
@@ -26,13 +26,13 @@ def printed(p, speed):
     )
     c0, c1, c2 = front + rear, rear * b - front * a, front * a * a + rear * b * b
     c3 = (p.pneumatic_trail + p.mechanical_trail) * front
-    m, i, j = p.mass, p.yaw_inertia, p.steering_inertia
+    m, i, j = p.mass, p.yaw_inertia, p.road_wheel_inertia
     return np.array(
         [
             [-c0 / (m * speed), -1.0 + c1 / (m * speed**2), front / (m * speed), 0.0],
             [c1 / i, -c2 / (i * speed), a * front / i, 0.0],
             [0.0, 0.0, 0.0, 1.0],
-            [c3 / j, a * c3 / (j * speed), -c3 / j, -p.steering_damping / j],
+            [c3 / j, a * c3 / (j * speed), -c3 / j, -p.road_wheel_damping / j],
         ]
     )
 
@@ -41,7 +41,7 @@ def printed(p, speed):
 def test_its_matrices_are_those_of_eq_13(speed):
     system = linearise(SteeredVehicle, FRICTIONLESS, (0.0,) * 4, (0.0, speed))
     np.testing.assert_allclose(system.A, printed(FRICTIONLESS, speed), rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(system.B[:, 0], [0.0, 0.0, 0.0, 1.0 / FRICTIONLESS.steering_inertia])
+    np.testing.assert_allclose(system.B[:, 0], [0.0, 0.0, 0.0, 1.0 / FRICTIONLESS.road_wheel_inertia])
     np.testing.assert_allclose(system.C, [[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]])
 
 

@@ -72,16 +72,16 @@ class SteerByWire:
         """Inertia, damping and friction, all seen at the road wheels.
 
         Args:
-            steering_inertia: rotor, gear, rack and road wheels together, J_w
-            steering_damping: viscous, b_w
-            steering_friction: level of dry friction, F_w
+            road_wheel_inertia: rotor, gear, rack and road wheels together, J_w
+            road_wheel_damping: viscous, b_w
+            road_wheel_friction: level of dry friction, F_w
             friction_rate: of the road wheels, at which dry friction has three quarters of its level; a tenth of a
                 usual rate of steering, and above the error of an estimated rate
         """
 
-        steering_inertia: Annotated[float, "kg*m**2"]
-        steering_damping: Annotated[float, "N*m*s/rad"]
-        steering_friction: Annotated[float, "N*m"]
+        road_wheel_inertia: Annotated[float, "kg*m**2"]
+        road_wheel_damping: Annotated[float, "N*m*s/rad"]
+        road_wheel_friction: Annotated[float, "N*m"]
         friction_rate: Annotated[float, "rad/s"] = 0.02
 
     @staticmethod
@@ -140,6 +140,6 @@ def steering_acceleration(rate: Any, road_wheel_torque: Any, self_aligning_torqu
 
     Source: Yih, Ryu, Gerdes, eq (1) with the friction of eq (5) smoothed.
     """
-    friction = p.steering_friction * tanh(rate / p.friction_rate)
-    resistance = viscous(rate, p.steering_damping) + friction + self_aligning_torque
-    return (road_wheel_torque - resistance) / p.steering_inertia
+    friction = p.road_wheel_friction * tanh(rate / p.friction_rate)
+    resistance = viscous(rate, p.road_wheel_damping) + friction + self_aligning_torque
+    return (road_wheel_torque - resistance) / p.road_wheel_inertia
