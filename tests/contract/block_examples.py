@@ -7,6 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from models.friction_paper import CAR
+from tierod.control.intervention import DriverIntervention, Noise
+from tierod.control.position_control import PositionControl
 from tierod.detectors.counter import GatedCounter
 from tierod.detectors.cusum import Cusum
 from tierod.detectors.moments import BatchMoments, ExponentialMoments, MovingMoments
@@ -21,6 +23,7 @@ from tierod.filters.first_order import Differentiator, FirstOrderLowPass
 from tierod.filters.hold import InputHold
 from tierod.filters.play import Play
 from tierod.models.friction_estimation import FrictionEstimation as EstimatedFriction
+from tierod.models.two_inertia_column import TwoInertiaParameters
 from tierod.monitors.friction.baseline import BaselineFrictionMonitor, BaselineParameters
 from tierod.monitors.friction.conditioning import SteeringConditioning
 from tierod.monitors.friction.judged import JudgedEstimator
@@ -31,11 +34,15 @@ from tierod.monitors.friction.rolling_variance import RollingVariance
 from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.monitors.friction.unscented import unscented
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
+from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.vehicles import load
 
 DT = 0.01
 GAIN = tuple(tuple(0.3 * (row == column) for column in range(3)) for row in range(5))
 """Of a stable observer of three measured states among five."""
+
+COLUMN = TwoInertiaParameters(0.035, 0.23, 132.0, 18.0, 1.6e-4, 1.5e-3)
+"""Two inertias on a spring."""
 
 BASES = {"GaussianFilter", "EachSignal"}
 """What several blocks share; they are exercised through those."""
@@ -47,6 +54,10 @@ PARTS = {"AngleObserver"}
 def examples() -> dict[type, Callable[[], Any]]:
     """Class -> a function that builds an example."""
     return {
+        DriverIntervention: lambda: DriverIntervention.design(Noise(0.05, 20.0), DT),
+        PositionControl: lambda: PositionControl.design(
+            COLUMN, 140.0, 1e-3, feed_forward=0.9, friction_compensation=0.9
+        ),
         GatedCounter: lambda: GatedCounter(DT),
         Cusum: lambda: Cusum(0.5, 4.0, 20.0),
         BatchMoments: lambda: BatchMoments(50),
@@ -71,6 +82,7 @@ def examples() -> dict[type, Callable[[], Any]]:
         ),
         RefinedFrictionMonitor: lambda: consistent(CAR),
         RollingVariance: lambda: RollingVariance(50, 40),
+        CombinedSideslip: lambda: CombinedSideslip.of_vehicle(load("midsize-eps"), DT),
         BaselineFrictionMonitor: lambda: BaselineFrictionMonitor(
             load("midsize-eps").parameters_for(BaselineParameters), threshold=1000.0, gate=None
         ),

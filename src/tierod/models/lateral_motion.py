@@ -1,0 +1,397 @@
+"""Lateral motion of a car from walking pace to the limit of grip, with what a car does not know about itself as states.
+
+Two axles whose tyres deflect over a relaxation length, so that nothing is divided by the speed and nothing becomes
+stiff as the car stops; roll; steering by wire with friction. What is unknown (stiffness, friction, bank, side force,
+offsets) fades towards its usual value, each with a time constant of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Annotated, Any, NamedTuple, get_type_hints
+
+from tierod.block import named_tuple
+from tierod.errors import ParameterError, nearest
+from tierod.graph.maths import absolute, cos, exp, limit, maximum, sin, where
+from tierod.models.axle_force import AxleForce, AxleLaw, AxleLoad
+from tierod.physics.friction import dahl_update
+from tierod.physics.gravity import GRAVITY
+from tierod.physics.load_transfer import longitudinal_load_transfer
+from tierod.physics.single_track import front_axle_load, lateral_acceleration, lateral_acceleration_at, yaw_acceleration
+
+SLOWEST = 0.1
+"""Speed at which a tyre's deflection fades at standstill [m/s]: only keeps its steady value finite."""
+LEAST_LOAD = 0.2
+"""Share of its static load that an axle keeps in the model whatever the acceleration says [-]."""
+
+UNKNOWNS: dict[str, str] = {
+    "log_front_stiffness": "",
+    "log_rear_stiffness": "",
+    "log_friction": "",
+    "bank_angle": "rad",
+    "side_force": "N",
+    "side_moment": "N*m",
+    "lateral_acceleration_bias": "m/s**2",
+    "yaw_rate_bias": "rad/s",
+    "road_wheel_angle_offset": "rad",
+    "log_steering_friction": "",
+    "log_trail": "",
+}
+"""What may be a state beside the motion, and its unit; `log_` is the natural logarithm of true over given value."""
+
+OF_STEERING = ("log_steering_friction", "log_trail")
+"""Unknowns that need the steering among the states."""
+_MOST = 2.0
+
+
+@dataclass(frozen=True)
+class LateralParameters:
+    """A car as the sideslip estimator knows it, named as in a vehicle file.
+
+    Args:
+        mass, yaw_inertia: of the vehicle
+        front_distance, rear_distance: from the centre of gravity to the axles
+        front_cornering_stiffness, rear_cornering_stiffness: of the axles at their static load
+        centre_height: of the centre of gravity, above ground
+        relaxation_length: distance over which the axles' forces build up, compliance of the suspension included
+        tyre_friction: greatest lateral force over load on a dry road
+        mechanical_trail, pneumatic_trail: of the front axle; the pneumatic one without slip
+        roll_share: what gravity adds to the measured lateral acceleration as the body leans, per acceleration
+        roll_frequency, roll_damping_ratio: natural frequency and damping of the body's roll
+        roll_arm: of the centre of gravity above the roll axis
+        sensor_forward: of the accelerometer, ahead of the centre of gravity
+        drive_front_share, brake_front_share: of the force along the road, at the front axle
+        road_wheel_inertia: of everything that turns with the road wheels, J_w
+        road_wheel_damping: viscous, at the road wheels, b_w
+        road_wheel_friction: dry, at the road wheels, F_w
+        road_wheel_friction_angle: over which that friction builds up, level over initial stiffness
+    """
+
+    mass: Annotated[float, "kg"]
+    yaw_inertia: Annotated[float, "kg*m**2"]
+    front_distance: Annotated[float, "m"]
+    rear_distance: Annotated[float, "m"]
+    front_cornering_stiffness: Annotated[float, "N/rad"]
+    rear_cornering_stiffness: Annotated[float, "N/rad"]
+    centre_height: Annotated[float, "m"] = 0.5
+    relaxation_length: Annotated[float, "m"] = 0.6
+    tyre_friction: Annotated[float, ""] = 1.0
+    mechanical_trail: Annotated[float, "m"] = 0.023
+    pneumatic_trail: Annotated[float, "m"] = 0.03
+    roll_share: Annotated[float, ""] = 0.05
+    roll_frequency: Annotated[float, "rad/s"] = 14.0
+    roll_damping_ratio: Annotated[float, ""] = 0.4
+    roll_arm: Annotated[float, "m"] = 0.4
+    sensor_forward: Annotated[float, "m"] = 0.0
+    drive_front_share: Annotated[float, ""] = 0.5
+    brake_front_share: Annotated[float, ""] = 0.65
+    road_wheel_inertia: Annotated[float, "kg*m**2"] = 3.5
+    road_wheel_damping: Annotated[float, "N*m*s/rad"] = 160.0
+    road_wheel_friction: Annotated[float, "N*m"] = 30.0
+    road_wheel_friction_angle: Annotated[float, "rad"] = 2e-3
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """Parameters of the sampled model.
+
+    Args:
+        car: as the vehicle file tells it
+        law: of both axles
+        sample_time: between two samples
+        fading: share of every unknown that is left after a sample, in their order; one for a random walk
+    """
+
+    car: LateralParameters
+    sample_time: Annotated[float, "s"]
+    fading: tuple[float, ...] = ()
+    law: AxleLaw = field(default_factory=AxleLaw)
+
+
+class Body(NamedTuple):
+    """Lateral speed of the centre of gravity, yaw rate, and the lateral deflections of the axles' tyres."""
+
+    lateral_speed: Annotated[float, "m/s"]
+    yaw_rate: Annotated[float, "rad/s"]
+    front_deflection: Annotated[float, "m"]
+    rear_deflection: Annotated[float, "m"]
+
+
+class Roll(NamedTuple):
+    """Roll of the body, positive when its right side goes down."""
+
+    roll_angle: Annotated[float, "rad"]
+    roll_rate: Annotated[float, "rad/s"]
+
+
+class Steering(NamedTuple):
+    """Mean angle of the road wheels, its rate, and dry friction over its level."""
+
+    road_wheel_angle: Annotated[float, "rad"]
+    road_wheel_rate: Annotated[float, "rad/s"]
+    friction_share: Annotated[float, ""]
+
+
+class Driven(NamedTuple):
+    """Speeds and angle from outside, for a car whose steering angle is taken as known."""
+
+    vehicle_speed: Annotated[float, "m/s"]
+    longitudinal_acceleration: Annotated[float, "m/s**2"]
+    road_wheel_angle: Annotated[float, "rad"]
+
+
+class DrivenByWire(NamedTuple):
+    """Speeds, and the torque of the actuator at the road wheels; without one (`torque_known` 0) the rate is kept."""
+
+    vehicle_speed: Annotated[float, "m/s"]
+    longitudinal_acceleration: Annotated[float, "m/s**2"]
+    road_wheel_torque: Annotated[float, "N*m"]
+    torque_known: Annotated[float, ""]
+
+
+class Measured(NamedTuple):
+    """What an inertial unit measures."""
+
+    yaw_rate: Annotated[float, "rad/s"]
+    lateral_acceleration: Annotated[float, "m/s**2"]
+
+
+class MeasuredByWire(NamedTuple):
+    """What an inertial unit and the sensor of the road wheels measure."""
+
+    yaw_rate: Annotated[float, "rad/s"]
+    lateral_acceleration: Annotated[float, "m/s**2"]
+    road_wheel_angle: Annotated[float, "rad"]
+
+
+class Forces(NamedTuple):
+    """Forces of both axles and the torque that they make about the kingpins.
+
+    Args:
+        front, rear: across the wheels
+        front_across, rear_across: across the body, the car's own side force left out
+        self_aligning_torque: of the front axle, opposes positive steer [N*m]
+    """
+
+    front: AxleForce
+    rear: AxleForce
+    front_across: Any
+    rear_across: Any
+    self_aligning_torque: Any
+
+
+@lru_cache(maxsize=64)
+def lateral_motion(unknowns: tuple[str, ...] = (), *, roll: bool = False, steering: bool = False) -> Any:
+    """The sampled model with the wanted states.
+
+    Args:
+        unknowns: names from `UNKNOWNS`, in any order
+        roll: whether the body rolls with a motion of its own; else it leans at once
+        steering: whether the road wheels turn by the torque of an actuator; else their angle is an input
+
+    Returns:
+        a discrete model; its `Parameters` are `Sampled`, whose `fading` has one entry per unknown. It has a further
+        function `forces(x, u, p)`
+
+    Raises:
+        ParameterError: an unknown that the model does not have, or one of the steering without the steering
+    """
+    for name in unknowns:
+        if name not in UNKNOWNS:
+            raise ParameterError(f"'{name}' is no unknown of the lateral motion{nearest(name, UNKNOWNS)}")
+        if name in OF_STEERING and not steering:
+            raise ParameterError(f"'{name}' needs the steering among the states; give steering=True or leave it out")
+    return type("LateralMotion", (_LateralMotion,), _members(unknowns, roll, steering))
+
+
+def _members(unknowns: tuple[str, ...], roll: bool, steering: bool) -> dict[str, Any]:
+    parts = [Body, *([Roll] if roll else []), *([Steering] if steering else [])]
+    states = [each for part in parts for each in get_type_hints(part, include_extras=True).items()]
+    states += [(name, Annotated[float, UNKNOWNS[name]]) for name in unknowns]
+    state = named_tuple("State", states)
+    state.__doc__ = "Motion, and what the car does not know about itself."
+    return {
+        "__module__": __name__,
+        "__doc__": "Lateral motion, sampled; see `lateral_motion`.",
+        "State": state,
+        "Input": DrivenByWire if steering else Driven,
+        "Output": MeasuredByWire if steering else Measured,
+        "Parameters": Sampled,
+        "unknowns": unknowns,
+        "roll": roll,
+        "steering": steering,
+    }
+
+
+class _Seen(NamedTuple):
+    """A state taken apart: its motions, and the value of every unknown, zero where it is no state."""
+
+    body: Body
+    roll: Roll
+    steering: Steering
+    unknown: dict[str, Any]
+
+
+class _LateralMotion:
+    """Equations of the model; the class attributes are set by `lateral_motion`."""
+
+    State: type
+    unknowns: tuple[str, ...]
+    roll: bool
+    steering: bool
+
+    @classmethod
+    def transition(cls, x: Any, u: Any, p: Sampled) -> Any:
+        """The state one sample on: half a sample of the deflections, a whole one of the motion, half a sample again."""
+        seen, step = cls._seen(x, u), p.sample_time
+        half = seen._replace(body=cls._deflected(seen, u, p, 0.5 * step))
+        forces = cls._forces(half, u, p)
+        moved = half._replace(
+            body=cls._moved(half, forces, u, p),
+            roll=cls._rolled(half, forces, p),
+            steering=cls._steered(half, forces, u, p),
+        )
+        moved = moved._replace(body=cls._deflected(moved, u, p, 0.5 * step))
+        faded = [value * share for value, share in zip(x[len(x) - len(cls.unknowns) :], p.fading, strict=True)]
+        parts = [*moved.body, *(moved.roll if cls.roll else ()), *(moved.steering if cls.steering else ()), *faded]
+        return cls.State(*parts)
+
+    @classmethod
+    def output(cls, x: Any, u: Any, p: Sampled) -> Any:
+        """What is measured."""
+        seen = cls._seen(x, u)
+        forces, car, unknown = cls._forces(seen, u, p), p.car, seen.unknown
+        centre = cls._acceleration(seen, forces, p)
+        yaw = cls._yaw_acceleration(seen, forces, p)
+        at_sensor = lateral_acceleration_at(centre, yaw, seen.body.yaw_rate, car.sensor_forward)
+        lean = GRAVITY * seen.roll.roll_angle if cls.roll else car.roll_share * centre
+        measured = Measured(
+            seen.body.yaw_rate + unknown["yaw_rate_bias"],
+            at_sensor + lean + unknown["lateral_acceleration_bias"],
+        )
+        if not cls.steering:
+            return measured
+        return MeasuredByWire(*measured, seen.steering.road_wheel_angle - unknown["road_wheel_angle_offset"])
+
+    @classmethod
+    def forces(cls, x: Any, u: Any, p: Sampled) -> Forces:
+        """Forces of the axles in a state."""
+        return cls._forces(cls._seen(x, u), u, p)
+
+    @classmethod
+    def _seen(cls, x: Any, u: Any) -> _Seen:
+        first = 6 if cls.roll else 4
+        unknown = dict.fromkeys(UNKNOWNS, 0.0) | dict(zip(cls.unknowns, x[len(x) - len(cls.unknowns) :], strict=True))
+        roll = Roll(x[4], x[5]) if cls.roll else Roll(0.0, 0.0)
+        if cls.steering:
+            steering = Steering(*x[first : first + 3])
+        else:
+            steering = Steering(u.road_wheel_angle + unknown["road_wheel_angle_offset"], 0.0, 0.0)
+        return _Seen(Body(*x[:4]), roll, steering, unknown)
+
+    @classmethod
+    def _deflected(cls, seen: _Seen, u: Any, p: Sampled, time: Any) -> Body:
+        """The tyres roll for a while, all else kept: exact."""
+        body, car, sine, cosine = seen.body, p.car, *_direction(seen)
+        across = body.lateral_speed + (car.roll_arm * seen.roll.roll_rate if cls.roll else 0.0)
+        front = across + car.front_distance * body.yaw_rate
+        rear = across - car.rear_distance * body.yaw_rate
+        pairs = (
+            (body.front_deflection, sine * u.vehicle_speed - cosine * front, cosine * u.vehicle_speed + sine * front),
+            (body.rear_deflection, -rear, u.vehicle_speed),
+        )
+        after = []
+        for deflection, slip_speed, speed in pairs:
+            rolling = maximum(absolute(speed), SLOWEST)
+            left = exp(-time * rolling / car.relaxation_length)
+            after.append(deflection * left + slip_speed * car.relaxation_length / rolling * (1.0 - left))
+        return body._replace(front_deflection=after[0], rear_deflection=after[1])
+
+    @classmethod
+    def _forces(cls, seen: _Seen, u: Any, p: Sampled) -> Forces:
+        car, unknown = p.car, seen.unknown
+        friction = car.tyre_friction * _factor(unknown["log_friction"])
+        along = car.mass * u.longitudinal_acceleration
+        shift = longitudinal_load_transfer(along, car.centre_height, car.front_distance + car.rear_distance)
+        share = where(along > 0.0, car.drive_front_share, car.brake_front_share)
+        static = front_axle_load(car.mass, car.front_distance, car.rear_distance)
+        other = front_axle_load(car.mass, car.rear_distance, car.front_distance)
+        front = p.law.force(
+            seen.body.front_deflection / car.relaxation_length,
+            car.front_cornering_stiffness * _factor(unknown["log_front_stiffness"]),
+            friction,
+            AxleLoad(maximum(static - shift, LEAST_LOAD * static), static, share * along),
+            car.pneumatic_trail * _factor(unknown["log_trail"]),
+        )
+        rear = p.law.force(
+            seen.body.rear_deflection / car.relaxation_length,
+            car.rear_cornering_stiffness * _factor(unknown["log_rear_stiffness"]),
+            friction,
+            AxleLoad(maximum(other + shift, LEAST_LOAD * other), other, (1.0 - share) * along),
+            0.0,
+        )
+        sine, cosine = _direction(seen)
+        torque = (front.trail + car.mechanical_trail) * front.lateral
+        return Forces(front, rear, cosine * front.lateral + sine * share * along, rear.lateral, torque)
+
+    @classmethod
+    def _acceleration(cls, seen: _Seen, forces: Forces, p: Sampled) -> Any:
+        """Of all forces but gravity, at the centre of gravity [m/s**2]."""
+        own = lateral_acceleration(forces.front_across, forces.rear_across, p.car.mass)
+        return own + seen.unknown["side_force"] / p.car.mass
+
+    @classmethod
+    def _yaw_acceleration(cls, seen: _Seen, forces: Forces, p: Sampled) -> Any:
+        car = p.car
+        own = yaw_acceleration(
+            forces.front_across, forces.rear_across, car.yaw_inertia, car.front_distance, car.rear_distance
+        )
+        trail = forces.front.trail * forces.front.lateral
+        return own + (seen.unknown["side_moment"] - trail) / car.yaw_inertia
+
+    @classmethod
+    def _moved(cls, seen: _Seen, forces: Forces, u: Any, p: Sampled) -> Body:
+        """A sample of lateral speed and yaw rate; the turning of one into the other by the midpoint."""
+        body, step = seen.body, p.sample_time
+        yaw_rate = body.yaw_rate + step * cls._yaw_acceleration(seen, forces, p)
+        gravity = GRAVITY * sin(limit(seen.unknown["bank_angle"], -0.5, 0.5))
+        turning = u.vehicle_speed * 0.5 * (body.yaw_rate + yaw_rate)
+        rate = cls._acceleration(seen, forces, p) - turning - gravity
+        return body._replace(lateral_speed=body.lateral_speed + step * rate, yaw_rate=yaw_rate)
+
+    @classmethod
+    def _rolled(cls, seen: _Seen, forces: Forces, p: Sampled) -> Roll:
+        """A sample of the roll: rate first, then angle."""
+        if not cls.roll:
+            return seen.roll
+        car, step, roll = p.car, p.sample_time, seen.roll
+        goal = car.roll_share / GRAVITY * lateral_acceleration(forces.front_across, forces.rear_across, car.mass)
+        swing, fade = car.roll_frequency * car.roll_frequency, 2.0 * car.roll_damping_ratio * car.roll_frequency
+        rate = (roll.roll_rate + step * swing * (goal - roll.roll_angle)) / (1.0 + step * fade)
+        return Roll(roll.roll_angle + step * rate, rate)
+
+    @classmethod
+    def _steered(cls, seen: _Seen, forces: Forces, u: Any, p: Sampled) -> Steering:
+        """A sample of the steering: damping taken at its end, friction by its path."""
+        if not cls.steering:
+            return seen.steering
+        car, step, steering = p.car, p.sample_time, seen.steering
+        level = car.road_wheel_friction * _factor(seen.unknown["log_steering_friction"])
+        driving = u.road_wheel_torque - forces.self_aligning_torque - level * steering.friction_share
+        damped = car.road_wheel_inertia + step * (car.road_wheel_damping + step * level / car.road_wheel_friction_angle)
+        by_torque = (car.road_wheel_inertia * steering.road_wheel_rate + step * driving) / damped
+        rate = where(u.torque_known > 0.5, by_torque, steering.road_wheel_rate)
+        turned = step * rate
+        share = dahl_update(steering.friction_share, turned, car.road_wheel_friction_angle)
+        return Steering(steering.road_wheel_angle + turned, rate, share)
+
+
+def _factor(logarithm: Any) -> Any:
+    """What a logarithmic unknown multiplies, held within a factor of seven."""
+    return exp(limit(logarithm, -_MOST, _MOST))
+
+
+def _direction(seen: _Seen) -> tuple[Any, Any]:
+    angle = seen.steering.road_wheel_angle
+    return sin(angle), cos(angle)

@@ -1,0 +1,273 @@
+"""The combined sideslip estimator: one extended Kalman filter over all that a car measures.
+
+It reads yaw rate, lateral acceleration and, in a car steered by wire, angle and torque of the road wheels, and follows
+what the car does not know about itself beside the motion.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple, Self
+
+from tierod.errors import ParameterError
+from tierod.estimators.kalman import KalmanFilter
+from tierod.estimators.linear_algebra import congruence, diagonal
+from tierod.estimators.shapes import Belief
+from tierod.graph.derivatives import jacobian
+from tierod.graph.maths import absolute, arctan, both, exp, limit, maximum, present, sqrt, where
+from tierod.models.lateral_motion import LateralParameters, Sampled, lateral_motion
+from tierod.monitors.sideslip.combined_sample import CombinedEstimate, CombinedSample
+from tierod.monitors.sideslip.combined_tuning import CombinedTuning, per_sample
+from tierod.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.vehicles.vehicle import Vehicle
+
+START = {
+    "lateral_speed": 0.5,
+    "yaw_rate": 0.2,
+    "front_deflection": 0.02,
+    "rear_deflection": 0.02,
+    "roll_angle": 0.02,
+    "roll_rate": 0.05,
+    "road_wheel_angle": 0.3,
+    "road_wheel_rate": 0.5,
+    "friction_share": 0.7,
+}
+"""Standard deviation of the motion before the first sample, in the units of the states."""
+
+
+FIELDS = {
+    "log_front_stiffness": "front_stiffness",
+    "log_rear_stiffness": "rear_stiffness",
+    "log_friction": "friction",
+    "bank_angle": "bank_angle",
+    "side_force": "side_force",
+    "side_moment": "side_moment",
+    "lateral_acceleration_bias": "lateral_acceleration_bias",
+    "yaw_rate_bias": "yaw_rate_bias",
+    "road_wheel_angle_offset": "road_wheel_angle_offset",
+    "log_steering_friction": "steering_friction",
+    "log_trail": "trail",
+}
+"""Unknown of the model -> field of the estimate."""
+
+
+class Derived(NamedTuple):
+    """What follows from the states and gets a standard deviation of its own."""
+
+    sideslip_angle: Any
+    self_aligning_torque: Any
+    front_friction_used: Any
+
+
+class CombinedState(NamedTuple):
+    """Belief of the filter, and the last speed and road-wheel angle that it was given."""
+
+    belief: Belief
+    vehicle_speed: Any
+    road_wheel_angle: Any
+
+
+@dataclass(frozen=True)
+class CombinedSideslip:
+    """Sideslip from yaw rate, lateral acceleration and steering, with stiffness, friction, bank and wind followed.
+
+    Extended Kalman filter in velocity form, valid from walking pace to the limit of grip; below `slowest`, in reverse
+    and without speed it holds its last estimate, whose variance grows. Build it with `of_vehicle`.
+
+    Args:
+        filter: over `tierod.models.lateral_motion`
+        growth: variance per sample of every state while the estimate is held
+        most: variance up to which it grows
+        free_rate: variance per sample of the road wheels' rate while the actuator's torque is not known
+        slowest: speed below which the last estimate is held
+        limit_share: of the greatest front force, from which the peak is announced
+        limit_certainty: standard deviations by which the share has to be above it
+
+    Source: Yih, Ryu, Gerdes (2003), whose two observers it joins; tyres, unknowns and low speed are tierod's own.
+    """
+
+    filter: KalmanFilter
+    growth: tuple[float, ...]
+    most: tuple[float, ...]
+    free_rate: Annotated[float, "rad**2/s**2", NOT_NEGATIVE] = 0.0
+    slowest: Annotated[float, "m/s", POSITIVE] = 0.5
+    limit_share: Annotated[float, "", POSITIVE] = 0.85
+    limit_certainty: Annotated[float, "", NOT_NEGATIVE] = 1.0
+
+    Sample = CombinedSample
+
+    @classmethod
+    def of_vehicle(
+        cls, vehicle: Vehicle, sample_time: float, tuning: CombinedTuning | None = None, steering: bool | None = None
+    ) -> Self:
+        """The estimator for a vehicle file.
+
+        Args:
+            vehicle: at least mass, yaw inertia, distances and cornering stiffnesses, see `LateralParameters`
+            sample_time: of the samples [s]
+            tuning: the default one where None
+            steering: whether the road wheels' motion is estimated from the actuator's torque; where None, if the
+                vehicle file gives `road_wheel_inertia`
+
+        Raises:
+            ParameterError: the vehicle file lacks a parameter, or the sample time is not positive
+        """
+        steering = "road_wheel_inertia" in vehicle if steering is None else steering
+        return cls.of_parameters(vehicle.parameters_for(LateralParameters), sample_time, tuning, steering)
+
+    @classmethod
+    def of_parameters(
+        cls, car: LateralParameters, sample_time: float, tuning: CombinedTuning | None = None, steering: bool = False
+    ) -> Self:
+        """The estimator for a car whose parameters are at hand; arguments as of `of_vehicle`.
+
+        Raises:
+            ParameterError: the sample time is not positive
+        """
+        if not 0.0 < sample_time <= 0.05:
+            raise ParameterError(
+                f"the sample time of the sideslip estimator is {sample_time} s; it needs more than 0 and at most 0.05 s"
+            )
+        tuning = CombinedTuning() if tuning is None else tuning
+        followed = tuning.followed(steering)
+        model = lateral_motion(tuple(followed), roll=tuning.roll, steering=steering)
+        noises, names = tuning.noises, model.State._fields
+        motion = {
+            name: per_sample(getattr(noises, name), sample_time)
+            for name in ("lateral_speed", "yaw_rate", "roll_rate", "road_wheel_rate")
+        }
+        process = motion | {name: each.noise(sample_time) for name, each in followed.items()}
+        first = {name: deviation**2 for name, deviation in START.items()}
+        first |= {name: each.deviation**2 for name, each in followed.items()}
+        held = {
+            name: per_sample(getattr(noises, f"held_{name}"), sample_time)
+            for name in ("lateral_speed", "yaw_rate", "road_wheel_angle")
+        }
+        held |= dict.fromkeys(("front_deflection", "rear_deflection"), held["lateral_speed"] * 1e-3)
+        readings = [f"{name}_reading" for name in model.Output._fields]
+        return cls(
+            KalmanFilter(
+                model,
+                Sampled(car, sample_time, tuple(each.fading(sample_time) for each in followed.values()), tuning.law),
+                initial_mean=tuple(0.0 for _ in names),
+                initial_variance=tuple(first[name] for name in names),
+                process_noise=tuple(process.get(name, 0.0) for name in names),
+                measurement_noise=tuple(getattr(noises, name) ** 2 for name in readings),
+            ),
+            growth=tuple(held.get(name, 0.0) for name in names),
+            most=tuple(first[name] for name in names),
+            free_rate=per_sample(noises.free_road_wheel_rate, sample_time),
+            slowest=tuning.slowest,
+            limit_share=tuning.limit_share,
+            limit_certainty=tuning.limit_certainty,
+        )
+
+    @property
+    def Estimate(self) -> type:
+        """NamedTuple class of the output."""
+        return CombinedEstimate
+
+    def init(self) -> CombinedState:
+        """Straight ahead, with everything as the vehicle file tells."""
+        return CombinedState(self.filter.init(), self.slowest, 0.0)
+
+    def step(self, state: CombinedState, sample: CombinedSample) -> tuple[CombinedState, CombinedEstimate]:
+        """One sample on."""
+        moving = both(present(sample.vehicle_speed), sample.vehicle_speed > self.slowest)
+        angle_known = present(sample.road_wheel_angle)
+        running = moving if self.filter.model.steering else both(moving, angle_known)
+        inputs, free = self._inputs(sample)
+        given = inputs._replace(vehicle_speed=where(running, inputs.vehicle_speed, math.inf))
+        belief, estimate = self.filter.step(
+            state.belief,
+            self.filter.Sample(given, self._measured(sample)),
+            process_noise=self._process_noise(state.belief, running, free),
+        )
+        speed = where(running, inputs.vehicle_speed, state.vehicle_speed)
+        angle = where(both(running, angle_known), sample.road_wheel_angle, state.road_wheel_angle)
+        seen = inputs._replace(vehicle_speed=speed)
+        if not self.filter.model.steering:
+            seen = seen._replace(road_wheel_angle=angle)
+        held = where(running, 0.0, 1.0)
+        return CombinedState(belief, speed, angle), self._estimate(belief, seen, estimate, held)
+
+    def _inputs(self, sample: CombinedSample) -> tuple[Any, Any]:
+        """What drives the model, every value finite but the speed's, and whether the road wheels turn freely."""
+        along = where(present(sample.longitudinal_acceleration), sample.longitudinal_acceleration, 0.0)
+        speed = where(present(sample.vehicle_speed), maximum(sample.vehicle_speed, self.slowest), self.slowest)
+        if not self.filter.model.steering:
+            angle = where(present(sample.road_wheel_angle), sample.road_wheel_angle, 0.0)
+            return self.filter.model.Input(speed, along, angle), 0.0
+        known = present(sample.road_wheel_torque)
+        torque = where(known, sample.road_wheel_torque, 0.0)
+        return self.filter.model.Input(speed, along, torque, where(known, 1.0, 0.0)), where(known, 0.0, 1.0)
+
+    def _measured(self, sample: CombinedSample) -> Any:
+        return self.filter.model.Output(*(getattr(sample, name) for name in self.filter.model.Output._fields))
+
+    def _process_noise(self, belief: Belief, running: Any, free: Any) -> tuple[Any, ...]:
+        """Variance that each state gains in this sample; while the estimate is held only the motion's grows."""
+        noise = []
+        for name, usual, growth, most, now in zip(
+            self.filter.model.State._fields,
+            self.filter.process_noise,
+            self.growth,
+            self.most,
+            diagonal(belief.covariance),
+            strict=True,
+        ):
+            moving = where(free > 0.5, self.free_rate, usual) if name == "road_wheel_rate" else usual
+            noise.append(where(running, moving, where(now < most, growth, 0.0)))
+        return tuple(noise)
+
+    def _estimate(self, belief: Belief, inputs: Any, estimate: Any, held: Any) -> CombinedEstimate:
+        def derived(mean: Any) -> Derived:
+            forces = self.filter.model.forces(mean, inputs, self.filter.parameters)
+            return Derived(
+                arctan(mean.lateral_speed / inputs.vehicle_speed),
+                forces.self_aligning_torque,
+                absolute(forces.front.lateral) / forces.front.greatest,
+            )
+
+        spread = [sqrt(value) for value in diagonal(congruence(jacobian(derived, belief.mean), belief.covariance))]
+        at, deviation = derived(belief.mean), Derived(*spread)
+        forces = self.filter.model.forces(belief.mean, inputs, self.filter.parameters)
+        return CombinedEstimate(
+            sideslip_angle=at.sideslip_angle,
+            sideslip_angle_deviation=deviation.sideslip_angle,
+            lateral_speed=belief.mean.lateral_speed,
+            corrected_yaw_rate=belief.mean.yaw_rate,
+            front_slip_angle=arctan(belief.mean.front_deflection / self.filter.parameters.car.relaxation_length),
+            rear_slip_angle=arctan(belief.mean.rear_deflection / self.filter.parameters.car.relaxation_length),
+            front_lateral_force=forces.front.lateral,
+            rear_lateral_force=forces.rear.lateral,
+            self_aligning_torque=at.self_aligning_torque,
+            self_aligning_torque_deviation=deviation.self_aligning_torque,
+            front_friction_used=at.front_friction_used,
+            front_friction_used_deviation=deviation.front_friction_used,
+            rear_friction_used=absolute(forces.rear.lateral) / forces.rear.greatest,
+            limit_ahead=self._limit_ahead(at.front_friction_used, deviation.front_friction_used),
+            nis=estimate.nis,
+            readings=estimate.present,
+            held=held,
+            **self._known(belief),
+        )
+
+    def _limit_ahead(self, used: Any, deviation: Any) -> Any:
+        return where(used - self.limit_certainty * deviation > self.limit_share, 1.0, 0.0)
+
+    def _known(self, belief: Belief) -> dict[str, Any]:
+        """The unknowns, their standard deviations and identified shares; as given where they are no states."""
+        names = self.filter.model.State._fields
+        variances = dict(zip(names, diagonal(belief.covariance), strict=True))
+        priors = dict(zip(names, self.filter.initial_variance, strict=True))
+        known: dict[str, Any] = {}
+        for name, field in FIELDS.items():
+            value = getattr(belief.mean, name) if name in variances else 0.0
+            variance, prior = variances.get(name, 0.0), priors.get(name, 1.0)
+            scale = exp(value) if name.startswith("log_") else 1.0
+            known[field] = scale if name.startswith("log_") else value
+            known[f"{field}_deviation"] = scale * sqrt(variance)
+            known[f"{field}_identified"] = limit(1.0 - variance / prior, 0.0, 1.0) if name in variances else 0.0
+        return {field: value for field, value in known.items() if field in CombinedEstimate._fields}
