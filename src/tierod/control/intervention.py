@@ -1,0 +1,182 @@
+"""A driver who takes the wheel while it is being controlled: when control lets go, and when it may come back."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from tierod.detectors.cusum import Cusum
+from tierod.detectors.design import threshold_for
+from tierod.detectors.threshold import Debounce
+from tierod.errors import ParameterError
+from tierod.graph.maths import absolute, all_of, both, either, negated, present, where
+from tierod.ranges import NOT_NEGATIVE
+
+
+class Noise(NamedTuple):
+    """Noise of an estimate.
+
+    Args:
+        deviation: standard deviation, in the unit of the estimate
+        correlated: samples over which it hangs together: 1 + 2 (sum of its autocorrelation)
+    """
+
+    deviation: float
+    correlated: float
+
+
+def noise_of(values: np.ndarray) -> Noise:
+    """Noise of an estimate from its values while the truth is zero.
+
+    Args:
+        values: thousands of times its correlation long, (n,)
+
+    The sum of the autocorrelation ends at its first fall below 0.05, so that noise of the sum itself is left out.
+
+    Raises:
+        ParameterError: fewer than 1000 values, or values that do not change
+    """
+    values = np.asarray(values, float)
+    if len(values) < 1000 or not values.std() > 0.0:
+        raise ParameterError(f"{len(values)} values, deviation {values.std()}; expected 1000 or more that vary")
+    centred = values - values.mean()
+    spectrum = np.abs(np.fft.rfft(centred, 2 * len(centred))) ** 2
+    correlation = np.fft.irfft(spectrum)[: len(centred)]
+    correlation /= correlation[0]
+    low = np.nonzero(correlation < 0.05)[0]
+    last = int(low[0]) if len(low) else len(correlation)
+    return Noise(float(values.std()), float(1.0 + 2.0 * correlation[1:last].sum()))
+
+
+@dataclass(frozen=True)
+class Takeover:
+    """What counts as a driver who takes over.
+
+    Args:
+        torque: of the hands that must end control: a firm hand, half of what holding a wheel against a push takes
+        forgiven: torque that may be seen without hands, from wrong parameters, for any time
+        hours: between false ends of control while `forgiven` is seen all the time, on average: the noise alone
+            never gets there
+        quiet_torque: below it the hands have let go again; half of `torque`, so that the two never alternate
+        quiet_time: that they must be still before control may come back; longer than one turn of a slalom
+    """
+
+    torque: Annotated[float, "N*m"] = 1.0
+    forgiven: Annotated[float, "N*m"] = 0.5
+    hours: Annotated[float, "h"] = 1.0e4
+    quiet_torque: Annotated[float, "N*m"] = 0.5
+    quiet_time: Annotated[float, "s"] = 1.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.forgiven < self.torque:
+            raise ParameterError(
+                f"forgiven is {self.forgiven} and torque {self.torque} N m; expected 0 <= forgiven < torque"
+            )
+        if not 0.0 < self.quiet_torque <= self.torque:
+            raise ParameterError(
+                f"quiet_torque is {self.quiet_torque} N m; expected a number above zero, at most torque, {self.torque}"
+            )
+        if not (self.hours > 0.0 and self.quiet_time >= 0.0):
+            raise ParameterError(f"hours is {self.hours} and quiet_time {self.quiet_time} s; expected hours above zero")
+
+
+@dataclass(frozen=True)
+class DriverIntervention:
+    """End control once the driver's hands are on the wheel against it; give it back only when asked anew.
+
+    A cumulative sum of |hand torque| above what is forgiven, less what a wrong inertia of the wheel would feign at the
+    planned acceleration. Control ends at its alarm. It comes back at the next new request (off, then on) that finds
+    the hands still for a while.
+
+    Args:
+        cusum: stopping rule on the size of the torque, `design`
+        quiet: how long the hands must be still
+        quiet_torque: below it they are
+        inertia_uncertainty: of the steering wheel's inertia, whose torque is forgiven besides
+    """
+
+    cusum: Cusum
+    quiet: Debounce
+    quiet_torque: Annotated[float, "N*m"]
+    inertia_uncertainty: Annotated[float, "kg*m**2", NOT_NEGATIVE] = 0.0
+
+    class Sample(NamedTuple):
+        """Observed torque of the hands, planned acceleration of the wheel, whether control is asked for (1.0, 0.0)."""
+
+        hand_torque: Annotated[float, "N*m"]
+        steering_wheel_acceleration: Annotated[float, "rad/s**2"]
+        request: Annotated[float, ""]
+
+    class State(NamedTuple):
+        """Of the stopping rule and the stillness, whether control is allowed, and the request of the sample before."""
+
+        cusum: Cusum.State
+        quiet: Debounce.State
+        allowed: float
+        request: float
+
+    class Output(NamedTuple):
+        """Whether control may act, whether a driver has just been found (1.0 or 0.0), and the sum that says so."""
+
+        allowed: Annotated[float, ""]
+        found: Annotated[float, ""]
+        sum: Annotated[float, "N*m"]
+
+    def __post_init__(self) -> None:
+        if self.cusum.sides != "upper":
+            raise ParameterError(f"the sides of the stopping rule are '{self.cusum.sides}'; expected 'upper'")
+        if not self.quiet_torque > 0.0 or not 0.0 <= self.inertia_uncertainty < math.inf:
+            raise ParameterError(
+                f"quiet_torque is {self.quiet_torque} N m and inertia_uncertainty {self.inertia_uncertainty} kg m^2; "
+                "expected one above zero and one that is not negative"
+            )
+
+    @classmethod
+    def design(
+        cls, noise: Noise, sample_time: float, takeover: Takeover | None = None, inertia_uncertainty: float = 0.0
+    ) -> DriverIntervention:
+        """The rule for an observer's noise.
+
+        Args:
+            noise: of its hand torque, `noise_of`
+            sample_time: [s]
+            takeover: what counts as a driver
+            inertia_uncertainty: of the steering wheel [kg m^2]
+
+        The drift lies half way between what is forgiven and what must be found; the threshold follows from Siegmund's
+        run length, the noise taken as white with its correlation in its deviation.
+
+        Raises:
+            ParameterError: a deviation that is not above zero
+        """
+        takeover = takeover or Takeover()
+        spread = noise.deviation * math.sqrt(noise.correlated)
+        if not 0.0 < spread < math.inf:
+            raise ParameterError(f"the noise {noise} has no deviation above zero; measure it with `noise_of`")
+        margin = 0.5 * (takeover.torque - takeover.forgiven)
+        samples = takeover.hours * 3600.0 / sample_time
+        threshold = spread * threshold_for(margin / spread, samples, sides="upper")
+        cusum = Cusum(takeover.forgiven + margin, threshold, 2.0 * threshold, "upper")
+        quiet = Debounce(takeover.quiet_time, 0.0, sample_time)
+        return cls(cusum, quiet, takeover.quiet_torque, inertia_uncertainty)
+
+    def init(self) -> State:
+        """Nobody found, nothing asked for, hands not yet known to be still."""
+        return self.State(self.cusum.init(), self.quiet.init(), 0.0, 0.0)
+
+    def step(self, state: State, sample: Any) -> tuple[State, Output]:
+        """One sample on."""
+        torque, acceleration = absolute(sample.hand_torque), absolute(sample.steering_wheel_acceleration)
+        feigned = self.inertia_uncertainty * where(present(acceleration), acceleration, 0.0)
+        cusum, sums = self.cusum.step(state.cusum, torque - feigned)
+        quiet, still = self.quiet.step(state.quiet, where(torque - feigned < self.quiet_torque, 1.0, 0.0))
+        asked = where(present(sample.request), sample.request, 0.0) > 0.5
+        anew = all_of(asked, negated(state.request > 0.5), still.active > 0.5, negated(sums.alarm > 0.5))
+        stays = all_of(asked, state.allowed > 0.5, negated(sums.alarm > 0.5))
+        allowed = where(either(anew, stays), 1.0, 0.0)
+        found = both(state.allowed > 0.5, sums.alarm > 0.5)
+        after = self.State(cusum, quiet, allowed, where(asked, 1.0, 0.0))
+        return after, self.Output(allowed, where(found, 1.0, 0.0), sums.up)

@@ -1,0 +1,251 @@
+"""Position control of a steering column by state feedback on observed states, with integral action and feed-forward."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+from tierod.block import leaves, map_leaves
+from tierod.control.flat_column import ColumnMotion, advanced, motion_for
+from tierod.control.lqr import Regulator, lqr, with_delay, with_integral
+from tierod.control.reference import Reference
+from tierod.errors import ParameterError
+from tierod.fields import numbers
+from tierod.graph.maths import absolute, all_of, both, either, limit, present, where
+from tierod.models.linear import LinearSystem, linearise, sampled
+from tierod.models.two_inertia_column import TwoInertiaColumn, TwoInertiaParameters
+from tierod.ranges import POSITIVE, SHARE
+
+
+class ObservedColumn(NamedTuple):
+    """What an observer says of a column.
+
+    Args:
+        steering_wheel_rate, motor_speed, steering_wheel_angle, motor_angle: the state
+        disturbance_torque: that the motor must overcome at its shaft: dry friction, torque from the rack
+    """
+
+    steering_wheel_rate: Annotated[float, "rad/s"]
+    motor_speed: Annotated[float, "rad/s"]
+    steering_wheel_angle: Annotated[float, "rad"]
+    motor_angle: Annotated[float, "rad"]
+    disturbance_torque: Annotated[float, "N*m"]
+
+
+@dataclass(frozen=True)
+class ColumnGains:
+    """Torque of the motor per unit of each deviation from the planned motion, K."""
+
+    steering_wheel_rate: Annotated[float, "N*m*s/rad"]
+    motor_speed: Annotated[float, "N*m*s/rad"]
+    steering_wheel_angle: Annotated[float, "N*m/rad"]
+    motor_angle: Annotated[float, "N*m/rad"]
+    previous_motor_torque: Annotated[float, ""]
+    shaft_integral: Annotated[float, "N*m/rad/s"]
+
+
+@dataclass(frozen=True)
+class TorqueLimits:
+    """What the controller may ask of the motor, and how it takes hold and lets go.
+
+    Args:
+        torque: largest torque at the motor's shaft; 3 N m are 54 N m at the steering wheel axis behind a ratio of 18,
+            an electric power steering of the middle class
+        rate: largest change of torque; from nothing to all in 20 ms spares the gear and lets the sweep pass, which
+            needs a fifth of it
+        engaging: time in which control takes hold: so slowly that nobody is startled
+        releasing: time in which it lets go: much shorter than a driver's push, and without a blow
+    """
+
+    torque: Annotated[float, "N*m", POSITIVE] = 3.0
+    rate: Annotated[float, "N*m/s", POSITIVE] = 150.0
+    engaging: Annotated[float, "s", POSITIVE] = 0.3
+    releasing: Annotated[float, "s", POSITIVE] = 0.1
+
+
+@dataclass(frozen=True)
+class PositionControl:
+    """Let the output shaft of a column follow a reference: planned torque, state feedback, integral action.
+
+    torque = plan + disturbance - K (state - planned state) - K_i integral(shaft - reference), held to what the motor
+    can. The plan looks 1.5 samples ahead: the torque acts one sample later and for a sample. The integral stands still
+    while a limit or the ramp of taking hold is in force and it would push further, so that it never winds up. What is
+    asked for without `enabled`, or on numbers that are missing, is let go within `limits.releasing`; whatever the
+    state is when control takes hold, the torque begins at zero.
+
+    Args:
+        gains: of the state feedback, `design`
+        column: as the controller believes it to be
+        output_stiffness: between the steering wheel and the shaft that follows [N m/rad]
+        limits: of the torque
+        sample_time: [s]
+        feed_forward: share of the planned torque that is used
+        friction_compensation: share of the observed disturbance torque that is used
+    """
+
+    gains: ColumnGains
+    column: TwoInertiaParameters
+    output_stiffness: Annotated[float, "N*m/rad", POSITIVE]
+    limits: TorqueLimits = field(default_factory=TorqueLimits)
+    sample_time: Annotated[float, "s", POSITIVE] = 1e-3
+    feed_forward: Annotated[float, "", SHARE] = 1.0
+    friction_compensation: Annotated[float, "", SHARE] = 1.0
+
+    class Sample(NamedTuple):
+        """What is observed, what is wanted, and whether control may act (1.0 or 0.0)."""
+
+        observed: ObservedColumn
+        reference: Reference
+        enabled: Annotated[float, ""]
+
+    class State(NamedTuple):
+        """Torque last asked for, integral of the error, and how far control has taken hold."""
+
+        torque: float
+        integral: float
+        hold: float
+
+    class Output(NamedTuple):
+        """Torque for the motor, the shaft's observed angle and its error, and how the torque came about.
+
+        Args:
+            motor_torque: to be asked of the motor
+            shaft_angle: observed
+            error: of the shaft, observed less wanted
+            limited: whether a limit of the torque or of its rate is in force (1.0 or 0.0)
+            hold: 0 is let go, 1 is in full control
+            planned: the motion that the reference asks for
+        """
+
+        motor_torque: Annotated[float, "N*m"]
+        shaft_angle: Annotated[float, "rad"]
+        error: Annotated[float, "rad"]
+        limited: Annotated[float, ""]
+        hold: Annotated[float, ""]
+        planned: ColumnMotion
+
+    def __post_init__(self) -> None:
+        for name, number in numbers(self).items():
+            if number.limits and not number.limits.holds(number.value):
+                raise ParameterError(f"{name} is {number.value} {number.unit}; expected {number.limits}")
+
+    @classmethod
+    def design(
+        cls,
+        column: TwoInertiaParameters,
+        torsion_bar_stiffness: float,
+        sample_time: float = 1e-3,
+        weights: Mapping[str, float] | None = None,
+        torque_weight: float = 1.0,
+        **settings: Any,
+    ) -> PositionControl:
+        """The controller of a column.
+
+        Args:
+            column: as it is believed to be
+            torsion_bar_stiffness: between the steering wheel and the shaft that follows [N m/rad]
+            sample_time: [s]
+            weights: of states and of the `shaft`, as `lqr` takes them; `WEIGHTS` where None
+            torque_weight: of the motor's torque, 1/(N m)^2
+            settings: the other fields
+
+        Raises:
+            ParameterError: as `lqr`, for the column with its integral and its delay of one sample
+        """
+        found = regulator(column, torsion_bar_stiffness, sample_time, weights, torque_weight)
+        gains = ColumnGains(*(found.of(state) for state in found.system.states))
+        return cls(gains, column, torsion_bar_stiffness, sample_time=sample_time, **settings)
+
+    def init(self) -> State:
+        """Let go."""
+        return self.State(0.0, 0.0, 0.0)
+
+    def step(self, state: State, sample: Sample) -> tuple[State, Output]:
+        """One sample on."""
+        usable = all_of(*(present(value) for _, value in leaves(sample)))
+        given = self.Sample(*_kept(usable, (sample.observed, sample.reference, sample.enabled)))
+        wants = both(usable, given.enabled > 0.5)
+        planned = motion_for(given.reference, self.column, self.output_stiffness)
+        shaft = self.shaft_angle(given.observed)
+        error = shaft - given.reference.angle
+        grows, falls = self.sample_time / self.limits.engaging, self.sample_time / self.limits.releasing
+        hold = limit(state.hold + where(wants, grows, -falls), 0.0, 1.0)
+        asked = self._torque(state, given, planned)
+        held = limit(asked, -self.limits.torque, self.limits.torque)
+        most = self.limits.rate * self.sample_time
+        torque = limit(hold * held, state.torque - most, state.torque + most)
+        limited = absolute(hold * asked - torque) > 1e-9 * self.limits.torque
+        blocked = either(hold < 1.0, both(limited, error * (hold * asked - torque) < 0.0))
+        integral = where(blocked, state.integral, state.integral + self.sample_time * error)
+        after = self.State(torque, where(hold > 0.0, integral, 0.0), hold)
+        return after, self.Output(torque, shaft, error, where(limited, 1.0, 0.0), hold, planned)
+
+    def shaft_angle(self, observed: ObservedColumn) -> Any:
+        """Angle of the shaft that follows: between motor and steering wheel, by the stiffnesses on either side."""
+        motor = observed.motor_angle / self.column.motor_ratio
+        share = self.column.stiffness / self.output_stiffness
+        return observed.steering_wheel_angle + share * (motor - observed.steering_wheel_angle)
+
+    def _torque(self, state: State, given: Sample, planned: ColumnMotion) -> Any:
+        """Of plan, feedback and integral, before any limit."""
+        gains, observed = self.gains, given.observed
+        compensation = self.friction_compensation * observed.disturbance_torque
+        acting = self._planned_torque(given.reference, 0.5 * self.sample_time) + compensation
+        return (
+            self._planned_torque(given.reference, 1.5 * self.sample_time)
+            + compensation
+            - gains.steering_wheel_rate * (observed.steering_wheel_rate - planned.steering_wheel_rate)
+            - gains.motor_speed * (observed.motor_speed - planned.motor_speed)
+            - gains.steering_wheel_angle * (observed.steering_wheel_angle - planned.steering_wheel_angle)
+            - gains.motor_angle * (observed.motor_angle - planned.motor_angle)
+            - gains.previous_motor_torque * (state.torque - acting)
+            - gains.shaft_integral * state.integral
+        )
+
+    def _planned_torque(self, reference: Reference, ahead: float) -> Any:
+        motion = motion_for(advanced(reference, ahead), self.column, self.output_stiffness)
+        return self.feed_forward * motion.motor_torque
+
+
+WEIGHTS: Mapping[str, float] = {"shaft": 4.0e3, "steering_wheel_angle": 1.0e3, "shaft_integral": 4.0e5}
+"""What an error of shaft [1/rad^2], steering wheel [1/rad^2] and integral [1/(rad s)^2] costs against 1 (N m)^2 of the
+motor: one degree of the shaft as much as 1.1 N m."""
+
+
+def regulator(
+    column: TwoInertiaParameters,
+    torsion_bar_stiffness: float,
+    sample_time: float,
+    weights: Mapping[str, float] | None = None,
+    torque_weight: float = 1.0,
+) -> Regulator:
+    """The regulator behind `PositionControl.design`; arguments as there."""
+    system = column_system(column, torsion_bar_stiffness, sample_time)
+    whole = with_integral(with_delay(system), ("shaft",), sample_time)
+    return lqr(whole, WEIGHTS if weights is None else weights, [torque_weight])
+
+
+def column_system(column: TwoInertiaParameters, torsion_bar_stiffness: float, sample_time: float) -> LinearSystem:
+    """The column from its motor's torque to the `shaft` that follows, sampled.
+
+    Raises:
+        ParameterError: a parameter that is not above zero
+    """
+    if not torsion_bar_stiffness > 0.0:
+        raise ParameterError(f"torsion_bar_stiffness is {torsion_bar_stiffness} N m/rad; expected a number above zero")
+    for name in ("steering_wheel_inertia", "motor_inertia", "stiffness", "motor_ratio"):
+        if not getattr(column, name) > 0.0:
+            raise ParameterError(f"{name} is {getattr(column, name)}; expected a number above zero")
+    whole = linearise(TwoInertiaColumn, column, (0.0,) * 4, (0.0,) * 3)
+    share = column.stiffness / torsion_bar_stiffness
+    row = [[0.0, 0.0, 1.0 - share, share / column.motor_ratio]]
+    driven = LinearSystem.of(whole.A, row, whole.B[:, :1])
+    return sampled(
+        LinearSystem(driven.A, driven.B, driven.C, driven.D, whole.states, ("motor_torque",), ("shaft",)), sample_time
+    )
+
+
+def _kept(usable: Any, trees: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Trees with zeros where they are not usable."""
+    return tuple(map_leaves(lambda value: where(usable, value, 0.0), tree) for tree in trees)
