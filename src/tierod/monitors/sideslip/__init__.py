@@ -1,1 +1,1 @@
-"""Sideslip: the observers of Yih, Ryu and Gerdes and the combined estimator that goes beyond them."""
+"""Sideslip of the vehicle from what it measures: two observers after Yih, Ryu and Gerdes, and tierod's own."""

@@ -1,0 +1,221 @@
+"""A sideslip estimator over one recording: what it collects on the way, and its finding at the end.
+
+What a sideslip block must bring to be a variant of the monitor:
+
+- `Sample`: a flat NamedTuple of canonical signals. `road_wheel_angle` is made from the steering wheel's where it is not
+  measured, `road_wheel_torque` from the motor's torque or current (`FromCarSignals`); all others are taken as they are,
+  NaN where the car lacks them.
+- an output with the fields of `SideslipEstimate`; it may have more, which `SideslipSession` can be told to show.
+
+One line then makes it a variant: `SideslipSession(block, vehicle, rate, "sideslip, name", more_traces)`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from tierod.analysis.consistency import ConsistencyAccumulator
+from tierod.block import Block
+from tierod.findings import Estimate, Finding, Status
+from tierod.graph import Result
+from tierod.monitors.session import BlockSession, Conclusion
+from tierod.monitors.sideslip.car_signals import FromCarSignals
+from tierod.monitors.sideslip.signs import TOGETHER, SignsOverDrive
+from tierod.recording import Aligned
+from tierod.vehicles import Vehicle
+
+TRUTHS = ("sideslip_angle", "truth_sideslip_angle")
+"""Channels that a recording may have to hold the estimate against: of an optical sensor, or of a simulation."""
+
+JUDGED = ("road_wheel_angle", "steering_wheel_angle", "lateral_acceleration", "motor_torque", "motor_current")
+"""Signals that the session looks at beside the estimator."""
+
+LEAST_ENABLED = 5.0
+"""Seconds of estimating below which nothing is said: a few time constants of the slowest observer."""
+
+FITTING = 10.0
+"""Mean NIS per reading from which on the parameters do not fit the car; a consistent filter has 1."""
+
+TRACES = {
+    "sideslip_angle": ("sideslip_angle", "rad"),
+    "sideslip_angle_deviation": ("sideslip_angle_standard_deviation", "rad"),
+    "self_aligning_torque": ("self_aligning_torque", "N*m"),
+    "self_aligning_torque_deviation": ("self_aligning_torque_standard_deviation", "N*m"),
+    "nis": ("nis", ""),
+    "held": ("held", ""),
+}
+"""Outputs of every sideslip block over time: output -> (name in the report, unit)."""
+
+
+class SideslipEstimate(NamedTuple):
+    """What every sideslip block gives out after a sample.
+
+    Args:
+        sideslip_angle, sideslip_angle_deviation: at the centre of gravity, and one standard deviation of it
+        self_aligning_torque, self_aligning_torque_deviation: of the front tyres, opposing positive steer
+        nis, readings: normalised innovation squared of the sample, and over how many readings
+        held: 1 where nothing could be estimated and the last estimate stands
+    """
+
+    sideslip_angle: Annotated[float, "rad"]
+    sideslip_angle_deviation: Annotated[float, "rad"]
+    self_aligning_torque: Annotated[float, "N*m"]
+    self_aligning_torque_deviation: Annotated[float, "N*m"]
+    nis: Annotated[float, ""]
+    readings: Annotated[float, ""]
+    held: Annotated[float, ""]
+
+
+class SideslipSession(BlockSession):
+    """Runs a sideslip block and tells how far the car slipped, how well that is known, and why nothing can be told.
+
+    Args:
+        estimator: a sideslip block, see above
+        vehicle: whose parameters it has
+        rate: of the samples [Hz]
+        name: of monitor and variant
+        more: further outputs shown over time: output -> (name in the report, unit)
+    """
+
+    def __init__(
+        self,
+        estimator: Block,
+        vehicle: Vehicle,
+        rate: float,
+        name: str,
+        more: Mapping[str, tuple[str, str]] | None = None,
+    ):
+        block = FromCarSignals.of_vehicle(estimator, vehicle)
+        super().__init__(block, TRACES | dict(more or {}))
+        self.traces = {**self.traces, "true_sideslip_angle": "rad"}
+        self.signals = tuple(dict.fromkeys((*self.signals, *JUDGED, *TRUTHS)))
+        self.name, self.rate, self._ratio = name, rate, block.ratio.steering_ratio
+        self._needs_torque = "road_wheel_torque" in estimator.Sample._fields  # type: ignore[attr-defined]
+        self._torque_known = block.actuator is not None
+        self._signs, self._consistency = SignsOverDrive(), ConsistencyAccumulator()
+        self._over = _OverDrive()
+
+    def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
+        """Take in one more piece and give the traces over it, (n,) each."""
+        shown = dict(super().absorb(aligned))
+        shown["true_sideslip_angle"] = _truth(dict(zip(aligned.names, aligned.values.T, strict=True)))
+        return shown
+
+    def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
+        """Estimates, innovations and signs of one piece."""
+        running = result["held"] < 0.5
+        measured, wheel = signals["road_wheel_angle"], self._ratio * signals["steering_wheel_angle"]
+        angle = np.where(np.isfinite(measured), measured, wheel)
+        torque = np.where(np.isfinite(signals["motor_torque"]), signals["motor_torque"], signals["motor_current"])
+        self._consistency.add(result["nis"][running], result["readings"][running])
+        self._over.add(running, result, _truth(signals), signals["vehicle_speed"], angle, torque)
+        together = (angle, signals["yaw_rate"], signals["lateral_acceleration"], torque)
+        self._signs.add(signals["vehicle_speed"], dict(zip(TOGETHER, together, strict=True)))
+
+    def conclude(self) -> Conclusion:
+        """The finding, and how consistent the estimate was."""
+        found = self._consistency.result()
+        over, seconds = self._over, self._over.samples / self.rate
+        evidence = {"enabled_s": seconds, "enabled_share": over.samples / max(over.seen, 1)}
+        evidence |= {
+            f"agreement of {one} and {other}": value for (one, other), value in self._signs.agreements().items()
+        }
+        if reason := self._obstacle(seconds):
+            return Conclusion(self._withheld(*reason, evidence), withheld=tuple(self.traces))
+        if over.compared:
+            evidence["error_against_truth_rms_rad"] = math.sqrt(over.squared_error / over.compared)
+        evidence |= {"mean_deviation_rad": math.sqrt(over.variance / over.samples), "nis_mean": found.nis}
+        figures = {
+            "enabled_samples": float(found.samples),
+            "nis_mean": found.nis,
+            "nis_band_low": found.nis_band[0],
+            "nis_band_high": found.nis_band[1],
+            "nis_outside_95_share": found.outside,
+        }
+        return Conclusion(self._told(evidence, found.nis), consistency=figures)
+
+    def _obstacle(self, seconds: float) -> tuple[Status, str, str] | None:
+        """Why nothing can be told: status, cause, what to do; None where something can."""
+        over = self._over
+        if turned := self._signs.turned():
+            names = " or ".join(turned)
+            cause = f"the sign of {names} contradicts the other signals of a turning car"
+            return Status.NOT_TESTABLE, cause, f"correct the sign of {names} in the channel map"
+        if not over.angles:
+            cause = "the recording has neither road_wheel_angle nor steering_wheel_angle"
+            return Status.NOT_AVAILABLE, cause, "name one of them in the channel map"
+        if self._needs_torque and not (over.torques and self._torque_known):
+            missing = "motor_torque or motor_current" if self._torque_known else "gearhead_ratio in the vehicle file"
+            cause = f"this variant needs the torque of the steering, and there is no {missing}"
+            return Status.NOT_AVAILABLE, cause, "take a variant that needs no torque (--variant combined), or add it"
+        if seconds < LEAST_ENABLED:
+            cause = (
+                f"it could be estimated for {seconds:.1f} s, {LEAST_ENABLED:g} s are needed; the car stood, rolled "
+                f"backwards, or speed or angle were missing (fastest {over.fastest:.1f} m/s)"
+            )
+            return Status.NOT_ENABLED, cause, "record a drive, with speed and steering angle throughout"
+        return None
+
+    def _withheld(self, status: Status, cause: str, action: str, evidence: dict[str, float]) -> Finding:
+        headline = f"Sideslip angle: {status.value}; {cause}."
+        return Finding(self.name, status, headline, evidence=evidence, cause=cause, action=action)
+
+    def _told(self, evidence: dict[str, float], nis: float) -> Finding:
+        over = self._over
+        estimate = Estimate("largest sideslip angle at the centre of gravity", over.peak, over.peak_deviation, "rad")
+        told = f"{math.degrees(over.peak):+.2f} ± {math.degrees(over.peak_deviation):.2f} degrees"
+        if nis > FITTING:
+            cause = f"the innovations are {nis:.0f} times as large as the estimator expects"
+            return Finding(
+                self.name,
+                Status.NOT_IDENTIFIABLE,
+                f"Sideslip angle up to {told}, but the parameters do not fit this car: {cause}.",
+                estimate=estimate,
+                evidence=evidence,
+                cause=cause,
+                action="give a vehicle file that fits: stiffness, trail, friction and inertia of the steering",
+            )
+        headline = f"Sideslip angle up to {told}, estimated for {evidence['enabled_s']:.0f} s."
+        return Finding(self.name, Status.HEALTHY, headline, estimate=estimate, evidence=evidence, action="none")
+
+
+class _OverDrive:
+    """Figures over the pieces of a recording."""
+
+    def __init__(self) -> None:
+        self.seen = self.samples = self.compared = self.angles = self.torques = 0
+        self.peak = self.peak_deviation = self.variance = self.squared_error = self.fastest = 0.0
+
+    def add(
+        self,
+        running: np.ndarray,
+        result: Result,
+        truth: np.ndarray,
+        speed: np.ndarray,
+        angle: np.ndarray,
+        torque: np.ndarray,
+    ) -> None:
+        sideslip, deviation = result["sideslip_angle"], result["sideslip_angle_deviation"]
+        self.seen += len(running)
+        self.samples += int(running.sum())
+        self.angles += int(np.isfinite(angle).sum())
+        self.torques += int(np.isfinite(torque).sum())
+        self.fastest = max(self.fastest, float(np.nanmax(speed, initial=0.0)))
+        self.variance += float(np.sum(deviation[running] ** 2))
+        error = (sideslip - truth)[running & np.isfinite(truth)]
+        self.compared += len(error)
+        self.squared_error += float(error @ error)
+        if running.any():
+            at = int(np.argmax(np.where(running, np.abs(sideslip), -1.0)))
+            if abs(sideslip[at]) > abs(self.peak):
+                self.peak, self.peak_deviation = float(sideslip[at]), float(deviation[at])
+
+
+def _truth(signals: Mapping[str, np.ndarray]) -> np.ndarray:
+    """What the estimate is held against [rad]; NaN where the recording has nothing."""
+    measured, simulated = (signals[name] for name in TRUTHS)
+    return np.where(np.isfinite(simulated), simulated, measured)
