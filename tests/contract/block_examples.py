@@ -13,9 +13,11 @@ from tierod.detectors.counter import GatedCounter
 from tierod.detectors.cusum import Cusum
 from tierod.detectors.moments import BatchMoments, ExponentialMoments, MovingMoments
 from tierod.detectors.threshold import Debounce, Hysteresis
+from tierod.estimators.interacting import InteractingFilter, switching_of
 from tierod.estimators.kalman import KalmanFilter
 from tierod.estimators.luenberger import Luenberger
 from tierod.estimators.stationary import StationaryFilter
+from tierod.estimators.stationary_bank import StationaryBank
 from tierod.estimators.unscented import UnscentedFilter
 from tierod.filters.butterworth import Butterworth
 from tierod.filters.delay import Delay
@@ -24,6 +26,8 @@ from tierod.filters.hold import InputHold
 from tierod.filters.play import Play
 from tierod.models.friction_estimation import FrictionEstimation as EstimatedFriction
 from tierod.models.two_inertia_column import TwoInertiaParameters
+from tierod.monitors.driver_torque.hands import HandsMonitor
+from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.friction.baseline import BaselineFrictionMonitor, BaselineParameters
 from tierod.monitors.friction.conditioning import SteeringConditioning
 from tierod.monitors.friction.judged import JudgedEstimator
@@ -56,7 +60,7 @@ def examples() -> dict[type, Callable[[], Any]]:
     return {
         DriverIntervention: lambda: DriverIntervention.design(Noise(0.05, 20.0), DT),
         PositionControl: lambda: PositionControl.design(
-            COLUMN, 140.0, 1e-3, feed_forward=0.9, friction_compensation=0.9
+            COLUMN, 140.0, 1e-3, feed_forward=0.9, friction=0.1, disturbance_compensation=0.2
         ),
         GatedCounter: lambda: GatedCounter(DT),
         Cusum: lambda: Cusum(0.5, 4.0, 20.0),
@@ -83,9 +87,17 @@ def examples() -> dict[type, Callable[[], Any]]:
         RefinedFrictionMonitor: lambda: consistent(CAR),
         RollingVariance: lambda: RollingVariance(50, 40),
         CombinedSideslip: lambda: CombinedSideslip.of_vehicle(load("midsize-eps"), DT),
+        HandsMonitor: lambda: HandsMonitor.of_vehicle(load("column-bench"), 1e-3),
         BaselineFrictionMonitor: lambda: BaselineFrictionMonitor(
             load("midsize-eps").parameters_for(BaselineParameters), threshold=1000.0, gate=None
         ),
+        InteractingFilter: lambda: InteractingFilter(
+            tuple(replace(consistent(CAR).filter, maskable=(), hold_missing_input=True) for _ in range(2)),
+            switching_of((1.0, 0.1), DT),
+            (0.5, 0.5),
+        ),
+        ColumnObserver: lambda: ColumnObserver.of_vehicle(load("column-bench")),
+        StationaryBank: lambda: ColumnObserver.of_vehicle(load("midsize-eps")).bank,
         Luenberger: lambda: Luenberger(EstimatedFriction, CAR, (0.0,) * 5, GAIN),
         StationaryFilter: lambda: StationaryFilter(
             EstimatedFriction, CAR, (0.0,) * 5, GAIN, (1.0,) * 15, (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)

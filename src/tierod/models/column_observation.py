@@ -1,0 +1,120 @@
+"""The steering column as its observers see it: torques of hands and of friction as states, sensors' offsets too."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Annotated, Any, NamedTuple
+
+from tierod.block import named_tuple, skeleton, units
+from tierod.errors import ParameterError
+from tierod.models.disturbances import with_disturbance_states, with_offset_state, with_outputs
+from tierod.models.linear import LinearSystem, as_model, linearise, sampled
+from tierod.models.steering_column import ColumnInput, ColumnOutput
+
+OFFSETS: Mapping[str, tuple[str, str]] = {
+    "driver_torque": ("driver_torque_offset", "N*m"),
+    "motor_angle_mechanical": ("motor_angle_offset", "rad"),
+}
+"""Sensors of a column that may have an offset: name and unit of its state."""
+
+
+class MotorTorque(NamedTuple):
+    """The torque that an observer knows of, at the motor's shaft."""
+
+    motor_torque: Annotated[float, "N*m"]
+
+
+class ColumnObservation(NamedTuple):
+    """A column ready for an estimator.
+
+    Args:
+        continuous: with its disturbances as states
+        discrete: the same, sampled exactly
+        model: the discrete one as a model
+        parameters: of the model
+    """
+
+    continuous: LinearSystem
+    discrete: LinearSystem
+    model: Any
+    parameters: Any
+
+
+def linear_column(column: Any, parameters: Any) -> LinearSystem:
+    """A column without friction, linear through the origin.
+
+    Args:
+        column: `SteeringColumn` or `TwoInertiaColumn`
+        parameters: of it
+    """
+    return linearise(column, parameters, skeleton(column.State), skeleton(column.Input))
+
+
+def observed_column(
+    column: LinearSystem,
+    sample_time: float,
+    hand_torque_order: int = 2,
+    disturbance_torque_order: int = 1,
+    offset: str | None = None,
+    outputs: tuple[str, ...] = ColumnOutput._fields,
+) -> ColumnObservation:
+    """A column with the torque of the hands and the disturbance torque as states.
+
+    Args:
+        column: continuous, with the inputs of `ColumnInput`; reduced or not
+        sample_time: [s]
+        hand_torque_order: 1 for a torque that jumps, 2 for one that has a rate
+        disturbance_torque_order: likewise
+        offset: "driver_torque" or "motor_angle_mechanical", to which a constant is added; None for neither
+        outputs: that are measured
+
+    Raises:
+        ParameterError: no such offset, or one of a sensor that is not measured
+
+    Source: Raffone, eqs (8) and (18), where both torques are random walks.
+    """
+    orders = {"hand_torque": hand_torque_order, "disturbance_torque": disturbance_torque_order}
+    extended = with_outputs(with_disturbance_states(column, orders), outputs)
+    if offset is not None:
+        if offset not in OFFSETS or offset not in outputs:
+            raise ParameterError(
+                f"offset is '{offset}'; expected None or one of {', '.join(set(OFFSETS) & set(outputs))}"
+            )
+        extended = with_offset_state(extended, offset, OFFSETS[offset][0])
+    discrete = sampled(extended, sample_time)
+    linear = as_model(discrete, _state_class(extended.states), MotorTorque, _output_class(outputs))
+    return ColumnObservation(extended, discrete, linear.model, linear.parameters)
+
+
+_UNITS = {
+    "hand_torque": "N*m",
+    "disturbance_torque": "N*m",
+    **dict(OFFSETS.values()),
+    "angle": "rad",
+    "speed": "rad/s",
+}
+
+
+@lru_cache(maxsize=64)
+def _state_class(names: tuple[str, ...]) -> type:
+    return named_tuple("ObservedColumnState", [(name, Annotated[float, _unit(name)]) for name in names])
+
+
+@lru_cache(maxsize=64)
+def _output_class(names: tuple[str, ...]) -> type:
+    known = dict(zip(ColumnOutput._fields, units(ColumnOutput), strict=True))
+    return named_tuple("ObservedColumnOutput", [(name, Annotated[float, known[name]]) for name in names])
+
+
+def _unit(name: str) -> str:
+    """Unit of a state by its name; a state of a balanced system has none."""
+    if name in _UNITS:
+        return _UNITS[name]
+    for derivative, per in (("_acceleration", "/s**2"), ("_rate", "/s")):
+        if name.endswith(derivative):
+            return _unit(name.removesuffix(derivative) if name.startswith(_TORQUES) else "angle") + per
+    return next((unit for end, unit in _UNITS.items() if name.endswith(end)), "")
+
+
+_TORQUES = ColumnInput._fields

@@ -1,0 +1,173 @@
+"""Tuning of the column observers, and what follows from it and a column's parameters."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from tierod.analysis.fitness import require_fit
+from tierod.errors import ParameterError
+from tierod.estimators.interacting import switching_of
+from tierod.estimators.stationary_bank import StationaryBank
+from tierod.models.column_observation import ColumnObservation, linear_column, observed_column
+from tierod.models.linear import LinearSystem
+from tierod.models.steering_column import ColumnOutput, ColumnParameters, SteeringColumn
+from tierod.models.two_inertia_column import TwoInertiaColumn, TwoInertiaParameters
+
+
+@dataclass(frozen=True)
+class ColumnTuning:
+    """Noises of a column and its sensors; those of a walk are per square root of a second.
+
+    The defaults are those of a bench, tuned on two simulated runs with hands that jump and two with hands that pull
+    within 100 ms, friction of 0.1 N·m at the motor; they are reported on others.
+
+    Args:
+        steering_wheel_angle_noise, motor_angle_noise, driver_torque_noise: standard deviation of a sample
+        hand_torque_rate_walk: of the rate of the hands' torque, while they move smoothly
+        hand_torque_walk: of the torque itself while it jumps; 0 for hands that never do, which leaves one filter
+        calm_time, jump_time: for which the hands move smoothly, and for which a jump lasts, in the mean
+        disturbance_torque_walk: at the motor's shaft
+        pinion_torque_noise: white unknown torque at the gear, of road and rack, per sample of 1 ms
+        offset_walk: of the offset
+        offset: sensor with an offset that is learnt: "motor_angle_mechanical" where nobody has set the angles to zero
+            on the unloaded bar, "driver_torque" on a bench where somebody has, None for neither. Both at once show
+            themselves alike: as a twist of the bar that its torque does not confirm
+        outputs: that are measured
+    """
+
+    steering_wheel_angle_noise: Annotated[float, "rad"] = math.radians(0.05)
+    motor_angle_noise: Annotated[float, "rad"] = math.radians(0.2)
+    driver_torque_noise: Annotated[float, "N*m"] = 0.02
+    hand_torque_rate_walk: Annotated[float, "N*m/s**1.5"] = 8.0
+    hand_torque_walk: Annotated[float, "N*m/s**0.5"] = 10.0
+    calm_time: Annotated[float, "s"] = 10.0
+    jump_time: Annotated[float, "s"] = 0.007
+    disturbance_torque_walk: Annotated[float, "N*m/s**0.5"] = 0.3
+    pinion_torque_noise: Annotated[float, "N*m"] = 0.0
+    offset_walk: Annotated[float, ""] = 0.0
+    offset: str | None = None
+    outputs: tuple[str, ...] = ColumnOutput._fields
+
+    def variances(self) -> tuple[float, ...]:
+        """Of the outputs that are measured."""
+        noises = {
+            "steering_wheel_angle": self.steering_wheel_angle_noise,
+            "motor_angle_mechanical": self.motor_angle_noise,
+            "driver_torque": self.driver_torque_noise,
+        }
+        return tuple(noises[name] ** 2 for name in self.outputs)
+
+
+class Layout(NamedTuple):
+    """What a step needs to know of the column beside its filters.
+
+    Args:
+        sample_time: [s]
+        stiffness: between steering wheel and motor, or of the bar where there is a gear [N m/rad]
+        motor_ratio: []
+        hand_torque_growth, disturbance_torque_growth: of their variances while samples are missing [(N m)^2/s]
+        outputs: that are measured
+        offset: name of the offset's state, or ""
+    """
+
+    sample_time: float
+    stiffness: float
+    motor_ratio: float
+    hand_torque_growth: float
+    disturbance_torque_growth: float
+    outputs: tuple[str, ...]
+    offset: str
+
+
+class Designed(NamedTuple):
+    """An observer's filters and its layout."""
+
+    bank: StationaryBank
+    layout: Layout
+    observation: ColumnObservation
+
+
+def linear_of(parameters: Any) -> LinearSystem:
+    """The linear column of `ColumnParameters` or `TwoInertiaParameters`.
+
+    Raises:
+        ParameterError: other parameters, or inertias, stiffness or ratio that are not positive
+    """
+    if not isinstance(parameters, ColumnParameters | TwoInertiaParameters):
+        raise ParameterError(
+            f"the parameters are {type(parameters).__name__}; expected ColumnParameters (with gear) or "
+            "TwoInertiaParameters (without)"
+        )
+    for name in ("steering_wheel_inertia", "motor_inertia", "gear_inertia", "motor_ratio"):
+        value = getattr(parameters, name, 1.0)
+        if not 0.0 < value < math.inf:
+            raise ParameterError(f"{name} of the column is {value:g}; expected a number greater than zero")
+    return linear_column(SteeringColumn if isinstance(parameters, ColumnParameters) else TwoInertiaColumn, parameters)
+
+
+def design(parameters: Any, sample_time: float, tuning: ColumnTuning) -> Designed:
+    """Filters of the default observer.
+
+    Args:
+        parameters: `ColumnParameters` or `TwoInertiaParameters`
+        sample_time: [s]
+        tuning: noises
+
+    Raises:
+        ParameterError: the column is unstable, cannot be observed, or is too fast for the rate; the eigenvalue or the
+            direction is named
+    """
+    column = linear_of(parameters)
+    observed = observed_column(column, sample_time, 2, 1, tuning.offset, tuning.outputs)
+    require_fit(observed.continuous, "the column", stable="marginal", observable=True, sample_time=sample_time)
+    lasting = (tuning.calm_time, tuning.jump_time) if tuning.hand_torque_walk > 0.0 else (tuning.calm_time,)
+    bank = StationaryBank.design(
+        observed.discrete,
+        observed.model,
+        observed.parameters,
+        process_noises(observed.discrete.states, parameters, sample_time, tuning),
+        tuning.variances(),
+        switching_of(lasting, sample_time),
+    )
+    ratio = parameters.motor_ratio
+    stiffness = getattr(parameters, "torsion_bar_stiffness", None) or parameters.stiffness
+    return Designed(bank, _layout(observed, stiffness, ratio, sample_time, tuning), observed)
+
+
+def process_noises(
+    states: tuple[str, ...], parameters: Any, sample_time: float, tuning: ColumnTuning
+) -> tuple[np.ndarray, ...]:
+    """Variance that each state gains per sample: with smooth hands, and where they may, with hands that jump."""
+    pinion = tuning.pinion_torque_noise**2 * 1e-3 * sample_time  # intensity of white noise given per sample of 1 ms
+    calm = {
+        "hand_torque_rate": tuning.hand_torque_rate_walk**2 * sample_time,
+        "disturbance_torque": tuning.disturbance_torque_walk**2 * sample_time,
+        "driver_torque_offset": tuning.offset_walk**2 * sample_time,
+        "motor_angle_offset": tuning.offset_walk**2 * sample_time,
+    }
+    if "gear_rate" in states:
+        calm["gear_rate"] = pinion / parameters.gear_inertia**2
+    else:
+        calm["motor_speed"] = pinion / (parameters.motor_ratio * parameters.motor_inertia) ** 2
+    jump = calm | {"hand_torque": tuning.hand_torque_walk**2 * sample_time}
+    chosen = (calm, jump) if tuning.hand_torque_walk > 0.0 else (calm,)
+    return tuple(np.array([each.get(name, 0.0) for name in states]) for each in chosen)
+
+
+def _layout(
+    observed: ColumnObservation, stiffness: float, ratio: float, sample_time: float, tuning: ColumnTuning
+) -> Layout:
+    last = observed.discrete.states[-1]
+    return Layout(
+        float(sample_time),
+        float(stiffness),
+        float(ratio),
+        max(tuning.hand_torque_walk, 1.0) ** 2,
+        tuning.disturbance_torque_walk**2,
+        tuning.outputs,
+        last if tuning.offset is not None else "",
+    )
