@@ -1,0 +1,94 @@
+import numpy as np
+import pytest
+from scipy import signal
+
+from tierod.analysis.measured_response import measured_response
+from tierod.errors import InputError, ParameterError
+
+RATE = 200.0
+
+
+def noisy(seed, seconds=200.0, noise=0.5):
+    """White noise through a second-order low-pass, measured with noise."""
+    rng = np.random.default_rng(seed)
+    given = rng.normal(size=int(seconds * RATE))
+    b, a = signal.butter(2, 20.0, fs=RATE)
+    return given, signal.lfilter(b, a, given) + noise * rng.normal(size=len(given)), (b, a)
+
+
+def truth(filter, frequency):
+    return signal.freqz(*filter, worN=frequency, fs=RATE)[1]
+
+
+def test_spectra_are_those_of_scipy():
+    given, found, _ = noisy(1)
+    ours = measured_response(given, found, RATE, 2.0)
+    options = {"fs": RATE, "nperseg": 400, "detrend": "constant"}
+    cross, power = signal.csd(given, found, **options)[1], signal.welch(given, **options)[1]
+    np.testing.assert_allclose(ours.gain, (cross / power)[1:], rtol=1e-9)
+    np.testing.assert_allclose(ours.coherence, signal.coherence(given, found, **options)[1][1:], rtol=1e-9)
+
+
+def test_the_band_covers_the_truth_as_often_as_it_says():
+    inside = []
+    for seed in range(20):
+        given, found, filter = noisy(seed, 60.0)
+        ours = measured_response(given, found, RATE, 1.0).between(1.0, 40.0)
+        low, high = ours.band()
+        true = np.abs(truth(filter, ours.frequency))
+        inside += ((low <= true) & (true <= high)).tolist()
+    assert 0.92 < np.mean(inside) < 0.98
+
+
+def test_coherence_tells_how_much_is_noise():
+    given, found, _ = noisy(2, noise=0.0)
+    clean = measured_response(given, found, RATE, 2.0).between(1.0, 15.0)
+    assert clean.coherence.min() > 0.99
+    given, found, _ = noisy(2, noise=1.0)
+    low = measured_response(given, found, RATE, 2.0).between(1.0, 10.0)
+    assert np.median(low.coherence) == pytest.approx(0.5, abs=0.05)
+
+
+def test_the_band_covers_the_truth_under_a_sweep_too():
+    time = np.arange(0.0, 100.0, 1.0 / RATE)
+    sweep = signal.chirp(time, 0.5, 100.0, 40.0)
+    inside = []
+    for seed in range(20):
+        noise = 0.2 * np.random.default_rng(seed).normal(size=len(time))
+        ours = measured_response(sweep, 2.0 * sweep + noise, RATE, 2.0).between(2.0, 38.0)
+        low, high = ours.band()
+        inside += ((low <= 2.0) & (high >= 2.0)).tolist()
+    assert 0.92 < np.mean(inside) < 0.99
+
+
+def test_a_frequency_that_comes_in_one_piece_has_no_band():
+    once = np.zeros(4000)
+    once[1190:1210] = np.hanning(20)
+    ours = measured_response(once, once, RATE, 4.0)
+    assert np.isnan(ours.relative_deviation[1:]).all()
+    assert not ours.usable()[1:].any()
+
+
+def test_pieces_with_gaps_are_left_out():
+    given, found, filter = noisy(3)
+    found[5000:5100] = np.nan
+    ours = measured_response(given, found, RATE, 2.0).between(1.0, 15.0)
+    np.testing.assert_allclose(ours.gain, truth(filter, ours.frequency), atol=0.3)
+
+
+def test_no_input_gives_no_gain():
+    ours = measured_response(np.zeros(4000), np.ones(4000), RATE, 2.0)
+    assert np.isnan(ours.gain).all()
+    assert not ours.usable().any()
+    assert np.isnan(ours.band()).all()
+
+
+@pytest.mark.parametrize(("count", "other"), [(300, 300), (4000, 3999)])
+def test_signals_that_do_not_fit_are_refused(count, other):
+    with pytest.raises(InputError):
+        measured_response(np.zeros(count), np.zeros(other), RATE, 2.0)
+
+
+def test_wrong_settings_are_refused():
+    with pytest.raises(ParameterError, match="above zero"):
+        measured_response(np.zeros(4000), np.zeros(4000), 0.0)
