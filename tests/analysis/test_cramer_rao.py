@@ -5,8 +5,9 @@ import pytest
 
 from analysis.column_sets import TORQUES, column
 from tierod.analysis.cramer_rao import cramer_rao
-from tierod.analysis.extended import extended, through
+from tierod.analysis.extended import extended
 from tierod.errors import ParameterError
+from tierod.models.disturbances import with_outputs
 from tierod.models.linear import LinearSystem, sampled
 
 NOISE = {"steering_wheel_angle": 8.7e-4, "motor_angle_mechanical": 3.5e-3, "driver_torque": 0.02}
@@ -48,7 +49,7 @@ def test_continuous_systems_are_sampled():
 
 
 def test_what_the_outputs_hide_has_no_bound():
-    found = cramer_rao(through(column(), ["driver_torque"]), NOISE, 0.5, 1e-3)
+    found = cramer_rao(with_outputs(column(), ["driver_torque"]), NOISE, 0.5, 1e-3)
     assert np.isfinite(found.end[:3]).all()
     assert np.isinf(found.end[3:]).all()
     assert found.condition == math.inf

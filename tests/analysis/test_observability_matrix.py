@@ -2,10 +2,11 @@ import numpy as np
 import pytest
 
 from analysis.column_sets import TORQUES, column
-from tierod.analysis.extended import extended, through
+from tierod.analysis.extended import extended
 from tierod.analysis.observability import observability
 from tierod.analysis.observability_matrix import default_rank, observability_matrix, scaled_rank, unscaled_rank
 from tierod.analysis.pbh import pbh_rank
+from tierod.models.disturbances import with_outputs
 from tierod.models.linear import LinearSystem, sampled
 from tierod.studies.column.parameter_sets import EIGENVALUES, SETS
 
@@ -24,7 +25,7 @@ def test_eigenvalues_are_those_of_the_table(name):
     [((MOTOR,), 6), ((WHEEL,), 6), ((WHEEL, MOTOR), 6), ((BAR,), 5), ((BAR, MOTOR), 6), ((BAR, WHEEL), 6)],
 )
 def test_exact_ranks_of_the_column(name, outputs, exact):
-    system = through(column(name), outputs)
+    system = with_outputs(column(name), outputs)
     assert observability(system).rank == exact
     assert scaled_rank(system).rank == exact
     assert unscaled_rank(sampled(system, 1e-3)).rank == exact
@@ -35,7 +36,7 @@ def test_exact_ranks_of_the_column(name, outputs, exact):
     ("outputs", "printed"), [((BAR,), 4), ((WHEEL, MOTOR), 6), ((BAR, MOTOR), 6), ((BAR, WHEEL), 6)]
 )
 def test_ranks_of_the_paper_in_double_precision(outputs, printed):
-    assert unscaled_rank(through(column("S3"), outputs)).rank == printed
+    assert unscaled_rank(with_outputs(column("S3"), outputs)).rank == printed
 
 
 @pytest.mark.parametrize("name", SETS)

@@ -9,12 +9,12 @@ from itertools import combinations
 import numpy as np
 
 from tierod.analysis.cramer_rao import Bound, cramer_rao
-from tierod.analysis.extended import through
 from tierod.analysis.gramian import gramian_condition, observability_gramian
 from tierod.analysis.observability import Observability, observability
 from tierod.analysis.observability_matrix import Rank, scaled_rank, unscaled_rank
 from tierod.analysis.pbh import pbh_rank
 from tierod.errors import ParameterError
+from tierod.models.disturbances import with_outputs
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.modes import TOLERANCE
 
@@ -112,7 +112,7 @@ def shown_by(system: LinearSystem, outputs: Sequence[str], sampling: Sampling) -
         outputs: names; none at all shows nothing
         sampling: noise, sample time and duration
     """
-    part = through(system, outputs)
+    part = with_outputs(system, tuple(outputs))
     exact = observability(part, TOLERANCE)
     return Shown(
         tuple(outputs),
@@ -133,6 +133,6 @@ def output_subsets(system: LinearSystem, sampling: Sampling) -> list[Shown]:
         ParameterError: more than eight outputs, which have over 255 choices
     """
     if len(system.outputs) > 8:
-        raise ParameterError(f"{len(system.outputs)} outputs have too many choices; choose eight with `through`")
+        raise ParameterError(f"{len(system.outputs)} outputs have too many choices; choose eight with `with_outputs`")
     sizes = range(1, len(system.outputs) + 1)
     return [shown_by(system, choice, sampling) for size in sizes for choice in combinations(system.outputs, size)]
