@@ -1,14 +1,13 @@
-"""What an axle does across the road: lateral force, friction it has left, and the pneumatic trail."""
+"""Lateral force of an axle under load transfer and a force along its wheels."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
-from tierod.graph.maths import cos, maximum, sqrt
-from tierod.physics.magic_formula import magic_angle, magic_formula
+from tierod.graph.maths import maximum, sin, sqrt
+from tierod.physics.magic_formula import magic_angle
 
-LEAST_ACROSS = 0.25
+LEAST_ACROSS = 0.3
 """Share of the friction that stays for the lateral force whatever the brakes do [-]: keeps the ellipse open."""
 
 
@@ -21,49 +20,31 @@ class AxleLoad(NamedTuple):
 
 
 class AxleForce(NamedTuple):
-    """Force across the wheels [N], greatest force that the road lends [N], pneumatic trail [m]."""
+    """Force across the wheels [N], greatest force that the road lends [N], angle inside the Magic Formula [rad]."""
 
     lateral: Any
     greatest: Any
-    trail: Any
+    angle: Any
 
 
-@dataclass(frozen=True)
-class AxleLaw:
-    """Shape of an axle's lateral force over slip, of both tyres, compliance and camber together.
-
-    The defaults lie between those of published tyres and stand for no single one.
+def axle_force(slip: Any, stiffness: Any, friction: Any, shape: Any, load: AxleLoad, growth: Any) -> AxleForce:
+    """Lateral force of an axle, and what `AxleForce` tells beside it.
 
     Args:
-        shape: C of the Magic Formula
-        curvature: E of the Magic Formula
-        trail_shape: Ct of the pneumatic trail; above one it turns negative where the tyre slides
-        stiffness_growth: relative growth of the cornering stiffness per relative growth of the load
+        slip: tangent of the slip angle, positive where the force is to the left [-]
+        stiffness: cornering stiffness at the static load [N/rad]
+        friction: greatest force over load [-], positive
+        shape: C of the Magic Formula [-], above 1; its curvature E is zero
+        load: of the axle
+        growth: relative growth of the stiffness per relative growth of the load [-]
+
+    The slip is scaled so that the slope at zero is the stiffness whatever the friction (similarity); the force along
+    the wheels narrows the friction by the ellipse.
+    Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed., sections 4.2 and 4.3.
     """
-
-    shape: Annotated[float, ""] = 1.3
-    curvature: Annotated[float, ""] = 0.0
-    trail_shape: Annotated[float, ""] = 1.15
-    stiffness_growth: Annotated[float, ""] = 0.6
-
-    def force(self, slip: Any, stiffness: Any, friction: Any, load: AxleLoad, trail: Any) -> AxleForce:
-        """Lateral force, its greatest value and the trail.
-
-        Args:
-            slip: tangent of the slip angle, positive where the force is to the left [-]
-            stiffness: cornering stiffness at the static load [N/rad]
-            friction: greatest force over load [-], positive
-            load: of the axle
-            trail: pneumatic trail without slip [m]
-
-        The slip is scaled so that the slope at zero is the stiffness whatever the friction (similarity); the force
-        along the wheels narrows the friction by the ellipse.
-        Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed., sections 4.2 and 4.3.
-        """
-        grip = friction * load.vertical
-        used = load.longitudinal / grip
-        greatest = grip * sqrt(maximum(1.0 - used * used, LEAST_ACROSS * LEAST_ACROSS))
-        slope = stiffness * (1.0 + self.stiffness_growth * (load.vertical / load.static - 1.0))
-        factor = slope / (self.shape * greatest)
-        lateral = magic_formula(slip, factor, self.shape, greatest, self.curvature)
-        return AxleForce(lateral, greatest, trail * cos(self.trail_shape * magic_angle(factor * slip, self.curvature)))
+    grip = friction * load.vertical
+    used = load.longitudinal / grip
+    greatest = grip * sqrt(maximum(1.0 - used * used, LEAST_ACROSS * LEAST_ACROSS))
+    slope = stiffness * (1.0 + growth * (load.vertical / load.static - 1.0))
+    angle = magic_angle(slope / (shape * greatest) * slip, 0.0)
+    return AxleForce(greatest * sin(shape * angle), greatest, angle)

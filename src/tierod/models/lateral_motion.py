@@ -2,20 +2,19 @@
 
 Two axles whose tyres deflect over a relaxation length, so that nothing is divided by the speed and nothing becomes
 stiff as the car stops; roll; steering by wire with friction. What is unknown (stiffness, friction, bank, side force,
-offsets) fades towards its usual value, each with a time constant of its own.
+offsets) fades towards its usual value, each in a time of its own.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any, NamedTuple, get_type_hints
 
 from tierod.block import named_tuple
 from tierod.errors import ParameterError, nearest
 from tierod.graph.maths import absolute, cos, exp, limit, maximum, sin, where
-from tierod.models.axle_force import AxleForce, AxleLaw, AxleLoad
-from tierod.physics.friction import dahl_update
+from tierod.models.axle_force import AxleForce, AxleLoad, axle_force
 from tierod.physics.gravity import GRAVITY
 from tierod.physics.load_transfer import longitudinal_load_transfer
 from tierod.physics.single_track import front_axle_load, lateral_acceleration, lateral_acceleration_at, yaw_acceleration
@@ -55,7 +54,14 @@ class LateralParameters:
         front_cornering_stiffness, rear_cornering_stiffness: of the axles at their static load
         centre_height: of the centre of gravity, above ground
         relaxation_length: distance over which the axles' forces build up, compliance of the suspension included
-        tyre_friction: greatest lateral force over load on a dry road
+        tyre_friction: greatest lateral force over load of the front axle on a dry road
+        rear_friction_ratio: that of the rear axle over that of the front axle
+        front_force_shape, rear_force_shape: C of the Magic Formula of the axles, with the compliance of the suspension;
+            the higher, the longer the force stays linear
+        trail_shape: Ct of the pneumatic trail; above the force's shape it vanishes before the force has its peak
+        front_load_transfer: load that the front axle moves to its outer wheel, per lateral force of the axle; there the
+            pneumatic trail is longer
+        stiffness_growth: relative growth of the cornering stiffness per relative growth of the load
         mechanical_trail, pneumatic_trail: of the front axle; the pneumatic one without slip
         roll_share: what gravity adds to the measured lateral acceleration as the body leans, per acceleration
         roll_frequency, roll_damping_ratio: natural frequency and damping of the body's roll
@@ -77,6 +83,12 @@ class LateralParameters:
     centre_height: Annotated[float, "m"] = 0.5
     relaxation_length: Annotated[float, "m"] = 0.6
     tyre_friction: Annotated[float, ""] = 1.0
+    rear_friction_ratio: Annotated[float, ""] = 1.0
+    front_force_shape: Annotated[float, ""] = 1.4
+    rear_force_shape: Annotated[float, ""] = 1.4
+    trail_shape: Annotated[float, ""] = 1.15
+    front_load_transfer: Annotated[float, ""] = 0.3
+    stiffness_growth: Annotated[float, ""] = 0.6
     mechanical_trail: Annotated[float, "m"] = 0.023
     pneumatic_trail: Annotated[float, "m"] = 0.03
     roll_share: Annotated[float, ""] = 0.05
@@ -89,7 +101,7 @@ class LateralParameters:
     road_wheel_inertia: Annotated[float, "kg*m**2"] = 3.5
     road_wheel_damping: Annotated[float, "N*m*s/rad"] = 160.0
     road_wheel_friction: Annotated[float, "N*m"] = 30.0
-    road_wheel_friction_angle: Annotated[float, "rad"] = 2e-3
+    road_wheel_friction_angle: Annotated[float, "rad"] = 1.75e-3
 
 
 @dataclass(frozen=True)
@@ -98,15 +110,15 @@ class Sampled:
 
     Args:
         car: as the vehicle file tells it
-        law: of both axles
         sample_time: between two samples
-        fading: share of every unknown that is left after a sample, in their order; one for a random walk
+        usual: value to which every unknown returns, in their order
+        fading: share of its distance from there that is left after a sample; one for a random walk
     """
 
     car: LateralParameters
     sample_time: Annotated[float, "s"]
+    usual: tuple[float, ...] = ()
     fading: tuple[float, ...] = ()
-    law: AxleLaw = field(default_factory=AxleLaw)
 
 
 class Body(NamedTuple):
@@ -171,6 +183,7 @@ class Forces(NamedTuple):
     Args:
         front, rear: across the wheels
         front_across, rear_across: across the body, the car's own side force left out
+        pneumatic_trail: of the front axle [m]
         self_aligning_torque: of the front axle, opposes positive steer [N*m]
     """
 
@@ -178,6 +191,7 @@ class Forces(NamedTuple):
     rear: AxleForce
     front_across: Any
     rear_across: Any
+    pneumatic_trail: Any
     self_aligning_torque: Any
 
 
@@ -253,7 +267,8 @@ class _LateralMotion:
             steering=cls._steered(half, forces, u, p),
         )
         moved = moved._replace(body=cls._deflected(moved, u, p, 0.5 * step))
-        faded = [value * share for value, share in zip(x[len(x) - len(cls.unknowns) :], p.fading, strict=True)]
+        unknowns = zip(x[len(x) - len(cls.unknowns) :], p.usual, p.fading, strict=True)
+        faded = [usual + (value - usual) * share for value, usual, share in unknowns]
         parts = [*moved.body, *(moved.roll if cls.roll else ()), *(moved.steering if cls.steering else ()), *faded]
         return cls.State(*parts)
 
@@ -317,23 +332,33 @@ class _LateralMotion:
         share = where(along > 0.0, car.drive_front_share, car.brake_front_share)
         static = front_axle_load(car.mass, car.front_distance, car.rear_distance)
         other = front_axle_load(car.mass, car.rear_distance, car.front_distance)
-        front = p.law.force(
+        front = axle_force(
             seen.body.front_deflection / car.relaxation_length,
             car.front_cornering_stiffness * _factor(unknown["log_front_stiffness"]),
             friction,
+            car.front_force_shape,
             AxleLoad(maximum(static - shift, LEAST_LOAD * static), static, share * along),
-            car.pneumatic_trail * _factor(unknown["log_trail"]),
+            car.stiffness_growth,
         )
-        rear = p.law.force(
+        rear = axle_force(
             seen.body.rear_deflection / car.relaxation_length,
             car.rear_cornering_stiffness * _factor(unknown["log_rear_stiffness"]),
-            friction,
+            friction * car.rear_friction_ratio,
+            car.rear_force_shape,
             AxleLoad(maximum(other + shift, LEAST_LOAD * other), other, (1.0 - share) * along),
-            0.0,
+            car.stiffness_growth,
         )
         sine, cosine = _direction(seen)
-        torque = (front.trail + car.mechanical_trail) * front.lateral
-        return Forces(front, rear, cosine * front.lateral + sine * share * along, rear.lateral, torque)
+        pneumatic = cls._trail(front, static, p) * _factor(unknown["log_trail"])
+        across = cosine * front.lateral + sine * share * along
+        return Forces(front, rear, across, rear.lateral, pneumatic, (pneumatic + car.mechanical_trail) * front.lateral)
+
+    @classmethod
+    def _trail(cls, front: AxleForce, load: Any, p: Sampled) -> Any:
+        """Pneumatic trail of the axle [m]: of each wheel in proportion to its load, and vanishing with the slip."""
+        car = p.car
+        moved = 2.0 * car.front_load_transfer * front.lateral / load
+        return car.pneumatic_trail * (1.0 + moved * moved) * cos(car.trail_shape * front.angle)
 
     @classmethod
     def _acceleration(cls, seen: _Seen, forces: Forces, p: Sampled) -> Any:
@@ -347,7 +372,7 @@ class _LateralMotion:
         own = yaw_acceleration(
             forces.front_across, forces.rear_across, car.yaw_inertia, car.front_distance, car.rear_distance
         )
-        trail = forces.front.trail * forces.front.lateral
+        trail = forces.pneumatic_trail * forces.front.lateral
         return own + (seen.unknown["side_moment"] - trail) / car.yaw_inertia
 
     @classmethod
@@ -373,7 +398,10 @@ class _LateralMotion:
 
     @classmethod
     def _steered(cls, seen: _Seen, forces: Forces, u: Any, p: Sampled) -> Steering:
-        """A sample of the steering: damping taken at its end, friction by its path."""
+        """A sample of the steering: damping taken at its end, friction an elastic stop over its path (Prandtl).
+
+        The stop, unlike Dahl's law, does not slip away under the trembling of an estimated angle.
+        """
         if not cls.steering:
             return seen.steering
         car, step, steering = p.car, p.sample_time, seen.steering
@@ -383,7 +411,7 @@ class _LateralMotion:
         by_torque = (car.road_wheel_inertia * steering.road_wheel_rate + step * driving) / damped
         rate = where(u.torque_known > 0.5, by_torque, steering.road_wheel_rate)
         turned = step * rate
-        share = dahl_update(steering.friction_share, turned, car.road_wheel_friction_angle)
+        share = limit(steering.friction_share + turned / car.road_wheel_friction_angle, -1.0, 1.0)
         return Steering(steering.road_wheel_angle + turned, rate, share)
 
 

@@ -36,6 +36,9 @@ START = {
 """Standard deviation of the motion before the first sample, in the units of the states."""
 
 
+FARTHEST = 3.5
+"""Standard deviations of its prior that an unknown may be away from its usual value: a guard against running away."""
+
 FIELDS = {
     "log_front_stiffness": "front_stiffness",
     "log_rear_stiffness": "rear_stiffness",
@@ -149,8 +152,13 @@ class CombinedSideslip:
         return cls(
             KalmanFilter(
                 model,
-                Sampled(car, sample_time, tuple(each.fading(sample_time) for each in followed.values()), tuning.law),
-                initial_mean=tuple(0.0 for _ in names),
+                Sampled(
+                    car,
+                    sample_time,
+                    usual=tuple(each.usual for each in followed.values()),
+                    fading=tuple(each.fading(sample_time) for each in followed.values()),
+                ),
+                initial_mean=tuple(followed[name].usual if name in followed else 0.0 for name in names),
                 initial_variance=tuple(first[name] for name in names),
                 process_noise=tuple(process.get(name, 0.0) for name in names),
                 measurement_noise=tuple(getattr(noises, name) ** 2 for name in readings),
@@ -184,6 +192,7 @@ class CombinedSideslip:
             self.filter.Sample(given, self._measured(sample)),
             process_noise=self._process_noise(state.belief, running, free),
         )
+        belief = belief._replace(mean=self._kept(belief.mean))
         speed = where(running, inputs.vehicle_speed, state.vehicle_speed)
         angle = where(both(running, angle_known), sample.road_wheel_angle, state.road_wheel_angle)
         seen = inputs._replace(vehicle_speed=speed)
@@ -220,6 +229,16 @@ class CombinedSideslip:
             moving = where(free > 0.5, self.free_rate, usual) if name == "road_wheel_rate" else usual
             noise.append(where(running, moving, where(now < most, growth, 0.0)))
         return tuple(noise)
+
+    def _kept(self, mean: Any) -> Any:
+        """The mean with every unknown held within what its prior makes possible."""
+        first = len(mean) - len(self.filter.model.unknowns)
+        usual, variances = self.filter.initial_mean[first:], self.filter.initial_variance[first:]
+        kept = []
+        for value, centre, variance in zip(mean[first:], usual, variances, strict=True):
+            width = FARTHEST * sqrt(variance)
+            kept.append(limit(value, centre - width, centre + width))
+        return type(mean)(*mean[:first], *kept)
 
     def _estimate(self, belief: Belief, inputs: Any, estimate: Any, held: Any) -> CombinedEstimate:
         def derived(mean: Any) -> Derived:

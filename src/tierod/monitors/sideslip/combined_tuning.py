@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass, field, fields
 from typing import Annotated, Any
 
-from tierod.models.axle_force import AxleLaw
 from tierod.models.lateral_motion import OF_STEERING, UNKNOWNS
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
@@ -18,10 +17,12 @@ class Wandering:
     Args:
         deviation: standard deviation in the long run, which is also the prior, in the unit of the unknown
         time: correlation time, in which it returns to its usual value where nothing is seen of it
+        usual: value about which it wanders, in the unit of the unknown
     """
 
     deviation: Annotated[float, "", POSITIVE]
     time: Annotated[float, "s", POSITIVE]
+    usual: Annotated[float, ""] = 0.0
 
     def fading(self, sample_time: float) -> float:
         """Share that is left after a sample."""
@@ -48,7 +49,7 @@ class Noises:
     lateral_speed: Annotated[float, "m/s**1.5", NOT_NEGATIVE] = 0.01
     yaw_rate: Annotated[float, "rad/s**1.5", NOT_NEGATIVE] = 0.005
     roll_rate: Annotated[float, "rad/s**1.5", NOT_NEGATIVE] = 0.002
-    road_wheel_rate: Annotated[float, "rad/s**1.5", NOT_NEGATIVE] = 0.05
+    road_wheel_rate: Annotated[float, "rad/s**1.5", NOT_NEGATIVE] = 0.5
     free_road_wheel_rate: Annotated[float, "rad/s**1.5", NOT_NEGATIVE] = 2.0
     yaw_rate_reading: Annotated[float, "rad/s", POSITIVE] = 0.003
     lateral_acceleration_reading: Annotated[float, "m/s**2", POSITIVE] = 0.15
@@ -70,7 +71,6 @@ class CombinedTuning:
         lateral_acceleration_bias, yaw_rate_bias, road_wheel_angle_offset: of the sensors
         log_steering_friction, log_trail: of the steering, where its torque is known
         roll: whether the body rolls with a motion of its own
-        law: shape of the axles' forces
         noises: of equations and sensors
         slowest: speed below which the last estimate is held
         limit_share: of the greatest front force, from which the peak is announced
@@ -88,8 +88,7 @@ class CombinedTuning:
     road_wheel_angle_offset: Wandering | None = None
     log_steering_friction: Wandering | None = field(default_factory=lambda: Wandering(0.4, 3600.0))
     log_trail: Wandering | None = None
-    roll: bool = False
-    law: AxleLaw = field(default_factory=AxleLaw)
+    roll: bool = True
     noises: Noises = field(default_factory=Noises)
     slowest: Annotated[float, "m/s", POSITIVE] = 0.5
     limit_share: Annotated[float, "", POSITIVE] = 0.85
