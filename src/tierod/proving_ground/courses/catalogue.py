@@ -9,6 +9,7 @@ from pathlib import Path
 from tierod.errors import ParameterError, nearest
 from tierod.proving_ground.courses.base import Described
 from tierod.proving_ground.courses.bench import BenchSweep
+from tierod.proving_ground.courses.bench_hands import BenchHands
 from tierod.proving_ground.courses.circuit import Circuit
 from tierod.proving_ground.courses.csv_table import read_table
 from tierod.proving_ground.courses.lane import DoubleLaneChange, Slalom, SteadyCircle, StraightLane
@@ -38,6 +39,7 @@ AnyCourse = (
     | RandomSteer
     | LockToLock
     | BenchSweep
+    | BenchHands
     | TimeTable
     | WayTable
 )

@@ -1,0 +1,253 @@
+"""Whether hands are on the steering wheel, from its angle and the torque in the torsion bar alone."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.block import leaves, rebuild
+from tierod.detectors import Cusum
+from tierod.estimators import KalmanFilter
+from tierod.filters import Differentiator
+from tierod.graph.maths import absolute, both, either, limit, negated, present, sqrt, where
+from tierod.models.steering_wheel import SteeringWheel, SteeringWheelParameters
+from tierod.monitors.driver_torque.hands_filters import (
+    FINE,
+    HANDS,
+    TOLERANCE,
+    Hands,
+    SensorNoise,
+    Tolerance,
+    begun,
+    hands_off_filter,
+    hands_on_filter,
+    log_likelihood,
+    relearning,
+)
+from tierod.vehicles import Vehicle
+
+OFF, UNCERTAIN, ON = 0.0, 0.5, 1.0
+"""Codes of the state of the hands."""
+
+THRESHOLDS = (40.0, 35.0)
+"""Evidence for "on" and for "off", see `hands_design`."""
+
+
+class WheelRate(NamedTuple):
+    """Rate of the steering wheel."""
+
+    steering_wheel_rate: Annotated[float, "rad/s"]
+
+
+@dataclass(frozen=True)
+class HandsMonitor:
+    """Hands on, hands off or uncertain: two hypotheses about the torque on the wheel, and the sums of their evidence.
+
+    Two Kalman filters follow the wheel. One expects next to no torque from outside and the wheel as the vehicle file
+    knows it, within a tolerance that it narrows by learning inertia, damping and offset while no hands are on it; the
+    other expects a torque that wanders, and the arms' inertia and damping. The logarithm of the ratio of their
+    likelihoods is summed up from when the other hypothesis was last the better one (CUSUM).
+
+    Args:
+        off, on: the filters of both hypotheses
+        to_on, to_off: sums of the evidence, each with the threshold at which it decides
+        acceleration: of the wheel, from the rate of the hypothesis that holds
+        sample_time: between two samples
+        most: evidence that one sample may give, so that a broken one decides nothing
+        doubt: share of a threshold from which on evidence against the present state makes it uncertain
+        calm: share of the threshold above which evidence for hands ends all learning
+        least_rate, least_acceleration: below which damping and inertia are not learnt, since noise would be
+        longest_gap: after missing samples for so long nothing is known of the hands
+        unseen_torque: standard deviation of the change of the torque over a single sample that is missing; after more
+            of them the motion of the wheel is found anew
+        greatest_acceleration, greatest_torque_rate: a sample that asks for more is broken
+    """
+
+    off: KalmanFilter
+    on: KalmanFilter
+    to_on: Cusum
+    to_off: Cusum
+    acceleration: Differentiator
+    sample_time: Annotated[float, "s"]
+    most: Annotated[float, ""] = 5.0
+    doubt: Annotated[float, ""] = 0.5
+    calm: Annotated[float, ""] = 0.2
+    least_rate: Annotated[float, "rad/s"] = 0.2
+    least_acceleration: Annotated[float, "rad/s**2"] = 5.0
+    longest_gap: Annotated[float, "s"] = 0.1
+    unseen_torque: Annotated[float, "N*m"] = 0.2
+    greatest_acceleration: Annotated[float, "rad/s**2"] = 3000.0
+    greatest_torque_rate: Annotated[float, "N*m/s"] = 3000.0
+
+    class Sample(NamedTuple):
+        """What the monitor needs."""
+
+        steering_wheel_angle: Annotated[float, "rad"]
+        driver_torque: Annotated[float, "N*m"]
+
+    class State(NamedTuple):
+        """Between two samples.
+
+        Args:
+            off, on: beliefs of both hypotheses
+            learnt: the belief of the wheel without hands when that was last beyond doubt
+            to_on, to_off: sums
+            hands: what was decided
+            last: sample that was last believed
+            smooth, rate, acceleration: motion of the wheel
+            gap: time since a sample was believed [s]
+        """
+
+        off: Any
+        on: Any
+        learnt: Any
+        to_on: Any
+        to_off: Any
+        hands: Any
+        last: Any
+        smooth: Any
+        rate: Any
+        acceleration: Any
+        gap: Any
+
+    class Output(NamedTuple):
+        """What is known of the hands.
+
+        Args:
+            hands: 1 on, 0 off, 0.5 uncertain
+            evidence_on, evidence_off: sums over their thresholds
+            log_likelihood_ratio: of this sample, on against off
+            inertia_error, torque_offset: as learnt without hands
+            nis_off, nis_on: of both filters
+        """
+
+        hands: Annotated[float, ""]
+        evidence_on: Annotated[float, ""]
+        evidence_off: Annotated[float, ""]
+        log_likelihood_ratio: Annotated[float, ""]
+        inertia_error: Annotated[float, "kg*m**2"]
+        torque_offset: Annotated[float, "N*m"]
+        nis_off: Annotated[float, ""]
+        nis_on: Annotated[float, ""]
+
+    @classmethod
+    def of_vehicle(
+        cls,
+        vehicle: Vehicle,
+        sample_time: float,
+        hands: Hands = HANDS,
+        tolerance: Tolerance = TOLERANCE,
+        noise: SensorNoise = FINE,
+        thresholds: tuple[float, float] = THRESHOLDS,
+    ) -> HandsMonitor:
+        """The monitor for a vehicle.
+
+        Args:
+            vehicle: with inertia and damping of the steering wheel
+            sample_time: between two samples [s]
+            hands: on the wheel
+            tolerance: of the parameters
+            noise: of the sensors
+            thresholds: evidence for "on", and for "off"
+        """
+        wheel = vehicle.parameters_for(SteeringWheelParameters)
+        to_on, to_off = thresholds
+        return cls(
+            hands_off_filter(wheel, sample_time, hands, tolerance, noise),
+            hands_on_filter(wheel, sample_time, hands, noise),
+            Cusum(0.0, to_on, to_on, "upper"),
+            Cusum(0.0, to_off, to_off, "lower"),
+            Differentiator(WheelRate, sample_time, 0.0, max(0.005, 2.0 * sample_time)),
+            sample_time,
+        )
+
+    def init(self) -> State:
+        """Nothing known."""
+        off, nothing = self.off.init(), self.Sample(0.0, 0.0)
+        sums = self.to_on.init(), self.to_off.init()
+        return self.State(
+            off, self.on.init(), off, *sums, UNCERTAIN, nothing, self.acceleration.init(), 0.0, 0.0, self.longest_gap
+        )
+
+    def step(self, state: State, sample: Sample) -> tuple[State, Output]:
+        """One sample on."""
+        believed = self._believed(state, sample)
+        state = self._begun(state, believed, sample)
+        # The mean of both ends of the sample: held from its beginning alone the torque would lag by half of it.
+        torque = where(believed, 0.5 * (state.last.driver_torque + sample.driver_torque), state.last.driver_torque)
+        inputs = SteeringWheel.Input(torque, state.acceleration)
+        measured = SteeringWheel.Output(where(believed, sample.steering_wheel_angle, math.inf))
+        noise = (self.off.input_noise[0] + where(believed, 0.0, self.unseen_torque * self.unseen_torque), None)
+        off_sample = self.off.Sample(inputs, measured, self._learning(state))
+        off_belief, off = self.off.step(state.off, off_sample, input_noise=noise)
+        on_belief, on = self.on.step(state.on, self.on.Sample(inputs, measured), input_noise=noise)
+        ratio = limit(log_likelihood(on) - log_likelihood(off), -self.most, self.most)
+        to_on, up = self.to_on.step(state.to_on, ratio)
+        to_off, down = self.to_off.step(state.to_off, ratio)
+        hands = where(up.alarm, ON, where(down.alarm, OFF, state.hands))
+        rate = where(hands < 0.25, off.mean.steering_wheel_rate, on.mean.steering_wheel_rate)
+        smooth, slope = self.acceleration.step(state.smooth, WheelRate(rate))
+        last = self.Sample(*(where(believed, new, old) for new, old in zip(sample, state.last, strict=True)))
+        gap = where(believed, 0.0, state.gap + self.sample_time)
+        motion = (smooth, rate, slope.steering_wheel_rate)
+        beliefs = (off_belief, on_belief, state.learnt)
+        after = self.State(*beliefs, to_on, to_off, hands, last, *motion, gap)
+        return after, self._output(hands, ratio, up.up, down.down, off, on)
+
+    def _believed(self, state: State, sample: Sample) -> Any:
+        """Whether a sample is there and no wheel could not have moved so; after a gap every sample is believed."""
+        elapsed = state.gap + self.sample_time
+        moved = sample.steering_wheel_angle - state.last.steering_wheel_angle - state.rate * elapsed
+        twisted = sample.driver_torque - state.last.driver_torque
+        noise = 10.0 * sqrt(self.off.measurement_noise[0])
+        possible = both(
+            absolute(moved) < noise + self.greatest_acceleration * elapsed * elapsed,
+            absolute(twisted) < self.greatest_torque_rate * elapsed,
+        )
+        there = both(present(sample.steering_wheel_angle), present(sample.driver_torque))
+        return both(there, either(possible, self._lost(state)))
+
+    def _lost(self, state: State) -> Any:
+        return state.gap + 0.5 * self.sample_time > self.longest_gap
+
+    def _begun(self, state: State, believed: Any, sample: Sample) -> State:
+        """The state with each hypothesis begun anew while its sum is zero; after a gap no hands are known."""
+        off, on, lost = self.off.init(), self.on.init(), self._lost(state)
+        anew = both(believed, state.gap > 1.5 * self.sample_time)
+        sure = both(state.hands < 0.25, state.to_on.up < self.calm * self.to_on.threshold)
+        learnt = chosen(both(sure, negated(lost)), state.off, state.learnt)
+        here = off._replace(mean=off.mean._replace(steering_wheel_angle=sample.steering_wheel_angle))
+        unknown = begun(off, here, learnt, anew, state.off)
+        held = begun(on, here, on, anew, state.on)
+        never_off = both(state.hands > 0.25, state.to_off.down <= 0.0)
+        return state._replace(
+            off=relearning(unknown, learnt, never_off),
+            on=held,
+            learnt=learnt,
+            to_on=self.to_on.State(*(where(lost, 0.0, each) for each in state.to_on)),
+            to_off=self.to_off.State(*(where(lost, 0.0, each) for each in state.to_off)),
+            hands=where(lost, UNCERTAIN, state.hands),
+            last=chosen(anew, sample, state.last),
+            acceleration=where(anew, 0.0, state.acceleration),
+        )
+
+    def _learning(self, state: State) -> Any:
+        """Which parameters the filter without hands learns from this sample."""
+        alone = either(state.hands > 0.25, state.to_on.up < self.calm * self.to_on.threshold)
+        shaken = both(alone, absolute(state.acceleration) > self.least_acceleration)
+        turning = both(alone, absolute(state.rate) > self.least_rate)
+        return tuple(where(each, 1.0, 0.0) for each in (shaken, turning, alone))
+
+    def _output(self, hands: Any, ratio: Any, up: Any, down: Any, off: Any, on: Any) -> Output:
+        evidence_on, evidence_off = up / self.to_on.threshold, down / self.to_off.threshold
+        against = where(hands > 0.75, evidence_off, where(hands < 0.25, evidence_on, 0.0))
+        shown = where(against > self.doubt, UNCERTAIN, hands)
+        learnt = off.mean.inertia_error, off.mean.torque_offset
+        return self.Output(shown, evidence_on, evidence_off, ratio, *learnt, off.nis, on.nis)
+
+
+def chosen(condition: Any, taken: Any, otherwise: Any) -> Any:
+    """One of two trees of the same shape."""
+    pairs = zip(leaves(taken), leaves(otherwise), strict=True)
+    return rebuild(otherwise, [where(condition, new, old) for (_, new), (_, old) in pairs])

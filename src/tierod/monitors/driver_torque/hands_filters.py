@@ -1,0 +1,190 @@
+"""The two hypotheses about a steering wheel, hands off and hands on, each as a Kalman filter."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Annotated, Any
+
+from tierod.estimators import KalmanFilter
+from tierod.estimators.augment import augment
+from tierod.estimators.linear_algebra import unpack, upper
+from tierod.estimators.shapes import Belief
+from tierod.graph.maths import log, where
+from tierod.models.discretise import discretise
+from tierod.models.steering_wheel import SteeringWheel, SteeringWheelParameters
+
+LEARNT = ("inertia_error", "steering_wheel_damping", "torque_offset")
+"""Parameters that the filter of a wheel without hands learns."""
+
+
+@dataclass(frozen=True)
+class Hands:
+    """What hands do to a steering wheel, and what is left without them.
+
+    Args:
+        torque: standard deviation of the torque of hands that hold; light hands on a straight road
+        correlation_time: after which it has changed. Longer needs more time to see that hands are off; shorter takes
+            hands that hold still for a moment as off
+        inertia: that arms add to the wheel
+        damping: that arms add to the wheel
+        rest_torque: standard deviation of the torque that is there without hands: what the model lacks
+        rest_time: after which that has changed
+    """
+
+    torque: Annotated[float, "N*m"] = 0.15
+    correlation_time: Annotated[float, "s"] = 0.1
+    inertia: Annotated[float, "kg*m**2"] = 0.007
+    damping: Annotated[float, "N*m*s/rad"] = 0.08
+    rest_torque: Annotated[float, "N*m"] = 0.005
+    rest_time: Annotated[float, "s"] = 0.05
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """How well the wheel is known before anything is learnt, one standard deviation.
+
+    Args:
+        share: of inertia and damping; as in the vehicle files of identified columns
+        offset: of the measured torque; as usual for production sensors
+        wandering_time: within which parameters change by about as much again, 10 h
+    """
+
+    share: Annotated[float, ""] = 0.02
+    offset: Annotated[float, "N*m"] = 0.05
+    wandering_time: Annotated[float, "s"] = 36000.0
+
+
+@dataclass(frozen=True)
+class SensorNoise:
+    """Noise of both sensors, one standard deviation per sample, rounding included.
+
+    The defaults are those of good transducers that are read every millisecond.
+
+    Args:
+        angle: of the steering wheel
+        torque: of the torsion bar
+    """
+
+    angle: Annotated[float, "rad"] = math.radians(0.008)
+    torque: Annotated[float, "N*m"] = 0.012
+
+
+HANDS, TOLERANCE, FINE = Hands(), Tolerance(), SensorNoise()
+"""Light hands, a column that was identified, sensors of a test bench."""
+
+
+def hands_off_filter(
+    wheel: SteeringWheelParameters, sample_time: float, hands: Hands, tolerance: Tolerance, noise: SensorNoise
+) -> KalmanFilter:
+    """The filter that expects next to no torque, and learns what of the wheel is not known well enough.
+
+    Args:
+        wheel: as the vehicle file knows it
+        sample_time: between two samples [s]
+        hands: what is left without them
+        tolerance: of the wheel's parameters
+        noise: of the sensors
+    """
+    model = discretise(augment(SteeringWheel, *LEARNT), "midpoint")
+    known = (
+        (tolerance.share * wheel.steering_wheel_inertia) ** 2,
+        (tolerance.share * wheel.steering_wheel_damping) ** 2,
+        tolerance.offset**2,
+    )
+    wandering = 2.0 * sample_time / tolerance.wandering_time
+    return KalmanFilter(
+        model,
+        model.Parameters(replace(wheel, correlation_time=hands.rest_time), sample_time),
+        (0.0, 0.0, 0.0, wheel.inertia_error, wheel.steering_wheel_damping, wheel.torque_offset),
+        (_ANYWHERE, _ANY_RATE, hands.rest_torque**2, *known),
+        (None, None, _entering(hands.rest_torque, hands.rest_time, sample_time), *(wandering * each for each in known)),
+        (noise.angle**2,),
+        (noise.torque**2, None),
+        LEARNT,
+        hold_missing_input=False,
+    )
+
+
+def hands_on_filter(
+    wheel: SteeringWheelParameters, sample_time: float, hands: Hands, noise: SensorNoise
+) -> KalmanFilter:
+    """The filter that expects hands with their torque, inertia and damping; arguments as of `hands_off_filter`."""
+    model = discretise(SteeringWheel, "midpoint")
+    held = replace(
+        wheel,
+        steering_wheel_inertia=wheel.steering_wheel_inertia + hands.inertia,
+        steering_wheel_damping=wheel.steering_wheel_damping + hands.damping,
+        correlation_time=hands.correlation_time,
+    )
+    return KalmanFilter(
+        model,
+        model.Parameters(held, sample_time),
+        (0.0, 0.0, 0.0),
+        (_ANYWHERE, _ANY_RATE, hands.torque**2),
+        (None, None, _entering(hands.torque, hands.correlation_time, sample_time)),
+        (noise.angle**2,),
+        (noise.torque**2, None),
+        hold_missing_input=False,
+    )
+
+
+_ANYWHERE = 100.0
+"""Variance of a wheel's angle of which nothing is known [rad^2]."""
+_ANY_RATE = 25.0
+"""Variance of its rate [rad^2/s^2]."""
+
+
+def _entering(deviation: float, time: float, sample_time: float) -> float:
+    """Variance that a Gauss-Markov process of this standard deviation gains per sample."""
+    return -deviation * deviation * math.expm1(-2.0 * sample_time / time)
+
+
+def log_likelihood(estimate: Any) -> Any:
+    """Of the angle of one sample, less a constant; 0 where it is missing.
+
+    Args:
+        estimate: output of one of the filters
+    """
+    there = estimate.present > 0.5
+    spread = where(there, estimate.innovation_variance.steering_wheel_angle, 1.0)
+    return where(there, -0.5 * (estimate.nis + log(spread)), 0.0)
+
+
+def begun(start: Belief, motion: Belief, learnt: Belief, begins: Any, otherwise: Belief) -> Belief:
+    """A hypothesis that begins at this instant, or goes on.
+
+    Args:
+        start: before the first sample; what is expected of the hands' torque
+        motion: what is known of angle and rate
+        learnt: what is known of the wheel's parameters
+        begins: whether it begins
+        otherwise: the belief that goes on where it does not
+    """
+    count = len(start.mean)
+    mean = [*motion.mean[:2], start.mean[2], *learnt.mean[3:count]]
+    moving, expected, known = unpack(motion.covariance), unpack(start.covariance), unpack(learnt.covariance)
+
+    def entry(row: int, column: int) -> Any:
+        if column < 2:
+            return moving[row][column]
+        if row == column == 2:
+            return expected[row][column]
+        return known[row][column] if row > 2 else 0.0
+
+    covariance = [entry(*place) for place in upper(count)]
+    return Belief(
+        type(start.mean)(*(where(begins, new, old) for new, old in zip(mean, otherwise.mean, strict=True))),
+        tuple(where(begins, new, old) for new, old in zip(covariance, otherwise.covariance, strict=True)),
+    )
+
+
+def relearning(belief: Belief, learnt: Belief, anew: Any) -> Belief:
+    """The belief with its parameters as they were learnt, where it begins to learn anew.
+
+    Args:
+        belief: of the wheel without hands
+        learnt: whose parameters are beyond doubt
+        anew: whether to begin anew
+    """
+    return begun(belief, belief, learnt, anew, belief)
