@@ -5,7 +5,7 @@ import pytest
 from report_pages import Page, charts
 from tierod.report.study_page import StudyPage, render_study
 from tierod.studies.claims import Claim, at_least, at_most
-from tierod.studies.content import Bars, Boxes, Chart, Heading, Lines, Panel, Points, Table
+from tierod.studies.content import Band, Bars, Boxes, Chart, Heading, Lines, Panel, Points, Table
 
 CLAIMS = (
     Claim("paper.a", "It is <small>.", "Somebody, section 2", "1.5 to 2.2", 0.2, at_most(0.3), "N*m", "in few drives"),
@@ -86,3 +86,25 @@ def test_names_on_a_logarithmic_axis_stand_at_their_height(text):
 
 def test_a_study_without_charts_needs_no_library():
     assert "Plotly" not in render_study(page(CLAIMS[0]))
+
+
+def test_a_band_and_a_logarithmic_axis_along():
+    panel = Panel(
+        "",
+        "frequency [Hz]",
+        "gain [dB]",
+        (
+            Lines("measured", [1, 10, 100], [0, -3, -40]),
+            Band("measured", [1, 10, 100], [-1, math.nan, -41], [1, math.nan, -39]),
+        ),
+        uprights=(("corner", 10.0),),
+        logarithmic_along=True,
+    )
+    drawn = charts(render_study(page(Chart("bode", "Bode", "Read.", "Shows.", (panel,)))))["bode"]
+    assert drawn["layout"]["xaxis"]["type"] == "log"
+    assert drawn["layout"]["annotations"][0]["x"] == 1.0
+    line, band = drawn["data"]
+    assert band["fillcolor"] == line["line"]["color"]
+    assert band["legendgroup"] == "measured"
+    assert not band["showlegend"]
+    assert None in band["x"]

@@ -84,6 +84,16 @@ class Points:
 
 
 @dataclass(frozen=True)
+class Band:
+    """The range between two curves; NaN leaves a gap. One of the name of a curve has its colour."""
+
+    name: str
+    x: Numbers
+    low: Numbers
+    high: Numbers
+
+
+@dataclass(frozen=True)
 class Boxes:
     """Boxes at named places: mean, one standard deviation as the box, two as whiskers."""
 
@@ -93,7 +103,7 @@ class Boxes:
     deviation: Numbers
 
 
-Mark = Lines | Bars | Points | Boxes
+Mark = Lines | Bars | Points | Band | Boxes
 
 
 @dataclass(frozen=True)
@@ -107,6 +117,7 @@ class Panel:
         levels: dashed lines across at named heights
         uprights: dashed lines up at named places
         logarithmic: whether the vertical axis is
+        logarithmic_along: whether the horizontal axis is
         sideways: whether the named places of points stand below each other, and their heights run to the right; for
             many places with long names. The titles of the axes and the levels stay with their values
     """
@@ -118,6 +129,7 @@ class Panel:
     levels: tuple[tuple[str, float], ...] = ()
     uprights: tuple[tuple[str, float], ...] = ()
     logarithmic: bool = False
+    logarithmic_along: bool = False
     sideways: bool = False
 
 

@@ -18,12 +18,13 @@ from tierod.report.charts.figure import (
     Figure,
     Summary,
     axis,
+    band,
     layout,
     rounded,
     strip_title,
 )
 from tierod.report.display import number
-from tierod.studies.content import Bars, Boxes, Chart, Lines, Mark, Panel, Points
+from tierod.studies.content import Band, Bars, Boxes, Chart, Lines, Mark, Panel, Points
 
 _COLOURS = (BLUE, RED, GREEN, AMBER, "#6d28d9", "#0e7490", GREY, "#9d174d")
 _PANEL, _ALONE = 240, 330
@@ -77,6 +78,7 @@ def _axes(panel: Panel, suffix: str, domain: list[float]) -> dict[str, Any]:
     if panel.sideways:
         along, up = axis(panel.y_title, anchor=f"y{suffix}"), axis("", autorange="reversed", automargin=True)
     kind: dict[str, Any] = {"type": "log"} if panel.logarithmic else {}
+    along |= {"type": "log", "dtick": 1, "minor": {"showgrid": True}} if panel.logarithmic_along else {}
     return {f"xaxis{suffix}": along, f"yaxis{suffix}": up | {"domain": domain, "anchor": f"x{suffix}"} | kind}
 
 
@@ -98,6 +100,9 @@ def _drawn(mark: Mark, colour: str) -> dict[str, Any]:
             return {"type": "bar", "name": mark.name, "y": rounded(mark.shares)} | places | looks
         case Points():
             return _points(mark, colour)
+        case Band():
+            x, low, high = (np.asarray(values, float) for values in (mark.x, mark.low, mark.high))
+            return band(x, low, high, colour, name=mark.name, opacity=0.25, line={"width": 0})
         case Boxes():
             mean, deviation = np.asarray(mark.mean, float), np.asarray(mark.deviation, float)
             ends = {"q1": mean - deviation, "q3": mean + deviation, "median": mean}
@@ -136,9 +141,10 @@ def _rules(panel: Panel, suffix: str) -> tuple[list[dict[str, Any]], list[dict[s
         place = {"xref": x_domain, "x": 1, "xanchor": "right", "yref": f"y{suffix}", "y": at, "yanchor": "bottom"}
         notes.append(text | place | {"text": name})
     for name, place_along in panel.uprights:
+        along = float(np.log10(place_along)) if panel.logarithmic_along else place_along
         ends = {"xref": f"x{suffix}", "x0": place_along, "x1": place_along, "yref": y_domain, "y0": 0, "y1": 1}
         shapes.append(looks | ends)
-        place = {"xref": f"x{suffix}", "x": place_along, "xanchor": "left", "yref": y_domain, "y": 1, "yanchor": "top"}
+        place = {"xref": f"x{suffix}", "x": along, "xanchor": "left", "yref": y_domain, "y": 1, "yanchor": "top"}
         notes.append(text | place | {"text": name, "xshift": 3})
     return shapes, notes
 
@@ -153,8 +159,15 @@ def _summary(panel: Panel, mark: Mark, count: int) -> Summary:
             return name, "–", "–", "–"
         mean = float(np.sum(0.5 * (edges[1:] + edges[:-1]) * shares) / np.sum(shares))
         return name, number(float(edges[:-1][held][0]), 4), number(mean, 4), number(float(edges[1:][held][-1]), 4)
+    if isinstance(mark, Band):
+        low, high = (np.asarray(ends, float) for ends in (mark.low, mark.high))
+        return f"{name}, band", *_three(low, 0.5 * (low + high), high)
     values = np.asarray(mark.mean if isinstance(mark, Boxes) else mark.y, float)
-    values = values[np.isfinite(values)]
-    if not len(values):
-        return name, "–", "–", "–"
-    return name, *(number(float(value), 4) for value in (values.min(), values.mean(), values.max()))  # type: ignore[return-value]
+    return name, *_three(values, values, values)
+
+
+def _three(low: np.ndarray, middle: np.ndarray, high: np.ndarray) -> tuple[str, str, str]:
+    """The lowest of the first, the mean of the second, the highest of the third; dashes where nothing is known."""
+    if not np.isfinite(middle).any():
+        return "–", "–", "–"
+    return number(float(np.nanmin(low)), 4), number(float(np.nanmean(middle)), 4), number(float(np.nanmax(high)), 4)
