@@ -53,7 +53,9 @@ class LateralParameters:
         front_distance, rear_distance: from the centre of gravity to the axles
         front_cornering_stiffness, rear_cornering_stiffness: of the axles at their static load
         centre_height: of the centre of gravity, above ground
-        relaxation_length: distance over which the axles' forces build up, compliance of the suspension included
+        relaxation_length: distance over which the front axle's force builds up; the compliance of the suspension, which
+            yields later, makes it shorter than the tyre's
+        rear_relaxation_ratio: that of the rear axle over that of the front axle
         tyre_friction: greatest lateral force over load of the front axle on a dry road
         rear_friction_ratio: that of the rear axle over that of the front axle
         front_force_shape, rear_force_shape: C of the Magic Formula of the axles, with the compliance of the suspension;
@@ -62,7 +64,8 @@ class LateralParameters:
         front_load_transfer: load that the front axle moves to its outer wheel, per lateral force of the axle; there the
             pneumatic trail is longer
         stiffness_growth: relative growth of the cornering stiffness per relative growth of the load
-        mechanical_trail, pneumatic_trail: of the front axle; the pneumatic one without slip
+        mechanical_trail: of the front axle
+        pneumatic_trail: of both axles, without slip
         roll_share: what gravity adds to the measured lateral acceleration as the body leans, per acceleration
         roll_frequency, roll_damping_ratio: natural frequency and damping of the body's roll
         roll_arm: of the centre of gravity above the roll axis
@@ -81,7 +84,8 @@ class LateralParameters:
     front_cornering_stiffness: Annotated[float, "N/rad"]
     rear_cornering_stiffness: Annotated[float, "N/rad"]
     centre_height: Annotated[float, "m"] = 0.5
-    relaxation_length: Annotated[float, "m"] = 0.6
+    relaxation_length: Annotated[float, "m"] = 0.3
+    rear_relaxation_ratio: Annotated[float, ""] = 1.0
     tyre_friction: Annotated[float, ""] = 1.0
     rear_friction_ratio: Annotated[float, ""] = 1.0
     front_force_shape: Annotated[float, ""] = 1.4
@@ -182,8 +186,9 @@ class Forces(NamedTuple):
 
     Args:
         front, rear: across the wheels
-        front_across, rear_across: across the body, the car's own side force left out
-        pneumatic_trail: of the front axle [m]
+        front_across, rear_across: across the body [N]
+        front_slip, rear_slip: tangents of the slip angles that act [-]
+        pneumatic_trail, rear_trail: of the axles [m]
         self_aligning_torque: of the front axle, opposes positive steer [N*m]
     """
 
@@ -191,7 +196,10 @@ class Forces(NamedTuple):
     rear: AxleForce
     front_across: Any
     rear_across: Any
+    front_slip: Any
+    rear_slip: Any
     pneumatic_trail: Any
+    rear_trail: Any
     self_aligning_torque: Any
 
 
@@ -312,15 +320,16 @@ class _LateralMotion:
         across = body.lateral_speed + (car.roll_arm * seen.roll.roll_rate if cls.roll else 0.0)
         front = across + car.front_distance * body.yaw_rate
         rear = across - car.rear_distance * body.yaw_rate
+        along, length = u.vehicle_speed, car.relaxation_length
         pairs = (
-            (body.front_deflection, sine * u.vehicle_speed - cosine * front, cosine * u.vehicle_speed + sine * front),
-            (body.rear_deflection, -rear, u.vehicle_speed),
+            (body.front_deflection, sine * along - cosine * front, cosine * along + sine * front, length),
+            (body.rear_deflection, -rear, along, length * car.rear_relaxation_ratio),
         )
         after = []
-        for deflection, slip_speed, speed in pairs:
+        for deflection, slip_speed, speed, length in pairs:
             rolling = maximum(absolute(speed), SLOWEST)
-            left = exp(-time * rolling / car.relaxation_length)
-            after.append(deflection * left + slip_speed * car.relaxation_length / rolling * (1.0 - left))
+            left = exp(-time * rolling / length)
+            after.append(deflection * left + slip_speed * length / rolling * (1.0 - left))
         return body._replace(front_deflection=after[0], rear_deflection=after[1])
 
     @classmethod
@@ -332,8 +341,10 @@ class _LateralMotion:
         share = where(along > 0.0, car.drive_front_share, car.brake_front_share)
         static = front_axle_load(car.mass, car.front_distance, car.rear_distance)
         other = front_axle_load(car.mass, car.rear_distance, car.front_distance)
+        front_slip = seen.body.front_deflection / car.relaxation_length
+        rear_slip = seen.body.rear_deflection / (car.relaxation_length * car.rear_relaxation_ratio)
         front = axle_force(
-            seen.body.front_deflection / car.relaxation_length,
+            front_slip,
             car.front_cornering_stiffness * _factor(unknown["log_front_stiffness"]),
             friction,
             car.front_force_shape,
@@ -341,7 +352,7 @@ class _LateralMotion:
             car.stiffness_growth,
         )
         rear = axle_force(
-            seen.body.rear_deflection / car.relaxation_length,
+            rear_slip,
             car.rear_cornering_stiffness * _factor(unknown["log_rear_stiffness"]),
             friction * car.rear_friction_ratio,
             car.rear_force_shape,
@@ -351,7 +362,9 @@ class _LateralMotion:
         sine, cosine = _direction(seen)
         pneumatic = cls._trail(front, static, p) * _factor(unknown["log_trail"])
         across = cosine * front.lateral + sine * share * along
-        return Forces(front, rear, across, rear.lateral, pneumatic, (pneumatic + car.mechanical_trail) * front.lateral)
+        behind = car.pneumatic_trail * cos(car.trail_shape * rear.angle)
+        torque = (pneumatic + car.mechanical_trail) * front.lateral
+        return Forces(front, rear, across, rear.lateral, front_slip, rear_slip, pneumatic, behind, torque)
 
     @classmethod
     def _trail(cls, front: AxleForce, load: Any, p: Sampled) -> Any:
@@ -372,8 +385,8 @@ class _LateralMotion:
         own = yaw_acceleration(
             forces.front_across, forces.rear_across, car.yaw_inertia, car.front_distance, car.rear_distance
         )
-        trail = forces.pneumatic_trail * forces.front.lateral
-        return own + (seen.unknown["side_moment"] - trail) / car.yaw_inertia
+        trails = forces.pneumatic_trail * forces.front.lateral + forces.rear_trail * forces.rear.lateral
+        return own + (seen.unknown["side_moment"] - trails) / car.yaw_inertia
 
     @classmethod
     def _moved(cls, seen: _Seen, forces: Forces, u: Any, p: Sampled) -> Body:
