@@ -9,10 +9,12 @@ from typing import Any
 from models.friction_paper import CAR
 from tierod.control.intervention import DriverIntervention, Noise
 from tierod.control.position_control import PositionControl
+from tierod.control.steering_controller import SteeringController
 from tierod.detectors.counter import GatedCounter
 from tierod.detectors.cusum import Cusum
 from tierod.detectors.moments import BatchMoments, ExponentialMoments, MovingMoments
 from tierod.detectors.threshold import Debounce, Hysteresis
+from tierod.diagnosis.debounce import DebounceCounter, DebounceCounters
 from tierod.estimators.interacting import InteractingFilter, switching_of
 from tierod.estimators.kalman import KalmanFilter
 from tierod.estimators.luenberger import Luenberger
@@ -23,11 +25,15 @@ from tierod.filters.butterworth import Butterworth
 from tierod.filters.delay import Delay
 from tierod.filters.first_order import Differentiator, FirstOrderLowPass
 from tierod.filters.hold import InputHold
+from tierod.filters.jump_gate import JumpGate
 from tierod.filters.play import Play
+from tierod.identification.innovations import Innovations
+from tierod.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
 from tierod.models.friction_estimation import FrictionEstimation as EstimatedFriction
 from tierod.models.two_inertia_column import TwoInertiaParameters
 from tierod.monitors.driver_torque.hands import HandsMonitor
 from tierod.monitors.driver_torque.observer import ColumnObserver
+from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.friction.baseline import BaselineFrictionMonitor, BaselineParameters
 from tierod.monitors.friction.conditioning import SteeringConditioning
 from tierod.monitors.friction.judged import JudgedEstimator
@@ -39,20 +45,32 @@ from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.monitors.friction.unscented import unscented
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 from tierod.monitors.sideslip.combined import CombinedSideslip
+from tierod.monitors.sideslip.car_signals import FromCarSignals
+from tierod.monitors.sideslip.conventional import (
+    ConventionalKalman,
+    ConventionalPoles,
+    conventional_kalman,
+    conventional_poles,
+)
+from tierod.monitors.sideslip.two_stage import TwoStageKalman, TwoStagePoles, two_stage_kalman, two_stage_poles
 from tierod.vehicles import load
 
 DT = 0.01
+BENCH = load("column-bench").parameters_for(BenchParameters)
 GAIN = tuple(tuple(0.3 * (row == column) for column in range(3)) for row in range(5))
 """Of a stable observer of three measured states among five."""
 
 COLUMN = TwoInertiaParameters(0.035, 0.23, 132.0, 18.0, 1.6e-4, 1.5e-3)
 """Two inertias on a spring."""
 
-BASES = {"GaussianFilter", "EachSignal"}
+BASES = {"GaussianFilter", "EachSignal", "SteeringTorqueObserver"}
 """What several blocks share; they are exercised through those."""
 
 PARTS = {"AngleObserver"}
 """Steps with arguments of their own, used inside one block and exercised through it."""
+
+
+BY_WIRE = load("steer-by-wire").parameters_for(SteeredVehicle.Parameters)
 
 
 def examples() -> dict[type, Callable[[], Any]]:
@@ -62,12 +80,18 @@ def examples() -> dict[type, Callable[[], Any]]:
         PositionControl: lambda: PositionControl.design(
             COLUMN, 140.0, 1e-3, feed_forward=0.9, friction=0.1, disturbance_compensation=0.2
         ),
+        SteeringController: lambda: SteeringController(
+            PositionControl.design(COLUMN, 140.0, 1e-3, feed_forward=0.9),
+            DriverIntervention.design(Noise(0.05, 20.0), 1e-3),
+        ),
         GatedCounter: lambda: GatedCounter(DT),
         Cusum: lambda: Cusum(0.5, 4.0, 20.0),
         BatchMoments: lambda: BatchMoments(50),
         ExponentialMoments: lambda: ExponentialMoments(1.0, DT),
         MovingMoments: lambda: MovingMoments(50),
         Debounce: lambda: Debounce(0.05, 0.1, DT),
+        DebounceCounter: lambda: DebounceCounter(2.0, 3.0),
+        DebounceCounters: lambda: DebounceCounters((DebounceCounter(127.0, 128.0), DebounceCounter()), ((), (0,))),
         Hysteresis: lambda: Hysteresis(0.4, 0.1, 0.05, DT),
         KalmanFilter: lambda: replace(consistent(CAR).filter, hold_missing_input=True),
         UnscentedFilter: lambda: replace(unscented(CAR).filter, hold_missing_input=True),
@@ -76,11 +100,17 @@ def examples() -> dict[type, Callable[[], Any]]:
         FirstOrderLowPass: lambda: FirstOrderLowPass(SteeringSample, DT, 0.05, 0.2),
         Differentiator: lambda: Differentiator(SteeringSample, DT, 0.05, 0.02),
         InputHold: lambda: InputHold(SteeringSample, DT, 0.05),
+        JumpGate: lambda: JumpGate(SteeringSample, DT, 0.05, 5.0),
         Play: lambda: Play(SteeringSample, DT, 0.05, 0.1),
         SteeringConditioning: SteeringConditioning,
         PreslidingFrictionFilter: lambda: PreslidingFrictionFilter(CAR),
         FrictionMonitor: lambda: FrictionMonitor.of_vehicle(load("midsize-eps")),
         FrictionVerdict: lambda: FrictionVerdict(FrictionLimits(0.01, 0.02, 0.03)),
+        ConventionalKalman: lambda: conventional_kalman(BY_WIRE, DT),
+        ConventionalPoles: lambda: conventional_poles(BY_WIRE, DT),
+        TwoStageKalman: lambda: two_stage_kalman(BY_WIRE, DT),
+        TwoStagePoles: lambda: two_stage_poles(BY_WIRE, DT),
+        FromCarSignals: lambda: FromCarSignals.of_vehicle(two_stage_kalman(BY_WIRE, 1e-3), load("steer-by-wire")),
         JudgedEstimator: lambda: JudgedEstimator(
             consistent(CAR), FrictionVerdict(FrictionLimits(4.0, 4.8, 7.5), sample_time=DT)
         ),
@@ -98,6 +128,9 @@ def examples() -> dict[type, Callable[[], Any]]:
         ),
         ColumnObserver: lambda: ColumnObserver.of_vehicle(load("column-bench")),
         StationaryBank: lambda: ColumnObserver.of_vehicle(load("midsize-eps")).bank,
+        Innovations: lambda: Innovations(
+            SampledColumn, BENCH, (0.0,) * 7, (1e-4,) * 7, (1e-4,), (1e-6, 1e-5, 4e-4), RoundedColumn
+        ),
         Luenberger: lambda: Luenberger(EstimatedFriction, CAR, (0.0,) * 5, GAIN),
         StationaryFilter: lambda: StationaryFilter(
             EstimatedFriction, CAR, (0.0,) * 5, GAIN, (1.0,) * 15, (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)

@@ -346,3 +346,39 @@ def test_units_of_the_estimate():
 def test_wrong_tuning_is_refused(changes, words):
     with pytest.raises(ParameterError, match=words.replace("(", r"\(")):
         dataclasses.replace(cart, **changes)
+
+
+def gated(gate):
+    return dataclasses.replace(cart, gate=gate)
+
+
+def test_a_reading_within_the_gate_counts_as_without_one():
+    samples = [cart.Sample(Cart.Input(0.1), Cart.Output(0.1 * k, float("nan"))) for k in range(5)]
+    plain, with_gate = cart.init(), gated(10.83).init()
+    for sample in samples:
+        plain, _ = cart.step(plain, sample)
+        with_gate, _ = gated(10.83).step(with_gate, sample)
+    assert with_gate == plain
+
+
+def test_the_further_a_reading_lies_beyond_the_gate_the_less_it_moves_the_estimate():
+    start, bound = cart.init(), 10.83
+    missing = float("nan")
+    at_rest, _ = cart.step(start, cart.Sample(Cart.Input(0.0), Cart.Output(missing, missing)))
+
+    def moved(reading):
+        after, estimate = gated(bound).step(start, cart.Sample(Cart.Input(0.0), Cart.Output(reading, missing)))
+        return abs(after.mean[0] - at_rest.mean[0]), estimate
+
+    near, far, farther = (moved(reading)[0] for reading in (3.0, 30.0, 300.0))
+    assert near > far > farther > 0.0
+    assert moved(300.0)[1].nis == pytest.approx(bound)
+    ungated, _ = cart.step(start, cart.Sample(Cart.Input(0.0), Cart.Output(300.0, missing)))
+    assert farther < 0.05 * abs(ungated.mean[0] - at_rest.mean[0])
+
+
+def test_a_gated_filter_gives_the_same_numbers_compiled():
+    rng = np.random.default_rng(5)
+    readings = rng.normal(0.0, 1.0, (60, 2)) + np.where(rng.random((60, 2)) > 0.8, 20.0, 0.0)
+    samples = np.column_stack([rng.normal(0.0, 1.0, 60), with_gaps(rng, readings, 0.1)])
+    assert_floats_equal_scan(gated(10.83), samples)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from tierod.block import Tree, rebuild, skeleton
 from tierod.estimators.gaussian import GaussianFilter, Prediction
@@ -11,6 +11,7 @@ from tierod.estimators.kernels import Correction, correct, predict_covariance
 from tierod.estimators.linear_algebra import Vector, dot, plus, product, unpack
 from tierod.estimators.shapes import Belief, leaf_values
 from tierod.graph.derivatives import jacobian
+from tierod.graph.maths import maximum, present, where
 
 
 @dataclass(frozen=True)
@@ -25,8 +26,16 @@ class KalmanFilter(GaussianFilter):
     covariance stays positive in double precision while the initial variance of what is measured is below about 1e12
     times the measurement noise.
 
-    Source: R. E. Kalman, 1960, doi 10.1115/1.3662552; masks after S. F. Schmidt, 1966, and Mohtat et al., Table 3.
+    Args:
+        gate: bound of the squared innovation over its variance, a quantile of chi-square with one degree of freedom
+            (10.83 for 99.9 %). A reading beyond counts with the noise that puts it on the bound: the farther out it
+            lies the less it moves the estimate, and none locks the filter out. None: every reading counts as it is
+
+    Source: R. E. Kalman, 1960, doi 10.1115/1.3662552; masks after S. F. Schmidt, 1966, and Mohtat et al., Table 3;
+    gate after Chang, Journal of Geodesy 88 (2014) 391, reading by reading.
     """
+
+    gate: Annotated[float, ""] | None = None
 
     def _predict(self, state: Belief, inputs: Tree, process: Vector, entering: Vector) -> Prediction:
         def transition(mean: Tree) -> Tree:
@@ -48,5 +57,12 @@ class KalmanFilter(GaussianFilter):
         pairs = zip(leaf_values(sample.measured), leaf_values(output(at)), strict=True)
         innovation = tuple(measured - expected for measured, expected in pairs)
         full = unpack(predicted.covariance)
-        spread = tuple(plus(dot(row, product(full, row)), value) for row, value in zip(rows, noise, strict=True))
+        known = [dot(row, product(full, row)) for row in rows]
+        if self.gate is not None:
+            noise = tuple(self._widened(*each) for each in zip(noise, known, innovation, strict=True))
+        spread = tuple(plus(each, value) for each, value in zip(known, noise, strict=True))
         return correct(predicted.covariance, rows, innovation, noise, start), innovation, spread
+
+    def _widened(self, noise: Any, known: Any, innovation: Any) -> Any:
+        """The noise of a reading, raised where its innovation lies beyond the gate; a missing one keeps its own."""
+        return maximum(noise, where(present(innovation), innovation * innovation, 0.0) / self.gate - known)

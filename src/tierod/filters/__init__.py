@@ -4,6 +4,7 @@ from tierod.filters.butterworth import Butterworth
 from tierod.filters.delay import Delay
 from tierod.filters.first_order import Differentiator, FirstOrderLowPass
 from tierod.filters.hold import InputHold
+from tierod.filters.jump_gate import JumpGate
 from tierod.filters.play import Play
 
-__all__ = ["Butterworth", "Delay", "Differentiator", "FirstOrderLowPass", "InputHold", "Play"]
+__all__ = ["Butterworth", "Delay", "Differentiator", "FirstOrderLowPass", "InputHold", "JumpGate", "Play"]

@@ -1,0 +1,51 @@
+"""Gate against jumps: a signal that leaps further than it can move is held until it may have got there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.errors import ParameterError
+from tierod.filters.each import EachSignal
+from tierod.graph.maths import where
+
+
+class Accepted(NamedTuple):
+    """The last value that passed, and how many samples ago that was."""
+
+    value: Any
+    age: Any
+
+
+@dataclass(frozen=True)
+class JumpGate(EachSignal):
+    """Values further from the last accepted one than the signal moves in that time are replaced by it.
+
+    The allowed distance grows with the time since the last accepted value, so that a step that stays, as of a sensor
+    that was set anew, passes after a while and nothing is locked out.
+
+    Args:
+        rate_deviation: standard deviation of the signal's rate [unit of the signals over s]
+        gate: quantile of chi-square with one degree of freedom (10.83 for 99.9 %); larger passes greater jumps
+
+    The other arguments are those of `EachSignal`.
+    """
+
+    rate_deviation: Annotated[float, "unit of the signal / s"]
+    gate: Annotated[float, ""] = 10.83
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("rate_deviation", "gate"):
+            if not getattr(self, name) > 0.0:
+                raise ParameterError(f"{name} is {getattr(self, name)}; expected a number greater than zero")
+
+    def _settled(self, value: Any) -> Accepted:
+        return Accepted(value, 0.0)
+
+    def _advance(self, memory: Accepted, value: Any) -> tuple[Accepted, Any]:
+        age = memory.age + 1.0
+        way, moved = value - memory.value, age * self.sample_time * self.rate_deviation
+        passes = way * way <= self.gate * moved * moved
+        now = Accepted(where(passes, value, memory.value), where(passes, 0.0, age))
+        return now, now.value
