@@ -34,6 +34,14 @@ def test_exponent_one_is_the_exponential(start, turned):
     assert friction.dahl_power_update(start, turned * ANGLE, ANGLE, 1.0 + 1e-5) == pytest.approx(plain, abs=2e-4)
 
 
+@given(st.floats(-1, 1), st.floats(-5, 5))
+def test_the_mean_of_dahls_friction_is_that_over_its_path(start, turned):
+    path = np.linspace(0.0, turned * ANGLE, 2001)
+    values = np.array([friction.dahl_update(start, angle, ANGLE) for angle in path])
+    mean = np.mean(0.5 * (values[1:] + values[:-1]))
+    assert friction.dahl_mean(start, turned * ANGLE, ANGLE) == pytest.approx(mean, abs=1e-5)
+
+
 @given(st.floats(-1, 1), st.floats(-20, 20), st.floats(0.0, 5.0))
 def test_dahl_stays_between_the_levels(start, turned, exponent):
     after = friction.dahl_power_update(start, turned * ANGLE, ANGLE, exponent)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.graph.maths import absolute, exp, maximum, power, sign, tanh, where
+from tierod.graph.maths import absolute, exp, expm1, maximum, power, sign, tanh, where
 
 
 def coulomb(rate: Any, level: Any) -> Any:
@@ -92,6 +92,23 @@ def dahl_update(normalised: Any, angle_increment: Any, dahl_angle: Any) -> Any:
     """
     direction = sign(angle_increment)
     return direction + (normalised - direction) * exp(-absolute(angle_increment) / dahl_angle)
+
+
+def dahl_mean(normalised: Any, angle_increment: Any, dahl_angle: Any) -> Any:
+    """Mean of the normalised Dahl friction [-] over an angle increment in one direction, exact for exponent 1.
+
+    Args:
+        normalised: friction torque over its level before the increment [-]
+        angle_increment: [rad], without reversal inside
+        dahl_angle: level over initial stiffness [rad], positive
+
+    Source: `dahl_update` integrated over the increment: s + (h - s) (1 - exp(-a)) / a, a = |d theta|/angle.
+    """
+    direction = sign(angle_increment)
+    travel = absolute(angle_increment) / dahl_angle
+    short = travel < 1e-6
+    lag = where(short, 0.5 * travel, 1.0 + expm1(-travel) / where(short, 1.0, travel))
+    return normalised + (direction - normalised) * lag
 
 
 def dahl_sensitivity_update(sensitivity: Any, normalised: Any, angle_increment: Any, dahl_angle: Any) -> Any:
