@@ -30,10 +30,10 @@ from tierod.filters.play import Play
 from tierod.identification.innovations import Innovations
 from tierod.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
 from tierod.models.friction_estimation import FrictionEstimation as EstimatedFriction
+from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.models.two_inertia_column import TwoInertiaParameters
 from tierod.monitors.driver_torque.hands import HandsMonitor
 from tierod.monitors.driver_torque.observer import ColumnObserver
-from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.friction.baseline import BaselineFrictionMonitor, BaselineParameters
 from tierod.monitors.friction.conditioning import SteeringConditioning
 from tierod.monitors.friction.judged import JudgedEstimator
@@ -44,8 +44,8 @@ from tierod.monitors.friction.rolling_variance import RollingVariance
 from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.monitors.friction.unscented import unscented
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
-from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.car_signals import FromCarSignals
+from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.conventional import (
     ConventionalKalman,
     ConventionalPoles,

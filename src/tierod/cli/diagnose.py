@@ -35,6 +35,10 @@ def diagnose(
             help="File with this car's own level; written by the first healthy recording, then judged against."
         ),
     ] = None,
+    memory: Annotated[
+        Path | None,
+        typer.Option(help="Fault memory that takes the recording as one operation cycle; see 'tierod faults read'."),
+    ] = None,
     report: Annotated[bool, typer.Option(help="Write the HTML report.")] = True,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
@@ -44,7 +48,7 @@ def diagnose(
     from tierod.monitors.run import diagnose as run
 
     target = output or Path(f"{recording.stem}-{monitor}.html") if report else None
-    _refuse_to_overwrite(target, [recording, vehicle, *(dbc or []), channel_map, own_level])
+    _refuse_to_overwrite(target, [recording, vehicle, *(dbc or []), channel_map, own_level, memory])
     with progress(f"reading {recording.name}") as advance:
         diagnosis = run(
             recording,
@@ -54,6 +58,7 @@ def diagnose(
             dbc=dbc or None,
             channel_map=channel_map,
             own_level=own_level,
+            memory=memory,
             command=shlex.join(["tierod", *sys.argv[1:]]),
             progress=advance,
         )

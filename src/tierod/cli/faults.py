@@ -1,25 +1,53 @@
-"""List the faults that can be injected into a simulation, or show one."""
+"""Faults: those that can be injected into a simulation, and those that a fault memory holds."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from tierod.cli.terminal import output, print_json, rows
+from tierod.errors import ParameterError
 
 if TYPE_CHECKING:
     from tierod.proving_ground.faults import FaultFile
 
+MEMORY_VERBS = ("read", "clear", "snapshot")
+
 
 def faults(
-    name: Annotated[str | None, typer.Argument(help="a shipped fault, or the path of a fault file")] = None,
+    name: Annotated[
+        str | None,
+        typer.Argument(help="a shipped fault, or the path of a fault file; or: read, clear, snapshot (of a memory)"),
+    ] = None,
+    memory: Annotated[Path | None, typer.Argument(help="with read, clear, snapshot: the file of the memory")] = None,
+    code: Annotated[
+        str | None, typer.Argument(help="with snapshot, and if wished with read and clear: a trouble code or its name")
+    ] = None,
+    uds: Annotated[
+        str | None, typer.Option("--uds", help="with read: answer a request in hexadecimal digits, as 1902FF")
+    ] = None,
     behaviours: Annotated[bool, typer.Option("--behaviours", help="list how elements can behave instead")] = False,
     toml: Annotated[bool, typer.Option("--toml", help="print the file, to begin one of your own")] = False,
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
 ) -> None:
-    """List the faults that are shipped, or show one: what fails, how, from when, and for how long."""
-    from tierod.errors import ParameterError
+    """List the faults that are shipped, or show one; read, clear a fault memory, or show a freeze frame of it.
+
+    tierod faults                            the faults that can be injected into a simulation
+    tierod faults read memory.json           the trouble codes that a memory holds
+    tierod faults snapshot memory.json CODE  the signals around the instant at which a test failed
+    tierod faults clear memory.json          forget all codes, or the one given
+    """
+    if name in MEMORY_VERBS:
+        from tierod.cli.fault_memory import on_memory
+
+        if toml or behaviours:
+            raise ParameterError(f"--toml and --behaviours have no meaning with '{name}'; leave them out")
+        on_memory(str(name), memory, code, uds, json)
+        return
+    if memory is not None or uds is not None:
+        raise ParameterError(f"a memory is given, but '{name}' is none of {', '.join(MEMORY_VERBS)}; name one of them")
     from tierod.proving_ground.faults import load, shipped
 
     if toml and json:

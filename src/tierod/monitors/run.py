@@ -15,6 +15,7 @@ from tierod.decimation import Decimator
 from tierod.derive import complete, ingredients
 from tierod.errors import InputError, ParameterError, nearest
 from tierod.findings import Diagnosis
+from tierod.monitors.into_memory import MemoryFeed
 from tierod.monitors.own_level import OwnLevel, load_own_level, refuse_foreign, store_own_level
 from tierod.monitors.quality_over_chunks import QualityOverChunks
 from tierod.monitors.session import Conclusion, Monitor, Session, StatusChange, Variant
@@ -43,6 +44,7 @@ def diagnose(
     dbc: Any = None,
     channel_map: Any = None,
     own_level: OwnLevel | str | Path | None = None,
+    memory: str | Path | None = None,
     command: str = "",
     progress: Callable[[float], None] | None = None,
 ) -> Diagnosis:
@@ -57,18 +59,19 @@ def diagnose(
         channel_map: path of a channel map; the vehicle's own where not given
         own_level: what was learnt of this vehicle from earlier recordings. A path of a file that does not exist yet is
             written where the vehicle is healthy; an existing one is never changed, lest a slow fault creep into it
+        memory: path of a fault memory, which takes the recording as one operation cycle; written anew if there is none
         command: what the user typed, for the report
         progress: called with the share done, 0 to 1
 
     Raises:
         InputError: the recording cannot be read, or lacks what the monitor needs; or the own level is another vehicle's
-        OutputError: the own level cannot be written
+        OutputError: the own level or the fault memory cannot be written
         ParameterError: no such vehicle, monitor or variant; or no variant, and the monitor has no default
     """
     car = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)
     definition, chosen = find(monitor, variant)
     known = own_level if isinstance(own_level, OwnLevel) else _stored(own_level)
-    run = Run(definition, chosen, car, known)
+    run = Run(definition, chosen, car, known, memory)
     for piece in _pieces(source, run.needs, car, dbc, channel_map):
         run.add(piece)
         if progress:
@@ -112,11 +115,19 @@ def find(monitor: str, variant: str | None = None) -> tuple[Monitor, Variant]:
 class Run:
     """One monitor over one recording, piece by piece; the result does not depend on how the recording is cut."""
 
-    def __init__(self, monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: OwnLevel | None = None):
+    def __init__(
+        self,
+        monitor: Monitor,
+        variant: Variant,
+        vehicle: Vehicle,
+        own_level: OwnLevel | None = None,
+        memory: str | Path | None = None,
+    ):
         self.monitor, self.variant, self.vehicle = monitor, variant, vehicle
         if own_level is not None:
             refuse_foreign(own_level, vehicle.name, f"{monitor.name}, {variant.name}")
         self.session: Session = _opened(monitor, variant, vehicle, own_level)
+        self.feed = MemoryFeed(memory, vehicle.name, monitor.name) if memory else None
         self.learnt: OwnLevel | None = None
         self.course: tuple[StatusChange, ...] = ()
         self.needs = ingredients([*monitor.required, *monitor.optional])
@@ -125,7 +136,7 @@ class Run:
         self._start: float | None = None
         self._steps = 0
         self._metadata: dict[str, Any] = {}
-        units = dict(self.session.traces) | dict.fromkeys(self.session.signals, "")
+        units = dict.fromkeys(self.session.signals, "") | dict(self.session.traces)
         self._traces = {name: Decimator(name, unit) for name, unit in units.items()}
 
     def add(self, piece: Recording) -> None:
@@ -161,7 +172,9 @@ class Run:
 
     def _absorb(self, aligned: Aligned) -> None:
         self._steps += len(aligned.time)
-        shown = {**self.session.absorb(aligned), **dict(zip(aligned.names, aligned.values.T, strict=True))}
+        shown = {**dict(zip(aligned.names, aligned.values.T, strict=True)), **self.session.absorb(aligned)}
+        if self.feed:
+            self.feed.add(aligned, self.monitor.rate)
         for name, values in shown.items():
             self._traces[name].add(aligned.time, values)
 
@@ -179,12 +192,13 @@ class Run:
         units = self._quality.units
         traces = {name: each.trace() for name, each in self._traces.items() if name not in conclusion.withheld}
         for name in self.session.signals:
-            traces[name] = dataclasses.replace(traces[name], unit=units.get(name, ""))
+            if name in traces and name not in self.session.traces:
+                traces[name] = dataclasses.replace(traces[name], unit=units.get(name, ""))
         finding = _with_warnings(
             conclusion,
             (*self._metadata.get("warnings", ()), *self._quality.contradictions(), *self._quality.range_warnings()),
         )
-        return Diagnosis(
+        diagnosis = Diagnosis(
             findings=(finding,),
             traces=traces,
             histograms=dict(conclusion.histograms),
@@ -205,6 +219,9 @@ class Run:
             command=command,
             created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         )
+        if self.feed:
+            self.feed.finish(diagnosis, self.course)
+        return diagnosis
 
     def _check(self, piece: Recording) -> None:
         missing = [name for name in self.monitor.required if name not in piece]

@@ -1,0 +1,70 @@
+"""How many test results a second a fault memory takes in, against the same counters as plain Python."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tierod.diagnosis.fault_memory import FaultMemory
+from tierod.diagnosis.trouble_codes import TroubleCodes, load_trouble_codes
+
+_EVENTS = 1_000_000
+_CODES = 10
+
+
+@dataclass
+class Plain:
+    """A debounce counter as one would write it by hand."""
+
+    counter: int = 0
+    verdict: int = 0
+
+    def feed(self, result: float) -> None:
+        if result > 0.5:
+            self.counter = min(max(self.counter, 0) + 1, 127)
+        elif result < -0.5:
+            self.counter = max(min(self.counter, 0) - 1, -128)
+        if self.counter == 127:
+            self.verdict = 1
+        elif self.counter == -128:
+            self.verdict = -1
+
+
+def run() -> list[dict]:
+    """Rows of the benchmark table: results per second, and the ratio to the peer."""
+    shipped = next(iter(load_trouble_codes().codes.values()))
+    codes = {
+        f"code-{k}": replace(shipped, code=f"C1B{k:02X}-62", increment=1, decrement=1, consequence_of=())
+        for k in range(_CODES)
+    }
+    steps = _EVENTS // _CODES
+    instants = np.arange(steps) / 100.0
+    results = {name: np.sign(np.sin(instants / 3.0 + k)) for k, name in enumerate(codes)}
+    ours, theirs, changes = [], [], 0
+    for _ in range(3):
+        memory = FaultMemory(TroubleCodes(codes, {}, "benchmark"))
+        memory.begin_cycle()
+        begin = time.perf_counter()
+        changes = len(memory.absorb(instants, results))
+        ours.append(time.perf_counter() - begin)
+    for column in list(results.values())[:2]:
+        plain = Plain()
+        begin = time.perf_counter()
+        for result in column.tolist():
+            plain.feed(result)
+        theirs.append((time.perf_counter() - begin) / steps)
+    value, peer = _EVENTS / min(ours), 1.0 / min(theirs)
+    return [
+        {
+            "name": "fault-memory",
+            "value": value,
+            "unit": "results/s",
+            "peer": "plain Python, counters alone",
+            "peer_value": peer,
+            "ratio": value / peer,
+            "codes": float(_CODES),
+            "changes": float(changes),
+        }
+    ]

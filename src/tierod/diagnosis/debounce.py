@@ -1,0 +1,121 @@
+"""Counters between single test results and the verdict that a fault memory keeps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Annotated, Any, NamedTuple
+
+from tierod.block import named_tuple
+from tierod.errors import ParameterError
+from tierod.graph.maths import any_of, maximum, minimum, present, where
+
+LOWEST, HIGHEST = -128.0, 127.0
+
+
+@dataclass(frozen=True)
+class DebounceCounter:
+    """A counter that rises with every failed result and falls with every passed one, held to -128 to 127.
+
+    The verdict is failed from 127 on and passed from -128 on; between them the last verdict holds. Without a result the
+    counter is frozen.
+
+    Args:
+        increment: steps per failed result, 127 for a monitor that has its own stopping rule
+        decrement: steps per passed result
+        jump: whether the counter goes to zero first when the direction changes
+
+    Source: counter-based debouncing of AUTOSAR's Diagnostic Event Manager; ISO 14229-1:2020, annex D.
+    """
+
+    increment: Annotated[float, ""] = 1.0
+    decrement: Annotated[float, ""] = 1.0
+    jump: bool = True
+
+    class Sample(NamedTuple):
+        """Result of a test: 1 failed, -1 passed, 0 (or missing) none."""
+
+        result: Annotated[float, ""]
+
+    class State(NamedTuple):
+        """Counter, and the verdict that holds: 1 failed, -1 passed, 0 none yet."""
+
+        counter: float
+        verdict: float
+
+    class Output(NamedTuple):
+        """Counter, and the verdict that holds: 1 failed, -1 passed, 0 none yet."""
+
+        counter: Annotated[float, ""]
+        verdict: Annotated[float, ""]
+
+    def __post_init__(self) -> None:
+        for name in ("increment", "decrement"):
+            value = getattr(self, name)
+            if not 0.0 < value <= 255.0:
+                raise ParameterError(f"{name} is {value}; expected more than 0 and at most 255 steps per result")
+
+    def init(self) -> State:
+        """Nothing known."""
+        return self.State(0.0, 0.0)
+
+    def step(self, state: State, sample: Any) -> tuple[State, Output]:
+        """One result on."""
+        result = where(present(sample.result), sample.result, 0.0)
+        counter, verdict = state
+        up, down = (maximum(counter, 0.0), minimum(counter, 0.0)) if self.jump else (counter, counter)
+        risen, fallen = minimum(up + self.increment, HIGHEST), maximum(down - self.decrement, LOWEST)
+        counter = where(result > 0.5, risen, where(result < -0.5, fallen, counter))
+        verdict = where(counter >= HIGHEST, 1.0, where(counter <= LOWEST, -1.0, verdict))
+        after = self.State(counter, verdict)
+        return after, self.Output(counter, verdict)
+
+
+@dataclass(frozen=True)
+class DebounceCounters:
+    """One counter for each of many codes; those of a consequence stand still while one of its causes has failed.
+
+    Args:
+        counters: one per code
+        causes: places of the codes of which each is a consequence
+    """
+
+    counters: tuple[DebounceCounter, ...]
+    causes: tuple[tuple[int, ...], ...]
+
+    def __post_init__(self) -> None:
+        known = range(len(self.counters))
+        if len(self.causes) != len(self.counters) or any(k not in known for causes in self.causes for k in causes):
+            raise ParameterError(f"causes has to tell places 0 to {len(self.counters) - 1} for each counter")
+
+    @property
+    def Sample(self) -> type:
+        """NamedTuple class with one result per code, see `DebounceCounter.Sample`."""
+        return _numbered("result", len(self.counters))
+
+    @property
+    def Output(self) -> type:
+        """NamedTuple class with one verdict per code, see `DebounceCounter.Output`."""
+        return _numbered("verdict", len(self.counters))
+
+    def init(self) -> tuple[DebounceCounter.State, ...]:
+        """Nothing known."""
+        return tuple(counter.init() for counter in self.counters)
+
+    def step(
+        self, state: tuple[DebounceCounter.State, ...], sample: Any
+    ) -> tuple[tuple[DebounceCounter.State, ...], Any]:
+        """One result of each code on."""
+        after, verdicts = [], []
+        for counter, own, causes, result in zip(self.counters, state, self.causes, sample, strict=True):
+            if causes:
+                result = where(any_of(*[state[k].verdict > 0.5 for k in causes]), 0.0, result)
+            counted, output = counter.step(own, DebounceCounter.Sample(result))
+            after.append(counted)
+            verdicts.append(output.verdict)
+        return tuple(after), self.Output(*verdicts)
+
+
+@lru_cache(maxsize=64)
+def _numbered(name: str, count: int) -> type:
+    return named_tuple(name.capitalize(), [(f"{name}_{k}", Annotated[float, ""]) for k in range(count)])

@@ -1,0 +1,271 @@
+"""The memory of faults: results of tests come in, trouble codes with status, history and freeze frames are kept."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tierod.diagnosis import cycle, store
+from tierod.diagnosis.debounce import DebounceCounters
+from tierod.diagnosis.entry import Entry
+from tierod.diagnosis.frames import AFTER, BEFORE, Window
+from tierod.diagnosis.status import CodeStatus, after_test
+from tierod.diagnosis.trouble_codes import REACTIONS, TroubleCodes, load_trouble_codes
+from tierod.errors import InputError, ParameterError, nearest
+from tierod.graph import scan
+
+CAUSE_DELAY = 2.0
+"""A cause may fail this much later than its consequence and still take its place [s]: it may be slower to find."""
+
+PLACES = 24
+"""Codes that the memory holds at a time."""
+
+
+class FaultMemory:
+    """Debounced results of tests, as trouble codes over many operation cycles.
+
+    Args:
+        codes: the table
+        vehicle: whose memory it is
+        path: of the file that it is kept in; None to keep it in the program only
+        places: how many codes it holds; a further one takes the place of the least important
+
+    With a path, every change of a status is on the disk before `absorb` returns.
+
+    Source: ISO 14229-1:2020, annex D; the failure management of Reinelt, Lundquist, Johansson, section "Functional
+    safety".
+    """
+
+    def __init__(
+        self,
+        codes: TroubleCodes | None = None,
+        vehicle: str = "",
+        path: str | Path | None = None,
+        places: int = PLACES,
+    ):
+        self.codes = codes or load_trouble_codes()
+        self.vehicle, self.path, self.places = vehicle, Path(path).expanduser() if path else None, places
+        self.entries: dict[str, Entry] = {name: Entry() for name in self.codes.codes}
+        self.cycles, self.open, self.date, self.overflowed = 0, False, "", False
+        self._names = tuple(self.codes.codes)
+        places_of = {name: k for k, name in enumerate(self._names)}
+        self._causes = {name: self.codes.causes(name) for name in self._names}
+        self._bank = DebounceCounters(
+            tuple(code.debounce for code in self.codes.codes.values()),
+            tuple(tuple(sorted(places_of[cause] for cause in self._causes[name])) for name in self._names),
+        )
+        self._counting: Any = None
+        self._window = Window()
+        self._waiting: dict[str, float] = {}
+        self._before: dict[str, tuple[float, Entry]] = {}
+        self._digest = ""
+        self._live = False
+
+    @classmethod
+    def opened(cls, path: str | Path, vehicle: str | None = None, codes: TroubleCodes | None = None) -> FaultMemory:
+        """The memory in a file, or a new one that will be kept there.
+
+        Args:
+            path: of the file; it need not exist
+            vehicle: whose memory it must be; the one that the file names where None
+            codes: the table
+
+        Raises:
+            InputError: the file is damaged, of another version, table or vehicle; it was copied aside
+        """
+        memory = cls(codes, vehicle or "", path)
+        assert memory.path
+        if memory.path.exists():
+            kept = store.load(memory.path, memory.codes, vehicle)
+            memory.entries |= {name: Entry.of(each) for name, each in kept.content["entries"].items()}
+            memory.cycles, memory.date = kept.content["cycles"], kept.content["date"]
+            memory.open, memory.overflowed = kept.content["open"], kept.content["overflowed"]
+            memory._digest, memory.vehicle = kept.digest, kept.vehicle
+        return memory
+
+    def begin_cycle(self, date: str | None = None) -> None:
+        """An operation cycle begins: a drive, or one recording. One that a lost program left open is ended first.
+
+        Args:
+            date: when, ISO 8601; now where not given
+
+        Raises:
+            ParameterError: the last one has not ended
+        """
+        if self.open and self._live:
+            raise ParameterError("an operation cycle is open; end it before the next begins")
+        if self.open:
+            self._close()
+        self._live = True
+        self.open, self.cycles = True, self.cycles + 1
+        self.date = date or datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+        self.entries = {name: cycle.begun(entry) for name, entry in self.entries.items()}
+        self._counting, self._window = None, Window()
+        self._waiting, self._before = {}, {}
+        self.save()
+
+    def absorb(
+        self, time: Any, results: Mapping[str, Any], signals: Mapping[str, Any] | None = None
+    ) -> tuple[tuple[float, str, str], ...]:
+        """Take in results of tests.
+
+        Args:
+            time: of the results within the cycle [s], (n,), rising, later than those before
+            results: by name of the code, (n,) each: 1 failed, -1 passed, 0 or NaN no result
+            signals: for the freeze frames, by name, (n,) each
+
+        Returns:
+            what changed: (time [s], name of the code, "failed" or "passed")
+
+        Raises:
+            InputError: no such code, lengths that differ, or times that do not rise
+            OutputError: the file cannot be written
+        """
+        if not self._live:
+            raise ParameterError("no operation cycle is open; begin one before results come")
+        time = np.asarray(time, float)
+        self._check(time, {**results, **(signals or {})}, results)
+        table = np.zeros((len(time), len(self._names)))
+        for name, values in results.items():
+            table[:, self._names.index(name)] = values
+        done = scan(self._bank, table, self._counting)
+        self._counting = done.state
+        self._window.add(time, {name: np.asarray(each, float) for name, each in (signals or {}).items()})
+        changes = self._changes(time, np.column_stack([done[name] for name in done.names]))
+        for instant, name, verdict in changes:
+            self._apply(instant, name, verdict)
+        counted = np.asarray(done.state.values).reshape(-1, 2)
+        for k, name in enumerate(self._names):
+            self.entries[name] = self.entries[name].with_(counter=int(counted[k, 0]))
+        if len(time):
+            framed = self._frames(float(time[-1]))
+            self._window.forget(float(time[-1]) - BEFORE - AFTER)
+            if changes or framed:
+                self.save()
+        return tuple((instant, name, "failed" if verdict > 0 else "passed") for instant, name, verdict in changes)
+
+    def end_cycle(self) -> None:
+        """The operation cycle ends: pending codes, healing and aging move on."""
+        if not self._live:
+            raise ParameterError("no operation cycle is open; there is none to end")
+        self._frames(np.inf)
+        self._close()
+        self.save()
+
+    def _close(self) -> None:
+        self.entries = {name: cycle.ended(entry, self.codes.codes[name]) for name, entry in self.entries.items()}
+        self.open = self._live = False
+
+    def clear(self, name: str | None = None) -> None:
+        """Forget one code by its name, or all of them.
+
+        Raises:
+            ParameterError: no such code
+        """
+        chosen = self._names if name is None else (self.codes.named(name),)
+        self.entries |= {each: Entry() for each in chosen}
+        self.overflowed = self.overflowed and name is not None
+        # What counts on would otherwise not tell again of a fault that is still there.
+        self._counting = None
+        for each in set(self._names) - set(chosen):
+            self.entries[each] = self.entries[each].with_(verdict=0, counter=0)
+        self.save()
+
+    @property
+    def lamp(self) -> bool:
+        """Whether the warning lamp is asked for."""
+        return any(entry.status & CodeStatus.WARNING_REQUESTED for entry in self.entries.values())
+
+    @property
+    def reaction(self) -> str:
+        """The strongest reaction that a confirmed code whose test fails now asks for."""
+        wanted = CodeStatus.CONFIRMED | CodeStatus.TEST_FAILED
+        asked = [
+            REACTIONS.index(self.codes.codes[name].reaction)
+            for name, entry in self.entries.items()
+            if wanted in entry.status
+        ]
+        return REACTIONS[max(asked, default=0)]
+
+    def save(self) -> None:
+        """Write the file, whole or not at all; nothing without a path.
+
+        Raises:
+            OutputError: it cannot be written, or another program has written it meanwhile
+        """
+        if self.path is None:
+            return
+        content = {
+            "cycles": self.cycles,
+            "date": self.date,
+            "open": self.open,
+            "overflowed": self.overflowed,
+            "entries": {name: entry.document() for name, entry in self.entries.items()},
+        }
+        self._digest = store.save(self.path, self.codes, self.vehicle, content, self._digest)
+
+    def _check(self, time: np.ndarray, columns: Mapping[str, Any], results: Mapping[str, Any]) -> None:
+        for name in results:
+            if name not in self.entries:
+                raise InputError(f"there is no trouble code '{name}'{nearest(name, self.entries)}")
+        for name, values in columns.items():
+            if np.shape(values) != time.shape:
+                raise InputError(f"'{name}' has the shape {np.shape(values)}; expected {time.shape}, as the time has")
+        before = self._window.time[-1:]
+        if not (np.diff(np.concatenate([before, time])) > 0.0).all():
+            raise InputError("the times of the results do not rise from one to the next; sort them")
+
+    def _changes(self, time: np.ndarray, verdicts: np.ndarray) -> list[tuple[float, str, int]]:
+        """Verdicts that are new, in the order of time; causes before consequences."""
+        held = np.array([[self.entries[name].verdict for name in self._names]], float)
+        rows, columns = np.nonzero(np.diff(np.concatenate([held, verdicts]), axis=0))
+        found = [(float(time[r]), self._names[c], int(verdicts[r, c])) for r, c in zip(rows, columns, strict=True)]
+        return sorted(found, key=lambda change: (change[0], len(self._causes[change[1]])))
+
+    def _apply(self, instant: float, name: str, verdict: int) -> None:
+        entry, code = self.entries[name], self.codes.codes[name]
+        if verdict < 0:
+            passed = after_test(entry.status, failed=False)
+            self.entries[name] = entry.with_(status=passed, verdict=-1, consequence_of="")
+            return
+        causes = sorted(cause for cause in self._causes[name] if self.entries[cause].verdict > 0)
+        if causes:
+            self.entries[name] = entry.with_(verdict=1, consequence_of=causes[0])
+            return
+        self._before[name] = (instant, entry)
+        self.entries[name] = cycle.failed(entry, code)
+        self._waiting[name] = instant
+        self._take_back(instant, name)
+        self._make_room(name)
+
+    def _take_back(self, instant: float, cause: str) -> None:
+        """Consequences that failed shortly before their cause stand again as they stood."""
+        for name, (since, entry) in list(self._before.items()):
+            if cause in self._causes[name] and instant - since <= CAUSE_DELAY and self.entries[name].verdict > 0:
+                self.entries[name] = entry.with_(verdict=1, consequence_of=cause)
+                self._waiting.pop(name, None)
+
+    def _make_room(self, newest: str) -> None:
+        stored = [name for name, entry in self.entries.items() if entry.stored]
+        if len(stored) <= self.places:
+            return
+        failing = {name for name in stored if self.entries[name].status & CodeStatus.TEST_FAILED}
+        # The least important goes; among equals one that is not failing now, then the one that is not the newest.
+        least = max(stored, key=lambda name: (self.codes.codes[name].priority, name not in failing, name != newest))
+        kept = self.entries[least].status & ~(CodeStatus.PENDING | CodeStatus.CONFIRMED | CodeStatus.WARNING_REQUESTED)
+        self.entries[least] = Entry(status=kept & ~CodeStatus.TEST_FAILED, verdict=self.entries[least].verdict)
+        self._waiting.pop(least, None)
+        self.overflowed = True
+
+    def _frames(self, now: float) -> bool:
+        """Freeze frames of failures long enough ago that what follows them is known; whether there were any."""
+        ready = [name for name, instant in self._waiting.items() if instant + AFTER <= now]
+        for name in ready:
+            frame = self._window.frame(self.cycles, self.date, self._waiting.pop(name))
+            entry = self.entries[name]
+            self.entries[name] = entry.with_(first=entry.first or frame, last=frame)
+        return bool(ready)

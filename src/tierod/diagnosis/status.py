@@ -1,0 +1,67 @@
+"""The status byte of a trouble code."""
+
+from __future__ import annotations
+
+from enum import IntFlag
+
+
+class CodeStatus(IntFlag):
+    """What is known of a trouble code, one bit each.
+
+    Source: ISO 14229-1:2020, annex D.2, DTC status bits.
+    """
+
+    TEST_FAILED = 0x01
+    """The latest completed test failed."""
+    FAILED_THIS_CYCLE = 0x02
+    """A test failed in this operation cycle."""
+    PENDING = 0x04
+    """A test failed in this or the last operation cycle in which it was completed."""
+    CONFIRMED = 0x08
+    """It failed in as many cycles as confirmation takes, and has not aged since."""
+    NOT_COMPLETED_SINCE_CLEAR = 0x10
+    """No test was completed since the memory was cleared."""
+    FAILED_SINCE_CLEAR = 0x20
+    """A test failed since the memory was cleared."""
+    NOT_COMPLETED_THIS_CYCLE = 0x40
+    """No test was completed in this operation cycle."""
+    WARNING_REQUESTED = 0x80
+    """The warning lamp is asked for."""
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The bits that are set, in words."""
+        return tuple((bit.name or "").lower().replace("_", " ") for bit in CodeStatus if bit in self)
+
+
+CLEARED = CodeStatus.NOT_COMPLETED_SINCE_CLEAR | CodeStatus.NOT_COMPLETED_THIS_CYCLE
+"""Of a code of which nothing is known yet."""
+
+
+def after_test(status: CodeStatus, failed: bool) -> CodeStatus:
+    """The status after a completed test; confirmation and lamp are the memory's to decide."""
+    status &= ~(CodeStatus.NOT_COMPLETED_SINCE_CLEAR | CodeStatus.NOT_COMPLETED_THIS_CYCLE)
+    if not failed:
+        return status & ~CodeStatus.TEST_FAILED
+    return (
+        status
+        | CodeStatus.TEST_FAILED
+        | CodeStatus.FAILED_THIS_CYCLE
+        | CodeStatus.PENDING
+        | CodeStatus.FAILED_SINCE_CLEAR
+    )
+
+
+def passed_this_cycle(status: CodeStatus) -> bool:
+    """Whether a test was completed in this operation cycle and none failed."""
+    return not status & (CodeStatus.NOT_COMPLETED_THIS_CYCLE | CodeStatus.FAILED_THIS_CYCLE)
+
+
+def at_cycle_end(status: CodeStatus) -> CodeStatus:
+    """The status when an operation cycle ends: pending falls where the cycle passed."""
+    return status & ~CodeStatus.PENDING if passed_this_cycle(status) else status
+
+
+def at_cycle_start(status: CodeStatus) -> CodeStatus:
+    """The status when an operation cycle begins: nothing completed in it yet."""
+    return (status | CodeStatus.NOT_COMPLETED_THIS_CYCLE) & ~CodeStatus.FAILED_THIS_CYCLE

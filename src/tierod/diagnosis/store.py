@@ -1,0 +1,189 @@
+"""The file of a fault memory: whole at every instant, checked when read, and never silently emptied."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tierod.diagnosis.trouble_codes import TroubleCodes
+from tierod.errors import InputError, OutputError
+from tierod.files import replacing
+
+SCHEMA = "tierod.fault-memory/1"
+"""Name and version of the file."""
+
+_FIELDS = {"cycles": int, "date": str, "open": bool, "overflowed": bool, "entries": dict}
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A file that was read.
+
+    Args:
+        content: of the memory
+        digest: of the content
+        vehicle: whose memory it is
+    """
+
+    content: Mapping[str, Any]
+    digest: str
+    vehicle: str
+
+
+def load(path: Path, codes: TroubleCodes, vehicle: str | None = None) -> Kept:
+    """Read and check a file.
+
+    Args:
+        path: of the file
+        codes: the table it must have been written with
+        vehicle: whose memory it must be; anyone's where None
+
+    Raises:
+        InputError: it cannot be read, is damaged, of another version, table or vehicle. What does not fit is copied
+            aside first; the message tells where
+    """
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"the fault memory {path} cannot be read ({reason}); check the path") from None
+    try:
+        kept = _checked(raw, codes)
+        if vehicle is not None and kept.vehicle != vehicle:
+            raise ValueError(f"is of the vehicle '{kept.vehicle}', not '{vehicle}'")
+    except ValueError as error:
+        aside = _aside(path, raw)
+        raise InputError(
+            f"the fault memory {path} {error}; nothing was changed, and a copy is kept as {aside}. Give the memory of "
+            f"this vehicle, or begin anew with 'tierod faults clear {path}'"
+        ) from None
+    return kept
+
+
+def _checked(raw: bytes, codes: TroubleCodes) -> Kept:
+    """What a file holds; ValueError says in words what is wrong, as the end of a sentence."""
+    try:
+        document = json.loads(raw.decode("utf-8"))
+    except ValueError:
+        raise ValueError("is damaged: it is no whole JSON document") from None
+    if not isinstance(document, dict) or "schema" not in document:
+        raise ValueError("is not one: it has no schema")
+    if document["schema"] != SCHEMA:
+        raise ValueError(f"is of another version ({document['schema']}; this program reads {SCHEMA})")
+    content = document.get("content")
+    if not isinstance(content, dict) or document.get("digest") != digest_of(content, document.get("vehicle")):
+        raise ValueError("is damaged: its content does not fit its digest")
+    if document.get("codes") != codes.fingerprint:
+        raise ValueError("was written with another table of trouble codes")
+    if any(not isinstance(content.get(name), kind) for name, kind in _FIELDS.items()):
+        raise ValueError("is damaged: a field is missing")
+    return Kept(content, document["digest"], document["vehicle"])
+
+
+def save(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, Any], before: str) -> str:
+    """Write a file, whole or not at all, and give the digest of what was written.
+
+    Args:
+        path: of the file
+        codes: the table
+        vehicle: whose memory it is
+        content: of the memory
+        before: digest of what was read or written last; "" for a new file
+
+    Raises:
+        OutputError: it cannot be written, or another program has written it meanwhile
+    """
+    digest = digest_of(content, vehicle)
+    document = {"schema": SCHEMA, "vehicle": vehicle, "codes": codes.fingerprint, "digest": digest, "content": content}
+    with _alone(path.parent):
+        if _digest_in(path) != before:
+            raise OutputError(
+                f"the fault memory {path} was written by another program meanwhile; its codes are untouched, run again"
+            )
+        with replacing(path) as temporary:
+            temporary.write_text(json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n", "utf-8")
+        _sweep(path)
+        _settled(path.parent)
+    return digest
+
+
+def digest_of(content: Mapping[str, Any], vehicle: Any) -> str:
+    """A digest of content and vehicle."""
+    told = json.dumps([vehicle, content], sort_keys=True, ensure_ascii=False)
+    return hashlib.sha256(told.encode()).hexdigest()
+
+
+def aside(path: Path) -> Path:
+    """Copy a file beside itself under a name of its own and tell where.
+
+    Raises:
+        InputError: it cannot be read
+        OutputError: the copy cannot be written
+    """
+    try:
+        return _aside(path, path.read_bytes())
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({(error.strerror or str(error)).lower()}); check the path") from None
+
+
+def remove(path: Path) -> None:
+    """Remove a file that cannot be read as a memory; the next recording begins a new one."""
+    with _alone(path.parent):
+        path.unlink()
+
+
+def _aside(path: Path, raw: bytes) -> Path:
+    copy = path.with_name(f"{path.stem}.kept-{hashlib.sha256(raw).hexdigest()[:8]}{path.suffix}")
+    if not copy.exists():
+        with replacing(copy) as temporary:
+            temporary.write_bytes(raw)
+    return copy
+
+
+def _digest_in(path: Path) -> str:
+    try:
+        return str(json.loads(path.read_text("utf-8")).get("digest", ""))
+    except FileNotFoundError:
+        return ""
+    except (OSError, ValueError, AttributeError):
+        return "unreadable"
+
+
+def _sweep(path: Path) -> None:
+    """Remove what killed writers left beside the file; nobody else writes while the folder is locked."""
+    for left in path.parent.glob(f".{path.stem[:100]}.{'[0-9a-f]' * 12}{path.suffix}"):
+        with contextlib.suppress(OSError):
+            left.unlink()
+
+
+@contextlib.contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """One writer at a time in a folder, where the system can lock folders."""
+    try:
+        import fcntl
+
+        handle = os.open(folder, os.O_RDONLY)
+    except (ImportError, OSError):
+        yield
+        return
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
+
+
+def _settled(folder: Path) -> None:
+    """The new name on the disk too, so that a power cut cannot bring the old file back."""
+    with contextlib.suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)

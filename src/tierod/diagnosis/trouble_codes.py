@@ -1,0 +1,186 @@
+"""Trouble codes as data: what each means, when it fails and passes, and what the vehicle does about it."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Literal
+
+from tierod.diagnosis.debounce import DebounceCounter
+from tierod.errors import ParameterError, nearest
+from tierod.findings import Status
+from tierod.toml import Document, build
+
+SHIPPED = Path(__file__).with_name("trouble-codes.toml")
+"""The table that tierod ships."""
+
+REACTIONS = ("none", "degrade", "substitute", "off")
+"""What the vehicle does about a fault, the weakest first."""
+
+_CODE = re.compile(r"([PCBU])([0-3])([0-9A-F]{3})-([0-9A-F]{2})")
+
+
+@dataclass(frozen=True)
+class TroubleCode:
+    """One trouble code.
+
+    Args:
+        code: letter of the system, four digits, and the type of failure, as in "C1A01-92"
+        meaning: one sentence fragment
+        monitor: name of the monitor that feeds it
+        failed_by, passed_by: statuses of the monitor that count as a failed and as a passed result; all others are none
+        increment, decrement, jump: of the debounce counter, see `DebounceCounter`
+        priority: 1 is kept longest where the memory is full, 255 shortest
+        severity: 1 to 4 as a service reads it: 1 fatal, 2 error, 3 warning, 4 information
+        confirmation_cycles: failed operation cycles until it is confirmed
+        healing_cycles: passed cycles until the warning lamp is let go
+        aging_cycles: passed cycles after healing until it is forgotten
+        lamp: whether the warning lamp is asked for once it is confirmed
+        reaction: none, degrade the function, switch to a substitute, or switch it off
+        consequence_of: names of codes that cause this one; while one has failed, or failed just after it, this one is
+            not raised
+
+    Source: two bytes of code, ISO 15031-6; third byte, failure type of SAE J2012-DA.
+    """
+
+    code: str
+    meaning: str
+    monitor: str
+    failed_by: tuple[str, ...] = ("fault",)
+    passed_by: tuple[str, ...] = ("healthy",)
+    increment: int = 127
+    decrement: int = 128
+    jump: bool = True
+    priority: int = 128
+    severity: int = 2
+    confirmation_cycles: int = 1
+    healing_cycles: int = 3
+    aging_cycles: int = 40
+    lamp: bool = False
+    reaction: Literal["none", "degrade", "substitute", "off"] = "none"
+    consequence_of: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not _CODE.fullmatch(self.code):
+            raise ParameterError(f"code is '{self.code}'; expected a letter of PCBU, four digits and a type: C1A01-92")
+        for name, low, high in (
+            ("priority", 1, 255),
+            ("severity", 1, 4),
+            ("confirmation_cycles", 1, 255),
+            ("healing_cycles", 1, 255),
+            ("aging_cycles", 1, 255),
+        ):
+            if not low <= getattr(self, name) <= high:
+                raise ParameterError(f"{name} is {getattr(self, name)}; expected {low} to {high}")
+        for name in ("failed_by", "passed_by"):
+            for status in getattr(self, name):
+                if status not in set(Status):
+                    raise ParameterError(f"{name} names the status '{status}'{nearest(status, list(Status))}")
+        if both := set(self.failed_by) & set(self.passed_by):
+            raise ParameterError(f"'{min(both)}' stands in failed_by and in passed_by; it can mean one of them only")
+        _ = self.debounce
+
+    @property
+    def debounce(self) -> DebounceCounter:
+        """Its counter."""
+        return DebounceCounter(float(self.increment), float(self.decrement), self.jump)
+
+    @property
+    def number(self) -> int:
+        """The three bytes of the code as a number."""
+        found = _CODE.fullmatch(self.code)
+        assert found
+        letter, first, digits, kind = found.groups()
+        return ("PCBU".index(letter) << 22) | (int(first) << 20) | (int(digits, 16) << 8) | int(kind, 16)
+
+
+@dataclass(frozen=True)
+class TroubleCodes:
+    """A table of trouble codes.
+
+    Args:
+        codes: by name, in the order of the table
+        identifiers: data identifier of each signal that a freeze frame keeps, 0 to 65535, by canonical name
+        fingerprint: of what the memory depends on; another table reads another memory
+    """
+
+    codes: Mapping[str, TroubleCode]
+    identifiers: Mapping[str, int]
+    fingerprint: str
+
+    def __post_init__(self) -> None:
+        for name, code in self.codes.items():
+            for cause in code.consequence_of:
+                if cause not in self.codes:
+                    raise ParameterError(f"'{name}' is a consequence of '{cause}'{nearest(cause, self.codes)}")
+            if name in self.causes(name):
+                raise ParameterError(f"'{name}' is a consequence of itself; break the circle")
+        displayed: list[object] = [code.code for code in self.codes.values()]
+        numbers: list[object] = list(self.identifiers.values())
+        for what, given in (("code", displayed), ("identifier", numbers)):
+            if twice := [each for each in given if given.count(each) > 1]:
+                raise ParameterError(f"the {what} {twice[0]} stands twice in the table; every one is given once")
+
+    def of_monitor(self, monitor: str) -> dict[str, TroubleCode]:
+        """The codes that a monitor feeds, by name."""
+        return {name: code for name, code in self.codes.items() if code.monitor == monitor}
+
+    def named(self, name_or_code: str) -> str:
+        """The name of a code, given its name or the code itself.
+
+        Raises:
+            ParameterError: there is none
+        """
+        wanted = name_or_code.upper()
+        found = [name for name, code in self.codes.items() if name == name_or_code or code.code == wanted]
+        if not found:
+            known = [*self.codes, *(code.code for code in self.codes.values())]
+            raise ParameterError(f"there is no trouble code '{name_or_code}'{nearest(name_or_code, known)}")
+        return found[0]
+
+    def causes(self, name: str) -> set[str]:
+        """Every code of which one is a consequence, causes of causes included."""
+        found: set[str] = set()
+        waiting = list(self.codes[name].consequence_of)
+        while waiting:
+            cause = waiting.pop()
+            if cause not in found and cause in self.codes:
+                found.add(cause)
+                waiting += self.codes[cause].consequence_of
+        return found
+
+
+@lru_cache(maxsize=8)
+def load_trouble_codes(path: str | Path = SHIPPED) -> TroubleCodes:
+    """The table in a TOML file: a table [codes.NAME] for each code, and [freeze_frame] with a number for each signal.
+
+    Raises:
+        ParameterError: the file cannot be read, or has a slip in it; the message names the line
+    """
+    document = Document.read(path, "trouble code")
+    if strange := set(document.content) - {"codes", "freeze_frame"}:
+        name = min(strange)
+        raise document.error((name,), f"'{name}' is not part of a table of trouble codes; known: codes, freeze_frame.")
+    codes = {
+        name: build(TroubleCode, table, document, ("codes", name))
+        for name, table in document.content.get("codes", {}).items()
+    }
+    identifiers = {
+        name: _identifier(number, name, document) for name, number in document.content.get("freeze_frame", {}).items()
+    }
+    told = "\n".join(f"{name} {code.number}" for name, code in sorted(codes.items()))
+    return TroubleCodes(codes, identifiers, hashlib.sha256(told.encode()).hexdigest()[:16])
+
+
+def _identifier(number: object, name: str, document: Document) -> int:
+    from tierod.signals import SIGNALS
+
+    if name not in SIGNALS:
+        raise document.error(("freeze_frame", name), f"there is no signal '{name}'{nearest(name, SIGNALS)}")
+    if not (isinstance(number, int) and not isinstance(number, bool) and 0 <= number <= 0xFFFF):
+        raise document.error(("freeze_frame", name), f"'{name}' is {number}; expected a number from 0 to 65535")
+    return number

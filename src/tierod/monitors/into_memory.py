@@ -1,0 +1,69 @@
+"""From the running verdict of a monitor to a fault memory."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from tierod.diagnosis.fault_memory import FaultMemory
+from tierod.diagnosis.trouble_codes import load_trouble_codes
+from tierod.findings import Diagnosis, Status
+from tierod.monitors.session import StatusChange
+from tierod.recording import Aligned
+
+RATE = 10.0
+"""Results per second that go into the memory [Hz]: a monitor's own stopping rule has decided already."""
+
+
+class MemoryFeed:
+    """Collects what a fault memory wants of one run of a monitor; the memory is touched at the end alone.
+
+    Args:
+        path: of the memory's file; it need not exist
+        vehicle: whose memory it is
+        monitor: name of the monitor
+
+    Raises:
+        InputError: the file is damaged, or another vehicle's
+    """
+
+    def __init__(self, path: str | Path, vehicle: str, monitor: str):
+        self.memory = FaultMemory.opened(path, vehicle, load_trouble_codes())
+        self.codes = self.memory.codes.of_monitor(monitor)
+        self._pieces: list[tuple[np.ndarray, dict[str, np.ndarray]]] = []
+        self._seen = 0
+
+    def add(self, aligned: Aligned, rate: float) -> None:
+        """Signals of one more piece, at the rate of its grid [Hz]."""
+        stride = max(round(rate / RATE), 1)
+        kept = slice(-self._seen % stride, None, stride)
+        self._seen += len(aligned.time)
+        names = [name for name in self.memory.codes.identifiers if name in aligned.names]
+        columns = {name: aligned.values[kept, aligned.names.index(name)] for name in names}
+        self._pieces.append((aligned.time[kept], columns))
+
+    def finish(self, diagnosis: Diagnosis, course: Sequence[StatusChange]) -> None:
+        """One operation cycle of the memory: every status of the run as a result, and the verdict as the last one.
+
+        Raises:
+            OutputError: the memory's file cannot be written
+        """
+        time = np.concatenate([piece[0] for piece in self._pieces])
+        signals = {name: np.concatenate([piece[1][name] for piece in self._pieces]) for name in self._pieces[0][1]}
+        status = _statuses(time, course)
+        status[-1] = diagnosis.findings[0].status
+        results = {
+            name: np.select([np.isin(status, code.failed_by), np.isin(status, code.passed_by)], [1.0, -1.0], 0.0)
+            for name, code in self.codes.items()
+        }
+        self.memory.begin_cycle(diagnosis.created)
+        self.memory.absorb(time, results, signals)
+        self.memory.end_cycle()
+
+
+def _statuses(time: np.ndarray, course: Sequence[StatusChange]) -> np.ndarray:
+    names = np.array([Status.NOT_READY, *(change.status for change in course)], dtype=object)
+    changes = np.array([change.time for change in course])
+    return names[np.searchsorted(changes, time, "right")].astype(str)

@@ -1,0 +1,161 @@
+import json
+import os
+import random
+import resource
+import signal
+import time
+
+import numpy as np
+import pytest
+
+from diagnosis.memories import code, drive, table
+from tierod.diagnosis.fault_memory import FaultMemory
+from tierod.diagnosis.status import CodeStatus
+from tierod.errors import InputError, OutputError
+
+CODES = table(**{f"c{k}": code(k) for k in range(16)})
+
+
+def confirmed(memory):
+    return {name for name, entry in memory.entries.items() if entry.status & CodeStatus.CONFIRMED}
+
+
+def test_what_is_written_is_read_again(tmp_path):
+    path = tmp_path / "memory.json"
+    memory = FaultMemory.opened(path, "car", CODES)
+    drive(memory, {"c1": (-1.0, 5.0, 1.0), "c2": -1.0})
+    again = FaultMemory.opened(path, "car", CODES)
+    assert again.entries == memory.entries
+    assert (again.cycles, again.date, again.open) == (1, "2026-01-01", False)
+    assert [each.name for each in tmp_path.iterdir()] == ["memory.json"]
+
+
+def test_a_cycle_that_a_lost_program_left_open_is_ended(tmp_path):
+    path = tmp_path / "memory.json"
+    memory = FaultMemory.opened(path, "car", CODES)
+    memory.begin_cycle()
+    memory.absorb(np.arange(5.0), {"c1": np.ones(5)})
+    again = FaultMemory.opened(path, "car", CODES)
+    assert again.open
+    again.begin_cycle()
+    again.absorb(np.arange(5.0), {"c1": -np.ones(5)})
+    again.end_cycle()
+    assert confirmed(again) == {"c1"}
+    assert not again.entries["c1"].status & CodeStatus.PENDING
+
+
+def spoilt(path, how):
+    text = path.read_text()
+    document = json.loads(text)
+    if how == "cut":
+        path.write_text(text[: len(text) // 2])
+    elif how == "empty":
+        path.write_text("")
+    elif how == "flipped":
+        path.write_text(text.replace('"occurrences": 1', '"occurrences": 0'))
+    elif how == "version":
+        path.write_text(json.dumps({**document, "schema": "tierod.fault-memory/99"}))
+    elif how == "table":
+        path.write_text(json.dumps({**document, "codes": "another"}))
+    elif how == "foreign":
+        path.write_text('{"speed": 3}')
+    elif how == "bytes":
+        path.write_bytes(b"\xff\xfe\x00")
+
+
+@pytest.mark.parametrize(
+    ("how", "says"),
+    [
+        ("cut", "damaged: it is no whole JSON"),
+        ("empty", "damaged"),
+        ("flipped", "does not fit its digest"),
+        ("version", "another version"),
+        ("table", "another table"),
+        ("foreign", "no schema"),
+        ("bytes", "damaged"),
+        ("vehicle", "of the vehicle 'car', not 'truck'"),
+    ],
+)
+def test_a_file_that_does_not_fit_is_refused_and_kept_aside(tmp_path, how, says):
+    path = tmp_path / "memory.json"
+    drive(FaultMemory.opened(path, "car", CODES), {"c1": 1.0})
+    spoilt(path, how)
+    before = path.read_bytes()
+    for _ in range(2):
+        with pytest.raises(InputError, match=says) as refused:
+            FaultMemory.opened(path, "truck" if how == "vehicle" else "car", CODES)
+    assert path.read_bytes() == before
+    (kept,) = [each for each in tmp_path.iterdir() if each != path]
+    assert kept.read_bytes() == before
+    assert kept.name in str(refused.value)
+
+
+def test_two_programs_do_not_overwrite_each_other(tmp_path):
+    path = tmp_path / "memory.json"
+    drive(FaultMemory.opened(path, "car", CODES), {"c1": 1.0})
+    one, other = (FaultMemory.opened(path, "car", CODES) for _ in range(2))
+    drive(one, {"c2": 1.0})
+    with pytest.raises(OutputError, match="another program"):
+        drive(other, {"c3": 1.0})
+    assert confirmed(FaultMemory.opened(path, "car", CODES)) == {"c1", "c2"}
+
+
+def child(path, acknowledged, last_byte):
+    """Confirm one code after the other and tell of each that is safe, until killed."""
+    memory = FaultMemory.opened(path, "car", CODES)
+    if last_byte is not None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (last_byte, last_byte))
+    memory.begin_cycle()
+    at = 0.0
+    for name in sorted(set(CODES.codes) - confirmed(memory)):
+        memory.absorb(at + np.arange(3.0), {name: np.ones(3)}, {"vehicle_speed": np.arange(3.0)})
+        os.write(acknowledged, f"{name}\n".encode())
+        at += 10.0
+    memory.end_cycle()
+
+
+def killed(path, random_):
+    """A child that is killed: at a byte of a file that it writes, or at an instant. What it said was safe."""
+    reading, writing = os.pipe()
+    by_byte = random_.random() < 0.5
+    last_byte = random_.randrange(0, 20_000) if by_byte else None
+    pid = os.fork()
+    if pid == 0:
+        try:
+            child(path, writing, last_byte)
+        finally:
+            os._exit(0)
+    os.close(writing)
+    if not by_byte:
+        time.sleep(random_.uniform(0.0, 0.02))
+        os.kill(pid, signal.SIGKILL)
+    _, ended = os.waitpid(pid, 0)
+    with os.fdopen(reading, "rb") as pipe:
+        said = set(pipe.read().decode().split())
+    return said, os.WIFSIGNALED(ended)
+
+
+def survive(path, kills):
+    random_ = random.Random(5)
+    safe, count = set(), 0
+    FaultMemory.opened(path, "car", CODES).save()
+    while count < kills:
+        if len(safe) == len(CODES.codes):
+            FaultMemory.opened(path, "car", CODES).clear()
+            safe = set()
+        said, was_killed = killed(path, random_)
+        safe |= said
+        count += was_killed
+        assert confirmed(FaultMemory.opened(path, "car", CODES)) >= safe
+    FaultMemory.opened(path, "car", CODES).save()
+    assert [each.name for each in path.parent.iterdir()] == [path.name]
+
+
+def test_killed_at_random_bytes_it_loses_no_confirmed_code(tmp_path):
+    survive(tmp_path / "memory.json", 40)
+
+
+@pytest.mark.slow
+def test_killed_a_thousand_times_it_loses_no_confirmed_code(tmp_path):
+    survive(tmp_path / "memory.json", 1000)
