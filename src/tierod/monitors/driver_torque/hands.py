@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 from tierod.block import leaves, rebuild
 from tierod.detectors import Cusum
 from tierod.estimators import KalmanFilter
-from tierod.filters import Differentiator
+from tierod.filters import Differentiator, FirstOrderLowPass
 from tierod.graph.maths import absolute, both, either, limit, negated, present, sqrt, where
 from tierod.models.steering_wheel import SteeringWheel, SteeringWheelParameters
 from tierod.monitors.driver_torque.hands_filters import (
@@ -30,8 +30,18 @@ from tierod.vehicles import Vehicle
 OFF, UNCERTAIN, ON = 0.0, 0.5, 1.0
 """Codes of the state of the hands."""
 
-THRESHOLDS = (40.0, 35.0)
+THRESHOLDS = (30.0, 32.0)
 """Evidence for "on" and for "off", see `hands_design`."""
+
+
+SMOOTHING = 0.005
+"""Time constant of the wheel's acceleration, whose noise would otherwise pass for motion [s]."""
+
+
+class WheelAcceleration(NamedTuple):
+    """Acceleration of the steering wheel."""
+
+    steering_wheel_acceleration: Annotated[float, "rad/s**2"]
 
 
 class WheelRate(NamedTuple):
@@ -52,7 +62,8 @@ class HandsMonitor:
     Args:
         off, on: the filters of both hypotheses
         to_on, to_off: sums of the evidence, each with the threshold at which it decides
-        acceleration: of the wheel, from the rate of the hypothesis that holds
+        slope: acceleration of the wheel, from the rate of the hypothesis that holds
+        slow_slope: what that was before, so that its lag can be made up for
         sample_time: between two samples
         most: evidence that one sample may give, so that a broken one decides nothing
         doubt: share of a threshold from which on evidence against the present state makes it uncertain
@@ -68,7 +79,8 @@ class HandsMonitor:
     on: KalmanFilter
     to_on: Cusum
     to_off: Cusum
-    acceleration: Differentiator
+    slope: Differentiator
+    slow_slope: FirstOrderLowPass
     sample_time: Annotated[float, "s"]
     most: Annotated[float, ""] = 5.0
     doubt: Annotated[float, ""] = 0.5
@@ -153,12 +165,14 @@ class HandsMonitor:
         """
         wheel = vehicle.parameters_for(SteeringWheelParameters)
         to_on, to_off = thresholds
+        smoothing = max(SMOOTHING, 2.0 * sample_time)
         return cls(
             hands_off_filter(wheel, sample_time, hands, tolerance, noise),
             hands_on_filter(wheel, sample_time, hands, noise),
             Cusum(0.0, to_on, to_on, "upper"),
             Cusum(0.0, to_off, to_off, "lower"),
-            Differentiator(WheelRate, sample_time, 0.0, max(0.005, 2.0 * sample_time)),
+            Differentiator(WheelRate, sample_time, 0.0, smoothing),
+            FirstOrderLowPass(WheelAcceleration, sample_time, 0.0, smoothing),
             sample_time,
         )
 
@@ -167,7 +181,16 @@ class HandsMonitor:
         off, nothing = self.off.init(), self.Sample(0.0, 0.0)
         sums = self.to_on.init(), self.to_off.init()
         return self.State(
-            off, self.on.init(), off, *sums, UNCERTAIN, nothing, self.acceleration.init(), 0.0, 0.0, self.longest_gap
+            off,
+            self.on.init(),
+            off,
+            *sums,
+            UNCERTAIN,
+            nothing,
+            (self.slope.init(), self.slow_slope.init()),
+            0.0,
+            0.0,
+            self.longest_gap,
         )
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:
@@ -187,13 +210,21 @@ class HandsMonitor:
         to_off, down = self.to_off.step(state.to_off, ratio)
         hands = where(up.alarm, ON, where(down.alarm, OFF, state.hands))
         rate = where(hands < 0.25, off.mean.steering_wheel_rate, on.mean.steering_wheel_rate)
-        smooth, slope = self.acceleration.step(state.smooth, WheelRate(rate))
+        smooth, acceleration = self._accelerated(state.smooth, rate)
         last = self.Sample(*(where(believed, new, old) for new, old in zip(sample, state.last, strict=True)))
         gap = where(believed, 0.0, state.gap + self.sample_time)
-        motion = (smooth, rate, slope.steering_wheel_rate)
+        motion = (smooth, rate, acceleration)
         beliefs = (off_belief, on_belief, state.learnt)
         after = self.State(*beliefs, to_on, to_off, hands, last, *motion, gap)
         return after, self._output(hands, ratio, up.up, down.down, off, on)
+
+    def _accelerated(self, smooth: Any, rate: Any) -> tuple[Any, Any]:
+        """Memory and acceleration [rad/s^2] in the middle of the next sample, the lag of the smoothing made up for."""
+        quick, slope = self.slope.step(smooth[0], WheelRate(rate))
+        slow, before = self.slow_slope.step(smooth[1], WheelAcceleration(slope.steering_wheel_rate))
+        lag = (self.slope.time_constant + 0.5 * self.sample_time) / self.slow_slope.time_constant
+        change = slope.steering_wheel_rate - before.steering_wheel_acceleration
+        return (quick, slow), slope.steering_wheel_rate + lag * change
 
     def _believed(self, state: State, sample: Sample) -> Any:
         """Whether a sample is there and no wheel could not have moved so; after a gap every sample is believed."""

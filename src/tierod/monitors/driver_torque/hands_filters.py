@@ -37,7 +37,7 @@ class Hands:
     inertia: Annotated[float, "kg*m**2"] = 0.007
     damping: Annotated[float, "N*m*s/rad"] = 0.08
     rest_torque: Annotated[float, "N*m"] = 0.005
-    rest_time: Annotated[float, "s"] = 0.05
+    rest_time: Annotated[float, "s"] = 0.02
 
 
 @dataclass(frozen=True)
@@ -45,12 +45,12 @@ class Tolerance:
     """How well the wheel is known before anything is learnt, one standard deviation.
 
     Args:
-        share: of inertia and damping; as in the vehicle files of identified columns
+        share: of inertia and damping; narrower gains next to nothing, since both are learnt within seconds
         offset: of the measured torque; as usual for production sensors
         wandering_time: within which parameters change by about as much again, 10 h
     """
 
-    share: Annotated[float, ""] = 0.02
+    share: Annotated[float, ""] = 0.1
     offset: Annotated[float, "N*m"] = 0.05
     wandering_time: Annotated[float, "s"] = 36000.0
 
@@ -71,7 +71,7 @@ class SensorNoise:
 
 
 HANDS, TOLERANCE, FINE = Hands(), Tolerance(), SensorNoise()
-"""Light hands, a column that was identified, sensors of a test bench."""
+"""Light hands, a column that is roughly known, sensors of a test bench."""
 
 
 def hands_off_filter(
