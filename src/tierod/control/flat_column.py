@@ -56,7 +56,7 @@ def motion_for(reference: Reference, column: TwoInertiaParameters, output_stiffn
             output, `column.stiffness` for the motor's own angle [N m/rad]
 
     Validity: references below a fifth of the wheel's frequency on the bar, sqrt(k/J), which is 10 Hz in the paper's
-    column; the series leaves out (J w^2/k)^2 of the wheel's torque, 0.8 % at 3 Hz there, 5 % at 5 Hz.
+    column; the series leaves out (J w^2/k)^2 of the wheel's torque, 1 % at 3 Hz there, 8 % at 5 Hz.
     Source: M. Fliess, J. Levine, P. Martin, P. Rouchon, 1995, doi 10.1080/00207179508921959; Raffone, eqs (12), (13).
     """
     damping, inertia = column.steering_wheel_damping, column.steering_wheel_inertia

@@ -1,0 +1,103 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tierod.control.intervention import DriverIntervention, Noise, Takeover, noise_of
+from tierod.errors import ParameterError
+from tierod.graph import scan
+
+STEP = 1e-3
+RULE = DriverIntervention.design(Noise(0.05, 8.0), STEP, inertia_uncertainty=0.0014)
+
+
+def run(hand_torque, request, acceleration=0.0, rule=RULE):
+    hand_torque = np.asarray(hand_torque, float)
+    rows = np.column_stack([hand_torque, np.broadcast_to(acceleration, hand_torque.shape), request])
+    return scan(rule, rows)
+
+
+def since(seconds, count=6000):
+    return (np.arange(count) * STEP >= seconds - 1e-9).astype(float)
+
+
+def test_noise_of_a_first_order_process_has_its_closed_form():
+    random, pole, count = np.random.default_rng(0), 0.9, 400_000
+    pushes, values = random.normal(size=count), np.zeros(count)
+    for k in range(1, count):
+        values[k] = pole * values[k - 1] + pushes[k]
+    found = noise_of(values)
+    assert found.deviation == pytest.approx(1.0 / np.sqrt(1.0 - pole**2), rel=0.02)
+    assert found.correlated == pytest.approx((1.0 + pole) / (1.0 - pole), rel=0.1)
+
+
+def test_the_drift_lies_half_way_and_the_threshold_grows_with_noise_and_hours():
+    assert RULE.cusum.drift == 0.75
+    noisy = DriverIntervention.design(Noise(0.1, 8.0), STEP)
+    longer = DriverIntervention.design(Noise(0.05, 8.0), STEP, Takeover(hours=1e6))
+    assert noisy.cusum.threshold > 2.0 * RULE.cusum.threshold
+    assert longer.cusum.threshold > RULE.cusum.threshold
+
+
+def test_the_distance_between_false_alarms_is_the_one_designed():
+    noise = Noise(0.4, 1.0)
+    asked = Takeover(hours=2.0 / 3600.0)
+    rule = DriverIntervention.design(noise, STEP, asked)
+    rule = replace(rule, cusum=replace(rule.cusum, restart=True))
+    values = asked.forgiven + 0.4 * np.random.default_rng(1).normal(size=2_000_000)
+    sums = run(np.maximum(values, 0.0), np.ones(len(values)), rule=rule)["sum"]
+    alarms = int((sums >= rule.cusum.threshold).sum())
+    assert len(values) / alarms == pytest.approx(2000.0, rel=0.15)
+
+
+def test_a_grip_ends_control_and_a_new_request_with_still_hands_brings_it_back():
+    hands = 2.0 * (since(2.0) - since(3.0))
+    request = since(1.2) - since(3.2) + since(3.4) - since(3.6) + since(4.5)
+    result = run(hands, request)
+    allowed, time = result["allowed"], np.arange(6000) * STEP
+    assert allowed[(time >= 1.2) & (time < 2.0)].all()
+    assert result["found"].sum() == 1.0
+    assert 2.0 <= time[result["found"] > 0.5][0] < 2.01
+    assert not allowed[(time > 2.01) & (time < 4.499)].any()
+    assert allowed[time > 4.501].all()
+
+
+def test_a_request_that_stays_does_not_bring_control_back():
+    assert not run(2.0 * (since(2.0) - since(2.5)), since(1.2))["allowed"][2100:].any()
+
+
+def test_control_is_not_given_to_whoever_holds_the_wheel():
+    assert not run(0.7 * since(0.0), since(1.5))["allowed"].any()
+    assert not run(0.0 * since(0.0), since(0.5))["allowed"].any()
+
+
+def test_what_is_forgiven_never_ends_control_and_what_must_be_found_always_does():
+    torque = np.where(since(1.5) > 0.5, 0.7, 0.0)
+    assert run(torque, since(1.2))["allowed"][-1] == 1.0
+    assert run(torque + 0.3 * since(1.5), since(1.2))["allowed"][-1] == 0.0
+
+
+def test_what_a_wrong_inertia_feigns_is_forgiven():
+    feigned = 0.0014 * 200.0
+    torque = (0.7 + feigned) * since(1.5)
+    assert run(torque, since(1.2), 200.0)["allowed"][-1] == 1.0
+    assert run(torque, since(1.2), 0.0)["allowed"][-1] == 0.0
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda: Takeover(torque=0.4),
+        lambda: Takeover(forgiven=-0.1),
+        lambda: Takeover(quiet_torque=0.0),
+        lambda: Takeover(hours=0.0),
+        lambda: DriverIntervention.design(Noise(0.0, 1.0), STEP),
+        lambda: replace(RULE, inertia_uncertainty=-1.0),
+        lambda: replace(RULE, cusum=replace(RULE.cusum, sides="both")),
+        lambda: noise_of(np.zeros(5000)),
+        lambda: noise_of(np.ones(3)),
+    ],
+)
+def test_wrong_numbers_are_refused(wrong):
+    with pytest.raises(ParameterError, match="expected|measure"):
+        wrong()
