@@ -20,7 +20,7 @@ from tierod.estimators.interacting import (
     weighed,
 )
 from tierod.estimators.kernels import usable
-from tierod.estimators.linear_algebra import Vector, add, diagonal, dot, product, unpack, upper
+from tierod.estimators.linear_algebra import Vector, add, diagonal, dot, pack, product, unpack
 from tierod.estimators.luenberger import check_gain
 from tierod.estimators.pole_placement import Gain
 from tierod.estimators.riccati import stationary_gain
@@ -208,12 +208,8 @@ def stationary_noise(system: LinearSystem, process_noise: Any, measurement_noise
     found = stationary_gain(system, process_noise, measurement_noise)
     return StationaryNoise(
         tuple(tuple(map(float, row)) for row in found.filter),
-        _packed(found.covariance),
-        _packed(found.innovation_covariance),
-        _packed(np.linalg.inv(found.innovation_covariance)),
+        pack(found.covariance.tolist()),
+        pack(found.innovation_covariance.tolist()),
+        pack(np.linalg.inv(found.innovation_covariance).tolist()),
         float(np.linalg.slogdet(found.innovation_covariance)[1]),
     )
-
-
-def _packed(matrix: np.ndarray) -> tuple[float, ...]:
-    return tuple(float(matrix[i, j]) for i, j in upper(len(matrix)))

@@ -5,33 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import leaves, rebuild
+from tierod.block import leaves
 from tierod.estimators.stationary_bank import StationaryBank
-from tierod.graph.maths import all_of, both, either, maximum, present, sqrt, where
+from tierod.graph.maths import both, present, sqrt, where
 from tierod.models.column_observation import MotorTorque
 from tierod.models.steering_column import ColumnOutput
+from tierod.monitors.driver_torque.starting import ColumnSample, Phase, Starting, StartState
 from tierod.monitors.driver_torque.tuning import ColumnTuning, Layout, design
 from tierod.monitors.driver_torque.vehicle_column import column_of_vehicle, usual_tuning
 from tierod.vehicles import Vehicle
 
 UNKNOWN = 10.0
 """Standard deviation of a torque of which nothing is known yet: more than hands usually give [N m]."""
-
-
-class ColumnSample(NamedTuple):
-    """What a column measures at one instant; NaN where a value is missing.
-
-    Args:
-        motor_torque: at the motor's shaft
-        steering_wheel_angle: above the torsion bar
-        motor_angle_mechanical: of the motor's shaft
-        driver_torque: in the torsion bar, positive towards left
-    """
-
-    motor_torque: Annotated[float, "N*m"]
-    steering_wheel_angle: Annotated[float, "rad"]
-    motor_angle_mechanical: Annotated[float, "rad"]
-    driver_torque: Annotated[float, "N*m"]
 
 
 class ColumnEstimate(NamedTuple):
@@ -69,21 +54,10 @@ class ColumnEstimate(NamedTuple):
 
 
 class ColumnMemory(NamedTuple):
-    """Memory of the observer.
-
-    Args:
-        bank: state of its filters
-        motor_torque: the last one that was there
-        missing: for how long samples have been incomplete [s]
-        started: 1 after the first complete sample
-        settling: how long the observer still settles after a start [s]
-    """
+    """Memory of the observer: state of its filters, and of the gaps in its samples."""
 
     bank: Any
-    motor_torque: Any
-    missing: Any
-    started: Any
-    settling: Any
+    start: StartState
 
 
 @dataclass(frozen=True)
@@ -91,16 +65,13 @@ class ColumnObserver:
     """Torque of the hands and of the disturbance, with the states of a steering column, from angles and torques.
 
     Two Kalman filters with stationary gains run side by side: one for hands whose torque has a rate, one for hands
-    that jump. The observer starts at its first complete sample as if at rest, and starts again after a gap longer than
-    `longest_gap`; in a gap the standard deviations grow, and they are those of no knowledge while it settles. A missing
-    motor torque is held.
+    that jump. The observer starts at its first complete sample as if at rest, and starts again after a long gap; in a
+    gap the standard deviations grow, and they are those of no knowledge while it settles. A missing motor torque is
+    held.
 
     Args:
         bank: the filters
-        layout: what else it knows of the column
-        longest_gap: after which a gap is a new start; a quarter of the period at which a driver still turns the wheel
-            is 0.05 s (5 Hz)
-        settling_time: of the filters, should the wheel turn at the start: ten times that of the one for jumps
+        starting: what it does in gaps
 
     Without the motor's angle (`outputs` of the tuning) what is below the bar is known through the bar alone: the
     disturbance torque becomes slower and noisier, and an offset of the bar cannot be told from a twist of it.
@@ -109,9 +80,7 @@ class ColumnObserver:
     """
 
     bank: StationaryBank
-    layout: Layout
-    longest_gap: Annotated[float, "s"] = 0.05
-    settling_time: Annotated[float, "s"] = 0.1
+    starting: Starting
 
     Sample = ColumnSample
 
@@ -146,57 +115,27 @@ class ColumnObserver:
             ParameterError: as `require_fit` says
         """
         made = design(parameters, sample_time, tuning or ColumnTuning())
-        return cls(made.bank, made.layout)
+        return cls(made.bank, Starting(made.layout))
 
     def init(self) -> ColumnMemory:
         """Not started."""
-        return ColumnMemory(self.bank.init(), 0.0, 0.0, 0.0, 0.0)
+        return ColumnMemory(self.bank.init(), self.starting.init())
 
     def step(self, state: ColumnMemory, sample: ColumnSample) -> tuple[ColumnMemory, ColumnEstimate]:
         """One sample on."""
-        measured = [getattr(sample, name) for name in self.layout.outputs]
-        motor = where(present(sample.motor_torque), sample.motor_torque, state.motor_torque)
-        complete = all_of(present(sample.motor_torque), *(present(value) for value in measured))
-        missing = where(complete, 0.0, state.missing + self.layout.sample_time)
-        restart = where(complete, either(state.started < 0.5, state.missing > self.longest_gap), 0.0)
-        started = where(complete, 1.0, state.started)
-        following = all_of(started > 0.5, missing <= self.longest_gap)
-        model = self.bank.model
-        moved, estimate = self.bank.step(state.bank, self.bank.Sample(MotorTorque(motor), model.Output(*measured)))
-        resting = self.resting(sample)
-        bank = _chosen(following, _chosen(restart, self.bank.at(resting), moved), state.bank)
-        mean = _chosen(restart, resting, estimate.mean)
-        mean = _chosen(following, mean, self.bank.mean(state.bank))
-        left = maximum(state.settling - self.layout.sample_time, 0.0)
-        settling = where(restart, self.settling_time, where(following, left, state.settling))
-        after = ColumnMemory(bank, motor, missing, started, settling)
-        return after, self._estimate(after, mean, estimate, following)
+        start, phase = self.starting.step(state.start, sample)
+        given = self.bank.Sample(MotorTorque(phase.motor_torque), self.bank.model.Output(*phase.measured))
+        moved, estimate = self.bank.step(state.bank, given)
+        resting = resting_state(self.bank.model, self.starting.layout, sample)
+        bank = phase.chosen(self.bank.at(resting), moved, state.bank)
+        return ColumnMemory(bank, start), self._estimate(start, self.bank.mean(bank), estimate, phase)
 
-    def resting(self, sample: ColumnSample) -> Any:
-        """The state of the filters if the column were at rest; zeros where values are missing."""
-        ratio, bar = self.layout.motor_ratio, _there(sample.driver_torque)
-        wheel = _there(sample.steering_wheel_angle)
-        gear = wheel - bar / self.layout.stiffness
-        motor = (
-            _there(sample.motor_angle_mechanical) if "motor_angle_mechanical" in self.layout.outputs else ratio * gear
-        )
-        known = {
-            "steering_wheel_angle": wheel,
-            "gear_angle": gear,
-            "motor_angle": motor,
-            "hand_torque": bar,
-            "disturbance_torque": _there(sample.motor_torque) + bar / ratio,
-        }
-        if self.layout.offset == "motor_angle_offset":
-            known |= {"motor_angle": ratio * gear, "motor_angle_offset": motor - ratio * gear}
-        return self.bank.model.State(*(known.get(name, 0.0) for name in self.bank.model.State._fields))
-
-    def _estimate(self, memory: ColumnMemory, mean: Any, estimate: Any, following: Any) -> ColumnEstimate:
-        layout = self.layout
-        ready = all_of(following, memory.settling <= 0.0)
-        unknown = where(both(memory.started > 0.5, memory.settling <= 0.0), 0.0, UNKNOWN**2)
-        hand = estimate.variance.hand_torque + layout.hand_torque_growth * memory.missing + unknown
-        disturbance = estimate.variance.disturbance_torque + layout.disturbance_torque_growth * memory.missing
+    def _estimate(self, start: StartState, mean: Any, estimate: Any, phase: Phase) -> ColumnEstimate:
+        layout = self.starting.layout
+        settled = both(start.started > 0.5, start.settling <= 0.0)
+        unknown = where(settled, 0.0, UNKNOWN**2)
+        hand = estimate.variance.hand_torque + layout.hand_torque_growth * start.missing + unknown
+        disturbance = estimate.variance.disturbance_torque + layout.disturbance_torque_growth * start.missing
         innovation = dict(zip(layout.outputs, (leaf for _, leaf in leaves(estimate.innovation)), strict=True))
         return ColumnEstimate(
             mean.hand_torque,
@@ -211,17 +150,35 @@ class ColumnObserver:
             getattr(mean, "gear_rate", mean.motor_speed / layout.motor_ratio),
             getattr(mean, layout.offset) if layout.offset else 0.0,
             ColumnOutput(*(innovation.get(name, 0.0) for name in ColumnOutput._fields)),
-            where(following, estimate.nis, 0.0),
-            where(following, estimate.present, 0.0),
-            where(ready, 1.0, 0.0),
+            where(phase.following, estimate.nis, 0.0),
+            where(phase.following, estimate.present, 0.0),
+            phase.ready,
         )
+
+
+def resting_state(model: Any, layout: Layout, sample: ColumnSample) -> Any:
+    """The state of a column's filter if the column were at rest under this sample; zeros where values are missing.
+
+    Args:
+        model: of the filter
+        layout: of the observer
+        sample: angles and torques
+    """
+    ratio, bar, wheel = layout.motor_ratio, _there(sample.driver_torque), _there(sample.steering_wheel_angle)
+    gear = wheel - bar / layout.stiffness
+    known_motor = "motor_angle_mechanical" in layout.outputs
+    motor = _there(sample.motor_angle_mechanical) if known_motor else ratio * gear
+    known = {
+        "steering_wheel_angle": wheel,
+        "gear_angle": gear,
+        "motor_angle": motor,
+        "hand_torque": bar,
+        "disturbance_torque": _there(sample.motor_torque) + bar / ratio,
+    }
+    if layout.offset == "motor_angle_offset":
+        known |= {"motor_angle": ratio * gear, "motor_angle_offset": motor - ratio * gear}
+    return model.State(*(known.get(name, 0.0) for name in model.State._fields))
 
 
 def _there(value: Any) -> Any:
     return where(present(value), value, 0.0)
-
-
-def _chosen(condition: Any, taken: Any, otherwise: Any) -> Any:
-    """One of two trees of the same shape."""
-    pairs = zip(leaves(taken), leaves(otherwise), strict=True)
-    return rebuild(otherwise, [where(condition, a, b) for (_, a), (_, b) in pairs])

@@ -1,0 +1,186 @@
+"""The observers of the paper: stationary Kalman filters of the full and of the reduced column, both torques walking."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from tierod.analysis.fitness import require_fit
+from tierod.analysis.reduction import balanced_reduction
+from tierod.errors import ParameterError, nearest
+from tierod.estimators.linear_algebra import pack, plus, product, times
+from tierod.estimators.riccati import stationary_gain
+from tierod.estimators.shapes import leaf_values
+from tierod.estimators.stationary import StationaryFilter
+from tierod.graph.maths import present, where
+from tierod.models.column_observation import MotorTorque, linear_column, observed_column
+from tierod.models.disturbances import with_disturbance_states
+from tierod.models.linear import LinearSystem
+from tierod.models.steering_column import ColumnOutput, ColumnParameters
+from tierod.models.two_inertia_column import TwoInertiaColumn, without_gear
+from tierod.monitors.driver_torque.starting import ColumnSample
+from tierod.monitors.driver_torque.tuning import ColumnTuning, linear_of
+
+COLUMNS = ("full", "series spring", "torsion bar", "printed spring", "balanced", "balanced without feed-through")
+"""What an observer of the paper may be made of: the full column, the mechanical reduction with one of its springs
+(`without_gear`), or the balanced reduction with the feed-through kept or, as in eq (17), dropped."""
+
+NOISES = replace(ColumnTuning(), hand_torque_walk=2.5, disturbance_torque_walk=2.0)
+"""The paper gives none. These leave a false torque of 0.09 N·m where there are no hands, as much as figure 10 shows."""
+
+_SIZES = {"motor_torque": 1.0, "hand_torque": 2.0, "disturbance_torque": 0.1}
+"""Typical inputs, for the balancing [N m]: the motor's, 2 N·m of hands, the friction of the bench."""
+
+
+_MEASURED = {"steering_wheel_angle": 1.0, "motor_angle_mechanical": 18.0, "driver_torque": 10.0}
+"""Typical outputs, for the balancing: a radian of the wheel, as much of the motor, the torque of a turn."""
+
+_SHIFT = 1.0
+"""By which the column, whose angle does not decay, is made to for the balancing; 0.1 to 3 give the same [1/s]."""
+
+
+class PrintedEstimate(NamedTuple):
+    """What an observer of the paper says of the column."""
+
+    hand_torque: Annotated[float, "N*m"]
+    disturbance_torque: Annotated[float, "N*m"]
+    steering_wheel_angle: Annotated[float, "rad"]
+    motor_angle_mechanical: Annotated[float, "rad"]
+    steering_wheel_rate: Annotated[float, "rad/s"]
+    motor_speed: Annotated[float, "rad/s"]
+
+
+_SHOWN = (
+    "hand_torque",
+    "disturbance_torque",
+    "steering_wheel_angle",
+    "motor_angle",
+    "steering_wheel_rate",
+    "motor_speed",
+)
+"""States behind `PrintedEstimate`, by the names of the columns."""
+
+
+@dataclass(frozen=True)
+class PrintedObserver:
+    """Torques of hands and disturbance as random walks, from a stationary Kalman filter, as the paper has it.
+
+    Args:
+        filter: of the column, full or reduced
+        shown: how the estimate follows from the filter's state, rows as in `PrintedEstimate`
+        fed: and how from the motor's torque
+
+    It starts at rest at zero; missing samples are treated as `StationaryFilter` does.
+
+    Source: Raffone, eqs (8), (12) to (18).
+    """
+
+    filter: StationaryFilter
+    shown: tuple[tuple[float, ...], ...]
+    fed: tuple[float, ...]
+
+    Sample = ColumnSample
+
+    @classmethod
+    def of_column(
+        cls, parameters: ColumnParameters, column: str, sample_time: float = 1e-3, noises: ColumnTuning = NOISES
+    ) -> PrintedObserver:
+        """An observer of a column with gear.
+
+        Args:
+            parameters: of the column
+            column: one of `COLUMNS`
+            sample_time: [s]
+            noises: walks of both torques, noises of the sensors
+
+        Raises:
+            ParameterError: no such column, or as `require_fit`
+        """
+        system = reduced(parameters, column)
+        observed = observed_column(system, sample_time, 1, 1)
+        require_fit(
+            observed.continuous,
+            f"the column ({column})",
+            stable="marginal",
+            observable=True,
+            sample_time=sample_time,
+        )
+        walks = {
+            "hand_torque": noises.hand_torque_walk**2 * sample_time,
+            "disturbance_torque": noises.disturbance_torque_walk**2 * sample_time,
+        }
+        process = [walks.get(name, 0.0) for name in observed.discrete.states]
+        found = stationary_gain(observed.discrete, process, noises.variances())
+        gain = tuple(tuple(map(float, row)) for row in found.filter)
+        n = len(process)
+        filter_ = StationaryFilter(
+            observed.model,
+            observed.parameters,
+            (0.0,) * n,
+            gain,
+            pack(found.covariance.tolist()),
+            pack(found.innovation_covariance.tolist()),
+        )
+        rows, fed = _shown(system)
+        return cls(filter_, rows, fed)
+
+    def init(self) -> Any:
+        """At rest."""
+        return self.filter.init()
+
+    def step(self, state: Any, sample: ColumnSample) -> tuple[Any, PrintedEstimate]:
+        """One sample on."""
+        measured = self.filter.model.Output(*(getattr(sample, name) for name in ColumnOutput._fields))
+        given = self.filter.Sample(MotorTorque(sample.motor_torque), measured)
+        state, estimate = self.filter.step(state, given)
+        motor = where(present(sample.motor_torque), sample.motor_torque, 0.0)
+        values = product(self.shown, leaf_values(estimate.mean))
+        shown = [plus(value, times(share, motor)) for value, share in zip(values, self.fed, strict=True)]
+        return state, PrintedEstimate(*shown)
+
+
+def reduced(parameters: ColumnParameters, column: str) -> LinearSystem:
+    """The column that an observer of the paper is made of, continuous, states of the wheel and motor as outputs too.
+
+    Args:
+        parameters: of the column with gear
+        column: one of `COLUMNS`
+
+    Raises:
+        ParameterError: no such column
+    """
+    if column not in COLUMNS:
+        raise ParameterError(f"there is no column '{column}'{nearest(column, COLUMNS)}; expected {', '.join(COLUMNS)}")
+    full = linear_of(parameters)
+    if column == "full":
+        return _with_states(full)
+    if column.startswith("balanced"):
+        kept = balanced_reduction(
+            full, 4, feed_through=column == "balanced", input_size=_SIZES, output_size=_MEASURED, shift=_SHIFT
+        )
+        named = kept.physical(*_SHOWN[2:], of=full)
+        return replace(named, states=tuple(name.replace(" ", "_") for name in named.states))
+    spring = {"series spring": "series", "printed spring": "printed"}.get(column, column)
+    return _with_states(linear_column(TwoInertiaColumn, without_gear(parameters, spring)))
+
+
+def _with_states(system: LinearSystem) -> LinearSystem:
+    """The system with the states of wheel and motor added to its outputs."""
+    states = _SHOWN[2:]
+    picked = np.array([[float(name == state) for name in system.states] for state in states])
+    D = np.vstack([system.D, np.zeros((len(states), system.D.shape[1]))])
+    return replace(system, C=np.vstack([system.C, picked]), D=D, outputs=(*system.outputs, *states))
+
+
+def _shown(system: LinearSystem) -> tuple[tuple[tuple[float, ...], ...], tuple[float, ...]]:
+    """How what is shown follows from the states of the filter, and from the motor's torque."""
+    extended = with_disturbance_states(system, {"hand_torque": 1, "disturbance_torque": 1})
+    rows, fed = [], []
+    for name in _SHOWN:
+        state = name in extended.states
+        at = extended.states.index(name) if state else len(ColumnOutput._fields) + _SHOWN[2:].index(name)
+        rows.append(tuple(map(float, np.eye(len(extended.A))[at] if state else extended.C[at])))
+        fed.append(0.0 if state else float(extended.D[at, 0]))
+    return tuple(rows), tuple(fed)
