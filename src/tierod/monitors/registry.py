@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from tierod.monitors.friction.definition import FRICTION
 from tierod.monitors.hysteresis.definition import HYSTERESIS
 from tierod.monitors.session import Monitor
+from tierod.monitors.sideslip.definition import SIDESLIP
 
-MONITORS: Mapping[str, Monitor] = {monitor.name: monitor for monitor in (FRICTION, HYSTERESIS)}
+MONITORS: Mapping[str, Monitor] = {monitor.name: monitor for monitor in (FRICTION, HYSTERESIS, SIDESLIP)}
 """By name, as given on the command line."""

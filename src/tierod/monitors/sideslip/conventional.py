@@ -1,0 +1,204 @@
+"""The conventional observer: sideslip, yaw rate, angle and rate of the steering at once, with one set of gains."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tierod.block import Tree, skeleton
+from tierod.estimators.kalman import KalmanFilter
+from tierod.estimators.linear_algebra import congruence
+from tierod.estimators.pole_placement import discrete_poles, place
+from tierod.graph.derivatives import jacobian
+from tierod.graph.maths import where
+from tierod.models.discretise import discretise
+from tierod.models.linear import LinearSystem
+from tierod.models.steered_vehicle import SteeredVehicle, aligning_torque
+from tierod.monitors.sideslip.observer import (
+    Found,
+    LowSpeed,
+    ObserverNoise,
+    Seen,
+    SteeringTorqueObserver,
+    finer_steps,
+)
+from tierod.monitors.sideslip.schedule import Design, ScheduledObserver, Scheduling, scheduled
+
+START = (0.1**2, 0.3**2, 0.3**2, 0.5**2)
+"""Variance of the state before the first sample, in the units of the states."""
+
+HELD = (0.02**2, 20.0**2)
+"""Growth in a second of the variances of sideslip angle [rad2] and aligning torque [N2 m2] while they are held."""
+
+FADING_TIME = 0.5
+"""In which that growth fades once the observer runs again [s]: the time of its slowest pole."""
+
+SLOWEST = 2.0
+"""Eigenvalue [1/s] taken for slower ones: near standstill the steering turns freely and one tends to zero."""
+
+FACTOR = 10.0
+"""How much farther left than the system's the observer's poles lie, as printed."""
+
+
+def sampled_model(sample_time: float) -> Any:
+    """The vehicle with its steering, sampled."""
+    return discretise(SteeredVehicle, "midpoint", finer_steps(sample_time))
+
+
+def variances(noise: ObserverNoise, sample_time: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Process and measurement noise of the four-state model, per sample."""
+    process = (noise.sideslip_angle, noise.yaw_rate, 0.02 * noise.road_wheel_rate, noise.road_wheel_rate)
+    reading = (noise.yaw_rate_reading, noise.road_wheel_angle_reading)
+    return tuple(q * q * sample_time for q in process), tuple(r * r for r in reading)
+
+
+@dataclass(frozen=True)
+class ConventionalKalman(SteeringTorqueObserver):
+    """The conventional observer with Kalman gains, which follow the speed by the covariance itself.
+
+    Args:
+        filter: over `SteeredVehicle`, sampled
+
+    Source: Yih, Ryu, Gerdes, eqs (13) to (15).
+    """
+
+    filter: KalmanFilter
+
+    def _start(self) -> Tree:
+        return self.filter.init()
+
+    def _observe(self, own: Tree, seen: Seen) -> tuple[Tree, Found]:
+        model, speed = self.filter.model, where(seen.running, seen.vehicle_speed, float("inf"))
+        inputs = model.Input(seen.road_wheel_torque, speed)
+        measured = model.Output(seen.yaw_rate, seen.road_wheel_angle)
+        own, estimate = self.filter.step(own, self.filter.Sample(inputs, measured))
+        safe = model.Input(seen.road_wheel_torque, seen.vehicle_speed)
+
+        def torque(mean: Any) -> Any:
+            return _aligning(mean, safe, self.filter.parameters.continuous)
+
+        rows = jacobian(lambda mean: (torque(mean),), own.mean)
+        (spread,) = congruence(rows, own.covariance)
+        return own, Found(
+            own.mean.sideslip_angle,
+            estimate.variance.sideslip_angle,
+            own.mean.road_wheel_angle,
+            torque(own.mean),
+            spread,
+            estimate.nis,
+            estimate.present,
+        )
+
+
+@dataclass(frozen=True)
+class ConventionalPoles(SteeringTorqueObserver):
+    """The conventional observer with poles placed at every speed.
+
+    Args:
+        observer: over `SteeredVehicle`, sampled
+
+    Source: Yih, Ryu, Gerdes, eqs (14) to (17).
+    """
+
+    observer: ScheduledObserver
+
+    def _start(self) -> Tree:
+        return self.observer.start()
+
+    def _observe(self, own: Tree, seen: Seen) -> tuple[Tree, Found]:
+        model = self.observer.model
+        inputs = model.Input(seen.road_wheel_torque, seen.vehicle_speed)
+        measured = model.Output(seen.yaw_rate, seen.road_wheel_angle)
+        own, found = self.observer.observe(own, inputs, measured, seen.vehicle_speed, seen.running)
+        torque = _aligning(found.mean, inputs, self.observer.parameters.continuous)
+        sideslip, spread = found.variances
+        return own, Found(
+            found.mean.sideslip_angle,
+            sideslip,
+            found.mean.road_wheel_angle,
+            torque,
+            spread,
+            found.nis,
+            found.readings,
+        )
+
+
+def conventional_kalman(
+    p: SteeredVehicle.Parameters, sample_time: float, noise: ObserverNoise | None = None
+) -> ConventionalKalman:
+    """The conventional observer of a car with Kalman gains.
+
+    Args:
+        p: of the car
+        sample_time: [s]
+        noise: of sensors and model
+    """
+    model = sampled_model(sample_time)
+    process, reading = variances(noise or ObserverNoise(), sample_time)
+    sampled = model.Parameters(p, sample_time)
+    filter_ = KalmanFilter(model, sampled, (0.0,) * 4, START, process, reading, full_covariance=True)
+    return ConventionalKalman(low_speed(p), filter_)
+
+
+def conventional_poles(
+    p: SteeredVehicle.Parameters, sample_time: float, factor: float = FACTOR, noise: ObserverNoise | None = None
+) -> ConventionalPoles:
+    """The conventional observer of a car with placed poles.
+
+    Args:
+        p: of the car
+        sample_time: [s]
+        factor: how much farther left than the system's the poles lie; they are real
+        noise: of sensors and model, for the standard deviation of the estimate
+
+    Raises:
+        ParameterError: the observer is not stable at every speed
+    """
+    model = sampled_model(sample_time)
+    process, reading = variances(noise or ObserverNoise(), sample_time)
+    free = dataclasses.replace(p, road_wheel_friction=0.0)
+    scheduling = Scheduling(SteeredVehicle, free, lambda speed: (0.0, speed), sample_time)
+
+    def asked(speed: float) -> np.ndarray:
+        inputs = model.Input(0.0, speed)
+        row = jacobian(lambda mean: (_aligning(mean, inputs, p),), skeleton(model.State))
+        return np.array([[1.0, 0.0, 0.0, 0.0], row[0]], float)
+
+    schedule = scheduled(scheduling, lambda design: placed(design, factor, sample_time), asked, process, reading)
+    growth = tuple(rate * sample_time for rate in HELD)
+    fading = float(np.exp(-sample_time / FADING_TIME))
+    observer = ScheduledObserver(model, model.Parameters(p, sample_time), schedule, 2, growth, fading)
+    return ConventionalPoles(low_speed(p), observer)
+
+
+def placed(design: Design, factor: float, sample_time: float) -> np.ndarray:
+    """A gain with real poles, factor times the sizes of the system's eigenvalues.
+
+    With two outputs the gain is not unique. Here the error of the yaw rate has a pole of its own and moves no other
+    error; the other three are seen by the steering angle alone, for which the gain is unique. So the gain is smooth
+    over the speed, and holds in neutral steer, where the yaw rate shows no sideslip.
+    """
+    A = design.system.A
+    size = np.maximum(np.sort(np.abs(np.linalg.eigvals(design.continuous.A))), SLOWEST)
+    poles = np.real(discrete_poles(-factor * size, sample_time))
+    rest, yaw = [0, 2, 3], 1
+    own, others = poles[1], poles[[0, 2, 3]]
+    part = LinearSystem.of(A[np.ix_(rest, rest)], np.array([[0.0, 1.0, 0.0]]))
+    predictor = np.zeros((4, 2))
+    predictor[:, 0] = A[:, yaw]
+    predictor[yaw, 0] -= own
+    predictor[rest, 1] = place(part, others)[:, 0]
+    predictor[yaw, 1] = A[yaw, 2]
+    return np.linalg.solve(A, predictor)
+
+
+def low_speed(p: Any) -> LowSpeed:
+    """What is given where a car crawls."""
+    return LowSpeed(p.rear_distance / (p.front_distance + p.rear_distance))
+
+
+def _aligning(mean: Any, inputs: Any, p: Any) -> Any:
+    return aligning_torque(*SteeredVehicle.parts(mean, inputs), p)

@@ -1,0 +1,76 @@
+"""The sideslip monitor and its variants, as users see them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from tierod.models.steered_vehicle import SteeredVehicle
+from tierod.monitors.own_level import OwnLevel
+from tierod.monitors.session import Monitor, Session, Variant
+from tierod.monitors.sideslip.conventional import conventional_kalman, conventional_poles
+from tierod.monitors.sideslip.session import TRUTHS, SideslipSession
+from tierod.monitors.sideslip.two_stage import two_stage_kalman, two_stage_poles
+from tierod.vehicles import Vehicle
+
+PAPER = "Yih, Ryu, Gerdes, Vehicle state estimation using steering torque (2004)"
+
+Opener = Callable[[Vehicle, float, OwnLevel | None], Session]
+
+
+def _paper(name: str, build: Callable[[SteeredVehicle.Parameters, float], Any]) -> Opener:
+    def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
+        block = build(vehicle.parameters_for(SteeredVehicle.Parameters), 1.0 / rate)
+        return SideslipSession(block, vehicle, rate, f"sideslip, {name}")
+
+    return open_
+
+
+_VARIANTS = (
+    Variant(
+        "two-stage-kalman",
+        "The steering tells the aligning torque, that and the yaw rate the sideslip; Kalman gains.",
+        f"{PAPER}, eqs (18) to (24)",
+        _paper("two-stage-kalman", two_stage_kalman),
+    ),
+    Variant(
+        "two-stage-poles",
+        "The same with placed poles: twice as fast as the vehicle at every speed.",
+        f"{PAPER}, eqs (18) to (25)",
+        _paper("two-stage-poles", two_stage_poles),
+    ),
+    Variant(
+        "conventional-kalman",
+        "Vehicle and steering in one observer of four states; Kalman gains.",
+        f"{PAPER}, eqs (13) to (15)",
+        _paper("conventional-kalman", conventional_kalman),
+    ),
+    Variant(
+        "conventional-poles",
+        "The same with placed poles, ten times as fast as the system as printed: passes much noise.",
+        f"{PAPER}, eqs (14) to (17)",
+        _paper("conventional-poles", conventional_poles),
+    ),
+)
+
+SIDESLIP = Monitor(
+    name="sideslip",
+    title="Sideslip of the vehicle",
+    summary="Estimates the sideslip angle and the aligning torque of the front tyres, with their uncertainty.",
+    source=PAPER,
+    required=("vehicle_speed", "yaw_rate"),
+    optional=(
+        "road_wheel_angle",
+        "steering_wheel_angle",
+        "lateral_acceleration",
+        "longitudinal_acceleration",
+        "motor_torque",
+        "motor_current",
+        *TRUTHS,
+    ),
+    rate=100.0,
+    minimum_rate=20.0,
+    maximum_age=0.1,
+    variants={variant.name: variant for variant in _VARIANTS},
+    default="two-stage-kalman",
+)

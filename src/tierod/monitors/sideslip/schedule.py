@@ -1,0 +1,238 @@
+"""An observer whose gain follows the speed: gains by design at some speeds, straight lines between them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Annotated, Any, NamedTuple, Self
+
+import numpy as np
+
+from tierod.block import Tree, rebuild, skeleton
+from tierod.errors import ParameterError
+from tierod.estimators.luenberger import observe
+from tierod.estimators.shapes import leaf_names
+from tierod.graph.maths import limit, present, where
+from tierod.models.linear import LinearSystem, linearise, sampled
+
+SPEEDS = tuple(float(speed) for speed in np.geomspace(0.5, 70.0, 24))
+"""Speeds [m/s] at which gains are designed: a quarter more from one to the next, so that lines follow 1/V to 1 %."""
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Numbers that follow the speed along straight lines; constant before the first speed and after the last.
+
+    Args:
+        speeds: ascending
+        first: values at the first speed
+        rises: of the values from each speed to the next
+    """
+
+    speeds: Annotated[tuple[float, ...], "m/s"]
+    first: tuple[float, ...]
+    rises: tuple[tuple[float, ...], ...]
+
+    @classmethod
+    def through(cls, speeds: Sequence[float], rows: Sequence[Sequence[float]]) -> Self:
+        """The schedule through some rows of values, one per speed."""
+        values = np.asarray(rows, float)
+        rises = tuple(tuple(float(v) for v in row) for row in np.diff(values, axis=0))
+        return cls(tuple(speeds), tuple(float(v) for v in values[0]), rises)
+
+    def at(self, speed: Any) -> tuple[Any, ...]:
+        """The values at a speed [m/s]."""
+        values = list(self.first)
+        for low, high, rises in zip(self.speeds, self.speeds[1:], self.rises, strict=False):
+            share = limit((speed - low) / (high - low), 0.0, 1.0)
+            values = [value + share * rise for value, rise in zip(values, rises, strict=True)]
+        return tuple(values)
+
+
+class ScheduledState(NamedTuple):
+    """Mean of the observer, and by how much the variances have grown while it was held."""
+
+    mean: Any
+    growth: tuple[Any, ...]
+
+
+class Scheduled(NamedTuple):
+    """What a scheduled observer gives: mean, variances of what was asked for, and the innovations."""
+
+    mean: Any
+    variances: tuple[Any, ...]
+    nis: Any
+    readings: Any
+
+
+@dataclass(frozen=True)
+class ScheduledObserver:
+    """An observer of two outputs with gains by speed; variances and innovations come from the same table.
+
+    Args:
+        model: discrete, linear in its state apart from friction
+        parameters: of the model
+        schedule: gain row by row, variances, and the inverse of the innovations' covariance (packed), by speed
+        asked: how many variances there are
+        growth: of each variance per sample, while the observer is held
+        fading: share of that growth which is left after a sample of observing
+    """
+
+    model: Any
+    parameters: Any
+    schedule: Schedule
+    asked: int
+    growth: tuple[float, ...]
+    fading: Annotated[float, ""]
+
+    def start(self) -> ScheduledState:
+        """At rest, straight ahead."""
+        return ScheduledState(skeleton(self.model.State), (0.0,) * self.asked)
+
+    def observe(self, state: ScheduledState, inputs: Tree, measured: Tree, speed: Any, running: Any) -> Any:
+        """One sample on; the state is held where the observer does not run.
+
+        Args:
+            state: after the sample before
+            inputs, measured: of the model; a measurement may be missing, an input may not
+            speed: for which the gain is taken [m/s]
+            running: whether the observer runs
+        """
+        values = self.schedule.at(speed)
+        n, m = len(leaf_names(self.model.State)), len(leaf_names(self.model.Output))
+        gain = [values[row * m : (row + 1) * m] for row in range(n)]
+        variances, weight = values[n * m : n * m + self.asked], values[n * m + self.asked :]
+        sample = _Sample(inputs, measured)
+        done = observe(self.model, self.parameters, gain, state.mean, sample)  # type: ignore[arg-type]
+        mean = tuple(where(running, new, old) for new, old in zip(done.mean, state.mean, strict=True))
+        growth = tuple(
+            where(running, self.fading * old, old + more) for old, more in zip(state.growth, self.growth, strict=True)
+        )
+        there = [present(value) for value in done.innovation]
+        first, second = (where(flag, value, 0.0) for flag, value in zip(there, done.innovation, strict=True))
+        nis = weight[0] * first * first + 2.0 * weight[1] * first * second + weight[2] * second * second
+        readings = where(there[0], 1.0, 0.0) + where(there[1], 1.0, 0.0)
+        after = ScheduledState(rebuild(state.mean, mean), growth)
+        total = tuple(at + more for at, more in zip(variances, growth, strict=True))
+        return after, Scheduled(after.mean, total, nis, readings)
+
+
+class _Sample(NamedTuple):
+    input: Any
+    measured: Any
+
+
+class Design(NamedTuple):
+    """What the gain of one speed is designed for.
+
+    Args:
+        system: the sampled model at that speed, without friction
+        continuous: the same before sampling, for its eigenvalues
+    """
+
+    system: LinearSystem
+    continuous: LinearSystem
+
+
+Gain = Callable[[Design], np.ndarray]
+"""Gain of the full-order observer, (n, 2), for one speed."""
+Functionals = Callable[[float], np.ndarray]
+"""Rows over the state whose variances are wanted, at a speed [m/s]."""
+
+
+@dataclass(frozen=True)
+class Scheduling:
+    """A model whose speed is held, at any speed; sampled exactly.
+
+    Args:
+        model: continuous
+        parameters: of the model, without friction
+        inputs: of the model at a speed
+        sample_time: [s]
+    """
+
+    model: Any
+    parameters: Any
+    inputs: Callable[[float], tuple]
+    sample_time: Annotated[float, "s"]
+
+    def at(self, speed: float) -> Design:
+        """The model at a speed [m/s]."""
+        origin = tuple(0.0 for _ in leaf_names(self.model.State))
+        continuous = linearise(self.model, self.parameters, origin, self.inputs(speed))
+        return Design(sampled(continuous, self.sample_time), continuous)
+
+
+def scheduled(
+    model: Scheduling, gain: Gain, functionals: Functionals, process: Sequence[float], reading: Sequence[float]
+) -> Schedule:
+    """Gains, variances and weights at all speeds.
+
+    Args:
+        model: at any speed
+        gain: how a gain is designed
+        functionals: what variances are wanted
+        process: variance that each state gains per sample
+        reading: variance of each measurement
+
+    Raises:
+        ParameterError: at a speed between two of the table the observer is not stable
+    """
+    rows, gains = [], []
+    for speed in SPEEDS:
+        design = model.at(speed)
+        chosen = np.asarray(gain(design), float)
+        spread = stationary_covariance(design.system, chosen, process, reading)
+        asked = functionals(speed)
+        weight = np.linalg.inv(spread.innovation)
+        spreads = np.einsum("ij,jk,ik->i", asked, spread.corrected, asked)
+        gains.append(chosen)
+        rows.append([*chosen.ravel(), *spreads, weight[0, 0], weight[0, 1], weight[1, 1]])
+    _require_stable_between(model, gains)
+    return Schedule.through(SPEEDS, rows)
+
+
+class Spread(NamedTuple):
+    """Covariance of the estimate after a sample, and of the innovation."""
+
+    corrected: np.ndarray
+    innovation: np.ndarray
+
+
+def stationary_covariance(
+    system: LinearSystem, gain: np.ndarray, process: Sequence[float], reading: Sequence[float]
+) -> Spread:
+    """What noise makes of an observer with a fixed gain, in the long run.
+
+    Args:
+        system: discrete
+        gain: K of x = x- + K (y - C x-)
+        process: variance that each state gains per sample
+        reading: variance of each measurement
+
+    Source: P = (I - K C)(A P A' + Q)(I - K C)' + K R K' (Joseph), solved for P.
+    """
+    from scipy.linalg import solve_discrete_lyapunov
+
+    A, C, Q, R = system.A, system.C, np.diag(process), np.diag(reading)
+    left = np.eye(len(A)) - gain @ C
+    corrected = solve_discrete_lyapunov(left @ A, left @ Q @ left.T + gain @ R @ gain.T)
+    return Spread(corrected, C @ (A @ corrected @ A.T + Q) @ C.T + R)
+
+
+def error_radius(system: LinearSystem, gain: np.ndarray) -> float:
+    """Largest size of the eigenvalues of the error, (I - K C) A; below one it decays."""
+    return float(np.abs(np.linalg.eigvals((np.eye(len(system.A)) - gain @ system.C) @ system.A)).max())
+
+
+def _require_stable_between(model: Scheduling, gains: Sequence[np.ndarray]) -> None:
+    for k, (low, high) in enumerate(pairwise(SPEEDS)):
+        for share in (0.25, 0.5, 0.75):
+            speed = low + share * (high - low)
+            worst = error_radius(model.at(speed).system, (1.0 - share) * gains[k] + share * gains[k + 1])
+            if worst >= 1.0:
+                raise ParameterError(
+                    f"at {speed:.3g} m/s, between two speeds for which the observer was designed, its error grows by "
+                    f"{worst:.6g} a sample; take slower poles"
+                )

@@ -1,0 +1,254 @@
+"""The two-stage observer: the steering tells the aligning torque, and that and the yaw rate tell the sideslip."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tierod.block import Tree
+from tierod.estimators.kalman import KalmanFilter
+from tierod.estimators.luenberger import Luenberger
+from tierod.estimators.pole_placement import discrete_poles, observer_gain
+from tierod.graph.maths import present, where
+from tierod.models.discretise import discretise
+from tierod.models.linear import linearise
+from tierod.models.steer_by_wire import DisturbedSteering
+from tierod.models.steered_vehicle import SteeredVehicle, TorqueShownVehicle
+from tierod.monitors.sideslip.observer import (
+    Found,
+    LowSpeed,
+    ObserverNoise,
+    Seen,
+    SteeringTorqueObserver,
+    finer_steps,
+)
+from tierod.monitors.sideslip.schedule import (
+    Design,
+    ScheduledObserver,
+    Scheduling,
+    scheduled,
+    stationary_covariance,
+)
+
+DISTURBANCE_POLES = (-60.0, -65.0, -70.0)
+"""Of the disturbance observer [1/s]: three times as fast as the vehicle at the speed of the test, a little apart."""
+
+FACTOR = 2.0
+"""How much faster than the vehicle its observer is; more passes more of the disturbance observer's error."""
+
+SLOWEST = 2.0
+"""Eigenvalue of the vehicle [1/s] taken for slower ones, at the highest speeds."""
+
+STEERING_START = (0.3**2, 0.5**2, 100.0**2)
+VEHICLE_START = (0.1**2, 0.3**2)
+"""Variances before the first sample, in the units of the states."""
+
+HELD = (0.02**2, 20.0**2)
+"""Growth in a second of the variances of sideslip angle [rad2] and aligning torque [N2 m2] while they are held."""
+
+FADING_TIME = 0.5
+"""In which that growth fades once the observer runs again [s]."""
+
+
+class Stages(NamedTuple):
+    """States of both observers."""
+
+    steering: Any
+    vehicle: Any
+
+
+def sampled_steering(sample_time: float) -> Any:
+    """The steering with its disturbance, sampled."""
+    return discretise(DisturbedSteering, "midpoint", finer_steps(sample_time))
+
+
+def sampled_vehicle(sample_time: float) -> Any:
+    """The vehicle as yaw rate and aligning torque show it, sampled."""
+    return discretise(TorqueShownVehicle, "midpoint", finer_steps(sample_time))
+
+
+@dataclass(frozen=True)
+class TwoStageKalman(SteeringTorqueObserver):
+    """Both stages with Kalman gains; those of the second follow the speed by the covariance itself.
+
+    Args:
+        steering: over `DisturbedSteering`, sampled
+        vehicle: over `TorqueShownVehicle`, sampled
+
+    Source: Yih, Ryu, Gerdes, eqs (18) to (20) and (22) to (24).
+    """
+
+    steering: KalmanFilter
+    vehicle: KalmanFilter
+
+    def _start(self) -> Tree:
+        return Stages(self.steering.init(), self.vehicle.init())
+
+    def _observe(self, own: Stages, seen: Seen) -> tuple[Tree, Found]:
+        outer, inner = self.steering.model, self.vehicle.model
+        given = outer.Input(where(seen.running, seen.road_wheel_torque, float("inf")))
+        sample = self.steering.Sample(given, outer.Output(seen.road_wheel_angle))
+        steering, disturbed = self.steering.step(own.steering, sample)
+        torque, angle = steering.mean.self_aligning_torque, steered(seen, steering.mean)
+        inputs = inner.Input(angle, where(seen.running, seen.vehicle_speed, float("inf")))
+        vehicle, found = self.vehicle.step(
+            own.vehicle, self.vehicle.Sample(inputs, inner.Output(seen.yaw_rate, torque))
+        )
+        return Stages(steering, vehicle), Found(
+            vehicle.mean.sideslip_angle,
+            found.variance.sideslip_angle,
+            steering.mean.road_wheel_angle,
+            torque,
+            disturbed.variance.self_aligning_torque,
+            found.nis,
+            found.present,
+        )
+
+
+@dataclass(frozen=True)
+class TwoStagePoles(SteeringTorqueObserver):
+    """Both stages with placed poles; those of the second at every speed.
+
+    Args:
+        steering: over `DisturbedSteering`, sampled
+        vehicle: over `TorqueShownVehicle`, sampled
+        torque_variance: of the aligning torque [N2 m2]
+
+    Source: Yih, Ryu, Gerdes, eqs (18) to (25).
+    """
+
+    steering: Luenberger
+    vehicle: ScheduledObserver
+    torque_variance: float
+
+    def _start(self) -> Tree:
+        return Stages(self.steering.init(), self.vehicle.start())
+
+    def _observe(self, own: Stages, seen: Seen) -> tuple[Tree, Found]:
+        outer, inner = self.steering.model, self.vehicle.model
+        given = outer.Input(where(seen.running, seen.road_wheel_torque, float("inf")))
+        sample = self.steering.Sample(given, outer.Output(seen.road_wheel_angle))
+        steering, _ = self.steering.step(own.steering, sample)
+        torque = steering.self_aligning_torque
+        inputs = inner.Input(steered(seen, steering), seen.vehicle_speed)
+        measured = inner.Output(seen.yaw_rate, torque)
+        vehicle, found = self.vehicle.observe(own.vehicle, inputs, measured, seen.vehicle_speed, seen.running)
+        sideslip, grown = found.variances
+        return Stages(steering, vehicle), Found(
+            found.mean.sideslip_angle,
+            sideslip,
+            steering.road_wheel_angle,
+            torque,
+            self.torque_variance + grown,
+            found.nis,
+            found.readings,
+        )
+
+
+def steered(seen: Seen, steering: Any) -> Any:
+    """The measured angle of the road wheels [rad], or the disturbance observer's where that is missing."""
+    return where(present(seen.road_wheel_angle), seen.road_wheel_angle, steering.road_wheel_angle)
+
+
+def two_stage_kalman(
+    p: SteeredVehicle.Parameters, sample_time: float, noise: ObserverNoise | None = None
+) -> TwoStageKalman:
+    """The two-stage observer of a car with Kalman gains.
+
+    Args:
+        p: of the car
+        sample_time: [s]
+        noise: of sensors and model
+    """
+    noise = noise or ObserverNoise()
+    model, process, reading = _steering(noise, sample_time)
+    steering = KalmanFilter(
+        model, model.Parameters(_part(p, DisturbedSteering), sample_time), (0.0,) * 3, STEERING_START, process, reading
+    )
+    inner, own, readings = _vehicle(noise, sample_time)
+    vehicle = KalmanFilter(
+        inner, inner.Parameters(_part(p, TorqueShownVehicle), sample_time), (0.0,) * 2, VEHICLE_START, own, readings
+    )
+    return TwoStageKalman(_low_speed(p), steering, vehicle)
+
+
+def two_stage_poles(
+    p: SteeredVehicle.Parameters,
+    sample_time: float,
+    factor: float = FACTOR,
+    disturbance_poles: tuple[float, float, float] = DISTURBANCE_POLES,
+    noise: ObserverNoise | None = None,
+) -> TwoStagePoles:
+    """The two-stage observer of a car with placed poles.
+
+    Args:
+        p: of the car
+        sample_time: [s]
+        factor: how much faster than the vehicle its observer is
+        disturbance_poles: of the first stage [1/s]
+        noise: of sensors and model, for the standard deviations
+
+    Raises:
+        ParameterError: the observer is not stable at every speed
+    """
+    noise = noise or ObserverNoise()
+    model, process, reading = _steering(noise, sample_time)
+    free = dataclasses.replace(_part(p, DisturbedSteering), road_wheel_friction=0.0)
+    system = linearise(model, model.Parameters(free, sample_time), (0.0,) * 3, (0.0,))
+    gain = observer_gain(system, discrete_poles(disturbance_poles, sample_time))
+    spread = stationary_covariance(system, np.array(gain), process, reading).corrected
+    steering = Luenberger(model, model.Parameters(_part(p, DisturbedSteering), sample_time), (0.0,) * 3, gain)
+    return TwoStagePoles(_low_speed(p), steering, _second(p, sample_time, factor, noise), float(spread[2, 2]))
+
+
+def _second(p: SteeredVehicle.Parameters, sample_time: float, factor: float, noise: ObserverNoise) -> ScheduledObserver:
+    inner, process, reading = _vehicle(noise, sample_time)
+    own = _part(p, TorqueShownVehicle)
+    sampled = inner.Parameters(own, sample_time)
+    scheduling = Scheduling(TorqueShownVehicle, own, lambda speed: (0.0, speed), sample_time)
+    schedule = scheduled(
+        scheduling,
+        lambda design: decoupled(design, factor, sample_time),
+        lambda speed: np.array([[1.0, 0.0], [0.0, 0.0]]),
+        process,
+        reading,
+    )
+    growth = tuple(rate * sample_time for rate in HELD)
+    return ScheduledObserver(inner, sampled, schedule, 2, growth, float(np.exp(-sample_time / FADING_TIME)))
+
+
+def decoupled(design: Design, factor: float, sample_time: float) -> np.ndarray:
+    """A gain with real poles, factor times the sizes of the vehicle's eigenvalues.
+
+    Two outputs show both states at once, so every error can be given a pole of its own and no error moves another:
+    of all gains with these poles this one is taken. Sideslip is then corrected by the aligning torque alone.
+    """
+    A, C = design.system.A, design.system.C
+    size = np.maximum(np.sort(np.abs(np.linalg.eigvals(design.continuous.A))), SLOWEST)
+    poles = np.real(discrete_poles(-factor * size, sample_time))
+    return (A - np.diag(poles)) @ np.linalg.inv(C @ A)
+
+
+def _steering(noise: ObserverNoise, sample_time: float) -> tuple[Any, tuple[float, ...], tuple[float, ...]]:
+    """Model of the first stage; its process and measurement noise per sample."""
+    process = (0.02 * noise.road_wheel_rate, noise.road_wheel_rate, noise.self_aligning_torque)
+    variances = tuple(q * q * sample_time for q in process)
+    return sampled_steering(sample_time), variances, (noise.road_wheel_angle_reading**2,)
+
+
+def _vehicle(noise: ObserverNoise, sample_time: float) -> tuple[Any, tuple[float, ...], tuple[float, ...]]:
+    """Model of the second stage; its process and measurement noise per sample."""
+    process = (noise.sideslip_angle**2 * sample_time, noise.yaw_rate**2 * sample_time)
+    return sampled_vehicle(sample_time), process, (noise.yaw_rate_reading**2, noise.torque_variance(sample_time))
+
+
+def _part(p: Any, model: Any) -> Any:
+    """The parameters of a part of the vehicle."""
+    return model.Parameters(*(getattr(p, each.name) for each in dataclasses.fields(model.Parameters)))
+
+
+def _low_speed(p: Any) -> LowSpeed:
+    return LowSpeed(p.rear_distance / (p.front_distance + p.rear_distance))
