@@ -8,6 +8,7 @@ from typing import Any
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.session import Monitor, Session, Variant
+from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.conventional import conventional_kalman, conventional_poles
 from tierod.monitors.sideslip.session import TRUTHS, SideslipSession
 from tierod.monitors.sideslip.two_stage import two_stage_kalman, two_stage_poles
@@ -21,12 +22,36 @@ Opener = Callable[[Vehicle, float, OwnLevel | None], Session]
 def _paper(name: str, build: Callable[[SteeredVehicle.Parameters, float], Any]) -> Opener:
     def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
         block = build(vehicle.parameters_for(SteeredVehicle.Parameters), 1.0 / rate)
-        return SideslipSession(block, vehicle, rate, f"sideslip, {name}")
+        return SideslipSession(block, vehicle, rate, f"sideslip, {name}", needs_torque=True)
 
     return open_
 
 
+def _combined(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
+    block = CombinedSideslip.of_vehicle(vehicle, 1.0 / rate)
+    return SideslipSession(block, vehicle, rate, "sideslip, combined", COMBINED_TRACES)
+
+
+COMBINED_TRACES = {
+    "front_stiffness": ("front_stiffness_ratio", ""),
+    "front_stiffness_deviation": ("front_stiffness_ratio_standard_deviation", ""),
+    "rear_stiffness": ("rear_stiffness_ratio", ""),
+    "rear_stiffness_deviation": ("rear_stiffness_ratio_standard_deviation", ""),
+    "front_friction_used": ("front_friction_used", ""),
+    "front_friction_used_deviation": ("front_friction_used_standard_deviation", ""),
+    "bank_angle": ("estimated_bank_angle", "rad"),
+    "bank_angle_deviation": ("estimated_bank_angle_standard_deviation", "rad"),
+    "limit_ahead": ("limit_ahead", ""),
+}
+"""What the combined estimator shows beside the sideslip: stiffness as a share of the vehicle file's, grip, bank."""
+
 _VARIANTS = (
+    Variant(
+        "combined",
+        "All that the car measures in one filter; stiffness, friction and bank are followed. Needs no steering torque.",
+        f"beyond {PAPER}; docs/sideslip.md",
+        _combined,
+    ),
     Variant(
         "two-stage-kalman",
         "The steering tells the aligning torque, that and the yaw rate the sideslip; Kalman gains.",
@@ -72,5 +97,5 @@ SIDESLIP = Monitor(
     minimum_rate=20.0,
     maximum_age=0.1,
     variants={variant.name: variant for variant in _VARIANTS},
-    default="two-stage-kalman",
+    default="combined",
 )

@@ -79,6 +79,7 @@ class SideslipSession(BlockSession):
         rate: of the samples [Hz]
         name: of monitor and variant
         more: further outputs shown over time: output -> (name in the report, unit)
+        needs_torque: whether it cannot run without the torque of the steering
     """
 
     def __init__(
@@ -88,14 +89,14 @@ class SideslipSession(BlockSession):
         rate: float,
         name: str,
         more: Mapping[str, tuple[str, str]] | None = None,
+        needs_torque: bool = False,
     ):
         block = FromCarSignals.of_vehicle(estimator, vehicle)
         super().__init__(block, TRACES | dict(more or {}))
         self.traces = {**self.traces, "true_sideslip_angle": "rad"}
         self.signals = tuple(dict.fromkeys((*self.signals, *JUDGED, *TRUTHS)))
         self.name, self.rate, self._ratio = name, rate, block.ratio.steering_ratio
-        self._needs_torque = "road_wheel_torque" in estimator.Sample._fields  # type: ignore[attr-defined]
-        self._torque_known = block.actuator is not None
+        self._needs_torque, self._torque_known = needs_torque, block.actuator is not None
         self._signs, self._consistency = SignsOverDrive(), ConsistencyAccumulator()
         self._over = _OverDrive()
 
