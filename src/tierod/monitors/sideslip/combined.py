@@ -14,11 +14,13 @@ from tierod.errors import ParameterError
 from tierod.estimators.kalman import KalmanFilter
 from tierod.estimators.linear_algebra import congruence, diagonal
 from tierod.estimators.shapes import Belief
+from tierod.filters.jump_gate import JumpGate
 from tierod.graph.derivatives import jacobian
 from tierod.graph.maths import absolute, arctan, both, exp, limit, maximum, present, sqrt, where
 from tierod.models.lateral_motion import LateralParameters, Sampled, lateral_motion
 from tierod.monitors.sideslip.combined_sample import CombinedEstimate, CombinedSample
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning, per_sample
+from tierod.monitors.sideslip.vehicle_tuning import tuning_of
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.vehicles.vehicle import Vehicle
 
@@ -35,6 +37,14 @@ START = {
 }
 """Standard deviation of the motion before the first sample, in the units of the states."""
 
+
+GATE = 10.83
+"""Bound of a reading's squared innovation over its variance, and of a jump of the steering angle: what 99.9 % of a
+chi-square with one degree of freedom stay within."""
+
+STEERING_RATE = 0.3
+"""Standard deviation of the road wheels' rate [rad/s], against jumps of their angle: three of them are the 1 rad/s of a
+driver who turns the wheel by 800 degrees per second."""
 
 FARTHEST = 3.5
 """Standard deviations of its prior that an unknown may be away from its usual value: a guard against running away."""
@@ -64,11 +74,18 @@ class Derived(NamedTuple):
 
 
 class CombinedState(NamedTuple):
-    """Belief of the filter, and the last speed and road-wheel angle that it was given."""
+    """Belief of the filter, the last speed and road-wheel angle that it was given, and the gate of that angle."""
 
     belief: Belief
     vehicle_speed: Any
     road_wheel_angle: Any
+    angle_gate: Any
+
+
+class SteeringAngle(NamedTuple):
+    """What the gate against jumps watches."""
+
+    road_wheel_angle: Annotated[float, "rad"]
 
 
 @dataclass(frozen=True)
@@ -79,7 +96,8 @@ class CombinedSideslip:
     and without speed it holds its last estimate, whose variance grows. Build it with `of_vehicle`.
 
     Args:
-        filter: over `tierod.models.lateral_motion`
+        filter: over `tierod.models.lateral_motion`; its gate weakens readings that do not fit
+        angle_gate: against jumps of a steering angle that is taken as known
         growth: variance per sample of every state while the estimate is held
         most: variance up to which it grows
         free_rate: variance per sample of the road wheels' rate while the actuator's torque is not known
@@ -91,6 +109,7 @@ class CombinedSideslip:
     """
 
     filter: KalmanFilter
+    angle_gate: JumpGate
     growth: tuple[float, ...]
     most: tuple[float, ...]
     free_rate: Annotated[float, "rad**2/s**2", NOT_NEGATIVE] = 0.0
@@ -109,7 +128,7 @@ class CombinedSideslip:
         Args:
             vehicle: at least mass, yaw inertia, distances and cornering stiffnesses, see `LateralParameters`
             sample_time: of the samples [s]
-            tuning: the default one where None
+            tuning: the default one where None, with the noises that the vehicle file names
             steering: whether the road wheels' motion is estimated from the actuator's torque; where None, if the
                 vehicle file gives `road_wheel_inertia`
 
@@ -117,6 +136,7 @@ class CombinedSideslip:
             ParameterError: the vehicle file lacks a parameter, or the sample time is not positive
         """
         steering = "road_wheel_inertia" in vehicle if steering is None else steering
+        tuning = tuning_of(vehicle) if tuning is None else tuning
         return cls.of_parameters(vehicle.parameters_for(LateralParameters), sample_time, tuning, steering)
 
     @classmethod
@@ -162,7 +182,9 @@ class CombinedSideslip:
                 initial_variance=tuple(first[name] for name in names),
                 process_noise=tuple(process.get(name, 0.0) for name in names),
                 measurement_noise=tuple(getattr(noises, name) ** 2 for name in readings),
+                gate=GATE,
             ),
+            JumpGate(SteeringAngle, sample_time, 0.0, STEERING_RATE, GATE),
             growth=tuple(held.get(name, 0.0) for name in names),
             most=tuple(first[name] for name in names),
             free_rate=per_sample(noises.free_road_wheel_rate, sample_time),
@@ -178,10 +200,13 @@ class CombinedSideslip:
 
     def init(self) -> CombinedState:
         """Straight ahead, with everything as the vehicle file tells."""
-        return CombinedState(self.filter.init(), self.slowest, 0.0)
+        return CombinedState(self.filter.init(), self.slowest, 0.0, self.angle_gate.init())
 
     def step(self, state: CombinedState, sample: CombinedSample) -> tuple[CombinedState, CombinedEstimate]:
         """One sample on."""
+        angle_gate, gated = self.angle_gate.step(state.angle_gate, SteeringAngle(sample.road_wheel_angle))
+        if not self.filter.model.steering:
+            sample = sample._replace(road_wheel_angle=gated.road_wheel_angle)
         moving = both(present(sample.vehicle_speed), sample.vehicle_speed > self.slowest)
         angle_known = present(sample.road_wheel_angle)
         running = moving if self.filter.model.steering else both(moving, angle_known)
@@ -199,7 +224,7 @@ class CombinedSideslip:
         if not self.filter.model.steering:
             seen = seen._replace(road_wheel_angle=angle)
         held = where(running, 0.0, 1.0)
-        return CombinedState(belief, speed, angle), self._estimate(belief, seen, estimate, held)
+        return CombinedState(belief, speed, angle, angle_gate), self._estimate(belief, seen, estimate, held)
 
     def _inputs(self, sample: CombinedSample) -> tuple[Any, Any]:
         """What drives the model, every value finite but the speed's, and whether the road wheels turn freely."""

@@ -1,0 +1,87 @@
+"""What a vehicle file tells of noises and of what wanders: the tuning of the combined estimator for this car."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Annotated
+
+from tierod.monitors.sideslip.combined_tuning import CombinedTuning, Wandering
+from tierod.vehicles.vehicle import Vehicle
+
+USUAL = CombinedTuning()
+
+USUAL_TIME = 60.0
+"""Over which a wander changes where neither the file nor the usual tuning says [s]."""
+
+
+@dataclass(frozen=True)
+class VehicleTuning:
+    """Noises and wanders as a vehicle file names them; where it does not, those of `CombinedTuning`.
+
+    Args:
+        yaw_rate_noise, lateral_acceleration_noise: of one reading, with the vibration that reaches the sensor
+        lateral_speed_drift, yaw_rate_drift: growth of what the tyre model lacks
+        stiffness_wander, stiffness_wander_time: of the cornering stiffness of both axles, relative
+        friction_wander: of the tyres' friction, relative
+        bank_wander, bank_wander_time: of the road
+        lateral_acceleration_wander, lateral_acceleration_wander_time: bias of the sensor
+        road_wheel_angle_wander, road_wheel_angle_wander_time: error of the angle, as of a ratio that is not constant
+
+    A wander of zero is none: its unknown is left out.
+    """
+
+    yaw_rate_noise: Annotated[float, "rad/s"] = USUAL.noises.yaw_rate_reading
+    lateral_acceleration_noise: Annotated[float, "m/s**2"] = USUAL.noises.lateral_acceleration_reading
+    lateral_speed_drift: Annotated[float, "m/s**1.5"] = USUAL.noises.lateral_speed
+    yaw_rate_drift: Annotated[float, "rad/s**1.5"] = USUAL.noises.yaw_rate
+    stiffness_wander: Annotated[float, ""] | None = None
+    stiffness_wander_time: Annotated[float, "s"] | None = None
+    friction_wander: Annotated[float, ""] | None = None
+    bank_wander: Annotated[float, "rad"] | None = None
+    bank_wander_time: Annotated[float, "s"] | None = None
+    lateral_acceleration_wander: Annotated[float, "m/s**2"] | None = None
+    lateral_acceleration_wander_time: Annotated[float, "s"] | None = None
+    road_wheel_angle_wander: Annotated[float, "rad"] | None = None
+    road_wheel_angle_wander_time: Annotated[float, "s"] | None = None
+
+
+def tuning_of(vehicle: Vehicle, usual: CombinedTuning = USUAL) -> CombinedTuning:
+    """The tuning of the combined estimator for a vehicle.
+
+    Args:
+        vehicle: whose file may name parameters of `VehicleTuning`
+        usual: the tuning where it does not
+    """
+    given = vehicle.parameters_for(VehicleTuning)
+    stiffness = given.stiffness_wander, given.stiffness_wander_time
+    return dataclasses.replace(
+        usual,
+        log_front_stiffness=_wandering(usual.log_front_stiffness, *stiffness),
+        log_rear_stiffness=_wandering(usual.log_rear_stiffness, *stiffness),
+        log_friction=_wandering(usual.log_friction, given.friction_wander, None),
+        bank_angle=_wandering(usual.bank_angle, given.bank_wander, given.bank_wander_time),
+        lateral_acceleration_bias=_wandering(
+            usual.lateral_acceleration_bias, given.lateral_acceleration_wander, given.lateral_acceleration_wander_time
+        ),
+        road_wheel_angle_offset=_wandering(
+            usual.road_wheel_angle_offset, given.road_wheel_angle_wander, given.road_wheel_angle_wander_time
+        ),
+        noises=dataclasses.replace(
+            usual.noises,
+            lateral_speed=given.lateral_speed_drift,
+            yaw_rate=given.yaw_rate_drift,
+            yaw_rate_reading=given.yaw_rate_noise,
+            lateral_acceleration_reading=given.lateral_acceleration_noise,
+        ),
+    )
+
+
+def _wandering(usual: Wandering | None, deviation: float | None, time: float | None) -> Wandering | None:
+    """The wander with what is given of it; None where it is given as zero, or is neither usual nor given."""
+    if deviation == 0.0 or (usual is None and deviation is None):
+        return None
+    start = usual or Wandering(1.0, USUAL_TIME)
+    return dataclasses.replace(
+        start, deviation=start.deviation if deviation is None else deviation, time=start.time if time is None else time
+    )
