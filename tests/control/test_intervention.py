@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tierod.control.intervention import DriverIntervention, Noise, Takeover, noise_of
+from tierod.detectors.design import run_length
 from tierod.errors import ParameterError
 from tierod.graph import scan
 
@@ -31,23 +32,29 @@ def test_noise_of_a_first_order_process_has_its_closed_form():
     assert found.correlated == pytest.approx((1.0 + pole) / (1.0 - pole), rel=0.1)
 
 
-def test_the_drift_lies_half_way_and_the_threshold_grows_with_noise_and_hours():
+def test_the_drift_lies_half_way_and_the_threshold_finds_the_torque_within_the_delay():
     assert RULE.cusum.drift == 0.75
-    noisy = DriverIntervention.design(Noise(0.1, 8.0), STEP)
-    longer = DriverIntervention.design(Noise(0.05, 8.0), STEP, Takeover(hours=1e6))
-    assert noisy.cusum.threshold > 2.0 * RULE.cusum.threshold
-    assert longer.cusum.threshold > RULE.cusum.threshold
+    hands = 1.0 * since(2.0)
+    found = np.nonzero(run(hands, since(1.2))["found"])[0][0] * STEP - 2.0
+    assert found == pytest.approx(Takeover().delay, abs=2.0 * STEP)
 
 
-def test_the_distance_between_false_alarms_is_the_one_designed():
-    noise = Noise(0.4, 1.0)
-    asked = Takeover(hours=2.0 / 3600.0)
-    rule = DriverIntervention.design(noise, STEP, asked)
+def test_noise_that_leaves_no_room_for_the_delay_is_refused():
+    with pytest.raises(ParameterError, match=r"only after 0\.\d+ s if false ends are to be 10000 h apart"):
+        DriverIntervention.design(Noise(0.2, 20.0), STEP)
+    DriverIntervention.design(Noise(0.2, 20.0), STEP, Takeover(delay=0.5))
+
+
+def test_false_ends_are_as_rare_as_the_run_length_says():
+    asked = Takeover(hours=1.0 / 3600.0, delay=0.007)
+    rule = DriverIntervention.design(Noise(0.4, 1.0), STEP, asked)
     rule = replace(rule, cusum=replace(rule.cusum, restart=True))
-    values = asked.forgiven + 0.4 * np.random.default_rng(1).normal(size=2_000_000)
+    values = asked.forgiven + 0.4 * np.random.default_rng(1).normal(size=1_000_000)
     sums = run(np.maximum(values, 0.0), np.ones(len(values)), rule=rule)["sum"]
     alarms = int((sums >= rule.cusum.threshold).sum())
-    assert len(values) / alarms == pytest.approx(2000.0, rel=0.15)
+    expected = run_length(0.25 / 0.4, rule.cusum.threshold / 0.4, sides="upper")
+    assert len(values) / alarms == pytest.approx(expected, rel=0.15)
+    assert expected > 1000.0
 
 
 def test_a_grip_ends_control_and_a_new_request_with_still_hands_brings_it_back():
@@ -91,6 +98,7 @@ def test_what_a_wrong_inertia_feigns_is_forgiven():
         lambda: Takeover(forgiven=-0.1),
         lambda: Takeover(quiet_torque=0.0),
         lambda: Takeover(hours=0.0),
+        lambda: Takeover(delay=0.0),
         lambda: DriverIntervention.design(Noise(0.0, 1.0), STEP),
         lambda: replace(RULE, inertia_uncertainty=-1.0),
         lambda: replace(RULE, cusum=replace(RULE.cusum, sides="both")),

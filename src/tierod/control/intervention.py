@@ -58,14 +58,17 @@ class Takeover:
     Args:
         torque: of the hands that must end control: a firm hand, half of what holding a wheel against a push takes
         forgiven: torque that may be seen without hands, from wrong parameters, for any time
-        hours: between false ends of control while `forgiven` is seen all the time, on average: the noise alone
-            never gets there
+        delay: after which a torque that jumps to exactly `torque` must be found at the latest, the observer's lag left
+            out: the shortest twitch of an arm takes as long
+        hours: at least between false ends of control while `forgiven` is seen all the time, on average: once in the
+            life of a car
         quiet_torque: below it the hands have let go again; half of `torque`, so that the two never alternate
         quiet_time: that they must be still before control may come back; longer than one turn of a slalom
     """
 
     torque: Annotated[float, "N*m"] = 1.0
     forgiven: Annotated[float, "N*m"] = 0.5
+    delay: Annotated[float, "s"] = 0.05
     hours: Annotated[float, "h"] = 1.0e4
     quiet_torque: Annotated[float, "N*m"] = 0.5
     quiet_time: Annotated[float, "s"] = 1.0
@@ -79,8 +82,11 @@ class Takeover:
             raise ParameterError(
                 f"quiet_torque is {self.quiet_torque} N m; expected a number above zero, at most torque, {self.torque}"
             )
-        if not (self.hours > 0.0 and self.quiet_time >= 0.0):
-            raise ParameterError(f"hours is {self.hours} and quiet_time {self.quiet_time} s; expected hours above zero")
+        if not (self.hours > 0.0 and self.delay > 0.0 and self.quiet_time >= 0.0):
+            raise ParameterError(
+                f"hours is {self.hours}, delay {self.delay} s and quiet_time {self.quiet_time} s; "
+                "expected the first two above zero and the last one not negative"
+            )
 
 
 @dataclass(frozen=True)
@@ -146,19 +152,28 @@ class DriverIntervention:
             takeover: what counts as a driver
             inertia_uncertainty: of the steering wheel [kg m^2]
 
-        The drift lies half way between what is forgiven and what must be found; the threshold follows from Siegmund's
-        run length, the noise taken as white with its correlation in its deviation.
+        The drift lies half way between what is forgiven and what must be found. The threshold is the largest that finds
+        it within the delay: what is left over against noise is there for twitches of the estimate, such as where
+        friction turns round. That noise alone leaves enough hours is checked by Siegmund's run length, the noise taken
+        as white with its correlation in its deviation.
 
         Raises:
-            ParameterError: a deviation that is not above zero
+            ParameterError: a deviation that is not above zero, or so much noise that the delay cannot be kept
         """
         takeover = takeover or Takeover()
         spread = noise.deviation * math.sqrt(noise.correlated)
         if not 0.0 < spread < math.inf:
             raise ParameterError(f"the noise {noise} has no deviation above zero; measure it with `noise_of`")
         margin = 0.5 * (takeover.torque - takeover.forgiven)
+        threshold = margin * takeover.delay / sample_time
         samples = takeover.hours * 3600.0 / sample_time
-        threshold = spread * threshold_for(margin / spread, samples, sides="upper")
+        needed = spread * threshold_for(margin / spread, samples, sides="upper")
+        if needed > threshold:
+            raise ParameterError(
+                f"noise of {noise.deviation:.3g} N m over {noise.correlated:.3g} samples finds {takeover.torque} N m "
+                f"only after {needed / margin * sample_time:.3g} s if false ends are to be {takeover.hours:g} h apart; "
+                f"expected at most delay, {takeover.delay} s: allow more of it, or give an observer with less noise"
+            )
         cusum = Cusum(takeover.forgiven + margin, threshold, 2.0 * threshold, "upper")
         quiet = Debounce(takeover.quiet_time, 0.0, sample_time)
         return cls(cusum, quiet, takeover.quiet_torque, inertia_uncertainty)

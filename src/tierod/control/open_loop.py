@@ -11,6 +11,7 @@ from tierod.block import leaves, rebuild, skeleton
 from tierod.control.position_control import ObservedColumn, PositionControl
 from tierod.control.reference import Reference
 from tierod.errors import ParameterError
+from tierod.graph import scan
 from tierod.graph.derivatives import jacobian
 from tierod.models.linear import LinearSystem
 
@@ -18,7 +19,7 @@ Reading = Callable[[Any], tuple[ObservedColumn, Any]]
 """Finds the observed column and the torque of the hands in what an observer puts out."""
 
 
-SETTLED = 300
+SETTLED = 1000
 """Samples at rest after which an observer counts as settled."""
 
 
@@ -55,7 +56,7 @@ def open_loop(
             f"the plant has the outputs {', '.join(plant.outputs)} and {plant.B.shape[1]} inputs; "
             f"expected {count} outputs, {', '.join(names)}, and one input"
         )
-    start = (_settled(observer, sample), 0.0, 0.0, 0.0, tuple([0.0] * count))
+    start = (_settled(observer, count + 1), 0.0, 0.0, 0.0, tuple([0.0] * count))
 
     def compensator(now: Any) -> Any:
         """(observer, integral, torque asked for in the sample before, and in that before it, measured)."""
@@ -75,8 +76,5 @@ def open_loop(
     return LinearSystem.of(A, asked, np.concatenate([plant.B, told @ plant.D]))
 
 
-def _settled(observer: Any, sample: Any) -> Any:
-    state = observer.init()
-    for _ in range(SETTLED):
-        state, _output = observer.step(state, sample)
-    return state
+def _settled(observer: Any, samples: int) -> Any:
+    return rebuild(observer.init(), scan(observer, np.zeros((SETTLED, samples))).state.values.tolist())
