@@ -1,0 +1,235 @@
+"""Maximum likelihood: the parameters and noises under which the innovations of a Kalman filter surprise least."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tierod.graph import scan
+from tierod.identification.experiment import Estimate, Experiment, Free, with_values
+from tierod.identification.innovations import Innovations
+from tierod.identification.long_run import sandwich
+
+Progress = Any
+"""Called with the share that is done."""
+
+
+class Likelihood(NamedTuple):
+    """The negative log likelihood at a place of the search.
+
+    Args:
+        cost: negative log likelihood, without its constant
+        gradient: of it
+        information: Fisher's, from the derivatives of innovations and of their spreads
+        scores: gradient of every sample, per experiment
+        residuals: standardised innovations, per experiment
+    """
+
+    cost: float
+    gradient: np.ndarray
+    information: np.ndarray
+    scores: tuple[np.ndarray, ...]
+    residuals: tuple[np.ndarray, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class MaximumLikelihood:
+    """Parameters of a discrete model, and the noise of its inputs and outputs, from experiments.
+
+    Noise of an input (a torque that nobody recorded) drives the model; a simulation alone does not know it and drifts
+    away, which least squares of simulated against measured output take for wrong parameters. Where the input is exact
+    its noise is found to be nil, and the estimate becomes that of least squares (`OutputError`).
+
+    The derivatives are central differences of whole runs of the filter: its covariance would make a graph of
+    sensitivities twenty times as large as the filter, which is compiled once and runs in 0.3 microseconds a sample.
+
+    Args:
+        model: discrete model
+        parameters: of the model: those that are not free, and where the search starts
+        free: what is looked for
+        input_deviation: noise of every input per sample, where the search starts
+        output_deviation: noise of every output, where the search starts
+        tangent: model for the filter's Jacobians, see `Innovations`
+        widened: factors on the noise of the inputs with which the parameters are fitted first, the noises held: a
+            likelihood of small noise has many hills far from its top
+        most_steps: of each part of the search
+
+    Source: L. Ljung, System Identification (1999), sections 7.4 and 10.2; Fisher scoring after Levenberg, Marquardt.
+    """
+
+    model: Any
+    parameters: Any
+    free: tuple[Free, ...]
+    input_deviation: tuple[float, ...]
+    output_deviation: tuple[float, ...]
+    tangent: Any = None
+    widened: tuple[float, ...] = (5.0, 1.5)
+    most_steps: int = 30
+    starts: tuple[tuple[float, ...], ...] = ()
+
+    STEP = 1e-4
+    """Of the central differences, in the coordinates of the search."""
+    ENOUGH = 0.01
+    """A step that lowers the cost by less ends the search."""
+    LEAST_NOISE = 1e-3
+    """Share of the noises at the start below which none is looked for."""
+    FARTHEST = 1.0
+    """Step of a coordinate: a factor of 2.7."""
+
+    @property
+    def _count(self) -> int:
+        return len(self.free)
+
+    def start(self) -> np.ndarray:
+        """Place of the search: free parameters, logarithms of the noises of inputs and outputs."""
+        values = [each.coordinate(getattr(self.parameters, each.name)) for each in self.free]
+        return np.array([*values, *map(math.log, (*self.input_deviation, *self.output_deviation))])
+
+    @property
+    def _least(self) -> np.ndarray:
+        return np.log(np.multiply(self.LEAST_NOISE, [*self.input_deviation, *self.output_deviation]))
+
+    def filter(self, place: np.ndarray, experiment: Experiment) -> Innovations:
+        """The filter of an experiment at a place of the search."""
+        count, inputs = self._count, len(self.input_deviation)
+        parameters = with_values(self.parameters, self.free, place[:count], experiment.setting)
+        variances = tuple(np.exp(2.0 * place[count:]).tolist())
+        return Innovations(
+            self.model,
+            parameters,
+            experiment.initial_mean,
+            experiment.initial_variance,
+            variances[:inputs],
+            variances[inputs:],
+            self.tangent,
+        )
+
+    def cost(self, place: np.ndarray, experiments: Sequence[Experiment]) -> float:
+        """Negative log likelihood alone."""
+        total = self._known_before(place)[0]
+        for each in experiments:
+            values, outputs = scan(self.filter(place, each), each.samples).values, each.measured.shape[1]
+            total += float(0.5 * np.sum(values[:, :outputs] ** 2) + np.sum(values[:, outputs:]))
+        return total if math.isfinite(total) else math.inf
+
+    def likelihood(self, place: np.ndarray, experiments: Sequence[Experiment], moving: Sequence[int]) -> Likelihood:
+        """The likelihood and its derivatives by some of the coordinates."""
+        cost, slope, curve = self._known_before(place)
+        gradient, information = slope[list(moving)], np.diag(curve[list(moving)])
+        scores, residuals = [], []
+        for each in experiments:
+            values, outputs = scan(self.filter(place, each), each.samples).values, each.measured.shape[1]
+            surprise, spread = values[:, :outputs], values[:, outputs:]
+            changes = np.stack([self._change(place, each, k) for k in moving])
+            surprised, spreading = changes[:, :, :outputs], changes[:, :, outputs:]
+            score = np.sum(surprised * surprise + spreading, axis=2).T
+            expected = (surprised + surprise * spreading).reshape(len(moving), -1)
+            widths = spreading.reshape(len(moving), -1)
+            cost += float(0.5 * np.sum(surprise**2) + np.sum(spread))
+            gradient = gradient + score.sum(axis=0)
+            information = information + expected @ expected.T + 2.0 * widths @ widths.T
+            scores.append(score)
+            residuals.append(np.where(np.isfinite(each.measured), surprise, np.nan))
+        return Likelihood(cost, gradient, information, tuple(scores), tuple(residuals))
+
+    def fit(
+        self,
+        experiments: Sequence[Experiment],
+        start: np.ndarray | None = None,
+        progress: Progress = lambda share: None,
+    ) -> Estimate:
+        """The estimate.
+
+        Args:
+            experiments: at least one
+            start: place of the search near the end, which is then looked for at once; the far start where None
+            progress: called with the share that is done, roughly
+        """
+        place, steps, done = self.start() if start is None else np.array(start, float), 0, 0.0
+        whole = range(len(place))
+        if start is None:
+            place = self._best_start(place, experiments)
+            for factor in self.widened:
+                place[self._count :] = self._noise_at(factor)
+                place, _, more, _ = self._descend(place, experiments, range(self._count), 1.0)
+                steps, done = steps + more, done + 0.7 / len(self.widened)
+                progress(done)
+        place, found, more, converged = self._descend(place, experiments, whole, self.ENOUGH)
+        progress(1.0)
+        covariance = sandwich(found.information, found.scores)
+        return self._estimate(place, found, covariance, steps + more, converged)
+
+    def place_of(self, estimate: Estimate) -> np.ndarray:
+        """Where the search ended."""
+        values = [each.coordinate(value) for each, value in zip(estimate.free, estimate.values, strict=True)]
+        return np.array([*values, *np.log([*estimate.input_deviation, *estimate.output_deviation])])
+
+    def _best_start(self, place: np.ndarray, experiments: Sequence[Experiment]) -> np.ndarray:
+        noise = np.concatenate([place[: self._count] * 0.0, self._noise_at(self.widened[0]) - place[self._count :]])
+        places = [place, *(place + np.pad(each, (0, len(place) - self._count)) for each in self.starts)]
+        return min(places, key=lambda at: self.cost(at + noise, experiments))
+
+    def _noise_at(self, factor: float) -> np.ndarray:
+        return np.log([*np.multiply(self.input_deviation, factor), *self.output_deviation])
+
+    def _estimate(
+        self, place: np.ndarray, found: Likelihood, covariance: np.ndarray, steps: int, converged: bool
+    ) -> Estimate:
+        count, inputs = self._count, len(self.input_deviation)
+        values = tuple(each.value(float(x)) for each, x in zip(self.free, place[:count], strict=True))
+        noise = tuple(np.exp(place[count:]).tolist())
+        first = tuple(float(getattr(self.parameters, each.name)) for each in self.free)
+        return Estimate(
+            self.free,
+            first,
+            values,
+            covariance[:count, :count],
+            found.information,
+            found.cost,
+            found.residuals,
+            noise[:inputs],
+            noise[inputs:],
+            steps,
+            converged,
+        )
+
+    def _descend(
+        self, place: np.ndarray, experiments: Sequence[Experiment], moving: Sequence[int], enough: float
+    ) -> tuple[np.ndarray, Likelihood, int, bool]:
+        damping, now = 1e-2, self.likelihood(place, experiments, moving)
+        for steps in range(1, self.most_steps + 1):
+            damped = now.information + damping * np.diag(np.diag(now.information) + 1e-12)
+            step = -np.linalg.solve(damped, now.gradient)
+            step *= min(1.0, self.FARTHEST / max(float(np.max(np.abs(step))), 1e-300))
+            ahead = place.copy()
+            ahead[list(moving)] += step
+            ahead[self._count :] = np.maximum(ahead[self._count :], self._least)
+            hoped = -float(now.gradient @ step + 0.5 * step @ now.information @ step)
+            gained = now.cost - self.cost(ahead, experiments)
+            if gained > 0.0:
+                place, now = ahead, self.likelihood(ahead, experiments, moving)
+                damping = damping / 10.0 if gained > 0.5 * hoped else damping
+            else:
+                damping = max(10.0 * damping, 1e-4)
+            if (gained > 0.0 and gained < enough) or hoped < enough:
+                return place, now, steps, True
+            if damping > 1e8:
+                return place, now, steps, False
+        return place, now, self.most_steps, False
+
+    def _change(self, place: np.ndarray, experiment: Experiment, index: int) -> np.ndarray:
+        step = np.zeros(len(place))
+        step[index] = self.STEP
+        ahead, behind = (scan(self.filter(at, experiment), experiment.samples) for at in (place + step, place - step))
+        return (ahead.values - behind.values) / (2.0 * self.STEP)
+
+    def _known_before(self, place: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        """Cost, gradient and curvature of what is known before."""
+        weights = np.zeros(len(place))
+        weights[: self._count] = [0.0 if each.spread is None else each.spread**-2 for each in self.free]
+        away = place - self.start()
+        return float(0.5 * np.sum(weights * away**2)), weights * away, weights
