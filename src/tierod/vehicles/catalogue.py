@@ -96,6 +96,12 @@ _CATALOGUE = (
         "variance of self-aligning torques that means a fault",
         (1.0, 1e7),
     ),
+    Quantity("rear_relaxation_ratio", "", "relaxation length of the rear axle over that of the front", (0.1, 10.0)),
+    Quantity("front_load_transfer", "", "load the front axle moves outward per lateral force of it", (0.0, 1.0)),
+    Quantity("roll_frequency", "rad/s", "natural frequency of the body's roll", (3.0, 60.0)),
+    Quantity("roll_damping_ratio", "", "damping of the body's roll over the critical one", (0.0, 2.0)),
+    Quantity("roll_arm", "m", "centre of gravity above the roll axis", (-0.5, 2.0)),
+    Quantity("road_wheel_friction_angle", "rad", "over which friction at the road wheels builds up", (1e-5, 0.1)),
     Quantity("noticeable_friction", "N*m", "friction from which a driver feels it", (0.1, 100.0), torque=True),
 )
 

@@ -47,7 +47,8 @@ STEERING_RATE = 0.3
 driver who turns the wheel by 800 degrees per second."""
 
 FARTHEST = 3.5
-"""Standard deviations of its prior that an unknown may be away from its usual value: a guard against running away."""
+"""Standard deviations of its prior that the logarithm of a factor may be away from its usual value: a guard against
+running away where the linearised filter is too sure."""
 
 FIELDS = {
     "log_front_stiffness": "front_stiffness",
@@ -256,14 +257,14 @@ class CombinedSideslip:
         return tuple(noise)
 
     def _kept(self, mean: Any) -> Any:
-        """The mean with every unknown held within what its prior makes possible."""
-        first = len(mean) - len(self.filter.model.unknowns)
-        usual, variances = self.filter.initial_mean[first:], self.filter.initial_variance[first:]
+        """The mean with every factor held within what its prior makes possible."""
         kept = []
-        for value, centre, variance in zip(mean[first:], usual, variances, strict=True):
+        for name, value, usual, variance in zip(
+            mean._fields, mean, self.filter.initial_mean, self.filter.initial_variance, strict=True
+        ):
             width = FARTHEST * sqrt(variance)
-            kept.append(limit(value, centre - width, centre + width))
-        return type(mean)(*mean[:first], *kept)
+            kept.append(limit(value, usual - width, usual + width) if name.startswith("log_") else value)
+        return type(mean)(*kept)
 
     def _estimate(self, belief: Belief, inputs: Any, estimate: Any, held: Any) -> CombinedEstimate:
         def derived(mean: Any) -> Derived:

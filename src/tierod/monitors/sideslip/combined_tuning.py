@@ -79,19 +79,19 @@ class CombinedTuning:
 
     log_front_stiffness: Wandering | None = field(default_factory=lambda: Wandering(0.2, 3600.0))
     log_rear_stiffness: Wandering | None = field(default_factory=lambda: Wandering(0.2, 3600.0))
-    log_friction: Wandering | None = field(default_factory=lambda: Wandering(0.5, 30.0))
+    log_friction: Wandering | None = field(default_factory=lambda: Wandering(0.6, 30.0))
     bank_angle: Wandering | None = field(default_factory=lambda: Wandering(0.03, 10.0))
-    side_force: Wandering | None = None
-    side_moment: Wandering | None = None
+    side_force: Wandering | None = field(default_factory=lambda: Wandering(100.0, 60.0))
+    side_moment: Wandering | None = field(default_factory=lambda: Wandering(50.0, 60.0))
     lateral_acceleration_bias: Wandering | None = None
     yaw_rate_bias: Wandering | None = None
     road_wheel_angle_offset: Wandering | None = None
     log_steering_friction: Wandering | None = field(default_factory=lambda: Wandering(0.4, 3600.0))
-    log_trail: Wandering | None = None
+    log_trail: Wandering | None = field(default_factory=lambda: Wandering(0.25, 3600.0))
     roll: bool = True
     noises: Noises = field(default_factory=Noises)
     slowest: Annotated[float, "m/s", POSITIVE] = 0.5
-    limit_share: Annotated[float, "", POSITIVE] = 0.85
+    limit_share: Annotated[float, "", POSITIVE] = 0.7
     limit_certainty: Annotated[float, "", NOT_NEGATIVE] = 1.0
 
     def followed(self, steering: bool) -> dict[str, Wandering]:
