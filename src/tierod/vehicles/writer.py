@@ -1,0 +1,106 @@
+"""Writes values that were found back into a vehicle file; its comments, its order and all else stay as they are."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from tierod.errors import ParameterError
+from tierod.toml_lines import line_of
+from tierod.units import scale
+from tierod.vehicles.catalogue import QUANTITIES
+
+_LINE = re.compile(
+    r"""(?P<head>\s*[A-Za-z_]+\s*=\s*)(?P<value>"(?:\\.|[^"\\])*"|'[^']*'|[^\s#]+)(?P<tail>\s*(?:\#.*)?)"""
+)
+
+
+@dataclass(frozen=True)
+class Change:
+    """A new value of a parameter.
+
+    Args:
+        value: in SI units
+        standard_deviation: one sigma, in SI units
+        source: where it comes from
+    """
+
+    value: float
+    standard_deviation: float
+    source: str
+
+
+def changed(text: str, changes: Mapping[str, Change]) -> str:
+    """The text of a vehicle file with new values, each in the unit that the file gives it in.
+
+    Args:
+        text: of a vehicle file that has been read without error
+        changes: by name of the parameter; one that the file lacks is added at its end
+
+    Raises:
+        ParameterError: a parameter that is written in a way that this cannot change
+    """
+    before = tomllib.loads(text)
+    for name, change in changes.items():
+        entry = before.get("parameters", {}).get(name)
+        wanted = _entry(name, change, entry)
+        text = _added(text, name, wanted) if entry is None else _replaced(text, name, wanted, entry)
+    _require_same(before, text, changes)
+    return text
+
+
+def _entry(name: str, change: Change, entry: Mapping[str, Any] | None) -> dict[str, str]:
+    """Keys of a parameter's table, as TOML writes their values."""
+    unit = QUANTITIES[name].unit
+    written = unit if entry is None else str(entry["unit"])
+    factor = 1.0 if written == unit else scale(written, unit).factor
+    # A number of TOML needs digits on both sides of its point; Python's own form has them.
+    return {
+        "value": repr(float(f"{change.value / factor:.8g}")),
+        "unit": json.dumps(written, ensure_ascii=False),
+        "standard_deviation": repr(float(f"{change.standard_deviation / factor:.3g}")),
+        "source": json.dumps(change.source, ensure_ascii=False),
+    }
+
+
+def _added(text: str, name: str, wanted: Mapping[str, str]) -> str:
+    lines = "".join(f"{key} = {value}\n" for key, value in wanted.items())
+    return f"{text.rstrip()}\n\n[parameters.{name}]\n{lines}"
+
+
+def _replaced(text: str, name: str, wanted: Mapping[str, str], entry: Mapping[str, Any]) -> str:
+    lines = text.split("\n")
+    for key, value in wanted.items():
+        if key == "unit":
+            continue
+        if key not in entry:
+            anchor = line_of(text, ("parameters", name, "value")) or 0
+            lines.insert(anchor, f"{key} = {value}")
+        else:
+            number = (line_of(text, ("parameters", name, key)) or 0) - 1
+            found = _LINE.fullmatch(lines[number])
+            if found is None:
+                raise ParameterError(
+                    f"line {number + 1}, '{lines[number].strip()[:60]}', cannot be changed where it stands; write the "
+                    f"parameter as a table [parameters.{name}] with one key a line"
+                )
+            lines[number] = f"{found['head']}{value}{found['tail']}"
+        text = "\n".join(lines)
+    return text
+
+
+def _require_same(before: dict[str, Any], text: str, changes: Mapping[str, Change]) -> None:
+    """Refuse a text in which anything but the changed parameters is not as before."""
+    after = tomllib.loads(text)
+    for content in (before, after):
+        for name in changes:
+            content.get("parameters", {}).pop(name, None)
+    if before != after:
+        raise ParameterError(
+            f"{', '.join(changes)} cannot be changed in this vehicle file without changing more; write every parameter "
+            "as a table [parameters.name] with one key a line"
+        )

@@ -1,0 +1,50 @@
+import tomllib
+
+import pytest
+
+from tierod.errors import ParameterError
+from tierod.vehicles import load
+from tierod.vehicles.vehicle import SHIPPED
+from tierod.vehicles.writer import Change, changed
+
+TEXT = (SHIPPED / "column-bench.toml").read_text(encoding="utf-8")
+FOUND = Change(0.0012345678901, 1.23456e-5, 'identified from "bench.mf4"')
+
+
+def test_only_the_changed_lines_change():
+    after = changed(TEXT, {"motor_damping": FOUND}).split("\n")
+    differing = [(a, b) for a, b in zip(TEXT.split("\n"), after, strict=True) if a != b]
+    assert [new for _, new in differing] == [
+        "value = 0.0012345679",
+        "standard_deviation = 1.23e-05",
+        'source = "identified from \\"bench.mf4\\""',
+    ]
+
+
+def test_comments_order_and_units_stay(tmp_path):
+    text = TEXT.replace('value = 1.448563969e-4\nunit = "kg*m**2"', 'value = 1.448563969  # weighed\nunit = "kg*cm**2"')
+    after = changed(text, {"motor_inertia": Change(1.5e-4, 2e-6, "swung")})
+    assert "value = 1.5  # weighed" in after
+    path = tmp_path / "car.toml"
+    path.write_text(after, encoding="utf-8")
+    assert load(path)["motor_inertia"] == pytest.approx(1.5e-4)
+    assert load(path).parameters["motor_inertia"].standard_deviation == pytest.approx(2e-6)
+
+
+def test_what_the_file_lacks_is_added():
+    short = TEXT[: TEXT.index("[parameters.motor_friction]")]
+    after = tomllib.loads(changed(short, {"motor_friction": FOUND}))["parameters"]
+    assert after["motor_friction"]["unit"] == "N*m"
+    assert list(after)[:-1] == list(tomllib.loads(short)["parameters"])
+
+
+def test_a_missing_deviation_is_added_beside_the_value():
+    text = TEXT.replace('value = 0.1\nunit = "N*m"\nstandard_deviation = 0.02\n', 'value = 0.1\nunit = "N*m"\n')
+    entry = tomllib.loads(changed(text, {"motor_friction": FOUND}))["parameters"]["motor_friction"]
+    assert entry["standard_deviation"] == pytest.approx(1.23e-5)
+
+
+def test_a_parameter_written_in_line_is_refused_with_the_cure():
+    entry = '[parameters]\nmotor_friction = { value = 0.1, unit = "N*m", source = "a note" }\n'
+    with pytest.raises(ParameterError, match=r"\[parameters.motor_friction\]"):
+        changed(entry, {"motor_friction": FOUND})
