@@ -15,6 +15,7 @@ from tierod.detectors.cusum import Cusum
 from tierod.detectors.moments import BatchMoments, ExponentialMoments, MovingMoments
 from tierod.detectors.threshold import Debounce, Hysteresis
 from tierod.diagnosis.debounce import DebounceCounter, DebounceCounters
+from tierod.estimators.fixed_lag import FixedLag
 from tierod.estimators.interacting import InteractingFilter, switching_of
 from tierod.estimators.kalman import KalmanFilter
 from tierod.estimators.luenberger import Luenberger
@@ -31,9 +32,13 @@ from tierod.identification.innovations import Innovations
 from tierod.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
 from tierod.models.friction_estimation import FrictionEstimation as EstimatedFriction
 from tierod.models.steered_vehicle import SteeredVehicle
+from tierod.models.steering_column import ColumnParameters
 from tierod.models.two_inertia_column import TwoInertiaParameters
+from tierod.monitors.driver_torque.delayed import DelayedHandTorque
 from tierod.monitors.driver_torque.hands import HandsMonitor
 from tierod.monitors.driver_torque.observer import ColumnObserver
+from tierod.monitors.driver_torque.printed import PrintedObserver
+from tierod.monitors.driver_torque.starting import Starting
 from tierod.monitors.friction.baseline import BaselineFrictionMonitor, BaselineParameters
 from tierod.monitors.friction.conditioning import SteeringConditioning
 from tierod.monitors.friction.judged import JudgedEstimator
@@ -127,6 +132,12 @@ def examples() -> dict[type, Callable[[], Any]]:
             (0.5, 0.5),
         ),
         ColumnObserver: lambda: ColumnObserver.of_vehicle(load("column-bench")),
+        FixedLag: lambda: DelayedHandTorque.of_vehicle(load("column-bench")).smoother,
+        DelayedHandTorque: lambda: DelayedHandTorque.of_vehicle(load("column-bench")),
+        PrintedObserver: lambda: PrintedObserver.of_column(
+            load("column-bench").parameters_for(ColumnParameters), "balanced"
+        ),
+        Starting: lambda: ColumnObserver.of_vehicle(load("column-bench")).starting,
         StationaryBank: lambda: ColumnObserver.of_vehicle(load("midsize-eps")).bank,
         Innovations: lambda: Innovations(
             SampledColumn, BENCH, (0.0,) * 7, (1e-4,) * 7, (1e-4,), (1e-6, 1e-5, 4e-4), RoundedColumn

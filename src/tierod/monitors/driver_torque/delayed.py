@@ -20,6 +20,10 @@ RATE_WALK = 40.0
 after an edge is known here, so it may be larger than without a lag [N m/s^1.5]."""
 
 
+DISTURBANCE_WALK = 0.3
+"""Of the disturbance torque, from the same runs: one filter for friction that stays and that reverses [N m/s^0.5]."""
+
+
 class DelayedEstimate(NamedTuple):
     """Torque of the hands as it was before the lag, its standard deviation, and whether it can be used."""
 
@@ -76,7 +80,7 @@ class DelayedHandTorque:
             parameters: `ColumnParameters` or `TwoInertiaParameters`
             sample_time: [s]
             delay: [s]
-            tuning: that of a bench where None; its walk of the torque's rate counts where it is larger than `RATE_WALK`
+            tuning: that of a bench where None; its walks count where they are larger than those of this module
 
         Raises:
             ParameterError: as `require_fit` says, or a delay shorter than a sample
@@ -84,7 +88,13 @@ class DelayedHandTorque:
         if not delay >= sample_time:
             raise ParameterError(f"delay is {delay} s; expected at least a sample of {sample_time} s")
         given = tuning or ColumnTuning()
-        smooth = replace(given, hand_torque_walk=0.0, hand_torque_rate_walk=max(given.hand_torque_rate_walk, RATE_WALK))
+        smooth = replace(
+            given,
+            hand_torque_walk=0.0,
+            reversal_walk=0.0,
+            hand_torque_rate_walk=max(given.hand_torque_rate_walk, RATE_WALK),
+            disturbance_torque_walk=max(given.disturbance_torque_walk, DISTURBANCE_WALK),
+        )
         made = design(parameters, sample_time, smooth)
         (noise,) = process_noises(made.observation.discrete.states, parameters, sample_time, smooth)
         smoother = FixedLag.design(

@@ -63,6 +63,13 @@ _SHOWN = (
 """States behind `PrintedEstimate`, by the names of the columns."""
 
 
+class PrintedState(NamedTuple):
+    """Memory: the filter's mean, and the motor's torque until now."""
+
+    mean: Any
+    motor_torque: Any
+
+
 @dataclass(frozen=True)
 class PrintedObserver:
     """Torques of hands and disturbance as random walks, from a stationary Kalman filter, as the paper has it.
@@ -126,19 +133,18 @@ class PrintedObserver:
         rows, fed = _shown(system)
         return cls(filter_, rows, fed)
 
-    def init(self) -> Any:
+    def init(self) -> PrintedState:
         """At rest."""
-        return self.filter.init()
+        return PrintedState(self.filter.init(), 0.0)
 
-    def step(self, state: Any, sample: ColumnSample) -> tuple[Any, PrintedEstimate]:
-        """One sample on."""
+    def step(self, state: PrintedState, sample: ColumnSample) -> tuple[PrintedState, PrintedEstimate]:
+        """One sample on; the motor's torque of the sample before has acted until now."""
         measured = self.filter.model.Output(*(getattr(sample, name) for name in ColumnOutput._fields))
-        given = self.filter.Sample(MotorTorque(sample.motor_torque), measured)
-        state, estimate = self.filter.step(state, given)
-        motor = where(present(sample.motor_torque), sample.motor_torque, 0.0)
+        mean, estimate = self.filter.step(state.mean, self.filter.Sample(MotorTorque(state.motor_torque), measured))
+        motor = where(present(sample.motor_torque), sample.motor_torque, state.motor_torque)
         values = product(self.shown, leaf_values(estimate.mean))
         shown = [plus(value, times(share, motor)) for value, share in zip(values, self.fed, strict=True)]
-        return state, PrintedEstimate(*shown)
+        return PrintedState(mean, motor), PrintedEstimate(*shown)
 
 
 def reduced(parameters: ColumnParameters, column: str) -> LinearSystem:

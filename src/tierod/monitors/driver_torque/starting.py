@@ -46,7 +46,7 @@ class Phase(NamedTuple):
     """What an observer is to do with a sample.
 
     Args:
-        motor_torque: held where it is missing
+        motor_torque: of the sample before, which acts until this one; held where it is missing
         measured: what the observer uses, in the order of the layout
         restart: 1 begins anew from this sample, as if at rest
         following: 1 goes on with it, or begins; 0 holds
@@ -99,4 +99,6 @@ class Starting:
         left = maximum(state.settling - self.layout.sample_time, 0.0)
         settling = where(restart, self.settling_time, where(following, left, state.settling))
         ready = where(all_of(following, settling <= 0.0), 1.0, 0.0)
-        return StartState(motor, missing, started, settling), Phase(motor, measured, restart, following, ready)
+        return StartState(motor, missing, started, settling), Phase(
+            state.motor_torque, measured, restart, following, ready
+        )

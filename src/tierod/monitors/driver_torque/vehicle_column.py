@@ -17,7 +17,6 @@ ROAD = replace(
     disturbance_torque_walk=0.5,
     pinion_torque_noise=1.0,
     offset="motor_angle_mechanical",
-    offset_walk=1e-4,
 )
 """Noises of a car on the road: rack and road turn the pinion without notice, and nobody has set the angles to zero."""
 
