@@ -6,7 +6,7 @@ import pytest
 from tierod.errors import ParameterError
 from tierod.proving_ground.cars.column_bench import ColumnBench
 from tierod.proving_ground.cars.motor_bench import MotorBench
-from tierod.proving_ground.courses.bench import BenchSweep
+from tierod.proving_ground.courses.bench import BenchMultisine, BenchRamps, BenchSteps, BenchSweep
 from tierod.proving_ground.run import run
 
 
@@ -59,3 +59,34 @@ def test_a_constant_load_on_the_gear():
     columns = BenchSweep(gear_torque=-2.0).columns(np.zeros(2), np.zeros(2), 0.0, 0.0)
     assert columns["gear_torque"].tolist() == [-2.0, -2.0]
     assert math.isclose(BenchSweep().duration, 61.0)
+
+
+def torque_of(test):
+    time = np.arange(0.0, test.duration, 1e-3)
+    return time, test.columns(time, time, 0.0, 0.0)["motor_torque"]
+
+
+def test_ramps_are_straight_and_grow():
+    time, torque = torque_of(BenchRamps(amplitude=0.4, period=4.0, first=0.25, settle=1.0, time=21.0))
+    assert np.all(torque[time < 1.0] == 0.0)
+    assert np.max(torque[time < 5.0]) == pytest.approx(0.4 * (0.25 + 0.75 * 1.0 / 20.0), rel=1e-3)
+    assert np.max(np.abs(torque)) == pytest.approx(0.4 * (0.25 + 0.75 * 19.0 / 20.0), rel=1e-3)
+    assert np.max(np.abs(np.diff(torque, 2)[(time[1:-1] > 1.1) & (time[1:-1] < 1.9)])) < 1e-6
+
+
+def test_steps_go_left_nowhere_right_nowhere():
+    time, torque = torque_of(BenchSteps(amplitude=0.2, hold=0.5, settle=1.0, time=5.0))
+    assert [torque[np.searchsorted(time, at)] for at in (0.5, 1.25, 1.75, 2.25, 2.75, 3.25)] == [
+        *(0.0, 0.2, 0.0, -0.2, 0.0, 0.2)
+    ]
+
+
+def test_a_multisine_has_the_power_of_one_sine_and_no_high_peak():
+    _, torque = torque_of(BenchMultisine(amplitude=0.3, settle=0.0, time=60.0))
+    assert np.std(torque) == pytest.approx(0.3 / math.sqrt(2.0), rel=0.02)
+    assert np.max(np.abs(torque)) < 4.0 * np.std(torque)
+
+
+def test_a_test_shorter_than_its_settling_is_refused():
+    with pytest.raises(ParameterError, match="before it has settled"):
+        BenchSteps(time=0.5, settle=1.0)

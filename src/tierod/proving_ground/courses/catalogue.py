@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tierod.errors import ParameterError, nearest
 from tierod.proving_ground.courses.base import Described
-from tierod.proving_ground.courses.bench import BenchSweep
+from tierod.proving_ground.courses.bench import BenchMultisine, BenchRamps, BenchSteps, BenchSweep
 from tierod.proving_ground.courses.bench_hands import BenchHands
 from tierod.proving_ground.courses.circuit import Circuit
 from tierod.proving_ground.courses.csv_table import read_table
@@ -39,6 +39,9 @@ AnyCourse = (
     | RandomSteer
     | LockToLock
     | BenchSweep
+    | BenchRamps
+    | BenchSteps
+    | BenchMultisine
     | BenchHands
     | TimeTable
     | WayTable
