@@ -13,6 +13,8 @@ from tierod.proving_ground.courses.base import Described
 from tierod.proving_ground.courses.course import Columns, Start
 from tierod.ranges import COUNT, NOT_NEGATIVE, POSITIVE, SHARE
 
+_GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+
 
 @dataclass(frozen=True)
 class BenchTorque(Described):
@@ -139,12 +141,9 @@ class BenchMultisine(BenchTorque):
     count: Annotated[int, "", COUNT] = 16
 
     def torque_at(self, since: np.ndarray) -> np.ndarray:
-        """Their sum, of the power of one sine of the amplitude.
-
-        Source: phases of M. R. Schroeder, IEEE TIT 16 (1970) 85.
-        """
+        """Their sum, of the power of one sine of the amplitude; by its phases its peak is about three times its mean size."""
         number = np.arange(self.count)
         frequency = np.geomspace(self.lowest, self.highest, self.count)
-        phase = -math.pi * number * (number + 1.0) / self.count
+        phase = 2.0 * math.pi * _GOLDEN * number**2
         sines = np.sin(2.0 * math.pi * np.outer(since, frequency) + phase)
         return self.amplitude * math.sqrt(1.0 / self.count) * sines.sum(axis=1)
