@@ -141,7 +141,7 @@ class BenchMultisine(BenchTorque):
     count: Annotated[int, "", COUNT] = 16
 
     def torque_at(self, since: np.ndarray) -> np.ndarray:
-        """Their sum, of the power of one sine of the amplitude; by its phases its peak is about three times its mean size."""
+        """Their sum, of the power of one sine of the amplitude; its peak is about three times its mean size."""
         number = np.arange(self.count)
         frequency = np.geomspace(self.lowest, self.highest, self.count)
         phase = 2.0 * math.pi * _GOLDEN * number**2
