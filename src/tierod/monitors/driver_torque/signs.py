@@ -1,0 +1,161 @@
+"""Signs of a column's sensors, found out from the data: angles, torque of the bar, torque of the motor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.graph.maths import absolute, all_of, both, maximum, present, where
+from tierod.monitors.driver_torque.starting import ColumnSample
+
+
+class SignVerdict(NamedTuple):
+    """1 for a signal whose sign is wrong, 0 for one that is right or not judged yet; then what could be judged.
+
+    Args:
+        steering_wheel_angle, motor_angle_mechanical, driver_torque, motor_torque: wrong
+        angles_judged: 1 once both angles have moved together
+        torque_judged: 1 once the bar has been twisted enough
+        motor_judged: 1 once the motor has done enough work
+    """
+
+    steering_wheel_angle: Annotated[float, ""]
+    motor_angle_mechanical: Annotated[float, ""]
+    driver_torque: Annotated[float, ""]
+    motor_torque: Annotated[float, ""]
+    angles_judged: Annotated[float, ""]
+    torque_judged: Annotated[float, ""]
+    motor_judged: Annotated[float, ""]
+
+
+class SignState(NamedTuple):
+    """Forgetting means and products.
+
+    Args:
+        weight: of all samples so far, up to 1
+        means: of wheel angle, gear angle, bar torque
+        products: of (wheel, wheel), (gear, gear), (wheel, gear), (bar, bar), (bar, wheel), (bar, gear), about the means
+        work: of the motor and of the bar on the motor, with forgetting [J]
+        angle: of the motor in the sample before; its sign is of no matter
+        begun: 1 after the first complete sample
+    """
+
+    weight: Any
+    means: tuple[Any, ...]
+    products: tuple[Any, ...]
+    work: tuple[Any, ...]
+    angle: Any
+    begun: Any
+
+
+_PAIRS = ((0, 0), (1, 1), (0, 1), (2, 2), (2, 0), (2, 1))
+
+
+@dataclass(frozen=True)
+class ColumnSigns:
+    """Tells which one of four signals of a column has the wrong sign.
+
+    Both angles move together. The bar's torque grows with its twist, the wheel's angle less the gear's; where the
+    angles disagree, its sign tells which of them is wrong. What is below the bar only loses energy in the long run, so
+    a motor that seems to draw more work from it than the bar gives or takes has its torque reversed. Of two wrong
+    signs the verdict may name another; all of them reversed together look right.
+
+    Args:
+        motor_ratio: turns of the motor per turn of the shaft []
+        sample_time: [s]
+        memory: over which samples count: a few turns of the wheel [s]
+        least_angle: standard deviation of the wheel's angle, fifty times the noise of the sensor [rad]
+        least_torque: of the bar's torque, twice the noise of the twist as the angles show it [N m]
+        least_work: of the motor: five times what the noise of its angle makes [J]
+        least_correlation: beyond which a sign is judged; chance stays below 0.1
+    """
+
+    motor_ratio: Annotated[float, ""]
+    sample_time: Annotated[float, "s"] = 1e-3
+    memory: Annotated[float, "s"] = 20.0
+    least_angle: Annotated[float, "rad"] = 0.04
+    least_torque: Annotated[float, "N*m"] = 0.3
+    least_work: Annotated[float, "J"] = 2.0
+    least_correlation: Annotated[float, ""] = 0.3
+
+    Sample = ColumnSample
+
+    def init(self) -> SignState:
+        """Nothing seen."""
+        return SignState(0.0, (0.0,) * 3, (0.0,) * len(_PAIRS), (0.0, 0.0), 0.0, 0.0)
+
+    def step(self, state: SignState, sample: ColumnSample) -> tuple[SignState, SignVerdict]:
+        """One sample on; an incomplete one changes nothing."""
+        whole = all_of(*(present(value) for value in sample))
+        values = [sample.steering_wheel_angle, sample.motor_angle_mechanical / self.motor_ratio, sample.driver_torque]
+        values = [where(whole, value, mean) for value, mean in zip(values, state.means, strict=True)]
+        share = where(whole, self.sample_time / self.memory, 0.0)
+        weight = state.weight + share * (1.0 - state.weight)
+        gain = where(whole, share / maximum(weight, share), 0.0)
+        away = [value - mean for value, mean in zip(values, state.means, strict=True)]
+        means = tuple(mean + gain * each for mean, each in zip(state.means, away, strict=True))
+        after = [value - mean for value, mean in zip(values, means, strict=True)]
+        products = tuple(
+            old + gain * (away[i] * after[j] - old) for old, (i, j) in zip(state.products, _PAIRS, strict=True)
+        )
+        work = self._work(state, sample, both(whole, state.begun), 1.0 - share)
+        begun = where(whole, 1.0, state.begun)
+        angle = where(whole, sample.motor_angle_mechanical, state.angle)
+        following = SignState(weight, means, products, work, angle, begun)
+        return following, self._verdict(following)
+
+    def _work(self, state: SignState, sample: ColumnSample, counts: Any, kept: Any) -> tuple[Any, Any]:
+        """Work of motor and bar since the sample before, added to what is not forgotten."""
+        travel = where(counts, sample.motor_angle_mechanical - state.angle, 0.0)
+        motor = where(counts, sample.motor_torque, 0.0)
+        bar = where(counts, sample.driver_torque, 0.0) / self.motor_ratio
+        return kept * state.work[0] + motor * travel, kept * state.work[1] + bar * travel
+
+    def _verdict(self, state: SignState) -> SignVerdict:
+        wheel, gear, together, bar, bar_wheel, bar_gear = state.products
+        moved = both(wheel > self.least_angle**2, gear > self.least_angle**2)
+        angles = both(moved, together**2 > self.least_correlation**2 * wheel * gear)
+        opposite = both(angles, together < 0.0)
+        same = both(angles, together > 0.0)
+        # the twist, with the gear's angle turned round where the angles disagree
+        with_bar = where(opposite, bar_wheel + bar_gear, bar_wheel - bar_gear)
+        twist = where(opposite, wheel + gear + 2.0 * together, wheel + gear - 2.0 * together)
+        enough = self.least_correlation**2 * bar * maximum(twist, 0.0)
+        torque = all_of(angles, bar > self.least_torque**2, with_bar**2 > enough)
+        motor, by_bar = state.work
+        judged = all_of(same, torque, absolute(motor) > maximum(absolute(by_bar), self.least_work))
+        return SignVerdict(
+            *(
+                where(flag, 1.0, 0.0)
+                for flag in (
+                    all_of(opposite, torque, with_bar < 0.0),
+                    all_of(opposite, torque, with_bar > 0.0),
+                    all_of(same, torque, with_bar < 0.0),
+                    both(judged, motor < 0.0),
+                    angles,
+                    torque,
+                    judged,
+                )
+            )
+        )
+
+
+_REASONS = {
+    "steering_wheel_angle": "it turns against the motor's angle, and the bar's torque agrees with the motor's",
+    "motor_angle_mechanical": "it turns against the wheel's angle, and the bar's torque agrees with the wheel's",
+    "driver_torque": "it is positive where both angles show the bar twisted to the right",
+    "motor_torque": "the motor would draw work from a column that only loses it",
+}
+
+
+def wrong_signs(verdict: SignVerdict) -> tuple[str, ...]:
+    """A sentence for every signal with the wrong sign.
+
+    Args:
+        verdict: of `ColumnSigns`, its last one of a drive
+    """
+    return tuple(
+        f"{name} has the wrong sign: {reason}; correct it in the channel map (factor -1)"
+        for name, reason in _REASONS.items()
+        if getattr(verdict, name) > 0.5
+    )
