@@ -15,6 +15,8 @@ from tierod.recording import Channel
 from tierod.signals import SIGNALS, Signal, match, plain
 from tierod.units import COUNT, Scale, scale, split_suffix, tidy
 
+TRUTH = "truth_"
+"""Prefix of what a simulation knows of a signal; a file may hold it, and none needs to."""
 FASTEST = 60.0
 """Speed [m/s] that hardly any road vehicle reaches (216 km/h), and every motorway drive in km/h does."""
 
@@ -109,7 +111,7 @@ def _fits(channel_map: ChannelMap, columns: dict[str, Column]) -> bool:
 
 def _wanted(names: tuple[str, ...], columns: dict[str, Column]) -> set[str]:
     for name in names:
-        if name not in SIGNALS and name not in columns:
+        if name not in columns and name.removeprefix(TRUTH) not in SIGNALS:
             raise InputError(
                 f"'{name}' is neither a signal nor a column of the file{nearest(name, [*SIGNALS, *columns])}"
             )

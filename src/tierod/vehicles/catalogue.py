@@ -67,6 +67,7 @@ _CATALOGUE = (
     Quantity("lateral_acceleration_wander_time", "s", "time over which the bias changes", (0.1, 1e6)),
     Quantity("road_wheel_angle_wander", "rad", "standard deviation of the error of the steering angle", (0.0, 0.3)),
     Quantity("road_wheel_angle_wander_time", "s", "time over which that error changes", (0.01, 1e6)),
+    Quantity("wind_wander", "N", "standard deviation of the lateral force of the wind; 0 without", (0.0, 1e4)),
     Quantity("gearhead_ratio", "", "turns of a steer-by-wire motor per turn of the pinion", (1.0, 500.0)),
     Quantity("gearhead_efficiency", "", "share of the motor's torque that passes the gearhead", (0.05, 1.0)),
     Quantity("power_assist_factor", "", "torque at the pinion over that of the actuator", (1.0, 50.0)),

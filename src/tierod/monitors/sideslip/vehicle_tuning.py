@@ -14,6 +14,9 @@ USUAL = CombinedTuning()
 USUAL_TIME = 60.0
 """Over which a wander changes where neither the file nor the usual tuning says [s]."""
 
+WIND_ARM = 0.5
+"""Distance of the wind's force from the centre of gravity [m], a typical one of passenger cars."""
+
 
 @dataclass(frozen=True)
 class VehicleTuning:
@@ -25,6 +28,7 @@ class VehicleTuning:
         stiffness_wander, stiffness_wander_time: of the cornering stiffness of both axles, relative
         friction_wander: of the tyres' friction, relative
         bank_wander, bank_wander_time: of the road
+        wind_wander: lateral force; its moment wanders by `WIND_ARM` times as much
         lateral_acceleration_wander, lateral_acceleration_wander_time: bias of the sensor
         road_wheel_angle_wander, road_wheel_angle_wander_time: error of the angle, as of a ratio that is not constant
 
@@ -40,6 +44,7 @@ class VehicleTuning:
     friction_wander: Annotated[float, ""] | None = None
     bank_wander: Annotated[float, "rad"] | None = None
     bank_wander_time: Annotated[float, "s"] | None = None
+    wind_wander: Annotated[float, "N"] | None = None
     lateral_acceleration_wander: Annotated[float, "m/s**2"] | None = None
     lateral_acceleration_wander_time: Annotated[float, "s"] | None = None
     road_wheel_angle_wander: Annotated[float, "rad"] | None = None
@@ -61,6 +66,10 @@ def tuning_of(vehicle: Vehicle, usual: CombinedTuning = USUAL) -> CombinedTuning
         log_rear_stiffness=_wandering(usual.log_rear_stiffness, *stiffness),
         log_friction=_wandering(usual.log_friction, given.friction_wander, None),
         bank_angle=_wandering(usual.bank_angle, given.bank_wander, given.bank_wander_time),
+        side_force=_wandering(usual.side_force, given.wind_wander, None),
+        side_moment=_wandering(
+            usual.side_moment, None if given.wind_wander is None else WIND_ARM * given.wind_wander, None
+        ),
         lateral_acceleration_bias=_wandering(
             usual.lateral_acceleration_bias, given.lateral_acceleration_wander, given.lateral_acceleration_wander_time
         ),
