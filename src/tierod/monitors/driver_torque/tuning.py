@@ -165,18 +165,17 @@ def process_noises(
 
 
 def _switching(sample_time: float, tuning: ColumnTuning) -> Switching:
-    """Events come alike whatever goes on: a jump is no less likely during a reversal."""
-    jump, reverse = sample_time / tuning.calm_time, sample_time / tuning.reversal_time
-    events = [jump] if tuning.hand_torque_walk > 0.0 else []
-    ends = [sample_time / tuning.jump_time] if tuning.hand_torque_walk > 0.0 else []
-    if tuning.reversal_walk > 0.0:
-        events.append(reverse)
-        ends.append(sample_time / tuning.reversing_time)
-    if not all(0.0 < share < 0.5 for share in (*events, *ends)):
-        raise ParameterError(
-            f"times of the tuning ({tuning.calm_time}, {tuning.jump_time}, {tuning.reversal_time}, "
-            f"{tuning.reversing_time} s) must each be longer than two samples of {sample_time} s"
-        )
+    """Events come alike whatever goes on: a jump is no less likely in a reversal. None is shorter than 3 samples."""
+    events, ends = [], []
+    for walk, between, during in (
+        (tuning.hand_torque_walk, tuning.calm_time, tuning.jump_time),
+        (tuning.reversal_walk, tuning.reversal_time, tuning.reversing_time),
+    ):
+        if not (between > 0.0 and during > 0.0):
+            raise ParameterError(f"times of the tuning are {between} and {during} s; expected both above zero")
+        if walk > 0.0:
+            events.append(min(sample_time / between, 1.0 / 3.0))
+            ends.append(min(sample_time / during, 1.0 / 3.0))
     rows = [(1.0 - sum(events), *events)]
     for k, end in enumerate(ends):
         others = [0.0 if k == j else share for j, share in enumerate(events)]

@@ -11,13 +11,7 @@ from tierod.models.two_inertia_column import TwoInertiaParameters
 from tierod.monitors.driver_torque.tuning import ColumnTuning
 from tierod.vehicles import Vehicle
 
-ROAD = replace(
-    ColumnTuning(),
-    hand_torque_rate_walk=20.0,
-    disturbance_torque_walk=0.5,
-    pinion_torque_noise=1.0,
-    offset="motor_angle_mechanical",
-)
+ROAD = replace(ColumnTuning(), disturbance_torque_walk=0.5, pinion_torque_noise=1.0, offset="motor_angle_mechanical")
 """Noises of a car on the road: rack and road turn the pinion without notice, and nobody has set the angles to zero."""
 
 
