@@ -12,15 +12,16 @@ from typing import Annotated, Any, NamedTuple, Self
 
 from tierod.errors import ParameterError
 from tierod.estimators.kalman import KalmanFilter
-from tierod.estimators.linear_algebra import congruence, diagonal
+from tierod.estimators.linear_algebra import diagonal
 from tierod.estimators.shapes import Belief
 from tierod.filters.jump_gate import JumpGate
-from tierod.graph.derivatives import jacobian
-from tierod.graph.maths import absolute, arctan, both, exp, limit, maximum, present, sqrt, where
+from tierod.graph.maths import absolute, both, limit, log, maximum, present, sqrt, where
 from tierod.models.lateral_motion import LateralParameters, Sampled, lateral_motion
+from tierod.monitors.sideslip.combined_output import told as told_of
 from tierod.monitors.sideslip.combined_sample import CombinedEstimate, CombinedSample
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning, per_sample
 from tierod.monitors.sideslip.vehicle_tuning import tuning_of
+from tierod.physics.gravity import GRAVITY
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.vehicles.vehicle import Vehicle
 
@@ -46,41 +47,34 @@ STEERING_RATE = 0.3
 """Standard deviation of the road wheels' rate [rad/s], against jumps of their angle: three of them are the 1 rad/s of a
 driver who turns the wheel by 800 degrees per second."""
 
+SMOOTHING = 0.2
+"""Of the lateral acceleration that shows the least friction [s]: longer than vibration, shorter than a turn."""
+
+PATIENCE = 1.0
+"""Over which the innovations have to be too large before the filter starts anew [s]."""
+
 FARTHEST = 3.5
 """Standard deviations of its prior that the logarithm of a factor may be away from its usual value: a guard against
 running away where the linearised filter is too sure."""
 
-FIELDS = {
-    "log_front_stiffness": "front_stiffness",
-    "log_rear_stiffness": "rear_stiffness",
-    "log_friction": "friction",
-    "bank_angle": "bank_angle",
-    "side_force": "side_force",
-    "side_moment": "side_moment",
-    "lateral_acceleration_bias": "lateral_acceleration_bias",
-    "yaw_rate_bias": "yaw_rate_bias",
-    "road_wheel_angle_offset": "road_wheel_angle_offset",
-    "log_steering_friction": "steering_friction",
-    "log_trail": "trail",
-}
-"""Unknown of the model -> field of the estimate."""
-
-
-class Derived(NamedTuple):
-    """What follows from the states and gets a standard deviation of its own."""
-
-    sideslip_angle: Any
-    self_aligning_torque: Any
-    front_friction_used: Any
-
 
 class CombinedState(NamedTuple):
-    """Belief of the filter, the last speed and road-wheel angle that it was given, and the gate of that angle."""
+    """Belief of the filter, what it was given last, and what watches over both.
+
+    Args:
+        belief: of the filter
+        vehicle_speed, road_wheel_angle: last ones [m/s], [rad]
+        angle_gate: of the road-wheel angle
+        lateral_acceleration: low-passed [m/s**2]
+        misfit: low-passed squared innovation over its variance, per reading
+    """
 
     belief: Belief
     vehicle_speed: Any
     road_wheel_angle: Any
     angle_gate: Any
+    lateral_acceleration: Any
+    misfit: Any
 
 
 class SteeringAngle(NamedTuple):
@@ -105,6 +99,7 @@ class CombinedSideslip:
         slowest: speed below which the last estimate is held
         limit_share: of the greatest front force, from which the peak is announced
         limit_certainty: standard deviations by which the share has to be above it
+        most_misfit: mean squared innovation over its variance from which the filter is lost and starts anew
 
     Source: Yih, Ryu, Gerdes (2003), whose two observers it joins; tyres, unknowns and low speed are tierod's own.
     """
@@ -117,6 +112,7 @@ class CombinedSideslip:
     slowest: Annotated[float, "m/s", POSITIVE] = 0.5
     limit_share: Annotated[float, "", POSITIVE] = 0.85
     limit_certainty: Annotated[float, "", NOT_NEGATIVE] = 1.0
+    most_misfit: Annotated[float, "", POSITIVE] = 4.0
 
     Sample = CombinedSample
 
@@ -192,6 +188,7 @@ class CombinedSideslip:
             slowest=tuning.slowest,
             limit_share=tuning.limit_share,
             limit_certainty=tuning.limit_certainty,
+            most_misfit=tuning.most_misfit,
         )
 
     @property
@@ -201,7 +198,7 @@ class CombinedSideslip:
 
     def init(self) -> CombinedState:
         """Straight ahead, with everything as the vehicle file tells."""
-        return CombinedState(self.filter.init(), self.slowest, 0.0, self.angle_gate.init())
+        return CombinedState(self.filter.init(), self.slowest, 0.0, self.angle_gate.init(), 0.0, 1.0)
 
     def step(self, state: CombinedState, sample: CombinedSample) -> tuple[CombinedState, CombinedEstimate]:
         """One sample on."""
@@ -213,19 +210,35 @@ class CombinedSideslip:
         running = moving if self.filter.model.steering else both(moving, angle_known)
         inputs, free = self._inputs(sample)
         given = inputs._replace(vehicle_speed=where(running, inputs.vehicle_speed, math.inf))
+        if not self.filter.model.steering:
+            given = given._replace(road_wheel_angle=0.5 * (state.road_wheel_angle + inputs.road_wheel_angle))
         belief, estimate = self.filter.step(
             state.belief,
             self.filter.Sample(given, self._measured(sample)),
             process_noise=self._process_noise(state.belief, running, free),
         )
-        belief = belief._replace(mean=self._kept(belief.mean))
+        lateral = self._smoothed(state.lateral_acceleration, sample.lateral_acceleration, SMOOTHING)
+        belief = belief._replace(mean=self._kept(belief.mean, lateral))
+        per_reading = where(estimate.present > 0.5, estimate.nis / maximum(estimate.present, 1.0), math.inf)
+        misfit = self._smoothed(state.misfit, per_reading, PATIENCE)
+        lost = misfit > self.most_misfit
+        belief, misfit = self._restarted(belief, lost), where(lost, 1.0, misfit)
         speed = where(running, inputs.vehicle_speed, state.vehicle_speed)
         angle = where(both(running, angle_known), sample.road_wheel_angle, state.road_wheel_angle)
         seen = inputs._replace(vehicle_speed=speed)
         if not self.filter.model.steering:
             seen = seen._replace(road_wheel_angle=angle)
-        held = where(running, 0.0, 1.0)
-        return CombinedState(belief, speed, angle, angle_gate), self._estimate(belief, seen, estimate, held)
+        told = told_of(self.filter, belief, seen)
+        share = told["front_friction_used"] - self.limit_certainty * told["front_friction_used_deviation"]
+        output = CombinedEstimate(
+            **told,
+            limit_ahead=where(share > self.limit_share, 1.0, 0.0),
+            nis=estimate.nis,
+            readings=estimate.present,
+            held=where(running, 0.0, 1.0),
+            restarted=where(lost, 1.0, 0.0),
+        )
+        return CombinedState(belief, speed, angle, angle_gate, lateral, misfit), output
 
     def _inputs(self, sample: CombinedSample) -> tuple[Any, Any]:
         """What drives the model, every value finite but the speed's, and whether the road wheels turn freely."""
@@ -256,63 +269,31 @@ class CombinedSideslip:
             noise.append(where(running, moving, where(now < most, growth, 0.0)))
         return tuple(noise)
 
-    def _kept(self, mean: Any) -> Any:
-        """The mean with every factor held within what its prior makes possible."""
+    def _smoothed(self, before: Any, value: Any, time: float) -> Any:
+        """First-order low-pass; holds where the value is missing."""
+        share = self.filter.parameters.sample_time / (time + self.filter.parameters.sample_time)
+        return where(present(value), before + share * (where(present(value), value, before) - before), before)
+
+    def _restarted(self, belief: Belief, lost: Any) -> Belief:
+        """The belief, or the one of the start where it is lost."""
+        start = self.filter.init()
+        mean = [where(lost, first, now) for first, now in zip(start.mean, belief.mean, strict=True)]
+        pairs = zip(start.covariance, belief.covariance, strict=True)
+        return Belief(type(belief.mean)(*mean), tuple(where(lost, first, now) for first, now in pairs))
+
+    def _kept(self, mean: Any, lateral: Any) -> Any:
+        """The mean with every factor held within what its prior makes possible.
+
+        Friction is at least what the lateral acceleration shows, as far as that is below the usual friction.
+        """
+        car = self.filter.parameters.car
+        shown = absolute(lateral) / ((1.0 + car.roll_share) * GRAVITY * car.tyre_friction)
+        least = log(limit(shown, 1e-3, 1.0))
         kept = []
         for name, value, usual, variance in zip(
             mean._fields, mean, self.filter.initial_mean, self.filter.initial_variance, strict=True
         ):
             width = FARTHEST * sqrt(variance)
-            kept.append(limit(value, usual - width, usual + width) if name.startswith("log_") else value)
+            value = limit(value, usual - width, usual + width) if name.startswith("log_") else value
+            kept.append(maximum(value, least) if name == "log_friction" else value)
         return type(mean)(*kept)
-
-    def _estimate(self, belief: Belief, inputs: Any, estimate: Any, held: Any) -> CombinedEstimate:
-        def derived(mean: Any) -> Derived:
-            forces = self.filter.model.forces(mean, inputs, self.filter.parameters)
-            return Derived(
-                arctan(mean.lateral_speed / inputs.vehicle_speed),
-                forces.self_aligning_torque,
-                absolute(forces.front.lateral) / forces.front.greatest,
-            )
-
-        spread = [sqrt(value) for value in diagonal(congruence(jacobian(derived, belief.mean), belief.covariance))]
-        at, deviation = derived(belief.mean), Derived(*spread)
-        forces = self.filter.model.forces(belief.mean, inputs, self.filter.parameters)
-        return CombinedEstimate(
-            sideslip_angle=at.sideslip_angle,
-            sideslip_angle_deviation=deviation.sideslip_angle,
-            lateral_speed=belief.mean.lateral_speed,
-            corrected_yaw_rate=belief.mean.yaw_rate,
-            front_slip_angle=arctan(forces.front_slip),
-            rear_slip_angle=arctan(forces.rear_slip),
-            front_lateral_force=forces.front.lateral,
-            rear_lateral_force=forces.rear.lateral,
-            self_aligning_torque=at.self_aligning_torque,
-            self_aligning_torque_deviation=deviation.self_aligning_torque,
-            front_friction_used=at.front_friction_used,
-            front_friction_used_deviation=deviation.front_friction_used,
-            rear_friction_used=absolute(forces.rear.lateral) / forces.rear.greatest,
-            limit_ahead=self._limit_ahead(at.front_friction_used, deviation.front_friction_used),
-            nis=estimate.nis,
-            readings=estimate.present,
-            held=held,
-            **self._known(belief),
-        )
-
-    def _limit_ahead(self, used: Any, deviation: Any) -> Any:
-        return where(used - self.limit_certainty * deviation > self.limit_share, 1.0, 0.0)
-
-    def _known(self, belief: Belief) -> dict[str, Any]:
-        """The unknowns, their standard deviations and identified shares; as given where they are no states."""
-        names = self.filter.model.State._fields
-        variances = dict(zip(names, diagonal(belief.covariance), strict=True))
-        priors = dict(zip(names, self.filter.initial_variance, strict=True))
-        known: dict[str, Any] = {}
-        for name, field in FIELDS.items():
-            value = getattr(belief.mean, name) if name in variances else 0.0
-            variance, prior = variances.get(name, 0.0), priors.get(name, 1.0)
-            scale = exp(value) if name.startswith("log_") else 1.0
-            known[field] = scale if name.startswith("log_") else value
-            known[f"{field}_deviation"] = scale * sqrt(variance)
-            known[f"{field}_identified"] = limit(1.0 - variance / prior, 0.0, 1.0) if name in variances else 0.0
-        return {field: value for field, value in known.items() if field in CombinedEstimate._fields}

@@ -42,6 +42,7 @@ class CombinedEstimate(NamedTuple):
         steering_friction: dry friction of the steering, true over given
         nis, readings: normalised innovation squared of the sample, and over how many readings
         held: 1 where nothing could be estimated and the last estimate stands
+        restarted: 1 where the innovations had been too large for a second, and the filter started anew
     """
 
     sideslip_angle: Annotated[Any, "rad"]
@@ -81,3 +82,4 @@ class CombinedEstimate(NamedTuple):
     nis: Annotated[Any, ""]
     readings: Annotated[Any, ""]
     held: Annotated[Any, ""]
+    restarted: Annotated[Any, ""]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, fields
-from typing import Annotated, Any
+from typing import Annotated
 
 from tierod.models.lateral_motion import OF_STEERING, UNKNOWNS
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
@@ -46,7 +46,7 @@ class Noises:
         held_lateral_speed, held_yaw_rate, held_road_wheel_angle: growth while nothing can be estimated
     """
 
-    lateral_speed: Annotated[float, "m/s**1.5", NOT_NEGATIVE] = 0.01
+    lateral_speed: Annotated[float, "m/s**1.5", NOT_NEGATIVE] = 0.02
     yaw_rate: Annotated[float, "rad/s**1.5", NOT_NEGATIVE] = 0.005
     roll_rate: Annotated[float, "rad/s**1.5", NOT_NEGATIVE] = 0.002
     road_wheel_rate: Annotated[float, "rad/s**1.5", NOT_NEGATIVE] = 0.5
@@ -75,6 +75,8 @@ class CombinedTuning:
         slowest: speed below which the last estimate is held
         limit_share: of the greatest front force, from which the peak is announced
         limit_certainty: standard deviations by which the share has to be above it
+        most_misfit: mean squared innovation over its variance, per reading, from which the filter starts anew; a right
+            model has 1, one as wrong as real cars' 2
     """
 
     log_front_stiffness: Wandering | None = field(default_factory=lambda: Wandering(0.2, 3600.0))
@@ -93,6 +95,7 @@ class CombinedTuning:
     slowest: Annotated[float, "m/s", POSITIVE] = 0.5
     limit_share: Annotated[float, "", POSITIVE] = 0.7
     limit_certainty: Annotated[float, "", NOT_NEGATIVE] = 1.0
+    most_misfit: Annotated[float, "", POSITIVE] = 4.0
 
     def followed(self, steering: bool) -> dict[str, Wandering]:
         """The unknowns that are states, in the order of `UNKNOWNS`; those of the steering only where it is a state."""
@@ -104,8 +107,3 @@ class CombinedTuning:
 def per_sample(growth: float, sample_time: float) -> float:
     """Variance per sample of a growth after one second."""
     return growth * growth * sample_time
-
-
-def as_tuple(values: dict[str, Any], names: tuple[str, ...], default: Any = 0.0) -> tuple[Any, ...]:
-    """Values in the order of names."""
-    return tuple(values.get(name, default) for name in names)
