@@ -1,3 +1,5 @@
+import math
+
 import numpy as np
 import pytest
 from scipy import signal
@@ -22,7 +24,7 @@ def truth(filter, frequency):
 
 def test_spectra_are_those_of_scipy():
     given, found, _ = noisy(1)
-    ours = measured_response(given, found, RATE, 2.0)
+    ours = measured_response(given, found, RATE, 2.0, math.inf)
     options = {"fs": RATE, "nperseg": 400, "detrend": "constant"}
     cross, power = signal.csd(given, found, **options)[1], signal.welch(given, **options)[1]
     np.testing.assert_allclose(ours.gain, (cross / power)[1:], rtol=1e-9)
@@ -61,12 +63,15 @@ def test_the_band_covers_the_truth_under_a_sweep_too():
     assert 0.92 < np.mean(inside) < 0.99
 
 
-def test_a_frequency_that_comes_in_one_piece_has_no_band():
-    once = np.zeros(4000)
-    once[1190:1210] = np.hanning(20)
-    ours = measured_response(once, once, RATE, 4.0)
-    assert np.isnan(ours.relative_deviation[1:]).all()
-    assert not ours.usable()[1:].any()
+def test_an_input_in_one_piece_has_the_band_of_the_noise_in_all_others():
+    given = np.zeros(40000)
+    given[1190:1210] = 50.0 * np.hanning(20)
+    inside = []
+    for seed in range(20):
+        found = 2.0 * given + np.random.default_rng(seed).normal(size=len(given))
+        low, high = measured_response(given, found, RATE, 2.0).between(1.0, 10.0).band()
+        inside += ((low <= 2.0) & (high >= 2.0)).tolist()
+    assert 0.85 < np.mean(inside) < 0.99
 
 
 def test_pieces_with_gaps_are_left_out():
@@ -89,6 +94,18 @@ def test_signals_that_do_not_fit_are_refused(count, other):
         measured_response(np.zeros(count), np.zeros(other), RATE, 2.0)
 
 
+def test_neighbouring_frequencies_are_averaged_in_bands():
+    given, found, _ = noisy(4, noise=0.0)
+    lines, bands = (measured_response(given, found, RATE, 2.0, width) for width in (math.inf, 12.0))
+    assert len(bands.frequency) < len(lines.frequency) / 2
+    ratios = bands.frequency[1:] / bands.frequency[:-1]
+    assert ratios[bands.frequency[1:] > 20.0].min() == pytest.approx(2 ** (1 / 12), rel=0.03)
+    near = np.abs(lines.frequency - bands.frequency[-5]) <= 0.03 * bands.frequency[-5]
+    assert abs(bands.gain[-5]) == pytest.approx(abs(lines.gain[near].mean()), rel=0.1)
+
+
 def test_wrong_settings_are_refused():
+    with pytest.raises(ParameterError, match="bands is 0"):
+        measured_response(np.zeros(4000), np.zeros(4000), RATE, bands=0.0)
     with pytest.raises(ParameterError, match="above zero"):
         measured_response(np.zeros(4000), np.zeros(4000), 0.0)

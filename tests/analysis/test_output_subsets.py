@@ -3,7 +3,7 @@ import pytest
 
 from analysis.column_sets import TORQUES, column
 from tierod.analysis.extended import extended
-from tierod.analysis.output_subsets import Sampling, output_subsets, shown_by
+from tierod.analysis.output_subsets import Sampling, disagreements, output_subsets, shown_by
 from tierod.errors import ParameterError
 from tierod.models.linear import LinearSystem
 
@@ -20,10 +20,17 @@ def test_every_choice_of_outputs_once():
 
 
 def test_sentences_say_where_methods_disagree_and_why():
-    table = {row.outputs: row for row in output_subsets(column("S3"), SAMPLING)}
-    assert table["steering_wheel_angle",].sentence() == "all methods agree"
-    assert "says 4, which is double precision" in table["driver_torque",].sentence()
-    assert "times its tolerance" in table["steering_wheel_angle", "driver_torque"].sentence()
+    table = output_subsets(column("S3"), SAMPLING)
+    unscaled, chance = disagreements(table)
+    assert unscaled.startswith("The unscaled matrix says otherwise for driver_torque. ")
+    assert "spread over 17 decades, of which its tolerance leaves 15" in unscaled
+    assert "choice for driver_torque; steering_wheel_angle + driver_torque:" in chance
+    assert disagreements(table[:2]) == []
+
+
+def test_the_bound_of_the_test_by_eigenvectors_is_told():
+    table = output_subsets(extended(column(), TORQUES), SAMPLING)
+    assert any(told.startswith("The PBH test says otherwise for driver_torque:") for told in disagreements(table))
 
 
 def test_bounds_and_conditions_are_better_with_more_outputs():

@@ -26,8 +26,8 @@ class MeasuredResponse:
         frequency: [Hz], (frequencies,)
         gain: complex, output over input; NaN where the input has no power
         coherence: share of the output's power that follows the input linearly, 0 to 1
-        relative_deviation: standard deviation of the size over the size, and of the phase [rad]; NaN where a single
-            piece holds nearly all of the input, so that nothing says how it scatters
+        relative_deviation: standard deviation of the size over the size, and of the phase [rad]; NaN where the input
+            has no power
     """
 
     frequency: np.ndarray
@@ -51,7 +51,9 @@ class MeasuredResponse:
         return MeasuredResponse(*(values[chosen] for values in parts))
 
 
-def measured_response(given: np.ndarray, found: np.ndarray, rate: float, piece: float = 2.0) -> MeasuredResponse:
+def measured_response(
+    given: np.ndarray, found: np.ndarray, rate: float, piece: float = 2.0, bands: float = 24.0
+) -> MeasuredResponse:
     """The gain from one signal to another: cross spectrum over spectrum of the input (H1), averaged over pieces.
 
     Noise of the output does not bias it; noise of the input, and control that feeds the output back to it, do. A piece
@@ -61,13 +63,15 @@ def measured_response(given: np.ndarray, found: np.ndarray, rate: float, piece: 
         given: input, evenly sampled; pieces with a missing sample (NaN) are left out
         found: output, likewise
         rate: [Hz]
-        piece: length of the pieces, which overlap by half [s]; the frequencies are 1 / piece apart
+        piece: length of the pieces, which overlap by half [s]; the frequencies are 1 / piece apart at least
+        bands: per octave, over which neighbouring frequencies are averaged too; inf for none of that
 
     Raises:
         InputError: signals of different length, or too short for a few pieces
         ParameterError: a rate or piece that is not above zero
 
-    Source: P. D. Welch, 1967; D. J. Thomson, A. D. Chave, 1991, for the scatter.
+    Source: P. D. Welch, 1967; J. S. Bendat, A. G. Piersol, Random Data, 4th ed., section 9.2, for noise alike in all
+    pieces; J. G. MacKinnon, H. White, 1985, for the other scatter.
     """
     if not 0.0 < rate < np.inf or not 0.0 < piece < np.inf:
         raise ParameterError(f"rate is {rate} Hz and piece {piece} s; expected both above zero")
@@ -82,29 +86,54 @@ def measured_response(given: np.ndarray, found: np.ndarray, rate: float, piece: 
             f"{np.count_nonzero(whole)} whole pieces of {piece:g} s are too few for a frequency response; "
             f"expected {FEWEST} or more, that is {0.5 * piece * (FEWEST + 1):g} s without a gap"
         )
+    frequency = np.fft.rfftfreq(length, 1.0 / rate)[1:]
+    starts = _band_starts(frequency, bands)
     inputs, outputs = inputs[whole][:, 1:], outputs[whole][:, 1:]
-    power, other = ((np.abs(spectra) ** 2).sum(axis=0) for spectra in (inputs, outputs))
-    cross = (inputs.conj() * outputs).sum(axis=0)
+    power, other = (_sums(np.abs(spectra) ** 2, starts) for spectra in (inputs, outputs))
+    cross = _sums(inputs.conj() * outputs, starts)
     driven = (power > 1e-12 * power.max()) & (other > 0.0)
     power, other = np.where(driven, power, 1.0), np.where(driven, other, 1.0)
+    counts = np.diff(np.append(starts, len(frequency)))
     return MeasuredResponse(
-        np.fft.rfftfreq(length, 1.0 / rate)[1:],
+        np.add.reduceat(frequency, starts) / counts,
         np.where(driven, cross / power, np.nan),
         np.where(driven, np.minimum(np.abs(cross) ** 2 / (power * other), 1.0), 0.0),
-        np.where(driven, _relative_deviation(inputs, outputs, cross / power, power), np.nan),
+        np.where(driven, _relative_deviation(inputs, outputs, cross / power, power, starts), np.nan),
     )
 
 
-def _relative_deviation(inputs: np.ndarray, outputs: np.ndarray, gain: np.ndarray, power: np.ndarray) -> np.ndarray:
-    """The scatter of a gain over its size as the jackknife tells it, one piece left out at a time.
+def _band_starts(frequency: np.ndarray, bands: float) -> np.ndarray:
+    """First index of every band."""
+    if not bands > 0.0:
+        raise ParameterError(f"bands is {bands}; expected a number per octave above zero")
+    number = np.arange(len(frequency)) if np.isinf(bands) else np.floor(bands * np.log2(frequency / frequency[0]))
+    return np.flatnonzero(np.diff(number, prepend=-1))
 
-    Noise need not be the same in all pieces, nor the input: a sweep passes every frequency in few of them.
+
+def _sums(values: np.ndarray, starts: np.ndarray) -> np.ndarray:
+    """Over all pieces and the frequencies of each band."""
+    return np.add.reduceat(values.sum(axis=0), starts)
+
+
+def _relative_deviation(
+    inputs: np.ndarray, outputs: np.ndarray, gain: np.ndarray, power: np.ndarray, starts: np.ndarray
+) -> np.ndarray:
+    """The scatter of a gain over its size.
+
+    The larger of two: that of noise alike in all pieces, and that which the residuals of the very pieces tell that hold
+    the input, each as if its piece had been left out. The second sees what comes with the input, such as friction, but
+    needs more than one piece with input.
     """
-    share = np.abs(inputs) ** 2 / power
-    rest = np.abs(outputs - gain * inputs) / (1.0 - np.minimum(share, _ALONE))
-    variance = _OVERLAP * (share * rest**2).sum(axis=0) / power
-    known = (share.max(axis=0) < _ALONE) & (np.abs(gain) > 0.0)
-    return np.where(known, np.sqrt(0.5 * variance) / np.where(known, np.abs(gain), 1.0), np.nan)
+    lengths = np.diff(np.append(starts, inputs.shape[1]))
+    residuals = outputs - np.repeat(gain, lengths) * inputs
+    share = np.add.reduceat(np.abs(inputs) ** 2, starts, axis=1) / power
+    pulls = np.add.reduceat(inputs.conj() * residuals, starts, axis=1) / (1.0 - np.minimum(share, _ALONE))
+    near, next_but_one = (1.0 - np.minimum(step / lengths, 1.0) for step in (1, 2))
+    alike = _sums(np.abs(residuals) ** 2, starts) / (len(inputs) * lengths - 1.0)
+    alike = alike * (1.0 + 2.0 * near * (2.0 / 3.0) ** 2 + 2.0 * next_but_one / 36.0) * power
+    with_input = np.where(share.max(axis=0) < _ALONE, (np.abs(pulls) ** 2).sum(axis=0), 0.0)
+    size = np.where(np.abs(gain) > 0.0, np.abs(gain), np.inf)
+    return np.sqrt(0.5 * _OVERLAP * np.maximum(alike, with_input)) / (power * size)
 
 
 def _spectra(signal: np.ndarray, length: int) -> np.ndarray:

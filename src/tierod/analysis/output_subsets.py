@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -18,7 +19,8 @@ from tierod.models.disturbances import with_outputs
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.modes import TOLERANCE
 
-_NEAR = 10.0
+MATRICES = ("unscaled matrix", "sampled matrix", "scaled matrix")
+"""Methods that take the rank of an observability matrix."""
 
 
 @dataclass(frozen=True)
@@ -71,37 +73,60 @@ class Shown:
             "unscaled matrix": self.unscaled.rank,
         }
 
-    def sentence(self) -> str:
-        """Whether the methods agree, and where they do not, why."""
-        differ = {name: rank for name, rank in self.ranks.items() if rank != self.exact.rank}
-        if not differ:
-            return "all methods agree" + self._by_a_hair()
-        parts = []
-        if "unscaled matrix" in differ:
-            parts.append(self._about(self.unscaled, "unscaled"))
-        if "sampled matrix" in differ:
-            parts.append(self._about(self.sampled, "sampled"))
-        if "scaled matrix" in differ:
-            parts.append(self._about(self.scaled, "scaled"))
-        if "PBH" in differ:
-            parts.append(
-                f"the PBH test says {self.pbh}: it tells that a state is hidden, but bounds how many from one side"
-            )
-        return "; ".join(parts)
+    @property
+    def by_chance(self) -> bool:
+        """Whether rounding decides the unscaled rank: a singular value lies within a decade of its tolerance."""
+        return 0.1 < self.unscaled.margin < 10.0
 
-    def _about(self, rank: Rank, which: str) -> str:
-        values = rank.singular_values
-        decades = np.log10(values[0] / max(values[-1], np.finfo(float).tiny))
-        return (
-            f"the {which} matrix says {rank.rank}, which is double precision and not the system: its singular values "
-            f"span {decades:.0f} decades, the tolerance leaves {np.log10(values[0] / rank.tolerance):.0f}"
+
+def disagreements(rows: Sequence[Shown], label: Callable[[tuple[str, ...]], str] = " + ".join) -> list[str]:
+    """Where methods disagree with the staircase, and why, a sentence for each method.
+
+    Args:
+        rows: of one system
+        label: of a choice of outputs
+    """
+
+    def choices(some: Sequence[Shown]) -> str:
+        return "every choice" if len(some) == len(rows) else "; ".join(label(row.outputs) for row in some)
+
+    told = []
+    for method in MATRICES:
+        other = [row for row in rows if row.ranks[method] != row.exact.rank]
+        if other:
+            told.append(f"The {method} says otherwise for {choices(other)}. {_why(other, method)}")
+    other = [row for row in rows if row.pbh != row.exact.rank]
+    if other:
+        told.append(
+            f"The PBH test says otherwise for {choices(other)}: of an eigenvalue that is there several times it sees "
+            "the eigenvectors, not what leads to them, so that it tells whether all is shown, and only bounds how much."
         )
+    lucky = [row for row in rows if row.by_chance]
+    if lucky:
+        told.append(
+            f"The rank of the unscaled matrix is rounding's choice for {choices(lucky)}: a singular value lies within "
+            "a decade of the tolerance."
+        )
+    return told
 
-    def _by_a_hair(self) -> str:
-        margin = self.unscaled.margin
-        if not 1.0 / _NEAR < margin < _NEAR:
-            return ""
-        return f"; the unscaled matrix by chance, a singular value is {margin:.2g} times its tolerance"
+
+def _why(rows: Sequence[Shown], method: str) -> str:
+    """How far the singular values spread, and how far the tolerance reaches."""
+    spread, reach = [], []
+    for row in rows:
+        rank: Rank = getattr(row, method.removesuffix(" matrix"))
+        values = rank.singular_values
+        spread.append(math.log10(values[0] / max(values[-1], np.finfo(float).tiny)))
+        reach.append(math.log10(values[0] / rank.tolerance))
+    return (
+        f"Its singular values spread over {_range(spread)} decades, of which its tolerance leaves {_range(reach)}: it "
+        "is the rank of these numbers in double precision, not of the system."
+    )
+
+
+def _range(values: Sequence[float]) -> str:
+    low, high = round(min(values)), round(max(values))
+    return f"{low}" if low == high else f"{low} to {high}"
 
 
 def shown_by(system: LinearSystem, outputs: Sequence[str], sampling: Sampling) -> Shown:

@@ -38,7 +38,9 @@ class StudyPage:
 
 
 @dataclass
-class _Section:
+class Section:
+    """A part of a page: heading, paragraphs, and the tables and charts below it, each with its kind."""
+
     title: str
     text: tuple[str, ...]
     parts: list[tuple[str, Any]] = field(default_factory=list)
@@ -51,15 +53,15 @@ _VERDICTS = {True: ("✓", "holds", "good"), False: ("✕", "does not hold", "ba
 def render_study(page: StudyPage) -> str:
     """The page as text."""
     claims = [item for item in page.items if isinstance(item, Claim)]
-    sections = _sections(page.items)
-    charts = [part for section in sections for kind, part in section.parts if kind == "chart"]
+    parts = sections(page.items)
+    charts = [part for section in parts for kind, part in section.parts if kind == "chart"]
     return template("study.html.j2").render(
         page=page,
         created=moment(page.created),
         counts=[(*_VERDICTS[met], sum(claim.met is met for claim in claims)) for met in (True, False, None)],
         plural=_PLURAL,
         groups=[(title, rows) for title, rows in _groups(page.groups, claims) if rows],
-        sections=sections,
+        sections=parts,
         charts=[chart_script(figure) for figure in charts],
         library=library() if charts else "",
         **looks(),
@@ -94,15 +96,15 @@ def _figure(value: float | str | None) -> str:
     return value if isinstance(value, str) else number(value, 4)
 
 
-def _sections(items: Sequence[Item]) -> list[_Section]:
+def sections(items: Sequence[Item]) -> list[Section]:
     """The items after their headings; claims stand elsewhere."""
-    sections = [_Section("", ())]
+    found = [Section("", ())]
     for item in items:
         if isinstance(item, Heading):
-            sections.append(_Section(item.title, item.text))
+            found.append(Section(item.title, item.text))
         elif isinstance(item, Table):
-            sections[-1].parts.append(("table", item))
+            found[-1].parts.append(("table", item))
         elif isinstance(item, Chart):
             figure: Figure = study_figure(item)
-            sections[-1].parts.append(("chart", figure))
-    return [section for section in sections if section.title or section.parts]
+            found[-1].parts.append(("chart", figure))
+    return [section for section in found if section.title or section.parts]

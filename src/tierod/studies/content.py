@@ -41,16 +41,21 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
     note: str = ""
 
+    @property
+    def numeric(self) -> tuple[int, ...]:
+        """The columns that hold numbers."""
+        columns = range(len(self.header))
+        return tuple(i for i in columns if all(_is_figure(row[i]) for row in self.rows))
+
     def markdown(self) -> str:
         """The table as it stands in the documentation: columns of numbers to the right."""
-        right = [all(_is_figure(row[i]) for row in self.rows) for i in range(len(self.header))]
-        rule = tuple("---:" if flag else "---" for flag in right)
+        rule = tuple("---:" if i in self.numeric else "---" for i in range(len(self.header)))
         lines = ["| " + " | ".join(line) + " |" for line in (self.header, rule, *self.rows)]
         return f"**{self.title}**\n\n" + "\n".join(lines) + "\n" + (f"\n{self.note}\n" if self.note else "")
 
 
 def _is_figure(cell: str) -> bool:
-    return not cell or cell[:1] in "+-.0123456789–−±"
+    return not cell or cell[:1] in "+-.0123456789–−±∞"
 
 
 @dataclass(frozen=True)

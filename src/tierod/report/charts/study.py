@@ -28,6 +28,8 @@ from tierod.studies.content import Band, Bars, Boxes, Chart, Lines, Mark, Panel,
 
 _COLOURS = (BLUE, RED, GREEN, AMBER, "#6d28d9", "#0e7490", GREY, "#9d174d")
 _PANEL, _ALONE = 240, 330
+_DIGITS, _SMALL = 5, 10
+"""Of the largest value of a curve, that are kept; on a logarithmic axis small ones show too."""
 
 
 def study_figure(chart: Chart) -> Figure:
@@ -48,7 +50,7 @@ def study_figure(chart: Chart) -> Figure:
         for mark in panel.marks:
             shown = {"showlegend": mark.name not in told, "legendgroup": mark.name}
             told.add(mark.name)
-            drawn_mark = _drawn(mark, colours[mark.name])
+            drawn_mark = _drawn(mark, colours[mark.name], _SMALL if panel.logarithmic else _DIGITS)
             drawn_mark |= {"x": drawn_mark["y"], "y": drawn_mark["x"]} if panel.sideways else {}
             data.append(drawn_mark | shown | {"xaxis": f"x{suffix}", "yaxis": f"y{suffix}"})
         drawn, named = _rules(replace(panel, levels=(), uprights=panel.levels) if panel.sideways else panel, suffix)
@@ -87,11 +89,11 @@ def _colours(chart: Chart) -> dict[str, str]:
     return {name: _COLOURS[index % len(_COLOURS)] for index, name in enumerate(names)}
 
 
-def _drawn(mark: Mark, colour: str) -> dict[str, Any]:
+def _drawn(mark: Mark, colour: str, digits: int) -> dict[str, Any]:
     match mark:
         case Lines():
             line = {"color": colour, "width": 1.5, "dash": "dash" if mark.dashed else "solid"}
-            points = {"x": rounded(mark.x, 6), "y": rounded(mark.y), "connectgaps": False}
+            points = {"x": rounded(mark.x, 6), "y": rounded(mark.y, digits), "connectgaps": False}
             return {"type": "scatter", "mode": "lines", "name": mark.name, "line": line} | points
         case Bars():
             edges = np.asarray(mark.edges, float)

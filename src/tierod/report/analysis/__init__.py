@@ -1,0 +1,1 @@
+"""What `tierod analyse` shows: a file per subject, and the page."""
