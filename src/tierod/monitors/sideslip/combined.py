@@ -16,7 +16,8 @@ from tierod.estimators.linear_algebra import diagonal
 from tierod.estimators.shapes import Belief
 from tierod.filters.jump_gate import JumpGate
 from tierod.graph.maths import absolute, both, limit, log, maximum, present, sqrt, where
-from tierod.models.lateral_motion import LateralParameters, Sampled, lateral_motion
+from tierod.models.lateral_motion import lateral_motion
+from tierod.models.lateral_parameters import LateralParameters, Sampled
 from tierod.monitors.sideslip.combined_output import told as told_of
 from tierod.monitors.sideslip.combined_sample import CombinedEstimate, CombinedSample
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning, per_sample

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field, fields
 from typing import Annotated
 
-from tierod.models.lateral_motion import OF_STEERING, UNKNOWNS
+from tierod.models.lateral_parameters import OF_STEERING, UNKNOWNS
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 

@@ -1,0 +1,85 @@
+"""States, inputs, outputs and forces of the lateral motion of a car."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+from tierod.models.axle_force import AxleForce
+
+
+class Body(NamedTuple):
+    """Lateral speed of the centre of gravity, yaw rate, and the lateral deflections of the axles' tyres."""
+
+    lateral_speed: Annotated[float, "m/s"]
+    yaw_rate: Annotated[float, "rad/s"]
+    front_deflection: Annotated[float, "m"]
+    rear_deflection: Annotated[float, "m"]
+
+
+class Roll(NamedTuple):
+    """Roll of the body, positive when its right side goes down."""
+
+    roll_angle: Annotated[float, "rad"]
+    roll_rate: Annotated[float, "rad/s"]
+
+
+class Steering(NamedTuple):
+    """Mean angle of the road wheels, its rate, and dry friction over its level."""
+
+    road_wheel_angle: Annotated[float, "rad"]
+    road_wheel_rate: Annotated[float, "rad/s"]
+    friction_share: Annotated[float, ""]
+
+
+class Driven(NamedTuple):
+    """Speeds and angle from outside, for a car whose steering angle is taken as known."""
+
+    vehicle_speed: Annotated[float, "m/s"]
+    longitudinal_acceleration: Annotated[float, "m/s**2"]
+    road_wheel_angle: Annotated[float, "rad"]
+
+
+class DrivenByWire(NamedTuple):
+    """Speeds, and the torque of the actuator at the road wheels; without one (`torque_known` 0) the rate is kept."""
+
+    vehicle_speed: Annotated[float, "m/s"]
+    longitudinal_acceleration: Annotated[float, "m/s**2"]
+    road_wheel_torque: Annotated[float, "N*m"]
+    torque_known: Annotated[float, ""]
+
+
+class Measured(NamedTuple):
+    """What an inertial unit measures."""
+
+    yaw_rate: Annotated[float, "rad/s"]
+    lateral_acceleration: Annotated[float, "m/s**2"]
+
+
+class MeasuredByWire(NamedTuple):
+    """What an inertial unit and the sensor of the road wheels measure."""
+
+    yaw_rate: Annotated[float, "rad/s"]
+    lateral_acceleration: Annotated[float, "m/s**2"]
+    road_wheel_angle: Annotated[float, "rad"]
+
+
+class Forces(NamedTuple):
+    """Forces of both axles and the torque that they make about the kingpins.
+
+    Args:
+        front, rear: across the wheels
+        front_across, rear_across: across the body [N]
+        front_slip, rear_slip: tangents of the slip angles that act [-]
+        pneumatic_trail, rear_trail: of the axles [m]
+        self_aligning_torque: of the front axle, opposes positive steer [N*m]
+    """
+
+    front: AxleForce
+    rear: AxleForce
+    front_across: Any
+    rear_across: Any
+    front_slip: Any
+    rear_slip: Any
+    pneumatic_trail: Any
+    rear_trail: Any
+    self_aligning_torque: Any
