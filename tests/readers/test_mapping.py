@@ -218,3 +218,16 @@ def test_a_map_for_the_bus_does_not_hinder_a_converted_file(tmp_path):
     recording = read(path, channel_map=mapped(tmp_path, text))
     assert recording["yaw_rate"].values.tolist() == [0.1, 0.2, 0.3]
     assert any("names no column of this file" in warning for warning in recording.warnings)
+
+
+def test_a_mapped_signal_is_not_taken_raw_where_its_column_has_the_same_name(tmp_path):
+    path = tmp_path / "drive.csv"
+    path.write_text("time,yaw_rate\n" + "".join(f"{0.01 * k:.2f},{k}\n" for k in range(50)))
+    text = '[signals.yaw_rate]\nsource = "yaw_rate"\nunit = "deg/s"\n'
+    found = read(path, channel_map=mapped(tmp_path, text), names=["yaw_rate"])["yaw_rate"]
+    assert found.unit == "rad/s"
+    assert found.values[-1] == pytest.approx(np.radians(49.0))
+
+
+def test_a_truth_that_is_asked_for_may_be_absent(drive):
+    assert "truth_sideslip_angle" not in read(drive, names=["steering_wheel_angle", "truth_sideslip_angle"])

@@ -96,7 +96,8 @@ def plan(columns: Sequence[Column], channel_map: ChannelMap | None, names: Itera
         if wanted is None or (found and found.name in wanted) or column.name in wanted:
             asked = wanted is not None and found is not None and found.name in wanted
             pick, warning = _guessed(column, found, asked)
-            if column.name not in taken or (wanted is not None and column.name in wanted):
+            raw = wanted is not None and column.name in wanted and column.name not in entries
+            if column.name not in taken or raw:
                 picks.append(pick)
             warnings.append(warning)
     return Plan(tuple(picks), tuple(filter(None, warnings)), channel_map.path if channel_map else "")

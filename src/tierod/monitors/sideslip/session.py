@@ -37,6 +37,9 @@ JUDGED = ("road_wheel_angle", "steering_wheel_angle", "lateral_acceleration", "m
 LEAST_ENABLED = 5.0
 """Seconds of estimating below which nothing is said: a few time constants of the slowest observer."""
 
+BAND = 1.96
+"""Standard deviations within which 95 % of a Gaussian error lie."""
+
 FITTING = 10.0
 """Mean NIS per reading from which on the parameters do not fit the car; a consistent filter has 1."""
 
@@ -129,6 +132,8 @@ class SideslipSession(BlockSession):
             return Conclusion(self._withheld(*reason, evidence), withheld=tuple(self.traces))
         if over.compared:
             evidence["error_against_truth_rms_rad"] = math.sqrt(over.squared_error / over.compared)
+            evidence["error_against_truth_mean_absolute_rad"] = over.absolute_error / over.compared
+            evidence["truth_within_95_band_share"] = over.covered / over.compared
         evidence |= {"mean_deviation_rad": math.sqrt(over.variance / over.samples), "nis_mean": found.nis}
         figures = {
             "enabled_samples": float(found.samples),
@@ -188,8 +193,9 @@ class _OverDrive:
     """Figures over the pieces of a recording."""
 
     def __init__(self) -> None:
-        self.seen = self.samples = self.compared = self.angles = self.torques = 0
-        self.peak = self.peak_deviation = self.variance = self.squared_error = self.fastest = 0.0
+        self.seen = self.samples = self.compared = self.covered = self.angles = self.torques = 0
+        self.peak = self.peak_deviation = self.variance = self.fastest = 0.0
+        self.squared_error = self.absolute_error = 0.0
 
     def add(
         self,
@@ -207,9 +213,12 @@ class _OverDrive:
         self.torques += int(np.isfinite(torque).sum())
         self.fastest = max(self.fastest, float(np.nanmax(speed, initial=0.0)))
         self.variance += float(np.sum(deviation[running] ** 2))
-        error = (sideslip - truth)[running & np.isfinite(truth)]
+        judged = running & np.isfinite(truth)
+        error, band = (sideslip - truth)[judged], BAND * deviation[judged]
         self.compared += len(error)
+        self.covered += int(np.sum(np.abs(error) <= band))
         self.squared_error += float(error @ error)
+        self.absolute_error += float(np.abs(error).sum())
         if running.any():
             at = int(np.argmax(np.where(running, np.abs(sideslip), -1.0)))
             if abs(sideslip[at]) > abs(self.peak):
