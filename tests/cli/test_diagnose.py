@@ -49,6 +49,18 @@ def test_raw_counts_cannot_be_judged_and_end_with_two(place, healthy, capsys):
     assert "counts" in capsys.readouterr().out
 
 
+def test_a_recording_that_names_no_vehicle_needs_one(place, healthy, capsys):
+    write(Recording(healthy.channels), "drive.parquet")
+    assert diagnose("drive.parquet", "--no-report") == 3
+    assert "no vehicle is given, and the recording names none" in capsys.readouterr().err
+
+
+def test_the_vehicle_that_a_recording_names_is_taken_and_told(place, healthy, capsys):
+    write(Recording(healthy.channels, {"virtual_car": "midsize-eps"}), "drive.parquet")
+    assert diagnose("drive.parquet", "--no-report") == 0
+    assert "vehicle: midsize-eps, as the recording names it" in capsys.readouterr().err
+
+
 def test_a_report_is_never_written_over_what_was_given(place, healthy, capsys):
     write(healthy, "drive.parquet")
     before = (place / "drive.parquet").read_bytes()
@@ -79,7 +91,7 @@ def test_names_with_brackets_and_tags_are_text(place, healthy, capsys):
     [
         (["absent.parquet", "--vehicle", "midsize-eps"], "there is no file absent.parquet"),
         (["car.toml", "--vehicle", "midsize"], "did you mean 'midsize-eps'"),
-        (["drive.parquet"], "see 'tierod diagnose --help'"),
+        (["drive.parquet"], "there is no file drive.parquet"),
         (["x.csv", "--vehicle", "midsize-eps", "--monitor", "hysteresis"], "choose with --variant"),
     ],
 )

@@ -36,6 +36,7 @@ from tierod.models.steering_column import ColumnParameters
 from tierod.models.two_inertia_column import TwoInertiaParameters
 from tierod.monitors.driver_torque.delayed import DelayedHandTorque
 from tierod.monitors.driver_torque.hands import HandsMonitor
+from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
 from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.printed import PrintedObserver
 from tierod.monitors.driver_torque.starting import Starting
@@ -122,6 +123,9 @@ def examples() -> dict[type, Callable[[], Any]]:
         RefinedFrictionMonitor: lambda: consistent(CAR),
         RollingVariance: lambda: RollingVariance(50, 40),
         CombinedSideslip: lambda: CombinedSideslip.of_vehicle(load("midsize-eps"), DT),
+        DriverTorqueMonitor: lambda: DriverTorqueMonitor(
+            ColumnObserver.of_vehicle(load("column-bench"), 1e-3), HandsMonitor.of_vehicle(load("column-bench"), 1e-3)
+        ),
         HandsMonitor: lambda: HandsMonitor.of_vehicle(load("column-bench"), 1e-3),
         BaselineFrictionMonitor: lambda: BaselineFrictionMonitor(
             load("midsize-eps").parameters_for(BaselineParameters), threshold=1000.0, gate=None

@@ -16,8 +16,12 @@ def diagnose(
         Path, typer.Argument(help="MF4, Parquet, CSV, MATLAB 5, or a CAN log (candump, ASC, BLF, TRC).")
     ],
     vehicle: Annotated[
-        str, typer.Option(help="A vehicle's name (see 'tierod vehicles') or the path of its TOML file.")
-    ],
+        str | None,
+        typer.Option(
+            help="A vehicle's name (see 'tierod vehicles') or the path of its TOML file; the one that the recording "
+            "names where not given."
+        ),
+    ] = None,
     monitor: Annotated[str, typer.Option(help="What to watch (see 'tierod monitors').")] = "friction",
     variant: Annotated[
         str | None, typer.Option(help="How to watch it; the monitor's default where not given and it has one.")
@@ -45,8 +49,14 @@ def diagnose(
     """Judge a recording of a drive: healthy (0), fault (1), could not judge (2), bad input (3)."""
     from tierod.cli.terminal import messages, progress
     from tierod.cli.terminal import output as console
+    from tierod.monitors.named_vehicle import vehicle_named_in
     from tierod.monitors.run import diagnose as run
 
+    if vehicle is None:
+        vehicle = vehicle_named_in(recording, dbc or None, channel_map)
+        messages().print(
+            f"vehicle: {vehicle}, as the recording names it; --vehicle takes another", soft_wrap=True, markup=False
+        )
     target = output or Path(f"{recording.stem}-{monitor}.html") if report else None
     _refuse_to_overwrite(target, [recording, vehicle, *(dbc or []), channel_map, own_level, memory])
     with progress(f"reading {recording.name}") as advance:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from tierod.monitors.driver_torque.definition import DRIVER_TORQUE
 from tierod.monitors.friction.definition import FRICTION
 from tierod.monitors.hysteresis.definition import HYSTERESIS
 from tierod.monitors.session import Monitor
 from tierod.monitors.sideslip.definition import SIDESLIP
 
-MONITORS: Mapping[str, Monitor] = {monitor.name: monitor for monitor in (FRICTION, HYSTERESIS, SIDESLIP)}
+MONITORS: Mapping[str, Monitor] = {monitor.name: monitor for monitor in (FRICTION, HYSTERESIS, SIDESLIP, DRIVER_TORQUE)}
 """By name, as given on the command line."""

@@ -16,6 +16,7 @@ from tierod.derive import complete, ingredients
 from tierod.errors import InputError, ParameterError, nearest
 from tierod.findings import Diagnosis
 from tierod.monitors.into_memory import MemoryFeed
+from tierod.monitors.named_vehicle import vehicle_named_in
 from tierod.monitors.own_level import OwnLevel, load_own_level, refuse_foreign, store_own_level
 from tierod.monitors.quality_over_chunks import QualityOverChunks
 from tierod.monitors.session import Conclusion, Monitor, Session, StatusChange, Variant
@@ -37,7 +38,7 @@ OVERLAP = 1.0
 
 def diagnose(
     source: Recording | str | Path,
-    vehicle: Vehicle | str | Path,
+    vehicle: Vehicle | str | Path | None = None,
     monitor: str = "friction",
     variant: str | None = None,
     *,
@@ -52,7 +53,7 @@ def diagnose(
 
     Args:
         source: a recording, or the path of one; a file is read and judged piece by piece
-        vehicle: parameter set, its name, or the path of its file
+        vehicle: parameter set, its name, or the path of its file; None takes the one that the recording names
         monitor: name of the monitor
         variant: name of the variant; the monitor's default where not given, if it has one
         dbc: path(s) of CAN databases; the vehicle's own where not given
@@ -66,13 +67,18 @@ def diagnose(
     Raises:
         InputError: the recording cannot be read, or lacks what the monitor needs; or the own level is another vehicle's
         OutputError: the own level or the fault memory cannot be written
-        ParameterError: no such vehicle, monitor or variant; or no variant, and the monitor has no default
+        ParameterError: no such vehicle, monitor or variant; none, and the recording names none; or no variant, and the
+            monitor has no default
     """
+    if vehicle is None:
+        vehicle = vehicle_named_in(source, dbc, channel_map)
     car = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)
     definition, chosen = find(monitor, variant)
     known = own_level if isinstance(own_level, OwnLevel) else _stored(own_level)
     run = Run(definition, chosen, car, known, memory)
-    for piece in _pieces(source, run.needs, car, dbc, channel_map):
+    for place, piece in enumerate(_pieces(source, run.needs, car, dbc, channel_map)):
+        if place == 0 and (suited := definition.suited_to(piece)) != definition:
+            run = Run(suited, chosen, car, known, memory)
         run.add(piece)
         if progress:
             progress(_share(piece))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, NamedTuple, Protocol
 
 import numpy as np
@@ -13,7 +13,7 @@ from tierod.block import Block
 from tierod.findings import Finding, Status
 from tierod.graph import Memory, Result, scan, trace
 from tierod.monitors.own_level import OwnLevel
-from tierod.recording import Aligned
+from tierod.recording import Aligned, Recording
 from tierod.vehicles import Vehicle
 
 
@@ -149,6 +149,8 @@ class Monitor:
         variants: by name
         default: the variant taken where none is given; None where a wrong guess would give a wrong verdict, so that the
             user must choose
+        slower: rates for recordings whose required channels come slower than `rate` [Hz], the fastest first; empty
+            where held values do no harm
         condition: what the recording must be and no channel tells, as a half-sentence after "if"; "" where any will do
     """
 
@@ -164,3 +166,16 @@ class Monitor:
     variants: Mapping[str, Variant]
     default: str | None
     condition: str = ""
+    slower: tuple[float, ...] = ()
+
+    def suited_to(self, recording: Recording) -> Monitor:
+        """The monitor on the grid that suits a recording: as fast as its slowest required channel, within 5 %.
+
+        Args:
+            recording: the whole, or the first piece of it
+        """
+        channels = [recording[name].time for name in self.required if name in recording]
+        rates = [(len(time) - 1) / (time[-1] - time[0]) for time in channels if len(time) > 1 and time[-1] > time[0]]
+        slowest = min(rates, default=self.rate)
+        fitting = [rate for rate in (self.rate, *self.slower) if rate <= 1.05 * slowest]
+        return replace(self, rate=fitting[0] if fitting else (self.rate, *self.slower)[-1])

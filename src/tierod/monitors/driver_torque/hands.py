@@ -216,7 +216,7 @@ class HandsMonitor:
         motion = (smooth, rate, acceleration)
         beliefs = (off_belief, on_belief, state.learnt)
         after = self.State(*beliefs, to_on, to_off, hands, last, *motion, gap)
-        return after, self._output(hands, ratio, up.up, down.down, off, on)
+        return after, self._output(hands, ratio, up.up, down.down, state.learnt.mean, off, on)
 
     def _accelerated(self, smooth: Any, rate: Any) -> tuple[Any, Any]:
         """Memory and acceleration [rad/s^2] in the middle of the next sample, the lag of the smoothing made up for."""
@@ -270,12 +270,12 @@ class HandsMonitor:
         turning = both(alone, absolute(state.rate) > self.least_rate)
         return tuple(where(each, 1.0, 0.0) for each in (shaken, turning, alone))
 
-    def _output(self, hands: Any, ratio: Any, up: Any, down: Any, off: Any, on: Any) -> Output:
+    def _output(self, hands: Any, ratio: Any, up: Any, down: Any, learnt: Any, off: Any, on: Any) -> Output:
         evidence_on, evidence_off = up / self.to_on.threshold, down / self.to_off.threshold
         against = where(hands > 0.75, evidence_off, where(hands < 0.25, evidence_on, 0.0))
         shown = where(against > self.doubt, UNCERTAIN, hands)
-        learnt = off.mean.inertia_error, off.mean.torque_offset
-        return self.Output(shown, evidence_on, evidence_off, ratio, *learnt, off.nis, on.nis)
+        errors = learnt.inertia_error, learnt.torque_offset
+        return self.Output(shown, evidence_on, evidence_off, ratio, *errors, off.nis, on.nis)
 
 
 def chosen(condition: Any, taken: Any, otherwise: Any) -> Any:

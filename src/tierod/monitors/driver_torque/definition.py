@@ -1,0 +1,113 @@
+"""The monitor of the driver's hands and its variants, as users see them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from tierod.models.steering_column import ColumnParameters
+from tierod.monitors.driver_torque.delayed import DelayedHandTorque
+from tierod.monitors.driver_torque.hands import HandsMonitor
+from tierod.monitors.driver_torque.hands_filters import FINE, SensorNoise
+from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor, tuning_at
+from tierod.monitors.driver_torque.observer import ColumnObserver
+from tierod.monitors.driver_torque.printed import PrintedObserver
+from tierod.monitors.driver_torque.session import TRUTH, DriverTorqueSession
+from tierod.monitors.driver_torque.vehicle_column import usual_tuning
+from tierod.monitors.own_level import OwnLevel
+from tierod.monitors.session import Monitor, Session, Variant
+from tierod.vehicles import Vehicle
+
+PAPER = "Raffone, Observers of an electric power steering column"
+
+PRODUCTION = SensorNoise(angle=math.radians(0.04), torque=0.05)
+"""Noise of the sensors of production cars, as their bus brings it."""
+
+FAST = 500.0
+"""From this rate on sensors are taken as those of a test bench [Hz]; buses of cars are slower."""
+
+_BARE = ("hand_torque_deviation", "disturbance_torque_deviation", "nis")
+_DELAYED = ("disturbance_torque", "disturbance_torque_deviation", "nis")
+
+Opener = Callable[[Vehicle, float, OwnLevel | None], Session]
+Observer = Callable[[Vehicle, float, bool], Any]
+"""An observer for a vehicle, a rate [Hz], with the motor's angle or without it."""
+
+
+def _opener(name: str, observer: Observer, untold: tuple[str, ...] = ()) -> Opener:
+    def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
+        hands = HandsMonitor.of_vehicle(vehicle, 1.0 / rate, noise=FINE if rate >= FAST else PRODUCTION)
+
+        def build(with_motor: bool) -> DriverTorqueMonitor:
+            return DriverTorqueMonitor(observer(vehicle, rate, with_motor), hands)
+
+        return DriverTorqueSession(build, vehicle, rate, f"driver-torque, {name}", untold)
+
+    return open_
+
+
+def _default(vehicle: Vehicle, rate: float, with_motor: bool) -> ColumnObserver:
+    tuning = tuning_at(rate, usual_tuning(vehicle), with_motor)
+    return ColumnObserver.of_vehicle(vehicle, 1.0 / rate, tuning=tuning)
+
+
+def _delayed(vehicle: Vehicle, rate: float, with_motor: bool) -> DelayedHandTorque:
+    tuning = tuning_at(rate, usual_tuning(vehicle), with_motor)
+    return DelayedHandTorque.of_vehicle(vehicle, 1.0 / rate, tuning=tuning)
+
+
+def _printed(column: str) -> Observer:
+    def build(vehicle: Vehicle, rate: float, with_motor: bool) -> PrintedObserver:
+        return PrintedObserver.of_column(vehicle.parameters_for(ColumnParameters), column, 1.0 / rate)
+
+    return build
+
+
+_VARIANTS = (
+    Variant(
+        "interacting",
+        "Two filters side by side, for hands whose torque has a rate and for hands that jump.",
+        f"beyond {PAPER}; docs/column.md",
+        _opener("interacting", _default),
+    ),
+    Variant(
+        "fixed-lag",
+        "The torque of the hands 20 ms ago, from all samples until now: smoother and closer, for whoever may wait.",
+        f"beyond {PAPER}; docs/column.md",
+        _opener("fixed-lag", _delayed, _DELAYED),
+    ),
+    Variant(
+        "mechanical",
+        "The paper's Kalman filter of the column without its gear, torsion bar and gear as springs in series.",
+        f"{PAPER}, eqs (8) to (13)",
+        _opener("mechanical", _printed("series spring"), _BARE),
+    ),
+    Variant(
+        "balanced",
+        "The paper's Kalman filter of the column reduced by balanced singular perturbation.",
+        f"{PAPER}, eqs (14) to (18)",
+        _opener("balanced", _printed("balanced"), _BARE),
+    ),
+    Variant(
+        "full",
+        "The paper's Kalman filter of the whole column, scaled.",
+        f"{PAPER}, eqs (1) to (8)",
+        _opener("full", _printed("full"), _BARE),
+    ),
+)
+
+DRIVER_TORQUE = Monitor(
+    name="driver-torque",
+    title="Torque of the driver's hands",
+    summary="Estimates the torque that the driver's hands put on the wheel, and tells whether they are on it.",
+    source=PAPER,
+    required=("steering_wheel_angle", "driver_torque"),
+    optional=("motor_torque", "motor_target_torque", "motor_angle_mechanical", TRUTH),
+    rate=1000.0,
+    minimum_rate=50.0,
+    maximum_age=0.05,
+    variants={variant.name: variant for variant in _VARIANTS},
+    default="interacting",
+    slower=(500.0, 200.0, 100.0, 50.0),
+)

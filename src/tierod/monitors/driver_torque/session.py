@@ -1,0 +1,152 @@
+"""The monitor of the driver's hands over one recording: what it collects on the way, and its finding at the end."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from tierod.analysis.consistency import ConsistencyAccumulator
+from tierod.graph import Result
+from tierod.monitors.driver_torque.geometry import GeometryOverDrive
+from tierod.monitors.driver_torque.hands import OFF, ON, UNCERTAIN
+from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
+from tierod.monitors.driver_torque.stretches import Stretches
+from tierod.monitors.driver_torque.verdict import Drive, judge
+from tierod.monitors.session import BlockSession, Conclusion
+from tierod.recording import Aligned
+from tierod.vehicles import Vehicle
+
+TRUTH = "truth_hand_torque"
+"""Channel of a virtual car that tells the torque of the hands."""
+
+TRACES = {
+    "hand_torque": ("hand_torque", "N*m"),
+    "hand_torque_deviation": ("hand_torque_standard_deviation", "N*m"),
+    "hands": ("hands_on", ""),
+    "disturbance_torque": ("disturbance_torque", "N*m"),
+    "disturbance_torque_deviation": ("disturbance_torque_standard_deviation", "N*m"),
+    "evidence": ("evidence_for_hands", ""),
+    "nis": ("nis", ""),
+}
+"""Outputs of the block that a report shows."""
+
+Builder = Callable[[bool], DriverTorqueMonitor]
+"""Makes the block, with the motor's angle or without it."""
+
+
+class DriverTorqueSession(BlockSession):
+    """Runs the block, and tells how hands held the wheel and whether the column is as the vehicle file says.
+
+    Args:
+        build: makes the block
+        vehicle: whose column it is
+        rate: of the samples [Hz]
+        name: of monitor and variant
+        untold: outputs that the observer does not tell
+    """
+
+    def __init__(self, build: Builder, vehicle: Vehicle, rate: float, name: str, untold: tuple[str, ...] = ()):
+        told = {key: shown for key, shown in TRACES.items() if key not in untold}
+        super().__init__(build(True), told)
+        self._build, self.vehicle, self.rate, self.name = build, vehicle, rate, name
+        self.traces = {**self.traces, "true_hand_torque": "N*m"}
+        self.signals = (*self.signals, TRUTH)
+        self._geometry, self._stretches, self._over = GeometryOverDrive(), Stretches(1.0 / rate), _OverDrive()
+        self._consistency = None if "nis" in untold else ConsistencyAccumulator()
+
+    def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
+        """Take in one more piece and give the traces over it, (n,) each; the first one tells what is measured."""
+        columns = dict(zip(aligned.names, aligned.values.T, strict=True))
+        if not self._over.seen and not np.isfinite(columns["motor_angle_mechanical"]).any():
+            self.block = self._build(False)
+        return {**super().absorb(aligned), "true_hand_torque": columns[TRUTH]}
+
+    def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
+        """Torques, states of the hands and innovations of one piece."""
+        ready = (result["ready"] > 0.5) & np.isfinite(result["hand_torque"])
+        angles = signals["steering_wheel_angle"], signals["motor_angle_mechanical"]
+        self._stretches.add(time, result["hands"])
+        self._geometry.add(*angles, signals["driver_torque"])
+        if self._consistency is not None:
+            self._consistency.add(result["nis"][ready], result["present"][ready])
+        self._over.add(ready, signals, result)
+
+    def conclude(self) -> Conclusion:
+        """The finding, and how consistent the observer was."""
+        found = self._consistency.result() if self._consistency is not None else None
+        drive = self._over.drive(self.rate)._replace(
+            nis=found.nis if found else math.nan,
+            geometry=self._geometry.found(),
+            stretches=tuple(self._stretches.found()),
+        )
+        finding = judge(drive, self.vehicle, self.name)
+        withheld = () if finding.estimate is not None else tuple(self.traces)
+        if found is None:
+            return Conclusion(finding, withheld=withheld)
+        figures = {
+            "enabled_samples": float(found.samples),
+            "nis_mean": found.nis,
+            "nis_band_low": found.nis_band[0],
+            "nis_band_high": found.nis_band[1],
+            "nis_outside_95_share": found.outside,
+        }
+        return Conclusion(finding, consistency=figures, withheld=withheld)
+
+
+class _OverDrive:
+    """Figures over the pieces of a recording."""
+
+    def __init__(self) -> None:
+        self.seen = self.ready = self.compared = 0
+        self.hand = self.variance = self.error = self.peak = self.peak_deviation = 0.0
+        self.states = dict.fromkeys((OFF, UNCERTAIN, ON), 0)
+        self.spans = {name: [math.inf, -math.inf] for name in ("driver_torque", "steering_wheel_angle")}
+        self.inertia_error = self.torque_offset = 0.0
+
+    def add(self, ready: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
+        """The next piece: where the torque is known, signals and outputs."""
+        hand, deviation = result["hand_torque"], result["hand_torque_deviation"]
+        self.seen += len(ready)
+        self.ready += int(ready.sum())
+        self.hand += float(np.sum(hand[ready] ** 2))
+        self.variance += float(np.sum(deviation[ready] ** 2))
+        for state in self.states:
+            self.states[state] += int(np.count_nonzero(ready & (result["hands"] == state)))
+        for name, span in self.spans.items():
+            span[:] = (
+                np.fmin(span[0], np.nanmin(signals[name], initial=math.inf)),
+                np.fmax(span[1], np.nanmax(signals[name], initial=-math.inf)),
+            )
+        error = (hand - signals[TRUTH])[ready & np.isfinite(signals[TRUTH])]
+        self.error += float(error @ error)
+        self.compared += len(error)
+        if ready.any():
+            at = int(np.argmax(np.where(ready, np.abs(hand), -1.0)))
+            if abs(hand[at]) > abs(self.peak):
+                self.peak, self.peak_deviation = float(hand[at]), float(deviation[at])
+        self.inertia_error, self.torque_offset = float(result["inertia_error"][-1]), float(result["torque_offset"][-1])
+
+    def drive(self, rate: float) -> Drive:
+        """The figures so far, those of others left open."""
+        count = max(self.ready, 1)
+        torque, angle = (max(span[1] - span[0], 0.0) for span in self.spans.values())
+        return Drive(
+            ready=self.ready / rate,
+            off=self.states[OFF] / rate,
+            on=self.states[ON] / rate,
+            uncertain=self.states[UNCERTAIN] / rate,
+            hand_rms=math.sqrt(self.hand / count),
+            hand_deviation=math.sqrt(self.variance / count),
+            peak=self.peak,
+            peak_deviation=self.peak_deviation,
+            error=math.sqrt(self.error / self.compared) if self.compared else math.nan,
+            torque_span=torque,
+            angle_span=angle,
+            nis=math.nan,
+            inertia_error=self.inertia_error,
+            torque_offset=self.torque_offset,
+            geometry=None,
+            stretches=(),
+        )

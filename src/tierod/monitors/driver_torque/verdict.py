@@ -1,0 +1,160 @@
+"""What a drive says of the driver's hands, and of the column that a vehicle file describes."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+from tierod.findings import Estimate, Finding, Status
+from tierod.monitors.driver_torque.geometry import ColumnGeometry
+from tierod.monitors.driver_torque.stretches import Stretch
+from tierod.vehicles import Vehicle
+
+LEAST_READY = 5.0
+"""Time for which the torque must be known before anything is concluded [s]: some seconds of every state."""
+STILL_TORQUE, STILL_ANGLE = 0.1, math.radians(0.5)
+"""A bar and a wheel that change by less tell nothing of hands: noise and rounding of production sensors."""
+LONG_OFF = 5.0
+"""Hands off for longer are listed one by one [s]: driver assistance begins to warn there, or later."""
+MOST_LISTED = 20
+"""Of those stretches, the longest ones."""
+FITTING = 10.0
+"""Mean NIS per measurement above which the column does not fit: three times the noise that is expected."""
+INERTIA_MARGIN, STIFFNESS_MARGIN, RATIO_MARGIN = 0.1, 0.25, 0.01
+"""Share by which a parameter may be off in the vehicle file: as the monitor tolerates; as bars scatter, or a gear in
+series; hardly, for a design value."""
+
+
+class Drive(NamedTuple):
+    """What was collected over a drive.
+
+    Args:
+        ready, off, on, uncertain: time for which the torque was known, and of these of each state
+        hand_rms, hand_deviation: of the hands' torque, and what the observer says of its own error
+        peak, peak_deviation: greatest torque of the hands
+        error: of the torque against the truth of a simulation; NaN where there is none
+        torque_span, angle_span: least to greatest of bar and wheel
+        nis: mean per measurement; NaN where the observer tells none
+        inertia_error, torque_offset: as learnt without hands
+        geometry: what angles and torque say of the column
+        stretches: without hands
+    """
+
+    ready: Annotated[float, "s"]
+    off: Annotated[float, "s"]
+    on: Annotated[float, "s"]
+    uncertain: Annotated[float, "s"]
+    hand_rms: Annotated[float, "N*m"]
+    hand_deviation: Annotated[float, "N*m"]
+    peak: Annotated[float, "N*m"]
+    peak_deviation: Annotated[float, "N*m"]
+    error: Annotated[float, "N*m"]
+    torque_span: Annotated[float, "N*m"]
+    angle_span: Annotated[float, "rad"]
+    nis: Annotated[float, ""]
+    inertia_error: Annotated[float, "kg*m**2"]
+    torque_offset: Annotated[float, "N*m"]
+    geometry: ColumnGeometry | None
+    stretches: tuple[Stretch, ...]
+
+
+def judge(drive: Drive, vehicle: Vehicle, name: str) -> Finding:
+    """The finding over a drive.
+
+    Args:
+        drive: what was collected
+        vehicle: whose column it is
+        name: of monitor and variant
+    """
+    evidence = _evidence(drive)
+    if reason := _obstacle(drive):
+        status, cause, action = reason
+        headline = f"Torque of the driver's hands: {status.value}; {cause}."
+        return Finding(name, status, headline, evidence=evidence, cause=cause, action=action)
+    estimate = Estimate("torque of the driver's hands, rms", drive.hand_rms, drive.hand_deviation, "N*m")
+    if wrong := _misfits(drive, vehicle):
+        cause, action = "; ".join(wrong), "correct the vehicle file, or identify the column of this car"
+        headline = f"{_told(drive)} But the vehicle file does not fit: {cause}."
+        return Finding(name, Status.SUSPECT, headline, None, estimate, evidence, cause, action)
+    return Finding(name, Status.HEALTHY, _told(drive), None, estimate, evidence, action="none")
+
+
+def _told(drive: Drive) -> str:
+    known = drive.on + drive.off
+    share = drive.on / known if known > 0.0 else 0.0
+    longest = max((each.duration for each in drive.stretches), default=0.0)
+    unsure = f", {drive.uncertain / drive.ready:.0%} uncertain" if drive.uncertain > 0.005 * drive.ready else ""
+    off = f"off for {longest:.1f} s at the longest" if longest > 0.0 else "never off"
+    known_to = f" ± {drive.hand_deviation:.2f}" if drive.hand_deviation > 0.0 else ""
+    torque = f"they give {drive.hand_rms:.2f}{known_to} N·m rms, {abs(drive.peak):.1f} N·m at most"
+    return f"Hands on the wheel {share:.0%} of the time, {off}{unsure}; {torque}."
+
+
+def _evidence(drive: Drive) -> dict[str, float]:
+    found = {
+        "ready_s": drive.ready,
+        "hands_on_s": drive.on,
+        "hands_off_s": drive.off,
+        "hands_uncertain_s": drive.uncertain,
+        "longest_hands_off_s": max((each.duration for each in drive.stretches), default=0.0),
+        "hands_off_stretches": float(len(drive.stretches)),
+        "hand_torque_peak_Nm": drive.peak,
+        "torsion_bar_torque_span_Nm": drive.torque_span,
+        "steering_wheel_angle_span_rad": drive.angle_span,
+        "learnt_torque_offset_Nm": drive.torque_offset,
+        "learnt_inertia_error_kgm2": drive.inertia_error,
+    }
+    if math.isfinite(drive.nis):
+        found["nis_mean"] = drive.nis
+    if math.isfinite(drive.error):
+        found["error_against_truth_rms_Nm"] = drive.error
+    if drive.geometry is not None:
+        found["motor_ratio_in_recording"] = drive.geometry.ratio
+        found["stiffness_in_recording_Nm_per_rad"] = drive.geometry.stiffness
+    long = sorted((each for each in drive.stretches if each.duration > LONG_OFF), key=lambda each: -each.duration)
+    for number, each in enumerate(sorted(long[:MOST_LISTED]), start=1):
+        found[f"hands_off_{number}_from_s"] = each.start
+        found[f"hands_off_{number}_for_s"] = each.duration
+    return found
+
+
+def _obstacle(drive: Drive) -> tuple[Status, str, str] | None:
+    """Why nothing can be told: status, cause, what to do; None where something can."""
+    if drive.geometry is not None and drive.geometry.turned:
+        names = " and ".join(drive.geometry.turned)
+        cause = f"the sign of {names} contradicts how the other signals of the column move"
+        return Status.NOT_TESTABLE, cause, f"correct the sign of {names} in the channel map"
+    if drive.ready < LEAST_READY:
+        cause = f"the torque was known for {drive.ready:.1f} s, {LEAST_READY:g} s are needed"
+        return Status.NOT_ENABLED, cause, "record longer, with angle and torque throughout"
+    if drive.torque_span < STILL_TORQUE and drive.angle_span < STILL_ANGLE:
+        cause = (
+            f"the wheel stood still: its angle changed by {math.degrees(drive.angle_span):.2f} degrees, the torque of "
+            f"the bar by {drive.torque_span:.2f} N·m"
+        )
+        return Status.NOT_ENABLED, cause, "record a drive, or let the motor turn the column"
+    return None
+
+
+def _misfits(drive: Drive, vehicle: Vehicle) -> list[str]:
+    """What of the vehicle file the data contradicts."""
+    wrong = []
+    inertia = vehicle["steering_wheel_inertia"]
+    if abs(drive.inertia_error) > INERTIA_MARGIN * inertia:
+        there = inertia + drive.inertia_error
+        wrong.append(
+            f"steering_wheel_inertia is {inertia:.3g} kg·m², but without hands the wheel moves as with {there:.3g}"
+        )
+    if drive.geometry is not None:
+        ratio, bar = vehicle["motor_ratio"], vehicle["torsion_bar_stiffness"]
+        if abs(drive.geometry.ratio / ratio - 1.0) > RATIO_MARGIN:
+            wrong.append(f"motor_ratio is {ratio:.4g}, but the angles go by {drive.geometry.ratio:.4g}")
+        if abs(math.log(drive.geometry.stiffness / bar)) > STIFFNESS_MARGIN:
+            found = drive.geometry.stiffness
+            wrong.append(f"torsion_bar_stiffness is {bar:.3g} N·m/rad, but the bar twists as with {found:.3g}")
+    if drive.nis > FITTING and not wrong:
+        wrong.append(
+            f"the innovations are {math.sqrt(drive.nis):.0f} times as large as the observer expects; motor_inertia, "
+            "gear_stiffness or the sensors' noise may be off"
+        )
+    return wrong

@@ -1,0 +1,51 @@
+"""Which shipped vehicle a recording says it was made with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from tierod.errors import InputError, ParameterError
+from tierod.recording import Recording
+from tierod.vehicles import shipped
+
+KEYS = ("virtual_car", "vehicle")
+"""Entries of a recording's metadata that may name a vehicle; virtual cars are named as the vehicle they stand for."""
+
+SHORT = 1.0
+"""Seconds of a recording that are read for its metadata."""
+
+
+def vehicle_named_in(source: Recording | str | Path, dbc: Any = None, channel_map: Any = None) -> str:
+    """The name of the shipped vehicle that a recording names.
+
+    Args:
+        source: a recording, or the path of one
+        dbc: path(s) of CAN databases
+        channel_map: path of a channel map
+
+    Raises:
+        ParameterError: it names none that is shipped, so that the user must
+    """
+    metadata = source.metadata if isinstance(source, Recording) else _metadata(source, dbc, channel_map)
+    named = [metadata[key] for key in KEYS if isinstance(metadata.get(key), str)]
+    for name in named:
+        if name in shipped():
+            return name
+    told = f"names '{named[0]}', which tierod does not ship" if named else "names none"
+    raise ParameterError(
+        f"no vehicle is given, and the recording {told}; give --vehicle (in Python: vehicle=...) with a name of "
+        "'tierod vehicles' or the path of a TOML file"
+    )
+
+
+def _metadata(path: str | Path, dbc: Any, channel_map: Any) -> Mapping[str, Any]:
+    from tierod.readers import open_chunks
+
+    try:
+        return next(iter(open_chunks(path, seconds=SHORT, dbc=dbc, channel_map=channel_map))).metadata
+    except InputError:
+        if not Path(path).is_file():
+            raise
+        return {}

@@ -1,0 +1,125 @@
+"""Recordings of the column bench and of the virtual car, with faults of signs and parameters put into them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tierod.findings import Status
+from tierod.monitors.driver_torque.definition import DRIVER_TORQUE
+from tierod.monitors.run import diagnose
+from tierod.proving_ground.cars.column_bench import ColumnBench
+from tierod.proving_ground.courses.bench_hands import BenchHands
+from tierod.proving_ground.run import run
+from tierod.proving_ground.scenarios import load as scenario
+from tierod.proving_ground.sensors import SensorSet
+from tierod.recording import Recording
+from tierod.vehicles import load
+
+BENCH = load("column-bench")
+COURSE = BenchHands(time=60.0, shortest=6.0, longest=9.0, seed=11)
+
+
+@pytest.fixture(scope="module")
+def bench():
+    return run(ColumnBench(), COURSE, sensors=SensorSet.bench(), seed=3).recording
+
+
+@pytest.fixture(scope="module")
+def drive():
+    return scenario("hands-off").run().recording
+
+
+def judged(recording, vehicle=BENCH, variant=None):
+    diagnosis = diagnose(recording, vehicle, "driver-torque", variant)
+    return diagnosis.findings[0], diagnosis
+
+
+def changed(recording, **factors):
+    channels = dict(recording.channels)
+    for name, factor in factors.items():
+        channels[name] = replace(channels[name], values=factor * channels[name].values)
+    return Recording(channels, recording.metadata)
+
+
+def with_parameter(name, factor):
+    parameter = replace(BENCH.parameters[name], value=factor * BENCH.parameters[name].value)
+    return replace(BENCH, parameters={**BENCH.parameters, name: parameter})
+
+
+def test_it_tells_hands_and_torque_of_a_bench(bench):
+    finding, diagnosis = judged(bench)
+    present, _ = COURSE.held(np.arange(60_000) * 1e-3)
+    on = 1e-3 * float(np.sum(present))
+    longest = np.max(np.diff(np.minimum(COURSE.switches, 60.0), prepend=0.0)[::2])
+    assert finding.status is Status.HEALTHY
+    assert finding.evidence["hands_on_s"] == pytest.approx(on, abs=4.0)
+    assert finding.evidence["longest_hands_off_s"] == pytest.approx(longest, abs=1.5)
+    assert finding.evidence["error_against_truth_rms_Nm"] < 0.06
+    assert "Hands on the wheel" in finding.headline
+    assert {"hand_torque", "hand_torque_standard_deviation", "hands_on", "true_hand_torque"} <= set(diagnosis.traces)
+
+
+@pytest.mark.parametrize("variant", [name for name in DRIVER_TORQUE.variants if name != DRIVER_TORQUE.default])
+def test_every_variant_judges_the_bench(bench, variant):
+    finding, _ = judged(bench, variant=variant)
+    assert finding.status is Status.HEALTHY
+    assert finding.evidence["error_against_truth_rms_Nm"] < 0.2
+
+
+def test_at_a_hundred_readings_per_second_it_runs_on_their_grid(drive):
+    finding, diagnosis = judged(drive, load("midsize-eps"))
+    assert finding.status is Status.HEALTHY
+    assert diagnosis.recording["duration_s"] == pytest.approx(60.0, abs=0.02)
+    assert finding.evidence["ready_s"] > 55.0
+    assert finding.evidence["hands_on_s"] > 40.0
+    assert finding.evidence["error_against_truth_rms_Nm"] < 0.2
+
+
+def test_without_the_motor_it_still_tells(bench):
+    alone = Recording({n: bench[n] for n in ("steering_wheel_angle", "driver_torque", "truth_hand_torque")})
+    finding, _ = judged(alone)
+    assert finding.status is Status.HEALTHY
+    assert finding.evidence["ready_s"] > 55.0
+    assert "motor_ratio_in_recording" not in finding.evidence
+
+
+@pytest.mark.parametrize("name", ["steering_wheel_angle", "driver_torque", "motor_angle_mechanical"])
+def test_a_wrong_sign_is_named(bench, name):
+    finding, diagnosis = judged(changed(bench, **{name: -1.0}))
+    assert finding.status is Status.NOT_TESTABLE
+    assert f"the sign of {name} contradicts" in finding.cause
+    assert "hand_torque" not in diagnosis.traces
+
+
+@pytest.mark.parametrize(
+    ("name", "factor"), [("steering_wheel_inertia", 1.4), ("torsion_bar_stiffness", 0.6), ("motor_ratio", 1.1)]
+)
+def test_a_parameter_that_does_not_fit_is_named(bench, name, factor):
+    finding, _ = judged(bench, with_parameter(name, factor))
+    assert finding.status is Status.SUSPECT
+    assert name in finding.cause
+
+
+def test_a_wheel_that_stands_still_tells_nothing():
+    draw, time = np.random.default_rng(1), np.arange(20_000) * 1e-3
+    whole = run(ColumnBench(), BenchHands(time=1.0), sensors=SensorSet.bench()).recording
+    still = {
+        name: replace(whole[name], time=time, values=size * draw.standard_normal(len(time)))
+        for name, size in (("steering_wheel_angle", 1e-4), ("driver_torque", 0.01), ("motor_angle_mechanical", 1e-3))
+    }
+    finding, _ = judged(Recording(still))
+    assert finding.status is Status.NOT_ENABLED
+    assert "stood still" in finding.cause
+
+
+def test_a_short_recording_is_not_judged(bench):
+    finding, _ = judged(bench.slice(0.0, 3.0))
+    assert finding.status is Status.NOT_ENABLED
+
+
+def test_long_stretches_without_hands_are_listed(bench):
+    finding, _ = judged(bench)
+    listed = [name for name in finding.evidence if name.startswith("hands_off_") and name.endswith("_for_s")]
+    assert listed
+    assert all(finding.evidence[name] > 5.0 for name in listed)
