@@ -56,7 +56,10 @@ PATIENCE = 1.0
 
 FARTHEST = 3.5
 """Standard deviations of its prior that the logarithm of a factor may be away from its usual value: a guard against
-running away where the linearised filter is too sure."""
+running away where the linearised filter is too sure. Never less than one, a factor of e."""
+
+NARROWEST = 1.0
+"""How far a factor always may be [-, natural logarithm]: none of a tyre is known better than to a factor of e."""
 
 
 class CombinedState(NamedTuple):
@@ -294,7 +297,7 @@ class CombinedSideslip:
         for name, value, usual, variance in zip(
             mean._fields, mean, self.filter.initial_mean, self.filter.initial_variance, strict=True
         ):
-            width = FARTHEST * sqrt(variance)
+            width = maximum(FARTHEST * sqrt(variance), NARROWEST)
             value = limit(value, usual - width, usual + width) if name.startswith("log_") else value
             kept.append(maximum(value, least) if name == "log_friction" else value)
         return type(mean)(*kept)
