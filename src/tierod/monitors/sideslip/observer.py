@@ -115,11 +115,11 @@ class ObserverNoise:
 
     yaw_rate_reading: Annotated[float, "rad/s", POSITIVE] = 0.003
     road_wheel_angle_reading: Annotated[float, "rad", POSITIVE] = 2e-4
-    sideslip_angle: Annotated[float, "rad/s**0.5", POSITIVE] = 0.005
-    yaw_rate: Annotated[float, "rad/s**1.5", POSITIVE] = 0.03
+    sideslip_angle: Annotated[float, "rad/s**0.5", POSITIVE] = 0.003
+    yaw_rate: Annotated[float, "rad/s**1.5", POSITIVE] = 0.04
     road_wheel_rate: Annotated[float, "rad/s**1.5", POSITIVE] = 1.0
-    self_aligning_torque: Annotated[float, "N*m/s**0.5", POSITIVE] = 120.0
-    torque_reading: Annotated[float, "N*m", POSITIVE] = 15.0
+    self_aligning_torque: Annotated[float, "N*m/s**0.5", POSITIVE] = 200.0
+    torque_reading: Annotated[float, "N*m", POSITIVE] = 20.0
     torque_time: Annotated[float, "s", NOT_NEGATIVE] = 0.03
 
     def torque_variance(self, sample_time: float) -> float:

@@ -14,7 +14,7 @@ from tierod.errors import ParameterError
 from tierod.estimators.luenberger import observe
 from tierod.estimators.shapes import leaf_names
 from tierod.graph.maths import limit, present, where
-from tierod.models.linear import LinearSystem, linearise, sampled
+from tierod.models.linear import LinearSystem, sampled
 
 SPEEDS = tuple(float(speed) for speed in np.geomspace(0.5, 70.0, 24))
 """Speeds [m/s] at which gains are designed: a quarter more from one to the next, so that lines follow 1/V to 1 %."""
@@ -146,9 +146,9 @@ class Scheduling:
     """A model whose speed is held, at any speed; sampled exactly.
 
     Args:
-        model: continuous
+        model: continuous, linear in its state once it is without friction
         parameters: of the model, without friction
-        inputs: of the model at a speed
+        inputs: of the model at a speed, zero but for it
         sample_time: [s]
     """
 
@@ -159,8 +159,14 @@ class Scheduling:
 
     def at(self, speed: float) -> Design:
         """The model at a speed [m/s]."""
-        origin = tuple(0.0 for _ in leaf_names(self.model.State))
-        continuous = linearise(self.model, self.parameters, origin, self.inputs(speed))
+        model, p = self.model, self.parameters
+        inputs = model.Input(*self.inputs(speed))
+        units = [model.State(*row) for row in np.eye(len(model.State._fields)).tolist()]
+        continuous = LinearSystem.of(
+            np.array([model.derivative(unit, inputs, p) for unit in units]).T,
+            np.array([model.output(unit, inputs, p) for unit in units]).T,
+            states=model.State._fields,
+        )
         return Design(sampled(continuous, self.sample_time), continuous)
 
 
