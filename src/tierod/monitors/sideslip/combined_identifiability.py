@@ -1,0 +1,94 @@
+"""Which of its unknowns the combined estimator can tell apart now, and which direction among them it cannot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tierod.block import rebuild
+from tierod.estimators.linear_algebra import unpack
+from tierod.graph import Memory
+from tierod.monitors.sideslip.combined import CombinedSideslip, CombinedState
+
+IDENTIFIED = 0.75
+"""Share of the prior variance that the data must have taken away for an unknown to count as identified: its standard
+deviation is half of what was assumed, or less."""
+
+NAMED = 0.35
+"""Part of an unknown in a direction, of which the squares sum to one, from which the direction is named by it."""
+
+WORDS = {
+    "log_front_stiffness": "front stiffness",
+    "log_rear_stiffness": "rear stiffness",
+    "log_friction": "friction of the tyres",
+    "bank_angle": "bank",
+    "side_force": "side force",
+    "side_moment": "yaw moment of the wind",
+    "lateral_acceleration_bias": "bias of the lateral acceleration",
+    "yaw_rate_bias": "bias of the yaw rate",
+    "road_wheel_angle_offset": "offset of the road-wheel angle",
+    "log_steering_friction": "friction of the steering",
+    "log_trail": "pneumatic trail",
+}
+"""Unknowns of the model as findings name them."""
+
+
+@dataclass(frozen=True)
+class Identifiability:
+    """What the data tells of the unknowns.
+
+    Args:
+        shares: of the prior variance that the data took away, by unknown, 0 to 1
+        direction: parts of the unknowns, scaled by their priors, in the direction that is known least
+        left: share of the prior variance that is left in that direction
+    """
+
+    shares: Mapping[str, float]
+    direction: Mapping[str, float]
+    left: float
+
+    @property
+    def identified(self) -> tuple[str, ...]:
+        """Unknowns that the data tells."""
+        return tuple(name for name, share in self.shares.items() if share >= IDENTIFIED)
+
+    def __str__(self) -> str:
+        """One or two sentences for a finding."""
+        known = [f"{WORDS[name]} ({share:.0%})" for name, share in self.shares.items() if name in self.identified]
+        text = f"The drive tells {', '.join(known)}." if known else "The drive tells none of the unknowns."
+        if self.left <= 1.0 - IDENTIFIED:
+            return text
+        parts = {name: part for name, part in self.direction.items() if abs(part) >= NAMED}
+        first = next(iter(parts.values()), 1.0)
+        named = [f"{'+' if part * first > 0.0 else '-'} {WORDS[name]}" for name, part in parts.items()]
+        together = " ".join(named).removeprefix("+ ")
+        kind = "it does not tell apart" if len(parts) > 1 else "it does not tell"
+        return f"{text} Least of all {kind}: {together} ({self.left:.0%} of the prior variance is left)."
+
+
+def identifiability(estimator: CombinedSideslip, state: CombinedState | Memory) -> Identifiability:
+    """What has been told of the unknowns up to a state.
+
+    Args:
+        estimator: whose state it is
+        state: after a sample, or the `state` of a result of `scan`
+
+    An eigenvalue of the covariance, scaled by the priors, near one says that the data tells nothing of its direction;
+    parameters may be told one by one and yet not apart, or apart and yet not one by one.
+    """
+    if isinstance(state, Memory):
+        state = rebuild(estimator.init(), state.values.tolist())
+    count = len(estimator.filter.model.unknowns)
+    covariance = np.array(unpack(state.belief.covariance), float)[-count:, -count:]
+    prior = np.sqrt(np.array(estimator.filter.initial_variance[-count:], float))
+    scaled = covariance / np.outer(prior, prior)
+    values, vectors = np.linalg.eigh(scaled)
+    names = estimator.filter.model.unknowns
+    shares = np.clip(1.0 - np.diag(scaled), 0.0, 1.0)
+    return Identifiability(
+        dict(zip(names, shares.tolist(), strict=True)),
+        dict(zip(names, vectors[:, -1].tolist(), strict=True)),
+        float(min(values[-1], 1.0)),
+    )
