@@ -12,8 +12,13 @@ from tierod.control.position_control import PositionControl
 from tierod.control.steering_controller import SteeringController
 from tierod.detectors.counter import GatedCounter
 from tierod.detectors.cusum import Cusum
+from tierod.detectors.geometric_average import GeometricAverage
+from tierod.detectors.held_threshold import HeldThreshold
+from tierod.detectors.likelihood_ratio import LikelihoodRatio
 from tierod.detectors.moments import BatchMoments, ExponentialMoments, MovingMoments
+from tierod.detectors.sequential_test import SequentialTest
 from tierod.detectors.threshold import Debounce, Hysteresis
+from tierod.detectors.two_sided import TwoSided
 from tierod.diagnosis.debounce import DebounceCounter, DebounceCounters
 from tierod.estimators.fixed_lag import FixedLag
 from tierod.estimators.interacting import InteractingFilter, switching_of
@@ -92,6 +97,11 @@ def examples() -> dict[type, Callable[[], Any]]:
         ),
         GatedCounter: lambda: GatedCounter(DT),
         Cusum: lambda: Cusum(0.5, 4.0, 20.0),
+        GeometricAverage: lambda: GeometricAverage(0.2, 0.8, restart=True),
+        HeldThreshold: lambda: HeldThreshold(0.5, 3),
+        LikelihoodRatio: lambda: LikelihoodRatio(1.0, 6.0, (3, 12, 48)),
+        SequentialTest: lambda: SequentialTest(1.0, 1.0, 5.0, -5.0),
+        TwoSided: lambda: TwoSided(SequentialTest(1.0, 1.0, 5.0, -5.0), SequentialTest(-1.0, 1.0, 5.0, -5.0)),
         BatchMoments: lambda: BatchMoments(50),
         ExponentialMoments: lambda: ExponentialMoments(1.0, DT),
         MovingMoments: lambda: MovingMoments(50),

@@ -1,0 +1,274 @@
+"""Stopping rules designed from what one can bear: samples between false alarms, and the shift that must be found.
+
+Lengths here are in samples and residuals in their own standard deviation; `designed` turns them into blocks. They hold
+for white Gaussian residuals; `tierod.detectors.measured` serves all others.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from tierod.detectors.cusum import SIDES, Cusum
+from tierod.detectors.geometric_average import GeometricAverage
+from tierod.detectors.held_threshold import HeldThreshold
+from tierod.detectors.likelihood_ratio import WINDOWS, LikelihoodRatio
+from tierod.detectors.random_walk import LONGEST, Walk
+from tierod.detectors.random_walk import run_length as walked
+from tierod.detectors.sequential_test import SequentialTest
+from tierod.detectors.two_sided import TwoSided
+from tierod.errors import ParameterError
+
+
+@dataclass(frozen=True)
+class StoppingRule(ABC):
+    """A rule whose threshold is still open.
+
+    Args:
+        sides: "both", "upper" (increases only) or "lower"
+    """
+
+    sides: str = field(default="both", kw_only=True)
+
+    def __post_init__(self) -> None:
+        if self.sides not in SIDES:
+            raise ParameterError(f"sides is '{self.sides}'; expected {', '.join(SIDES)}")
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """In a word or two, with its constant."""
+
+    @abstractmethod
+    def run_length(self, threshold: float, change: float = 0.0) -> float:
+        """Expected samples until the alarm, with the mean of the residual shifted by `change` from the start on."""
+
+    @abstractmethod
+    def block(self, threshold: float, deviation: float, restart: bool = False) -> Any:
+        """The block that does it on residuals of a standard deviation; `restart` makes every alarm one sample."""
+
+    def growth(self, threshold: float) -> float:
+        """What the logarithm of a long run length grows with in proportion, for thresholds beyond what is solved."""
+        return threshold
+
+    def alarms(self, flags: np.ndarray) -> int:
+        """How many alarms the flags of a block with `restart` tell, (n,)."""
+        return int(flags.sum())
+
+    def threshold_for(self, samples: float) -> float:
+        """The threshold with so many samples between false alarms on average.
+
+        Beyond 1e11 samples the logarithm of the run length is carried on in a straight line.
+
+        Raises:
+            ParameterError: so few samples that no threshold is needed, or not a finite number
+        """
+        from scipy.optimize import brentq
+
+        low = 1e-6
+        if not math.isfinite(samples) or samples <= self.run_length(low):
+            raise ParameterError(
+                f"{samples:g} samples between false alarms are fewer than a rule without threshold gives; ask for more"
+            )
+        within = min(samples, LONGEST)
+        # From below: far beyond the answer the equations are singular and their result means nothing.
+        high = 0.5
+        while self.run_length(high) < within:
+            low, high = high, 1.6 * high
+
+        def off(threshold: float) -> float:
+            return math.log(min(self.run_length(threshold), 1e3 * within) / within)
+
+        found = float(brentq(off, low, high, xtol=1e-7, rtol=1e-6))
+        if samples <= LONGEST:
+            return found
+        return self._beyond(found, samples)
+
+    def _beyond(self, known: float, samples: float) -> float:
+        from scipy.optimize import brentq
+
+        near = 0.9 * known
+        slope = math.log(self.run_length(known) / self.run_length(near)) / (self.growth(known) - self.growth(near))
+        wanted = self.growth(known) + math.log(samples / self.run_length(known)) / slope
+        return float(brentq(lambda h: self.growth(h) - wanted, known, 1e3 * known))
+
+    def _combined(self, up: float, down: float) -> float:
+        """Of two sides that do not influence each other."""
+        if self.sides != "both":
+            return up if self.sides == "upper" else down
+        rate = 1.0 / up + 1.0 / down
+        return 1.0 / rate if rate > 0.0 else math.inf
+
+
+@dataclass(frozen=True)
+class CusumRule(StoppingRule):
+    """Cumulative sum; best where the shift is about twice the drift.
+
+    Args:
+        drift: forgiven per sample, in standard deviations
+    """
+
+    drift: float
+
+    @property
+    def name(self) -> str:
+        """In a word or two, with its constant."""
+        return f"CUSUM, drift {self.drift:.3g}"
+
+    def run_length(self, threshold: float, change: float = 0.0) -> float:
+        """Expected samples until the alarm."""
+        sides = [walked(Walk(0.0, threshold, True, 1.0, way * change - self.drift, 1.0)) for way in (1.0, -1.0)]
+        return self._combined(*sides)
+
+    def block(self, threshold: float, deviation: float, restart: bool = False) -> Cusum:
+        """The block."""
+        height = threshold * deviation
+        return Cusum(self.drift * deviation, height, 2.0 * height, sides=self.sides, restart=restart)
+
+
+@dataclass(frozen=True)
+class AverageRule(StoppingRule):
+    """Geometric moving average; with weight 1 the bare threshold on each sample.
+
+    Args:
+        weight: of the newest value, 0 to 1
+    """
+
+    weight: float
+
+    @property
+    def name(self) -> str:
+        """In a word or two, with its constant."""
+        return f"geometric average, weight {self.weight:.3g}" if self.weight < 1.0 else "threshold on each sample"
+
+    def run_length(self, threshold: float, change: float = 0.0) -> float:
+        """Expected samples until the alarm."""
+        if self.weight == 1.0:
+            return self._each_sample(threshold, change)
+        way = -1.0 if self.sides == "lower" else 1.0
+        spread = math.sqrt(self.weight / (2.0 - self.weight))
+        lower = -threshold if self.sides == "both" else min(-threshold, way * change) - 9.0 * spread
+        step = (self.weight * way * change, self.weight)
+        return walked(Walk(lower, threshold, self.sides != "both", 1.0 - self.weight, *step))
+
+    def _each_sample(self, threshold: float, change: float) -> float:
+        from scipy.special import ndtr
+
+        up, down = (1.0 / max(float(ndtr(way * change - threshold)), 1e-300) for way in (1.0, -1.0))
+        return self._combined(up, down)
+
+    def growth(self, threshold: float) -> float:
+        """The square: tails of a Gaussian average."""
+        return threshold * threshold
+
+    def block(self, threshold: float, deviation: float, restart: bool = False) -> GeometricAverage:
+        """The block."""
+        return GeometricAverage(self.weight, threshold * deviation, self.sides, restart)
+
+
+@dataclass(frozen=True)
+class HoldRule(StoppingRule):
+    """A threshold that must be exceeded in so many samples one after the other.
+
+    Args:
+        hold: samples, at least 1
+    """
+
+    hold: int
+
+    @property
+    def name(self) -> str:
+        """In a word or two, with its constant."""
+        return f"threshold held for {self.hold} samples"
+
+    def run_length(self, threshold: float, change: float = 0.0) -> float:
+        """Expected samples until the alarm."""
+        from scipy.special import ndtr
+
+        up, down = float(ndtr(change - threshold)), float(ndtr(-change - threshold))
+        chance = {"both": up + down, "upper": up, "lower": down}[self.sides]
+        if chance <= 1e-300 ** (1.0 / self.hold):
+            return math.inf
+        return (chance**-self.hold - 1.0) / (1.0 - chance) if chance < 1.0 else float(self.hold)
+
+    def growth(self, threshold: float) -> float:
+        """The square: tails of a Gaussian value."""
+        return threshold * threshold
+
+    def block(self, threshold: float, deviation: float, restart: bool = False) -> HeldThreshold:
+        """The block."""
+        return HeldThreshold(threshold * deviation, self.hold, self.sides, restart)
+
+
+@dataclass(frozen=True)
+class SequentialRule(StoppingRule):
+    """Sequential probability ratio test, repeated; its threshold is the evidence for the shift.
+
+    Args:
+        shift: that is looked for, in standard deviations, greater than zero
+        lower: evidence against it that ends a test, below zero; ln(missed) of one test
+    """
+
+    shift: float
+    lower: float = math.log(0.01)
+
+    @property
+    def name(self) -> str:
+        """In a word or two, with its constant."""
+        return f"sequential test, shift {self.shift:.3g}"
+
+    def run_length(self, threshold: float, change: float = 0.0) -> float:
+        """Expected samples until the alarm."""
+        sides = []
+        for way in (1.0, -1.0):
+            drift = self.shift * (way * change - 0.5 * self.shift)
+            sides.append(walked(Walk(self.lower, threshold, True, 1.0, drift, self.shift)))
+        return self._combined(*sides)
+
+    def block(self, threshold: float, deviation: float, restart: bool = False) -> Any:
+        """The block; two tests for both sides."""
+        up, down = (
+            SequentialTest(way * self.shift * deviation, deviation, threshold, self.lower) for way in (1.0, -1.0)
+        )
+        return {"both": TwoSided(up, down), "upper": up, "lower": down}[self.sides]
+
+
+@dataclass(frozen=True)
+class LikelihoodRatioRule(StoppingRule):
+    """Generalised likelihood ratio over windows, for shifts of unknown size; its run length has no closed form.
+
+    Args:
+        windows: lengths of history [samples]
+    """
+
+    windows: tuple[int, ...] = WINDOWS
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.sides != "both":
+            raise ParameterError(f"sides is '{self.sides}'; the likelihood ratio finds shifts of either sign: say both")
+
+    @property
+    def name(self) -> str:
+        """In a word or two, with its constant."""
+        return f"likelihood ratio over {self.windows[0]} to {self.windows[-1]} samples"
+
+    def run_length(self, threshold: float, change: float = 0.0) -> float:
+        """Not known.
+
+        Raises:
+            ParameterError: always; `tierod.detectors.measured` finds a threshold, on simulated residuals if need be
+        """
+        raise ParameterError("a likelihood ratio has no run length in closed form; measure it on healthy residuals")
+
+    def block(self, threshold: float, deviation: float, restart: bool = False) -> LikelihoodRatio:
+        """The block; it cannot begin anew, so its alarms are counted where they begin."""
+        return LikelihoodRatio(deviation, threshold, self.windows)
+
+    def alarms(self, flags: np.ndarray) -> int:
+        """How many alarms begin."""
+        return int(np.count_nonzero(np.diff(flags, prepend=0.0) > 0.5))

@@ -1,0 +1,1 @@
+"""What the design of a detector looks like."""
