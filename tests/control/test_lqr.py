@@ -90,6 +90,14 @@ def test_the_regulator_of_a_delayed_system_feeds_back_the_state_that_is_to_come(
     assert late.of("previous_force") == pytest.approx(float(plain.gain[0] @ plain.system.B[:, 0]), rel=1e-9)
 
 
+def test_a_smoothed_input_moves_by_its_share():
+    late = with_delay(mass(), 0.75)
+    z = late.A @ np.array([0.0, 0.0, 2.0]) + late.B[:, 0] * 1.0
+    assert z[2] == pytest.approx(0.75 * 2.0 + 0.25)
+    with pytest.raises(ParameterError, match="kept is 1.0"):
+        with_delay(mass(), 1.0)
+
+
 def test_a_direction_that_no_input_moves_is_named():
     A = expm(np.diag([0.5, -1.0]) * 0.1)
     system = LinearSystem.of(A, [[1.0, 1.0]], [[0.0], [1.0]], states=("drift", "lag"))

@@ -28,15 +28,15 @@ def tracking(result, source, time, after):
 def test_the_shaft_follows_a_sine(frequency):
     source = Sweep(start=frequency, stop=frequency)
     time, result = turn(source, 6.0)
-    assert tracking(result, source, time, 3.0) < 0.03
+    assert tracking(result, source, time, 3.0) < 0.05
     time, plain = turn(source, 6.0, feed_forward=0.0)
     assert tracking(plain, source, time, 3.0) > 10.0 * tracking(result, source, time, 3.0)
 
 
 def test_the_integral_takes_up_a_constant_torque():
     time, result = turn(Step(0.3), 4.0, disturbance=0.2)
-    assert abs(result["gear_angle"][-1] - 0.3) < 1e-6
-    assert result["control.motor_torque"][-1] == pytest.approx(0.2, abs=1e-6)
+    assert abs(result["gear_angle"][-1] - 0.3) < 1e-5
+    assert result["control.motor_torque"][-1] == pytest.approx(0.2, abs=1e-4)
     pushed = (time > 1.2) & (time < 1.4)
     assert np.abs(result["gear_angle"][pushed] - 0.3).max() > 1e-4
 
@@ -103,6 +103,7 @@ def test_the_regulated_column_is_damped():
         (lambda: PositionControl.design(BELIEF, 140.0, weights={"shaft": -1.0, "shaft_integral": 1.0}), "is -1.0"),
         (lambda: PositionControl.design(BELIEF, 140.0, weights={"shaft": 1.0}), r"shaft_integral \(eigenvalue 1\)"),
         (lambda: PositionControl.design(BELIEF, 140.0, torque_weight=0.0), "above zero"),
+        (lambda: PositionControl.design(BELIEF, 140.0, smoothing=-1.0), "smoothing is -1.0"),
         (lambda: PositionControl.design(BELIEF, 0.0), "torsion_bar_stiffness is 0.0"),
         (lambda: PositionControl.design(replace(BELIEF, motor_inertia=0.0), 140.0), "motor_inertia is 0.0"),
         (lambda: column_system(replace(BELIEF, stiffness=-1.0), 140.0, STEP), "stiffness is -1.0"),

@@ -108,19 +108,25 @@ def with_integral(system: LinearSystem, outputs: tuple[str, ...], sample_time: f
     )
 
 
-def with_delay(system: LinearSystem) -> LinearSystem:
+def with_delay(system: LinearSystem, kept: float = 0.0) -> LinearSystem:
     """The system whose inputs act one sample later, as a computer's do; they are states, named with "previous_".
 
     Args:
         system: discrete
+        kept: share of what acted before that stays, for inputs that a first-order low-pass smooths; 0 for none
+
+    Raises:
+        ParameterError: a share outside 0 to 1
     """
+    if not 0.0 <= kept < 1.0:
+        raise ParameterError(f"kept is {kept}; expected a share of at least 0 and less than 1")
     n, m = system.B.shape
     A = np.zeros((n + m, n + m))
-    A[:n, :n], A[:n, n:] = system.A, system.B
+    A[:n, :n], A[:n, n:], A[n:, n:] = system.A, system.B, kept * np.eye(m)
     return replace(
         system,
         A=A,
-        B=np.vstack([np.zeros((n, m)), np.eye(m)]),
+        B=np.vstack([np.zeros((n, m)), (1.0 - kept) * np.eye(m)]),
         C=np.hstack([system.C, system.D]),
         D=np.zeros_like(system.D),
         states=(*system.states, *(f"previous_{name}" for name in system.inputs)),

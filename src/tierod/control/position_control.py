@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
@@ -16,6 +17,15 @@ from tierod.graph.maths import absolute, all_of, both, either, limit, present, t
 from tierod.models.linear import LinearSystem, linearise, sampled
 from tierod.models.two_inertia_column import TwoInertiaColumn, TwoInertiaParameters
 from tierod.ranges import NOT_NEGATIVE, POSITIVE, SHARE
+
+WEIGHTS: Mapping[str, float] = {"shaft": 300.0, "steering_wheel_angle": 200.0, "shaft_integral": 4.0e4}
+"""What an error of shaft [1/rad^2], steering wheel [1/rad^2] and integral [1/(rad s)^2] costs against 1 (N m)^2 of the
+motor: three degrees of the shaft as much as 1 N m. That of the wheel damps its swing on the bar. Three times as much on
+the shaft leaves two thirds of the error that friction makes, and a tenth less of the distance from instability."""
+
+SMOOTHING = 1.5e-3
+"""Time constant of the low-pass of the feedback [s]: it turns the phase of the gear's swing, at 112 Hz in the paper's
+column, so that feedback through an observer that leaves out the gear does not excite it."""
 
 
 class ObservedColumn(NamedTuple):
@@ -80,6 +90,8 @@ class PositionControl:
         output_stiffness: between the steering wheel and the shaft that follows [N m/rad]
         limits: of the torque
         sample_time: [s]
+        kept: share of the torque's deviation from the plan that stays from sample to sample: a first-order low-pass of
+            the feedback, which keeps it from exciting the gear's swing; known to the design
         feed_forward: share of the planned torque that is used
         friction: level of the dry friction at the motor that is fed forward, in the direction of the planned motion;
             zero for none
@@ -93,6 +105,7 @@ class PositionControl:
     output_stiffness: Annotated[float, "N*m/rad", POSITIVE]
     limits: TorqueLimits = field(default_factory=TorqueLimits)
     sample_time: Annotated[float, "s", POSITIVE] = 1e-3
+    kept: Annotated[float, "", SHARE] = 0.0
     feed_forward: Annotated[float, "", SHARE] = 1.0
     friction: Annotated[float, "N*m", NOT_NEGATIVE] = 0.0
     friction_speed: Annotated[float, "rad/s", POSITIVE] = 0.5
@@ -144,6 +157,7 @@ class PositionControl:
         sample_time: float = 1e-3,
         weights: Mapping[str, float] | None = None,
         torque_weight: float = 1.0,
+        smoothing: float = SMOOTHING,
         **settings: Any,
     ) -> PositionControl:
         """The controller of a column.
@@ -154,14 +168,16 @@ class PositionControl:
             sample_time: [s]
             weights: of states and of the `shaft`, as `lqr` takes them; `WEIGHTS` where None
             torque_weight: of the motor's torque, 1/(N m)^2
+            smoothing: time constant of the low-pass of the feedback, 0 for none [s]
             settings: the other fields
 
         Raises:
             ParameterError: as `lqr`, for the column with its integral and its delay of one sample
         """
-        found = regulator(column, torsion_bar_stiffness, sample_time, weights, torque_weight)
+        found = regulator(column, torsion_bar_stiffness, sample_time, weights, torque_weight, smoothing)
         gains = ColumnGains(*(found.of(state) for state in found.system.states))
-        return cls(gains, column, torsion_bar_stiffness, sample_time=sample_time, **settings)
+        kept = kept_share(smoothing, sample_time)
+        return cls(gains, column, torsion_bar_stiffness, sample_time=sample_time, kept=kept, **settings)
 
     def init(self) -> State:
         """Let go."""
@@ -197,28 +213,22 @@ class PositionControl:
         """Of plan, feedback and integral, before any limit."""
         gains, observed = self.gains, given.observed
         compensation = self.disturbance_compensation * observed.disturbance_torque
-        acting = self._planned_torque(given.reference, 0.5 * self.sample_time) + compensation
-        return (
-            self._planned_torque(given.reference, 1.5 * self.sample_time)
-            + compensation
-            - gains.steering_wheel_rate * (observed.steering_wheel_rate - planned.steering_wheel_rate)
-            - gains.motor_speed * (observed.motor_speed - planned.motor_speed)
-            - gains.steering_wheel_angle * (observed.steering_wheel_angle - planned.steering_wheel_angle)
-            - gains.motor_angle * (observed.motor_angle - planned.motor_angle)
-            - gains.previous_motor_torque * (state.torque - acting)
-            - gains.shaft_integral * state.integral
+        aside = state.torque - self._planned_torque(given.reference, 0.5 * self.sample_time) - compensation
+        feedback = (
+            gains.steering_wheel_rate * (observed.steering_wheel_rate - planned.steering_wheel_rate)
+            + gains.motor_speed * (observed.motor_speed - planned.motor_speed)
+            + gains.steering_wheel_angle * (observed.steering_wheel_angle - planned.steering_wheel_angle)
+            + gains.motor_angle * (observed.motor_angle - planned.motor_angle)
+            + gains.previous_motor_torque * aside
+            + gains.shaft_integral * state.integral
         )
+        ahead = self._planned_torque(given.reference, 1.5 * self.sample_time) + compensation
+        return ahead + self.kept * aside - (1.0 - self.kept) * feedback
 
     def _planned_torque(self, reference: Reference, ahead: float) -> Any:
         motion = motion_for(advanced(reference, ahead), self.column, self.output_stiffness)
         rubbing = self.friction * tanh(motion.motor_speed / self.friction_speed)
         return self.feed_forward * (motion.motor_torque + rubbing)
-
-
-WEIGHTS: Mapping[str, float] = {"shaft": 1.0e3, "steering_wheel_angle": 250.0, "shaft_integral": 2.0e4}
-"""What an error of shaft [1/rad^2], steering wheel [1/rad^2] and integral [1/(rad s)^2] costs against 1 (N m)^2 of the
-motor: two degrees of the shaft as much as 1.1 N m. That of the wheel damps its swing on the bar. Four times as much on
-the shaft halves the error that friction leaves and a quarter of the margins of phase and gain goes with it."""
 
 
 def regulator(
@@ -227,11 +237,27 @@ def regulator(
     sample_time: float,
     weights: Mapping[str, float] | None = None,
     torque_weight: float = 1.0,
+    smoothing: float = SMOOTHING,
 ) -> Regulator:
     """The regulator behind `PositionControl.design`; arguments as there."""
     system = column_system(column, torsion_bar_stiffness, sample_time)
-    whole = with_integral(with_delay(system), ("shaft",), sample_time)
+    whole = with_integral(with_delay(system, kept_share(smoothing, sample_time)), ("shaft",), sample_time)
     return lqr(whole, WEIGHTS if weights is None else weights, [torque_weight])
+
+
+def kept_share(smoothing: float, sample_time: float) -> float:
+    """Share that a low-pass keeps from one sample to the next.
+
+    Args:
+        smoothing: its time constant, 0 for none [s]
+        sample_time: [s]
+
+    Raises:
+        ParameterError: a time below zero
+    """
+    if not 0.0 <= smoothing < math.inf:
+        raise ParameterError(f"smoothing is {smoothing} s; expected a time that is not negative")
+    return math.exp(-sample_time / smoothing) if smoothing > 0.0 else 0.0
 
 
 def column_system(column: TwoInertiaParameters, torsion_bar_stiffness: float, sample_time: float) -> LinearSystem:

@@ -28,10 +28,10 @@ SAMPLE_TIME = 1e-3
 NOISE = ColumnOutput(math.radians(0.05), math.radians(0.2), 0.02)
 """Standard deviations of the sensors: both angles [rad], torque of the bar [N m]."""
 
-REQUEST = 1.2
-"""When control is asked for: after the hands have been still for as long as they must [s]."""
+REQUEST = 1.5
+"""When control is asked for: after the observer has settled and the hands have been still as long as they must [s]."""
 
-BEGIN = 1.6
+BEGIN = 2.0
 """When the reference begins to move: control has taken hold [s]."""
 
 

@@ -31,7 +31,7 @@ def items(effort: Effort) -> Iterator[Item]:
     default = loops[tracking.DEFAULT]
     yield Heading("Position control", TEXT)
     yield from tracking.items(loops, known, effort)
-    shown = {name: loops[name] for name in ("mechanical reduction", "balanced reduction")}
+    shown = {name: loops[name] for name in (tracking.MECHANICAL, tracking.BALANCED)}
     yield figure_ten.chart(sweep(default, 1, effort.quick)[0], shown)
     yield from robustness.items(default, effort)
     yield Heading("A driver takes the wheel")

@@ -7,34 +7,44 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from tierod.control.margins import Margins, margins
 from tierod.control.open_loop import open_loop
+from tierod.errors import ParameterError
 from tierod.models.column_observation import linear_column
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.steering_column import SteeringColumn
+from tierod.models.two_inertia_column import without_gear
 from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.printed import PrintedObserver
 from tierod.studies.claims import Claim, at_least, at_most
 from tierod.studies.column.closed_loop import SAMPLE_TIME, Belief, ClosedLoop
 from tierod.studies.column.followed import Followed, sine, sweep
+from tierod.studies.column.scatter import scattered
 from tierod.studies.content import Item, Table
 from tierod.studies.registry import Effort
 
 FREQUENCIES = (0.1, 1.0, 2.0, 3.0)
 """Of the sines [Hz]."""
 
-DEFAULT = "tierod's default"
+DEFAULT = "tierod's default, without gear"
+MECHANICAL, BALANCED = "printed, mechanical reduction", "printed, balanced reduction"
+REDUCED = (DEFAULT, MECHANICAL, BALANCED)
+"""Observers that leave out the gear: those to control with."""
+
 SOURCE = "tierod's goal; Raffone, section 6 and figure 10, gives no figure"
 
 
 def observers(known: Belief) -> Mapping[str, Any]:
-    """The observers that are compared, by name; the paper's two are the series spring and the balanced one."""
+    """The observers that are compared, by name."""
     column = known.column
     return {
-        DEFAULT: ColumnObserver.of_parameters(column, SAMPLE_TIME),
-        "full column": PrintedObserver.of_column(column, "full", SAMPLE_TIME),
-        "mechanical reduction": PrintedObserver.of_column(column, "series spring", SAMPLE_TIME),
-        "balanced reduction": PrintedObserver.of_column(column, "balanced", SAMPLE_TIME),
+        DEFAULT: ColumnObserver.of_parameters(without_gear(column), SAMPLE_TIME),
+        MECHANICAL: PrintedObserver.of_column(column, "series spring", SAMPLE_TIME),
+        BALANCED: PrintedObserver.of_column(column, "balanced", SAMPLE_TIME),
+        "printed, full column with gear": PrintedObserver.of_column(column, "full", SAMPLE_TIME),
+        "tierod's default, with gear": ColumnObserver.of_parameters(column, SAMPLE_TIME),
     }
 
 
@@ -42,19 +52,35 @@ def items(loops: Mapping[str, ClosedLoop], known: Belief, effort: Effort) -> Ite
     """Tables of sines, of observers, of margins, and their claims."""
     yield from _sines(loops[DEFAULT], known, effort)
     swept = {name: sweep(loop, 4, effort.quick)[1] for name, loop in loops.items()}
-    late = {name: sine(loop, 3.0, 4, effort.quick) for name, loop in loops.items()}
+    wrong = {
+        name: [
+            sweep(replace(deaf(loop), bench=scattered(0.02, seed)), seed, quick=True)[1]
+            for seed in range(3 if effort.quick else 10)
+        ]
+        for name, loop in loops.items()
+    }
     far = {name: margins_of(loop, known) for name, loop in loops.items()}
-    yield _table(swept, late, far)
+    yield _table(swept, wrong, far)
     yield from _claims(swept, far)
 
 
-def margins_of(loop: ClosedLoop, known: Belief) -> Margins:
-    """Of a closed loop, its column with gear and without friction, cut at the motor's torque."""
+def deaf(loop: ClosedLoop) -> ClosedLoop:
+    """The loop that no driver ends."""
+    rule = loop.controller.intervention
+    unmoved = replace(rule, cusum=replace(rule.cusum, drift=1e3))
+    return replace(loop, controller=replace(loop.controller, intervention=unmoved))
+
+
+def margins_of(loop: ClosedLoop, known: Belief) -> Margins | None:
+    """Of a closed loop, its column with gear and without friction, cut at the motor's torque; None if unstable."""
     whole = sampled(linear_column(SteeringColumn, known.column), SAMPLE_TIME)
     plant = LinearSystem(
         whole.A, whole.B[:, :1], whole.C, whole.D[:, :1], whole.states, whole.inputs[:1], whole.outputs
     )
-    return margins(open_loop(plant, loop.observer, loop.controller.position, loop.read), SAMPLE_TIME)
+    try:
+        return margins(open_loop(plant, loop.observer, loop.controller.position, loop.read), SAMPLE_TIME)
+    except ParameterError:
+        return None
 
 
 def _sines(loop: ClosedLoop, known: Belief, effort: Effort) -> Iterator[Item]:
@@ -103,29 +129,22 @@ def changed(loop: ClosedLoop, **fields: Any) -> ClosedLoop:
     return replace(loop, controller=replace(controller, position=replace(controller.position, **fields)))
 
 
-def _table(swept: Mapping[str, Followed], late: Mapping[str, Followed], far: Mapping[str, Margins]) -> Table:
+def _table(
+    swept: Mapping[str, Followed],
+    wrong: Mapping[str, list[Followed]],
+    far: Mapping[str, Margins | None],
+) -> Table:
     rows = []
     for name, row in swept.items():
-        m = far[name]
-        rows.append(
-            (
-                name,
-                f"{row.rms:.3f}",
-                f"{row.largest:.2f}",
-                f"{late[name].phase:+.2f}",
-                f"{20.0 * math.log10(m.gain_up):.1f}",
-                f"{math.degrees(m.phase):.0f}",
-                f"{1e3 * m.delay:.1f}",
-                f"{m.distance:.2f}",
-            )
-        )
+        scattered_rms = np.array([each.rms for each in wrong[name]])
+        rows.append((name, f"{row.rms:.3f}", f"{row.largest:.2f}", f"{scattered_rms.max():.2f}", *_margins(far[name])))
     return Table(
         "The sweep of 30° from 0.1 to 3 Hz with each observer, and the margins of the loop",
         (
             "observer",
             "rms in °",
             "largest in °",
-            "phase at 3 Hz in °",
+            "rms in °, column wrong by 2 %, worst",
             "gain margin in dB",
             "phase margin in °",
             "delay margin in ms",
@@ -133,11 +152,19 @@ def _table(swept: Mapping[str, Followed], late: Mapping[str, Followed], far: Map
         ),
         tuple(rows),
         "Margins of the loop cut at the motor's torque, the column with its gear, without friction, the delay of one "
-        "sample included. The torque may fall to nothing without harm.",
+        "sample included. An observer that has the gear follows its swing at 112 Hz, which the control then excites: the "
+        "controller knows nothing of it. That is a reason to reduce the model which the paper does not give.",
     )
 
 
-def _claims(swept: Mapping[str, Followed], far: Mapping[str, Margins]) -> Iterator[Item]:
+def _margins(m: Margins | None) -> tuple[str, ...]:
+    if m is None:
+        return ("unstable", "–", "–", "–")
+    decibels, degrees = 20.0 * math.log10(m.gain_up), math.degrees(m.phase)
+    return (f"{decibels:.1f}", f"{degrees:.0f}", f"{1e3 * m.delay:.1f}", f"{m.distance:.2f}")
+
+
+def _claims(swept: Mapping[str, Followed], far: Mapping[str, Margins | None]) -> Iterator[Item]:
     yield Claim(
         "position.sweep",
         "The output shaft follows the sweep of figure 10, 30° from 0.1 to 3 Hz.",
@@ -148,26 +175,25 @@ def _claims(swept: Mapping[str, Followed], far: Mapping[str, Margins]) -> Iterat
         "deg",
         f"Largest error {swept[DEFAULT].largest:.2f}°.",
     )
-    worst = max(swept.values(), key=lambda row: row.rms)
     yield Claim(
         "position.observers",
-        "The observers are interchangeable for the control of position.",
+        "The two printed observers are interchangeable for the control of position, with each other and with ours.",
         "Raffone, section 7",
         "interchangeable",
-        worst.rms,
+        max(swept[name].rms for name in REDUCED),
         at_most(0.25),
         "deg",
-        "Largest rms error of the sweep with any of the four. In margin they differ, see the next claim.",
+        "Largest rms error of the sweep with any of the three that leave out the gear.",
     )
-    least = min(far, key=lambda name: far[name].distance)
+    distances = {name: 0.0 if (m := far[name]) is None else m.distance for name in REDUCED}
     yield Claim(
         "position.distance",
-        "The loop with the default observer keeps its distance from instability.",
+        "The loop keeps its distance from instability with every observer that leaves out the gear.",
         "tierod's goal",
         None,
-        far[DEFAULT].distance,
+        min(distances.values()),
         at_least(0.4),
         "",
-        f"Distance of the Nyquist curve from −1. With the {least} it is {far[least].distance:.2f}: an observer that "
-        "leaves out the gear takes its swing at 112 Hz for something else.",
+        "Least distance of the Nyquist curve from −1; 0.4 is a gain margin of at least 4.4 dB up and a phase margin of "
+        "at least 23° at once.",
     )
