@@ -11,7 +11,7 @@ from rich.table import Table
 
 from benchmarks import can_decode, diagnose_hour, fault_memory, filters, simulate_eps_car
 
-MODULES = (filters, can_decode, diagnose_hour, simulate_eps_car, fault_memory)
+MODULES = (filters, observers, can_decode, diagnose_hour, simulate_eps_car, fault_memory)
 
 
 def main() -> int:

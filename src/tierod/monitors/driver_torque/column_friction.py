@@ -10,6 +10,8 @@ from tierod.estimators.kalman import KalmanFilter
 from tierod.graph.maths import both, sqrt, where
 from tierod.models.column_observation import MotorTorque
 from tierod.models.rubbing_observation import RubbingObservationParameters, with_dahl_friction
+from tierod.models.steering_column import ColumnParameters
+from tierod.models.two_inertia_column import without_gear
 from tierod.monitors.driver_torque.observer import UNKNOWN, resting_state
 from tierod.monitors.driver_torque.starting import ColumnSample, Starting, StartState
 from tierod.monitors.driver_torque.tuning import ColumnTuning, design, process_noises
@@ -29,7 +31,7 @@ class FrictionTuning:
         level_walk: 1e-4 N·m lets the level wander by 0.006 N·m in an hour
         normalised_walk: of the friction over its level: what the law does not say; 1 also bears an angle wrong by two
         remaining_walk: of the disturbance torque beside friction
-        hand_torque_rate_walk: of the rate of the hands' torque; one filter for smooth hands and jumps
+        hand_torque_walk: of the hands' torque, for smooth hands and jumps alike
     """
 
     level: Annotated[float, "N*m"] = 0.1
@@ -37,7 +39,7 @@ class FrictionTuning:
     level_walk: Annotated[float, "N*m/s**0.5"] = 1e-4
     normalised_walk: Annotated[float, "1/s**0.5"] = 1.0
     remaining_walk: Annotated[float, "N*m/s**0.5"] = 0.01
-    hand_torque_rate_walk: Annotated[float, "N*m/s**1.5"] = 20.0
+    hand_torque_walk: Annotated[float, "N*m/s**0.5"] = 1.0
 
 
 class FrictionEstimate(NamedTuple):
@@ -78,7 +80,8 @@ class ColumnFrictionObserver:
     """Friction at the motor with a level that is learnt, for a bench or a car whose rack is free.
 
     Ten times as exact as a disturbance torque that walks where the friction follows Dahl's law with the angle given,
-    and still better where the angle is wrong by a factor of two. Ten times as slow, since its gain changes.
+    and still twice where the angle is wrong by a factor of two. The column's gear is left out, and one filter follows
+    hands that are smooth and that jump: `ColumnObserver` tells their torque better.
 
     Args:
         filter: extended Kalman filter of the column, both torques, friction and level
@@ -134,14 +137,14 @@ class ColumnFrictionObserver:
         own = friction or FrictionTuning()
         smooth = replace(
             tuning or ColumnTuning(),
-            hand_torque_walk=0.0,
+            hand_torque_walk=own.hand_torque_walk,
             reversal_walk=0.0,
-            hand_torque_rate_walk=own.hand_torque_rate_walk,
             disturbance_torque_walk=own.remaining_walk,
         )
-        made = design(parameters, sample_time, smooth)
+        column = without_gear(parameters) if isinstance(parameters, ColumnParameters) else parameters
+        made = design(column, sample_time, smooth, hand_torque_order=1)
         model = with_dahl_friction(made.observation.model)
-        (noise,) = process_noises(made.observation.discrete.states, parameters, sample_time, smooth)
+        (noise,) = process_noises(made.observation.discrete.states, column, sample_time, smooth)
         more = (own.normalised_walk**2 * sample_time, own.level_walk**2 * sample_time)
         filter_ = KalmanFilter(
             model,
@@ -191,14 +194,12 @@ class ColumnFrictionObserver:
 
 
 def _initial_variance(model: Any, ratio: float, friction: FrictionTuning) -> tuple[float, ...]:
-    """Of a start at rest that may be none: 0.1 rad, 1 rad/s, 2 N·m and 20 N·m/s at the wheel."""
+    """Of a start at rest that may be none: 0.1 rad, 1 rad/s and 2 N·m at the wheel."""
     known = {
         "steering_wheel_angle": 0.01,
-        "gear_angle": 0.01,
         "motor_angle": 0.01 * ratio**2,
         "motor_speed": ratio**2,
         "hand_torque": 4.0,
-        "hand_torque_rate": 400.0,
         "disturbance_torque": 1e-4,
         "motor_angle_offset": 1e-4 * ratio**2,
         "driver_torque_offset": 0.01,

@@ -24,6 +24,17 @@ DISTURBANCE_WALK = 0.3
 """Of the disturbance torque, from the same runs: one filter for friction that stays and that reverses [N m/s^0.5]."""
 
 
+def smoothing(tuning: ColumnTuning) -> ColumnTuning:
+    """A tuning without jumps and reversals: one filter, with the walks of this module where they are larger."""
+    return replace(
+        tuning,
+        hand_torque_walk=0.0,
+        reversal_walk=0.0,
+        hand_torque_rate_walk=max(tuning.hand_torque_rate_walk, RATE_WALK),
+        disturbance_torque_walk=max(tuning.disturbance_torque_walk, DISTURBANCE_WALK),
+    )
+
+
 class DelayedEstimate(NamedTuple):
     """Torque of the hands as it was before the lag, its standard deviation, and whether it can be used."""
 
@@ -87,14 +98,7 @@ class DelayedHandTorque:
         """
         if not delay >= sample_time:
             raise ParameterError(f"delay is {delay} s; expected at least a sample of {sample_time} s")
-        given = tuning or ColumnTuning()
-        smooth = replace(
-            given,
-            hand_torque_walk=0.0,
-            reversal_walk=0.0,
-            hand_torque_rate_walk=max(given.hand_torque_rate_walk, RATE_WALK),
-            disturbance_torque_walk=max(given.disturbance_torque_walk, DISTURBANCE_WALK),
-        )
+        smooth = smoothing(tuning or ColumnTuning())
         made = design(parameters, sample_time, smooth)
         (noise,) = process_noises(made.observation.discrete.states, parameters, sample_time, smooth)
         smoother = FixedLag.design(

@@ -114,20 +114,21 @@ def linear_of(parameters: Any) -> LinearSystem:
     return linear_column(SteeringColumn if isinstance(parameters, ColumnParameters) else TwoInertiaColumn, parameters)
 
 
-def design(parameters: Any, sample_time: float, tuning: ColumnTuning) -> Designed:
+def design(parameters: Any, sample_time: float, tuning: ColumnTuning, hand_torque_order: int = 2) -> Designed:
     """Filters of the default observer.
 
     Args:
         parameters: `ColumnParameters` or `TwoInertiaParameters`
         sample_time: [s]
         tuning: noises
+        hand_torque_order: 2 for a torque with a rate; 1 for one that walks by itself, always as fast as in a jump
 
     Raises:
         ParameterError: the column is unstable, cannot be observed, or is too fast for the rate; the eigenvalue or the
             direction is named
     """
     column = linear_of(parameters)
-    observed = observed_column(column, sample_time, 2, 1, tuning.offset, tuning.outputs)
+    observed = observed_column(column, sample_time, hand_torque_order, 1, tuning.offset, tuning.outputs)
     require_fit(observed.continuous, "the column", stable="marginal", observable=True, sample_time=sample_time)
     bank = StationaryBank.design(
         observed.discrete,
@@ -135,7 +136,7 @@ def design(parameters: Any, sample_time: float, tuning: ColumnTuning) -> Designe
         observed.parameters,
         process_noises(observed.discrete.states, parameters, sample_time, tuning),
         tuning.variances(),
-        _switching(sample_time, tuning),
+        _switching(sample_time, tuning, smooth=hand_torque_order > 1),
     )
     return Designed(bank, _layout(observed, parameters, sample_time, tuning), observed)
 
@@ -156,19 +157,21 @@ def process_noises(
         calm["gear_rate"] = pinion / parameters.gear_inertia**2
     else:
         calm["motor_speed"] = pinion / (ratio * parameters.motor_inertia) ** 2
-    chosen = [calm]
-    if tuning.hand_torque_walk > 0.0:
-        chosen.append(calm | {"hand_torque": tuning.hand_torque_walk**2 * sample_time})
+    jump = calm | {"hand_torque": tuning.hand_torque_walk**2 * sample_time}
+    smooth = "hand_torque_rate" in states
+    chosen = [calm if smooth else jump]
+    if smooth and tuning.hand_torque_walk > 0.0:
+        chosen.append(jump)
     if tuning.reversal_walk > 0.0:
         chosen.append(calm | {"disturbance_torque": tuning.reversal_walk**2 * sample_time})
     return tuple(np.array([each.get(name, 0.0) for name in states]) for each in chosen)
 
 
-def _switching(sample_time: float, tuning: ColumnTuning) -> Switching:
+def _switching(sample_time: float, tuning: ColumnTuning, *, smooth: bool) -> Switching:
     """Events come alike whatever goes on: a jump is no less likely in a reversal. None is shorter than 3 samples."""
     events, ends = [], []
     for walk, between, during in (
-        (tuning.hand_torque_walk, tuning.calm_time, tuning.jump_time),
+        (tuning.hand_torque_walk if smooth else 0.0, tuning.calm_time, tuning.jump_time),
         (tuning.reversal_walk, tuning.reversal_time, tuning.reversing_time),
     ):
         if not (between > 0.0 and during > 0.0):

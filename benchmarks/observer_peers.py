@@ -1,0 +1,228 @@
+"""The observers of the steering column as a user of filterpy writes them."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from tierod.estimators.fixed_lag import FixedLag
+from tierod.estimators.interacting import InteractingFilter
+from tierod.estimators.kalman import KalmanFilter
+from tierod.estimators.stationary import StationaryFilter
+from tierod.estimators.stationary_bank import StationaryBank
+from tierod.models.linear import LinearSystem, linearise
+from tierod.physics.friction import dahl_update
+
+
+def full(packed: tuple[float, ...]) -> np.ndarray:
+    """The symmetric matrix of a packed one."""
+    n = round(((8 * len(packed) + 1) ** 0.5 - 1) / 2)
+    matrix = np.zeros((n, n))
+    matrix[np.triu_indices(n)] = packed
+    return matrix + np.triu(matrix, 1).T
+
+
+def system_of(block: Any) -> LinearSystem:
+    """Matrices of a linear discrete model."""
+    model = block.model
+    state, inputs = model.State(*(0.0 for _ in model.State._fields)), model.Input(*(0.0 for _ in model.Input._fields))
+    return linearise(model, block.parameters, state, inputs)
+
+
+def filled(kind: type, system: LinearSystem, process: Any, noise: Any, covariance: np.ndarray) -> Any:
+    """A filter of filterpy with these matrices."""
+    peer = kind(dim_x=len(system.A), dim_z=len(system.C), dim_u=system.B.shape[1])
+    peer.F, peer.B, peer.H = system.A.copy(), system.B.copy(), system.C.copy()
+    peer.Q, peer.R, peer.P = _diagonal(process), _diagonal(noise), covariance.copy()
+    return peer
+
+
+def _diagonal(values: Any) -> np.ndarray:
+    return np.diag([0.0 if value is None else float(value) for value in values])
+
+
+SETTLE = 20_000
+"""Steps until the gain of the augmented filter is its last one to seven digits."""
+
+
+class PlainFilter:
+    """Predict, update."""
+
+    def __init__(self, peer: Any, rows: list[int]):
+        self.peer, self.rows = peer, rows
+
+    @classmethod
+    def stationary(cls, block: StationaryFilter) -> PlainFilter:
+        """A filter that begins with its stationary covariance, so that its gain is constant."""
+        from filterpy.kalman import KalmanFilter as Peer
+
+        system, gain = system_of(block), np.array(block.gain)
+        spread, after = full(block.innovation_covariance), full(block.covariance)
+        noise = spread - system.C @ (after + gain @ spread @ gain.T) @ system.C.T
+        process = after + gain @ spread @ gain.T - system.A @ after @ system.A.T
+        peer = filled(Peer, system, np.zeros(len(system.A)), np.zeros(len(system.C)), after)
+        peer.Q, peer.R = process, noise
+        return cls(peer, [system.states.index("hand_torque")])
+
+    def __call__(self, samples: np.ndarray) -> tuple[np.ndarray, float]:
+        """Estimates and seconds."""
+        peer, found = self.peer, np.empty((len(samples), len(self.rows)))
+        inputs, measured = samples[:, :1, None], samples[:, 1:, None]
+        start = time.perf_counter()
+        for k in range(len(samples)):
+            peer.predict(inputs[k])
+            peer.update(measured[k])
+            found[k] = peer.x[self.rows, 0]
+        return found, time.perf_counter() - start
+
+
+class InteractingModels:
+    """`IMMEstimator` over Kalman filters."""
+
+    def __init__(self, block: InteractingFilter, system: LinearSystem):
+        from filterpy.kalman import IMMEstimator
+        from filterpy.kalman import KalmanFilter as Peer
+
+        filters = [
+            filled(Peer, system, each.process_noise, each.measurement_noise, np.diag(each.initial_variance))
+            for each in block.filters
+        ]
+        self.peer = IMMEstimator(filters, np.array(block.initial_probabilities), np.array(block.switching))
+
+    def __call__(self, samples: np.ndarray) -> tuple[np.ndarray, float]:
+        """Estimates and seconds."""
+        peer, found = self.peer, np.empty((len(samples), len(self.peer.x)))
+        inputs, measured = samples[:, :1, None], samples[:, 1:, None]
+        start = time.perf_counter()
+        for k in range(len(samples)):
+            peer.predict(inputs[k])
+            peer.update(measured[k])
+            found[k] = peer.x[:, 0]
+        return found, time.perf_counter() - start
+
+
+class BankOfConstantGains(InteractingModels):
+    """`IMMEstimator` over filters that keep their gain, by filterpy's functions for the steady state."""
+
+    def __init__(self, block: StationaryBank, system: LinearSystem):
+        from filterpy.kalman import IMMEstimator
+        from filterpy.kalman import KalmanFilter as Peer
+
+        class Steady(Peer):
+            """Predicts and updates its mean alone."""
+
+            def predict(self, u: Any = None, *_: Any) -> None:
+                self.predict_steadystate(u)
+
+            def update(self, z: Any, *_: Any) -> None:
+                self.update_steadystate(z)
+
+        filters = []
+        for noise in block.noises:
+            peer = filled(Steady, system, np.zeros(len(system.A)), np.zeros(len(system.C)), full(noise.covariance))
+            peer.K, peer.S = np.array(noise.gain), full(noise.innovation_covariance)
+            filters.append(peer)
+        count = len(filters)
+        self.peer = IMMEstimator(filters, np.full(count, 1.0 / count), np.array(block.switching))
+
+
+class AugmentedLag:
+    """A Kalman filter whose state also holds the smoothed one at every lag; filterpy's own smoother approximates."""
+
+    def __init__(self, block: FixedLag, process: np.ndarray, noise: tuple[float, ...]):
+        from filterpy.kalman import KalmanFilter as Peer
+
+        small = system_of(block)
+        n, lag, at = len(small.A), block.lag, small.states.index(block.states[0])
+        A = np.zeros((n + lag, n + lag))
+        A[:n, :n], A[n, at] = small.A, 1.0
+        A[n + 1 :, n:-1] = np.eye(lag - 1)
+        B, C = np.vstack([small.B, np.zeros((lag, 1))]), np.hstack([small.C, np.zeros((len(small.C), lag))])
+        large = LinearSystem.of(A, C, B)
+        self.peer = filled(Peer, large, [*process, *np.zeros(lag)], noise, np.eye(n + lag))
+        for _ in range(SETTLE):
+            self.peer.predict(np.zeros((1, 1)))
+            self.peer.update(np.zeros((len(C), 1)))
+
+    def __call__(self, samples: np.ndarray) -> tuple[np.ndarray, float]:
+        """Estimates and seconds."""
+        peer, found = self.peer, np.empty((len(samples), 1))
+        inputs, measured = samples[:, :1, None], samples[:, 1:, None]
+        start = time.perf_counter()
+        for k in range(len(samples)):
+            peer.predict(inputs[k])
+            peer.update(measured[k])
+            found[k] = peer.x[-1, 0]
+        return found, time.perf_counter() - start
+
+
+class ExtendedFilter:
+    """`ExtendedKalmanFilter` of the column with Dahl's friction, its Jacobian written out."""
+
+    def __init__(self, block: KalmanFilter):
+        from filterpy.kalman import ExtendedKalmanFilter
+
+        states = block.model.State._fields
+        n, p = len(states), block.parameters
+        linear = p.linear
+        A = np.zeros((n, n))
+        A[: n - 2, : n - 2] = [[0.0 if value is None else value for value in row] for row in linear.transition]
+        B = np.zeros((n, 1))
+        B[: n - 2] = [[0.0 if value is None else value for value in row] for row in linear.input]
+        self.C = np.zeros((3, n))
+        self.C[:, : n - 2] = [[0.0 if value is None else value for value in row] for row in linear.output]
+        force, motor, speed = (states.index(name) for name in ("disturbance_torque", "motor_angle", "motor_speed"))
+        driven = A[:, force].copy()
+        driven[force] = 0.0
+        angle, half = p.dahl_angle, 0.5 * p.sample_time
+
+        class Peer(ExtendedKalmanFilter):
+            """Moves its mean by the model, and its covariance by the model's Jacobian."""
+
+            def predict_x(self, u: Any = 0) -> None:
+                x = self.x
+                rate, normalised, level = x[speed, 0], x[n - 2, 0], x[n - 1, 0]
+                halfway = dahl_update(normalised, half * rate, angle)
+                fade = np.exp(-abs(half * rate) / angle)
+                by_rate = half * np.sign(rate) * (np.sign(rate) - normalised) * fade / angle
+                F = A.copy()
+                F[:, n - 2] += driven * level * fade
+                F[:, n - 1] += driven * halfway
+                F[:, speed] += driven * level * by_rate
+                moved = A @ x + B @ u
+                moved[:, 0] += driven * (level * halfway)
+                travel = moved[motor, 0] - x[motor, 0]
+                row = F[motor].copy()
+                row[motor] -= 1.0
+                after = np.exp(-abs(travel) / angle)
+                F[n - 2] = row * np.sign(travel) * (np.sign(travel) - normalised) * after / angle
+                F[n - 2, n - 2] += after
+                F[n - 1, n - 1] = 1.0
+                moved[n - 2, 0] = dahl_update(normalised, travel, angle)
+                moved[n - 1, 0] = level
+                self.x, self.F = moved, F
+
+        self.peer = Peer(dim_x=n, dim_z=3, dim_u=1)
+        self.peer.P, self.peer.x = np.diag(block.initial_variance), np.array(block.initial_mean)[:, None]
+        self.peer.Q, self.peer.R = _diagonal(block.process_noise), _diagonal(block.measurement_noise)
+
+    def __call__(self, samples: np.ndarray) -> tuple[np.ndarray, float]:
+        """Estimates and seconds."""
+        peer, C = self.peer, self.C
+        found = np.empty((len(samples), len(peer.x)))
+        inputs, measured = samples[:, :1, None], samples[:, 1:, None]
+
+        def jacobian(_: np.ndarray) -> np.ndarray:
+            return C
+
+        def output(x: np.ndarray) -> np.ndarray:
+            return C @ x
+
+        start = time.perf_counter()
+        for k in range(len(samples)):
+            peer.predict(inputs[k])
+            peer.update(measured[k], jacobian, output)
+            found[k] = peer.x[:, 0]
+        return found, time.perf_counter() - start

@@ -1,0 +1,152 @@
+"""The observers of the steering column against filterpy: the same filters, the same numbers, measured in one run."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.observer_peers import (
+    AugmentedLag,
+    BankOfConstantGains,
+    ExtendedFilter,
+    InteractingModels,
+    PlainFilter,
+    full,
+)
+from tierod.block import Block
+from tierod.estimators.interacting import InteractingFilter
+from tierod.estimators.kalman import KalmanFilter
+from tierod.graph.kernel import kernel
+from tierod.graph.trace import initial_memory
+from tierod.models.steering_column import ColumnParameters
+from tierod.monitors.driver_torque.column_friction import ColumnFrictionObserver
+from tierod.monitors.driver_torque.delayed import DelayedHandTorque, smoothing
+from tierod.monitors.driver_torque.printed import PrintedObserver
+from tierod.monitors.driver_torque.tuning import ColumnTuning, design, process_noises
+from tierod.studies.column.swept_bench import swept
+from tierod.vehicles import load
+
+STEPS = 40_000
+"""Samples of one run: 40 s at 1 kHz."""
+
+PEER_STEPS = 1_500
+"""Samples of the peer's run; the numbers of all of them are compared."""
+
+REPEATS = 7
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One estimator and the peer that does the same.
+
+    Args:
+        name: of the row
+        block: ours
+        samples: for it, (n, inputs)
+        peer: from some samples to its estimates, (m, states), the time of building it left out
+        states: names of our outputs that the peer's estimates are compared with
+        tolerance: relative, of the comparison
+    """
+
+    name: str
+    block: Block
+    samples: np.ndarray
+    peer: Callable[[np.ndarray], tuple[np.ndarray, float]]
+    states: tuple[str, ...]
+    tolerance: float = 1e-6
+
+
+def column_comparisons() -> list[Comparison]:
+    """Those of the steering column."""
+    parameters = load("column-bench").parameters_for(ColumnParameters)
+    run = swept("steps", STEPS * 1e-3, 1)
+    samples = np.column_stack(
+        [
+            np.r_[0.0, run["motor_torque"][:-1]],
+            run["steering_wheel_angle"],
+            run["motor_angle_mechanical"],
+            run["driver_torque"],
+        ]
+    )
+    tuning = ColumnTuning()
+    made = design(parameters, 1e-3, tuning)
+    system, bank = made.observation.discrete, made.bank
+    noises = process_noises(system.states, parameters, 1e-3, tuning)
+    start = tuple(map(float, np.diag(full(bank.noises[0].covariance))))
+    filters = tuple(
+        KalmanFilter(
+            bank.model,
+            bank.parameters,
+            (0.0,) * len(start),
+            start,
+            tuple(float(q) if q > 0.0 else None for q in noise),
+            tuning.variances(),
+        )
+        for noise in noises
+    )
+    interacting = InteractingFilter(filters, bank.switching, (1.0 / len(filters),) * len(filters))
+    printed = PrintedObserver.of_column(parameters, "full").filter
+    lagged = DelayedHandTorque.of_parameters(parameters).smoother
+    (slow,) = process_noises(system.states, parameters, 1e-3, smoothing(tuning))
+    delayed = AugmentedLag(lagged, slow, tuning.variances())
+    friction = ColumnFrictionObserver.of_vehicle(load("column-bench")).filter
+    mean = tuple(f"mean.{name}" for name in system.states)
+    return [
+        Comparison("observer-printed", printed, samples, PlainFilter.stationary(printed), ("mean.hand_torque",)),
+        Comparison("observer-bank", bank, samples, BankOfConstantGains(bank, system), mean),
+        Comparison("observer-interacting", interacting, samples, InteractingModels(interacting, system), mean),
+        Comparison(
+            "observer-20-ms-later",
+            lagged,
+            samples,
+            AugmentedLag(lagged, slow, tuning.variances()),
+            ("smoothed.hand_torque",),
+        ),
+        Comparison("observer-friction", friction, samples, ExtendedFilter(friction), _means(friction)),
+    ]
+
+
+COMPARISONS: list[Callable[[], Sequence[Comparison]]] = [column_comparisons]
+"""Where the comparisons come from: other estimators are added to the list."""
+
+
+def run() -> list[dict]:
+    """Rows of the bench: name, value, unit, peer, value of the peer, ratio (peer over ours)."""
+    return [_row(each) for source in COMPARISONS for each in source()]
+
+
+def _row(each: Comparison) -> dict:
+    runner = kernel(each.block)
+    outputs = np.empty((len(each.samples), len(runner.graph.output)))
+    columns = [runner.graph.output.index(name) for name in each.states]
+    ours = np.inf
+    for _ in range(REPEATS):
+        memory = initial_memory(each.block)
+        start = time.perf_counter()
+        runner.scan(memory, each.samples, outputs, 0)
+        ours = min(ours, (time.perf_counter() - start) / len(each.samples) * 1e9)
+    theirs, seconds = each.peer(each.samples[:PEER_STEPS])
+    mine = outputs[:PEER_STEPS, columns]
+    scale = np.abs(theirs).max(axis=0)
+    difference = float((np.abs(mine - theirs) / np.where(scale > 0.0, scale, 1.0)).max())
+    if not difference < each.tolerance:
+        raise AssertionError(
+            f"{each.name} and its peer differ by {difference:.2g}; expected {each.tolerance:g} at most"
+        )
+    peer = seconds / PEER_STEPS * 1e9
+    return {
+        "name": each.name,
+        "value": ours,
+        "unit": "ns/step",
+        "peer": "filterpy",
+        "peer_value": peer,
+        "ratio": peer / ours,
+        "difference": difference,
+    }
+
+
+def _means(block: KalmanFilter) -> tuple[str, ...]:
+    return tuple(f"mean.{name}" for name in block.model.State._fields)
