@@ -1,0 +1,226 @@
+"""One fit of a column: the side of its wheel by instruments, all else by likelihood."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from tierod.errors import InputError
+from tierod.identification.bench_recording import BenchRecording
+from tierod.identification.column_result import Found
+from tierod.identification.experiment import INTERVAL, Estimate, Experiment, Free
+from tierod.identification.identifiability import blind_directions, refusal
+from tierod.identification.maximum_likelihood import MaximumLikelihood
+from tierod.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
+from tierod.identification.wheel_side import WheelMotion, wheel_side
+from tierod.models.steering_column import RubbingColumnParameters
+
+DEFAULT_FREE = ("steering_wheel_damping", "motor_damping", "motor_friction", "motor_friction_stiffness")
+"""Raffone, section 2.2: damping of wheel and motor, and Dahl's friction."""
+DESIGN = ("motor_ratio",)
+"""Parameters that are counted, not measured."""
+WHEEL_SIDE = ("steering_wheel_inertia", "steering_wheel_damping")
+
+_NUISANCES = (
+    Free("motor_torque_gain", False, 0.1),
+    Free("motor_torque_offset", False, 0.1),
+    Free("driver_torque_offset", False, 0.2),
+)
+"""What a bench adds, known before within these standard deviations, and estimated beside the parameters."""
+TORQUE_DEVIATION = 0.01
+"""Torque at the motor that nobody recorded [N m] per sample, where the search for it starts: noise of a good drive."""
+_STARTS = tuple((friction, stiffness) for friction in (-1.4, -0.7, 0.7) for stiffness in (-1.1, 0.0, 1.1))
+"""Further starts: friction from a quarter to twice the vehicle file's, its stiffness from a third to three times."""
+LEAST_SHARE = 0.3
+"""Torque of the motor's damping, over the torque that nobody recorded, below which the damping counts as not told: what
+is unknown is never quite white, and what of it goes with the speed would pass for damping."""
+
+CURES = {
+    "steering_wheel_inertia": "a sweep with the wheel free and nobody touching it",
+    "steering_wheel_damping": "a sweep with the wheel free and nobody touching it",
+    "torsion_bar_stiffness": "a sweep with the wheel free beside one with the wheel locked",
+    "gear_stiffness": "a sweep up to 150 Hz",
+    "gear_inertia": "a sweep up to 150 Hz",
+    "motor_inertia": "a sweep with the wheel free, up to 20 Hz",
+    "motor_damping": "fast motion, a sweep or steps with the wheel free",
+    "motor_friction": "slow ramps of the motor's torque to and fro, with twice the torque that the friction holds",
+    "motor_friction_stiffness": (
+        "slow ramps of the motor's torque to and fro with the wheel locked, from less than the friction on"
+    ),
+}
+
+Progress = Callable[[float], None]
+
+
+def known_free() -> tuple[str, ...]:
+    """Names of the parameters that can be looked for."""
+    return tuple(each.name for each in fields(RubbingColumnParameters) if each.name not in DESIGN)
+
+
+def search_of(
+    parameters: BenchParameters, names: Sequence[str], rows: Sequence[BenchRecording], widened: bool = False
+) -> MaximumLikelihood:
+    """The search for parameters of a column.
+
+    Args:
+        parameters: where it starts
+        names: of the free ones
+        rows: recordings, for their noise
+        widened: whether noises are taken so large that a rough start is not far away
+    """
+    free = (*(Free(name) for name in names), *_NUISANCES)
+    places = {name: k for k, name in enumerate(names)}
+    starts = []
+    for friction, stiffness in _STARTS:
+        start = np.zeros(len(free))
+        for name, shift in (("motor_friction", friction), ("motor_friction_stiffness", stiffness)):
+            if name in places:
+                start[places[name]] = shift
+        starts.append(tuple(start.tolist()))
+    noise = np.max([row.deviation for row in rows], axis=0)
+    factor = (5.0, 3.0) if widened else (1.0, 1.0)
+    return MaximumLikelihood(
+        SampledColumn,
+        parameters,
+        free,
+        (factor[0] * TORQUE_DEVIATION,),
+        tuple((factor[1] * noise).tolist()),
+        RoundedColumn,
+        starts=tuple(dict.fromkeys(starts)) if places.keys() & {"motor_friction", "motor_friction_stiffness"} else (),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """One fit: wheel side and likelihood."""
+
+    base: BenchParameters
+    wanted: tuple[str, ...]
+    wheel: Mapping[str, tuple[float, float]]
+    estimate: Estimate
+    remarks: tuple[str, ...]
+
+    @property
+    def parameters(self) -> BenchParameters:
+        """Of the column, with all that was found."""
+        return self.estimate.parameters(replace(self.base, **{name: value for name, (value, _) in self.wheel.items()}))
+
+    def found(self, deviations: Mapping[str, float | None]) -> list[Found]:
+        """The parameters that were looked for; deviations are those of the vehicle file."""
+        rows = []
+        for name in (each for each in known_free() if each in self.wanted):
+            before = getattr(self.base, name)
+            if name in self.wheel:
+                value, deviation = self.wheel[name]
+                low, high, method = value - INTERVAL * deviation, value + INTERVAL * deviation, "instruments"
+            else:
+                value, deviation = self.estimate[name], self.estimate.deviation(name)
+                (low, high), method = self.estimate.interval(name), "likelihood"
+            rows.append(Found(name, before, deviations.get(name), value, deviation, low, high, method))
+        return rows
+
+
+@dataclass(frozen=True)
+class ColumnFit:
+    """What is looked for, and from where."""
+
+    parameters: BenchParameters
+    wanted: tuple[str, ...]
+
+    def run(
+        self, rows: Sequence[BenchRecording], progress: Progress = lambda share: None, near: Fitted | None = None
+    ) -> Fitted:
+        """Fit, from far away or from near an earlier fit.
+
+        Raises:
+            InputError: a parameter that the recordings do not tell
+        """
+        wheel, remarks = self._wheel(rows)
+        base = replace(self.parameters, **{name: value for name, (value, _) in wheel.items()})
+        names = tuple(name for name in self.wanted if name not in wheel)
+        search = search_of(base, names, rows)
+        experiments = [row.experiment for row in rows]
+        start = None if near is None else search.place_of(near.estimate)
+        estimate = search.fit(experiments, start, progress)
+        if near is None:
+            blind = blind_directions(estimate, names)
+            if blind:
+                raise InputError(refusal(blind, [each.name for each in experiments], CURES))
+            if "motor_damping" in names:
+                _require_speed(estimate, rows)
+            remarks += _bench_remarks(estimate, experiments)
+        return Fitted(self.parameters, self.wanted, wheel, estimate, tuple(remarks))
+
+    def _wheel(self, rows: Sequence[BenchRecording]) -> tuple[dict[str, tuple[float, float]], list[str]]:
+        """Value and deviation of what the wheel's side tells, and what was noticed there."""
+        motions = [_motion(row, self.parameters.motor_ratio) for row in rows if not row.locked]
+        if not motions:
+            return {}, []
+        both = wheel_side(motions)
+        known = self.parameters.steering_wheel_inertia
+        wanted, remarks = [name for name in WHEEL_SIDE if name in self.wanted], []
+        if "steering_wheel_inertia" not in wanted:
+            if abs(both.inertia - known) > max(5.0 * both.inertia_deviation, 0.02 * known):
+                remarks.append(
+                    f"the wheel turns as if its inertia were {both.inertia:.4g} kg·m², not {known:.4g} as the vehicle "
+                    "file says: are there hands on it? If not, add steering_wheel_inertia to --free"
+                )
+            if not wanted:
+                return {}, remarks
+            alone = wheel_side(motions, known)
+            return {"steering_wheel_damping": (alone.damping, alone.damping_deviation)}, remarks
+        values = {
+            "steering_wheel_inertia": (both.inertia, both.inertia_deviation),
+            "steering_wheel_damping": (both.damping, both.damping_deviation),
+        }
+        return {name: values[name] for name in wanted}, remarks
+
+
+def _require_speed(estimate: Estimate, rows: Sequence[BenchRecording]) -> None:
+    """Refuse a damping whose torque is lost in what nobody recorded."""
+    smooth = np.full(10, 0.1)
+    turned = [
+        np.diff(np.convolve(_whole(row.experiment.measured[:, 1]), smooth, "valid")) / row.sample_time for row in rows
+    ]
+    speed = float(np.sqrt(np.mean(np.concatenate(turned) ** 2)))
+    likely = min(estimate["motor_damping"], estimate.start[estimate.index("motor_damping")])
+    torque, unknown = likely * speed, estimate.input_deviation[0]
+    if torque < LEAST_SHARE * unknown:
+        raise InputError(
+            f"this does not excite motor_damping ({', '.join(row.experiment.name for row in rows)}): at {speed:.2g} "
+            f"rad/s on average it makes {torque:.2g} N·m, beside {unknown:.2g} N·m that nobody recorded (noise, "
+            f"rounding, cogging); record {CURES['motor_damping']} besides, or leave it out of --free"
+        )
+
+
+def _whole(values: np.ndarray) -> np.ndarray:
+    """Without gaps, straight over them."""
+    index, known = np.arange(len(values)), np.isfinite(values)
+    return np.interp(index, index[known], values[known])
+
+
+def _motion(row: BenchRecording, ratio: float) -> WheelMotion:
+    wheel, motor, torque = (_whole(values) for values in row.experiment.measured.T)
+    return WheelMotion(wheel, motor / ratio, torque, row.sample_time)
+
+
+def _bench_remarks(estimate: Estimate, experiments: Sequence[Experiment]) -> list[str]:
+    gain, spread = estimate["motor_torque_gain"], estimate.deviation("motor_torque_gain")
+    remarks = []
+    if abs(gain - 1.0) > max(3.0 * spread, 0.002):
+        remarks.append(
+            f"the motor gives {100.0 * gain:.2f} ± {100.0 * spread:.2g} % of the torque that was recorded, by the "
+            "measure of torsion bar and inertia; the parameters are those of the true torque"
+        )
+    driving = float(np.sqrt(np.mean(np.concatenate([each.inputs for each in experiments]) ** 2)))
+    unknown = estimate.input_deviation[0]
+    if unknown > 0.2 * driving:
+        remarks.append(
+            f"a torque of {unknown:.2g} N·m at the motor that nobody recorded moves the column beside the recorded "
+            f"{driving:.2g} N·m: the model explains these recordings badly; check channels, vehicle file and time base"
+        )
+    if not estimate.converged:
+        remarks.append("the search did not come to an end; the values may be off by more than their deviations")
+    return remarks
