@@ -1,0 +1,108 @@
+"""The combined estimator over a recording that holds the true sideslip: estimate, band and truth side by side."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from tierod.errors import InputError
+from tierod.graph import Result, scan, trace
+from tierod.monitors.sideslip.car_signals import FromCarSignals
+from tierod.monitors.sideslip.combined import CombinedSideslip
+from tierod.monitors.sideslip.combined_tuning import CombinedTuning
+from tierod.monitors.sideslip.session import BAND, TRUTHS
+from tierod.recording import Recording
+from tierod.vehicles import Vehicle
+
+
+@dataclass(frozen=True)
+class ErrorFigures:
+    """How far an estimate is from the truth.
+
+    Args:
+        mean_absolute, rms: of the error [rad]
+        coverage: share of the samples whose truth lies in the 95 % band
+    """
+
+    mean_absolute: float
+    rms: float
+    coverage: float
+
+    def __str__(self) -> str:
+        return f"{math.degrees(self.mean_absolute):.3f} / {math.degrees(self.rms):.3f}"
+
+
+@dataclass(frozen=True)
+class BesideTruth:
+    """An estimate of the sideslip and the truth, (n,) each.
+
+    Args:
+        time: [s]
+        estimate, deviation: sideslip angle and one standard deviation of it [rad]
+        truth: [rad]; NaN where there is none
+        result: all that the estimator gave out; None for another estimate
+    """
+
+    time: np.ndarray
+    estimate: np.ndarray
+    deviation: np.ndarray
+    truth: np.ndarray
+    result: Result | None = None
+
+    @cached_property
+    def error(self) -> np.ndarray:
+        """Estimate less truth [rad]."""
+        return self.estimate - self.truth
+
+    def figures(self, start: float = -math.inf, stop: float = math.inf) -> ErrorFigures:
+        """The error from one time to another.
+
+        Raises:
+            InputError: there is no truth between them
+        """
+        judged = (self.time >= start) & (self.time < stop) & np.isfinite(self.error)
+        if not judged.any():
+            raise InputError(f"there is no true sideslip from {start:g} to {stop:g} s; give times that the drive has")
+        error = self.error[judged]
+        coverage = float(np.mean(np.abs(error) <= BAND * self.deviation[judged]))
+        return ErrorFigures(float(np.mean(np.abs(error))), float(np.sqrt(np.mean(error * error))), coverage)
+
+
+def truth_of(recording: Recording) -> str:
+    """The channel with the true sideslip.
+
+    Raises:
+        InputError: the recording has none
+    """
+    for name in TRUTHS:
+        if name in recording:
+            return name
+    raise InputError(f"the recording has none of {' and '.join(TRUTHS)}; name the true sideslip in the channel map")
+
+
+def beside_truth(
+    recording: Recording, vehicle: Vehicle, rate: float = 100.0, tuning: CombinedTuning | None = None
+) -> BesideTruth:
+    """The combined estimator of a vehicle over a recording.
+
+    Args:
+        recording: with the signals of a car and its true sideslip
+        vehicle: whose parameters the estimator has
+        rate: of the samples [Hz]
+        tuning: of the estimator; the vehicle's own where None
+
+    Raises:
+        InputError: the recording has no true sideslip
+        ParameterError: the vehicle lacks a parameter
+    """
+    truth = truth_of(recording)
+    block = FromCarSignals.of_vehicle(CombinedSideslip.of_vehicle(vehicle, 1.0 / rate, tuning), vehicle)
+    signals = trace(block).sample
+    aligned = recording.align((*signals, truth), rate, maximum_age=0.1)
+    result = scan(block, aligned.values[:, :-1])
+    return BesideTruth(
+        aligned.time, result["sideslip_angle"], result["sideslip_angle_deviation"], aligned.values[:, -1], result
+    )

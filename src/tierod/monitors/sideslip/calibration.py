@@ -1,0 +1,98 @@
+"""Parameters of the combined estimator, fitted to a true sideslip on the first part of a drive."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from tierod.errors import ParameterError
+from tierod.monitors.sideslip.beside_truth import beside_truth
+from tierod.recording import Recording
+from tierod.vehicles import Vehicle
+
+TYRES = ("front_cornering_stiffness", "rear_cornering_stiffness", "tyre_friction", "rear_friction_ratio")
+"""What a car with other tyres needs anew."""
+
+EXPECTED = math.radians(0.2)
+"""Error of a good fit [rad]: that of the best estimators on real cars."""
+
+MEMORY = 0.4
+"""Time after which two errors tell something new [s]: that of a steering movement."""
+
+SETTLING = 1.0
+"""At the start of the drive, not fitted [s]."""
+
+FARTHEST = 3.0
+"""Standard deviations that a parameter may leave its value in the vehicle file."""
+
+EVERY = 10
+"""Only every so many samples count in the fit: errors change slowly."""
+
+
+def calibrated(
+    recording: Recording, vehicle: Vehicle, names: Iterable[str] = TYRES, until: float = math.inf, rate: float = 100.0
+) -> Vehicle:
+    """The vehicle with parameters that bring the combined estimator closest to the truth of a drive.
+
+    The values and standard deviations of the vehicle file are the prior, so that what the drive does not tell stays as
+    it is. Fit on one part of the drives and judge on another.
+
+    Args:
+        recording: with the signals of a car and its true sideslip
+        vehicle: to begin with
+        names: parameters to fit; each needs a standard deviation
+        until: end of the part that is fitted [s, as the recording counts]
+        rate: of the samples [Hz]
+
+    Raises:
+        InputError: the recording has no true sideslip
+        ParameterError: the vehicle lacks a parameter, or its standard deviation
+    """
+    from scipy.optimize import least_squares
+
+    names = tuple(names)
+    start, spread = _prior(vehicle, names)
+
+    def with_moved(moved: np.ndarray) -> Vehicle:
+        return with_parameters(vehicle, dict(zip(names, (start + spread * moved).tolist(), strict=True)))
+
+    def residuals(moved: np.ndarray) -> np.ndarray:
+        seen = beside_truth(recording, with_moved(moved), rate)
+        judged = (seen.time > seen.time[0] + SETTLING) & (seen.time < until) & np.isfinite(seen.error)
+        error = seen.error[judged][::EVERY]
+        worth = math.sqrt(EVERY / rate / MEMORY)
+        return np.concatenate([worth / EXPECTED * np.clip(error, -1.0, 1.0), moved])
+
+    found = least_squares(
+        residuals, np.zeros(len(names)), bounds=(-FARTHEST, FARTHEST), diff_step=1e-3, x_scale=1.0, max_nfev=20
+    )
+    return with_moved(found.x)
+
+
+def _prior(vehicle: Vehicle, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
+    start = np.array([vehicle[name] for name in names])
+    spread = [vehicle.parameters[name].standard_deviation for name in names]
+    if unknown := [name for name, each in zip(names, spread, strict=True) if not each]:
+        raise ParameterError(
+            f"the vehicle '{vehicle.name}' gives no standard deviation of {', '.join(unknown)}, which says how far a "
+            "fit may move it; add standard_deviation to its table"
+        )
+    return start, np.array(spread, float)
+
+
+def with_parameters(vehicle: Vehicle, values: Mapping[str, float], source: str = "fitted to sideslip") -> Vehicle:
+    """The vehicle with other values of some of its parameters.
+
+    Raises:
+        ParameterError: the vehicle has no such parameter
+    """
+    for name in values:
+        vehicle[name]
+    changed = {
+        name: dataclasses.replace(vehicle.parameters[name], value=value, source=source)
+        for name, value in values.items()
+    }
+    return dataclasses.replace(vehicle, parameters={**vehicle.parameters, **changed})
