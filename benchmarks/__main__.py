@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks import can_decode, diagnose_hour, fault_memory, filters, simulate_eps_car
+from benchmarks import can_decode, diagnose_hour, fault_memory, filters, observers, simulate_eps_car
 
 MODULES = (filters, observers, can_decode, diagnose_hour, simulate_eps_car, fault_memory)
 

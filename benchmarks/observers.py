@@ -35,6 +35,9 @@ STEPS = 40_000
 PEER_STEPS = 1_500
 """Samples of the peer's run; the numbers of all of them are compared."""
 
+PEER_REPEATS = 2
+"""Further runs of the peer, for its best time."""
+
 REPEATS = 7
 
 
@@ -102,7 +105,7 @@ def column_comparisons() -> list[Comparison]:
             "observer-20-ms-later",
             lagged,
             samples,
-            AugmentedLag(lagged, slow, tuning.variances()),
+            delayed,
             ("smoothed.hand_torque",),
         ),
         Comparison("observer-friction", friction, samples, ExtendedFilter(friction), _means(friction)),
@@ -136,7 +139,8 @@ def _row(each: Comparison) -> dict:
         raise AssertionError(
             f"{each.name} and its peer differ by {difference:.2g}; expected {each.tolerance:g} at most"
         )
-    peer = seconds / PEER_STEPS * 1e9
+    again = [each.peer(each.samples[:PEER_STEPS])[1] for _ in range(PEER_REPEATS)]
+    peer = min(seconds, *again) / PEER_STEPS * 1e9
     return {
         "name": each.name,
         "value": ours,
