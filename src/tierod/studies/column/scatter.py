@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -29,5 +30,7 @@ def scattered(deviation: float, seed: int) -> ColumnBench:
     """
     bench = ColumnBench()
     factors = 1.0 + deviation * np.random.default_rng([seed, 53]).normal(size=len(SCATTERED) + 1)
-    changes = {name: float(getattr(bench, name) * factor) for name, factor in zip(SCATTERED, factors, strict=False)}
+    changes: dict[str, Any] = {
+        name: float(getattr(bench, name) * factor) for name, factor in zip(SCATTERED, factors, strict=False)
+    }
     return replace(bench, friction=replace(bench.friction, level=float(bench.friction.level * factors[-1])), **changes)

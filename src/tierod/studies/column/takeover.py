@@ -99,7 +99,7 @@ def _grips(loop: ClosedLoop, count: int) -> Iterator[Item]:
     yield Claim(
         "position.driver-found",
         "A driver who holds the wheel firmly is found soon after 1 N·m.",
-        "tierod's goal",
+        "tierod",
         None,
         1e3 * float(np.max(all_found)),
         at_most(60.0),
@@ -109,7 +109,7 @@ def _grips(loop: ClosedLoop, count: int) -> Iterator[Item]:
     yield Claim(
         "position.control-gone",
         "The motor's torque is gone soon after the grip.",
-        "tierod's goal",
+        "tierod",
         None,
         1e3 * float(np.max(soon)),
         at_most(350.0),
@@ -179,7 +179,7 @@ def _false(loops: Mapping[str, ClosedLoop], effort: Effort) -> Iterator[Item]:
     yield Claim(
         "position.no-false-end",
         "The sweep never ends because of a driver who is not there.",
-        "tierod's goal",
+        "tierod",
         None,
         float(sum(ends.values())),
         exactly(0.0),
@@ -223,7 +223,7 @@ def _inertia(loop: ClosedLoop) -> Iterator[Item]:
     yield Claim(
         "position.inertia-tolerated",
         "A wrong inertia of the steering wheel does not feign a driver.",
-        "tierod's goal",
+        "tierod",
         None,
         100.0 * held[1],
         at_least(2.0),

@@ -33,7 +33,7 @@ MECHANICAL, BALANCED = "printed, mechanical reduction", "printed, balanced reduc
 REDUCED = (DEFAULT, MECHANICAL, BALANCED)
 """Observers that leave out the gear: those to control with."""
 
-SOURCE = "tierod's goal; Raffone, section 6 and figure 10, gives no figure"
+SOURCE = "tierod; Raffone, section 6 and figure 10, gives no figure"
 
 
 def observers(known: Belief) -> Mapping[str, Any]:
@@ -152,8 +152,8 @@ def _table(
         ),
         tuple(rows),
         "Margins of the loop cut at the motor's torque, the column with its gear, without friction, the delay of one "
-        "sample included. An observer that has the gear follows its swing at 112 Hz, which the control then excites: the "
-        "controller knows nothing of it. That is a reason to reduce the model which the paper does not give.",
+        "sample included. An observer that has the gear follows its swing at 112 Hz, which the control then excites: "
+        "the controller knows nothing of it. That is a reason to reduce the model which the paper does not give.",
     )
 
 
@@ -189,7 +189,7 @@ def _claims(swept: Mapping[str, Followed], far: Mapping[str, Margins | None]) ->
     yield Claim(
         "position.distance",
         "The loop keeps its distance from instability with every observer that leaves out the gear.",
-        "tierod's goal",
+        "tierod",
         None,
         min(distances.values()),
         at_least(0.4),

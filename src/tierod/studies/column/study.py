@@ -1,0 +1,32 @@
+"""The study of the steering column: one part after the other, in the order of the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
+from importlib.util import find_spec
+
+from tierod.studies.content import Item
+from tierod.studies.registry import Effort, Progress
+
+PARTS: Mapping[str, str] = {
+    "observability": "what the sensors show",
+    "reduction": "reduction of the model",
+    "frequency": "frequency response",
+    "identification": "identification on the bench",
+    "driver_torque": "torque of the driver's hands",
+    "hands": "hands on and off the wheel",
+    "natural_drives": "natural drives",
+    "position_control": "control of position",
+}
+"""Module of every part, and what it is about."""
+
+
+def items(effort: Effort, progress: Progress) -> Iterator[Item]:
+    """All that the study finds out."""
+    there = {name: title for name, title in PARTS.items() if find_spec(f"tierod.studies.column.{name}")}
+    for done, (name, title) in enumerate(there.items()):
+        progress(done / len(there), title)
+        part: Callable[[Effort], Iterator[Item]] = import_module(f"tierod.studies.column.{name}").items
+        yield from part(effort)
+    progress(1.0, "done")
