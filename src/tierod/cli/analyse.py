@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def analyse(
-    subject: Annotated[str, typer.Argument(help="What to analyse: column.")],
+    subject: Annotated[str, typer.Argument(help="What to analyse: column or sideslip.")],
     vehicle: Annotated[
         str, typer.Option(help="A vehicle's name (see 'tierod vehicles') or the path of its TOML file.")
     ],

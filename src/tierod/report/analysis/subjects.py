@@ -56,8 +56,17 @@ def _column(vehicle: Vehicle, recording: Recording | None) -> Analysis:
     return analyse(vehicle, recording)
 
 
+def _sideslip(vehicle: Vehicle, recording: Recording | None) -> Analysis:
+    from tierod.report.analysis.sideslip import analyse
+
+    return analyse(vehicle)
+
+
 SUBJECTS: Mapping[str, Subject] = {
     subject.name: subject
-    for subject in (Subject("column", "modes, observability and reductions of a steering column", _column, True),)
+    for subject in (
+        Subject("column", "modes, observability and reductions of a steering column", _column, True),
+        Subject("sideslip", "what shows the sideslip of a car steered by wire", _sideslip),
+    )
 }
 """By name, as given on the command line."""
