@@ -18,10 +18,10 @@ from tierod.analysis.column import (
 from tierod.analysis.output_subsets import Shown, disagreements
 from tierod.models.steering_column import ColumnParameters
 from tierod.recording import Recording
-from tierod.report.analysis.column_charts import bode_chart, measured_charts
 from tierod.report.analysis.column_measured import Measured, measured_column
 from tierod.report.analysis.subjects import Analysis
 from tierod.report.display import number, shown, words
+from tierod.studies.column.bode import DRAWN, measured_chart, reduced_chart
 from tierod.studies.content import Chart, Heading, Table
 from tierod.vehicles import Vehicle
 
@@ -48,7 +48,7 @@ def analyse(vehicle: Vehicle, recording: Recording | None) -> Analysis:
     found = analyse_column(parameters, f"the column of '{vehicle.name}'")
     measured = None if recording is None else measured_column(recording, found.system)
     items = [*_modes(found), *_observability(found), *_reductions(found, measured)]
-    items += measured_charts(measured) if measured else []
+    items += _measured_charts(measured) if measured else []
     return Analysis(
         f"Steering column of {vehicle.name}",
         _summary(found),
@@ -171,7 +171,22 @@ def _reductions(found: ColumnAnalysis, measured: Measured | None) -> list[Headin
     return [
         Heading("Reductions", text),
         Table("Columns of four states", header, cells, note),
-        bode_chart(found, measured),
+        reduced_chart(
+            "bode-reduced",
+            "The column and its reductions",
+            {"whole column": found.system} | {row.name: row.system for row in found.reductions if row.name in DRAWN},
+            measured.responses.get("driver_torque") if measured else None,
+        ),
+    ]
+
+
+def _measured_charts(measured: Measured) -> list[Chart]:
+    """Measured and computed response of every sensor, with coherence."""
+    return [
+        measured_chart(
+            f"measured-{name.replace('_', '-')}", name, response.frequency, measured.model[name], {"measured": response}
+        )
+        for name, response in measured.responses.items()
     ]
 
 

@@ -8,6 +8,9 @@ a softer one.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
+
+import numpy as np
 
 from tierod.models.steering_column import ColumnParameters
 from tierod.vehicles import load
@@ -46,3 +49,65 @@ EIGENVALUES = (
     -3.839922431729 - 79.657898579634j,
 )
 """Table 3."""
+
+
+def member(stiffness: float, motor_ratio: float, steering_wheel_inertia: float) -> ColumnParameters:
+    """Another column with the eigenvalues of Table 3, which fixes five ratios of its parameters.
+
+    Args:
+        stiffness: of the torsion bar over the inertia of the steering wheel, 500 to 3150 or 3650 to 6000; between, a
+            damping would have to be negative [1/s^2]
+        motor_ratio: turns of the motor per turn of the shaft
+        steering_wheel_inertia: [kg m^2]
+    """
+    wheel_damping, motor_damping, motor_stiffness, gear_bar, gear_motor = _fixed_by_the_table(stiffness)
+    bar = stiffness * steering_wheel_inertia
+    gear_inertia = bar / gear_bar
+    gear_stiffness = gear_motor * gear_inertia / motor_ratio**2
+    motor_inertia = gear_stiffness / motor_stiffness
+    return ColumnParameters(
+        steering_wheel_inertia,
+        wheel_damping * steering_wheel_inertia,
+        bar,
+        motor_ratio,
+        gear_stiffness,
+        gear_inertia,
+        motor_inertia,
+        motor_damping * motor_inertia,
+    )
+
+
+@cache
+def _fixed_by_the_table(stiffness: float) -> tuple[float, ...]:
+    """The five ratios for a stiffness over inertia, followed there from a known set in small steps."""
+    from scipy.optimize import root
+
+    first, *found = _ratios(SETS["S3"] if stiffness < 3400.0 else SETS["S1"])
+    for step in np.linspace(first, stiffness, 2 + int(abs(stiffness - first) / 50.0)):
+        found = root(_mismatch, found, args=(step,), tol=1e-14).x
+    return tuple(map(float, found))
+
+
+def _ratios(p: ColumnParameters) -> np.ndarray:
+    """Stiffness over inertia at the wheel, then the five ratios that the table fixes for it."""
+    return np.array(
+        [
+            p.torsion_bar_stiffness / p.steering_wheel_inertia,
+            p.steering_wheel_damping / p.steering_wheel_inertia,
+            p.motor_damping / p.motor_inertia,
+            p.gear_stiffness / p.motor_inertia,
+            p.torsion_bar_stiffness / p.gear_inertia,
+            p.gear_stiffness * p.motor_ratio**2 / p.gear_inertia,
+        ]
+    )
+
+
+def _mismatch(ratios: np.ndarray, stiffness: float) -> np.ndarray:
+    """How far the characteristic polynomial of a column is off that of the table, motor angle as seen at the shaft."""
+    wheel_damping, motor_damping, motor, bar, gear = ratios
+    A = np.zeros((6, 6))
+    A[3:, :3] = np.eye(3)
+    A[0, [0, 3, 5]] = -wheel_damping, -stiffness, stiffness
+    A[1, [1, 4, 5]] = -motor_damping, -motor, motor
+    A[2, 3:] = bar, gear, -(bar + gear)
+    return np.poly(A)[1:6].real / np.poly(np.array(EIGENVALUES))[1:6].real - 1.0
