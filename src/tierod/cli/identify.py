@@ -1,0 +1,227 @@
+"""Find parameters of a vehicle from recordings of a test bench, and write them into its file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from tierod.identification.column_result import ColumnIdentification
+    from tierod.recording import Recording
+    from tierod.vehicles import Vehicle
+
+SUBJECTS = {"column": "the column of an electric power steering, from recordings of a bench"}
+"""What can be identified; more subjects come here."""
+
+
+def identify(
+    subject: Annotated[str, typer.Argument(help="What to identify: column.")],
+    recordings: Annotated[list[Path], typer.Argument(help="Recordings of the bench, one experiment each or more.")],
+    vehicle: Annotated[str, typer.Option(help="A vehicle's name, or its TOML file: where the search starts.")],
+    free: Annotated[
+        str | None, typer.Option(help="Parameters to find, with commas between; damping and friction where not given.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Vehicle file to write; not written where not given.")
+    ] = None,
+    in_place: Annotated[bool, typer.Option("--in-place", help="Write into the vehicle file that was given.")] = False,
+    report: Annotated[Path | None, typer.Option(help="HTML page to write; none where not given.")] = None,
+    channel_map: Annotated[
+        Path | None, typer.Option("--map", help="TOML file: source name, unit, sign and offset of each signal.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
+) -> int:
+    """Fit parameters to recordings: a table before and after, leave-one-out figures, the vehicle file written back."""
+    from tierod.cli.terminal import messages, print_json, progress
+    from tierod.errors import ParameterError, nearest
+    from tierod.vehicles import load
+
+    if subject not in SUBJECTS:
+        raise ParameterError(f"'{subject}' cannot be identified{nearest(subject, SUBJECTS)}")
+    car = load(vehicle)
+    target = _target(car, output, in_place)
+    _refuse_to_overwrite(car, recordings, channel_map, target if not in_place else None, report)
+    known = _read(recordings, channel_map or car.channel_map)
+    with progress(f"identifying the {subject} of {car.name}") as advance:
+        result = _column(car, known, _names(free), advance)
+    if report is not None:
+        _write_page(result, car, known, recordings, report)
+    if target is not None:
+        _write_vehicle(result, car, recordings, target)
+    if as_json:
+        print_json(_document(result, car, recordings, target, report))
+    else:
+        _show(result)
+    for what, path in (("vehicle file", target), ("page", report)):
+        if path is not None:
+            messages().print(f"{what}: {path}", soft_wrap=True, markup=False)
+    return 0
+
+
+def _names(free: str | None) -> tuple[str, ...]:
+    return tuple(name.strip() for name in (free or "").split(",") if name.strip())
+
+
+def _target(car: Vehicle, output: Path | None, in_place: bool) -> Path | None:
+    """Where the vehicle file goes."""
+    from tierod.errors import OutputError
+    from tierod.vehicles.vehicle import SHIPPED
+
+    if in_place and output is not None:
+        raise OutputError("--in-place and --output say two places for the vehicle file; give one of them")
+    if in_place and car.path.parent == SHIPPED:
+        raise OutputError(
+            f"{car.name} is shipped with tierod and is not written over; give --output eps-identified.toml"
+        )
+    return car.path if in_place else output
+
+
+def _refuse_to_overwrite(
+    car: Vehicle, recordings: list[Path], channel_map: Path | None, target: Path | None, report: Path | None
+) -> None:
+    from tierod.errors import OutputError
+
+    given = [car.path, *recordings, *([channel_map] if channel_map else [])]
+    for path in filter(None, (target, report)):
+        if any(path.resolve() == each.resolve() for each in given):
+            raise OutputError(
+                f"{path} was given and would be written over; name another place"
+                + (", or say --in-place" if path.resolve() == car.path.resolve() else "")
+            )
+    if target is not None and report is not None and target.resolve() == report.resolve():
+        raise OutputError(f"vehicle file and page cannot both be {target}; name two places")
+
+
+def _read(paths: list[Path], channel_map: Path | None) -> dict[str, Recording]:
+    """Recordings by a name of their own."""
+    from tierod.errors import InputError
+    from tierod.readers import read
+
+    found: dict[str, Recording] = {}
+    for path in paths:
+        if any(path.resolve() == other.resolve() for other in paths if other is not path):
+            raise InputError(f"{path} is given twice; every experiment counts once")
+        name = path.name if [each.name for each in paths].count(path.name) == 1 else str(path)
+        found[name] = read(path, channel_map=channel_map)
+    return found
+
+
+def _column(
+    car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any
+) -> ColumnIdentification:
+    from tierod.identification.column import identify_column
+    from tierod.identification.sampled_column import BenchParameters
+
+    deviations = {name: each.standard_deviation for name, each in car.parameters.items()}
+    return identify_column(car.parameters_for(BenchParameters), recordings, free, deviations, advance)
+
+
+def _origin() -> tuple[str, str, str]:
+    """When, by which version, and how."""
+    import shlex
+    import sys
+    from datetime import UTC, datetime
+
+    from tierod import __version__
+
+    return datetime.now(UTC).isoformat(timespec="seconds"), __version__, shlex.join(["tierod", *sys.argv[1:]])
+
+
+def _sources(recordings: list[Path]) -> list[str]:
+    """Name and begin of the SHA-256 of every file."""
+    import hashlib
+
+    return [f"{path.name} ({hashlib.sha256(path.read_bytes()).hexdigest()[:12]})" for path in recordings]
+
+
+def _write_vehicle(result: ColumnIdentification, car: Vehicle, recordings: list[Path], target: Path) -> None:
+    from tierod.files import write_text
+    from tierod.vehicles.writer import Change, changed
+
+    created, version, command = _origin()
+    source = f"identified from {', '.join(_sources(recordings))} on {created[:10]} by tierod {version}: {command}"
+    changes = {each.name: Change(each.value, each.deviation, source) for each in result.found}
+    write_text(target, changed(car.path.read_text(encoding="utf-8"), changes))
+
+
+def _write_page(
+    result: ColumnIdentification, car: Vehicle, known: dict[str, Recording], recordings: list[Path], target: Path
+) -> None:
+    from tierod.files import write_text
+    from tierod.report.identification_page import IdentificationPage, column_items, render_identification
+
+    created, version, command = _origin()
+    summary = (
+        "Parameters under which a model of the column foretells the recordings best. The side of the steering wheel "
+        "comes from a regression with instruments; all else from the likelihood of the recordings, with a torque at "
+        "the motor that nobody recorded, whose size is found too.",
+    )
+    facts = (("vehicle", car.name), ("vehicle file", str(car.path)), ("recordings", ", ".join(_sources(recordings))))
+    warnings = tuple(f"{name}: {text}" for name, each in known.items() for text in each.warnings)
+    page = IdentificationPage(
+        f"Column of {car.name}, identified", summary, (*result.remarks, *warnings), facts, created, version, command
+    )
+    write_text(target, render_identification(page, list(column_items(result))))
+
+
+def _show(result: ColumnIdentification) -> None:
+    from tierod.cli.terminal import output, rows
+    from tierod.report.identification_page import found_table, left_out_table
+
+    console = output()
+    for table in (found_table(result.found), *([left_out_table(result)] if result.left_out else [])):
+        console.print(f"{table.title}:", markup=False)
+        kept = [k for k, title in enumerate(table.header) if title not in ("95 % interval", "by")]
+        cells = [[row[k] for k in kept] for row in table.rows]
+        console.print(rows([table.header[k] for k in kept], cells, range(1, len(kept) - ("unit" in table.header))))
+        console.print("")
+    for remark in result.remarks:
+        console.print(f"To know: {remark}", markup=False, soft_wrap=True)
+
+
+def _document(
+    result: ColumnIdentification, car: Vehicle, recordings: list[Path], target: Path | None, report: Path | None
+) -> dict[str, Any]:
+    from tierod.vehicles.catalogue import QUANTITIES
+
+    created, version, command = _origin()
+    estimate = result.estimate
+    return {
+        "schema": "tierod.identification/1",
+        "subject": "column",
+        "created": created,
+        "version": version,
+        "command": command,
+        "vehicle": car.name,
+        "recordings": _sources(recordings),
+        "parameters": [
+            {
+                "name": each.name,
+                "unit": QUANTITIES[each.name].unit,
+                "before": each.before,
+                "before_standard_deviation": each.before_deviation,
+                "value": each.value,
+                "standard_deviation": each.deviation,
+                "interval": [each.low, each.high],
+                "method": each.method,
+            }
+            for each in result.found
+        ],
+        "bench": {
+            name: {"value": estimate[name], "standard_deviation": estimate.deviation(name)}
+            for name in estimate.names
+            if name not in {each.name for each in result.found}
+        },
+        "unrecorded_motor_torque": estimate.input_deviation[0],
+        "correlation": {"names": list(estimate.names), "matrix": estimate.correlation.tolist()},
+        "leave_one_out": [
+            {"left_out": each.name, "parameters": dict(each.values), "normalised_errors": dict(each.errors)}
+            for each in result.left_out
+        ],
+        "whiteness": {name: each._asdict() for name, each in result.whiteness.items()},
+        "remarks": list(result.remarks),
+        "vehicle_file": None if target is None else str(target),
+        "page": None if report is None else str(report),
+    }

@@ -1,0 +1,224 @@
+"""The page of an identification: what was found, how well it fits, and how it holds where an experiment is left out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tierod.identification.bench_recording import OUTPUTS
+from tierod.identification.column_result import ColumnIdentification, Found, Shown
+from tierod.report.display import number
+from tierod.report.html import chart_script, library, looks, moment, template
+from tierod.report.study_page import sections
+from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
+from tierod.vehicles.catalogue import QUANTITIES
+
+_POINTS = 4000
+"""Of a curve in the page; a longer recording is thinned."""
+_NOTE = (
+    "σ and interval hold with residuals that are coloured, and for this model: another law of friction, or a torsion bar "
+    "that is stiffer than the vehicle file says, moves the values by more."
+)
+_WINDOW = 4.0
+"""Part of an experiment that is drawn [s], the busiest one."""
+_TITLES = {
+    "steering_wheel_angle": ("angle of the wheel", "°", 180.0 / np.pi),
+    "motor_angle_mechanical": ("angle of the motor", "°", 180.0 / np.pi),
+    "driver_torque": ("torque of the bar", "N·m", 1.0),
+}
+
+
+@dataclass(frozen=True)
+class IdentificationPage:
+    """All that the page tells beside the items.
+
+    Args:
+        title: a few words
+        summary: paragraphs
+        remarks: what one has to know
+        facts: (name, value) of vehicle and recordings
+        created, version, command: how the page came about
+    """
+
+    title: str
+    summary: tuple[str, ...]
+    remarks: tuple[str, ...]
+    facts: tuple[tuple[str, str], ...]
+    created: str
+    version: str
+    command: str
+
+
+def render_identification(page: IdentificationPage, items: Sequence[Item]) -> str:
+    """The page as text."""
+    parts = sections(items)
+    charts = [part for section in parts for kind, part in section.parts if kind == "chart"]
+    return template("identification.html.j2").render(
+        page=page,
+        created=moment(page.created),
+        facts_of=page.facts,
+        sections=parts,
+        charts=[chart_script(figure) for figure in charts],
+        library=library() if charts else "",
+        **looks(),
+    )
+
+
+def found_table(found: Sequence[Found]) -> Table:
+    """Every parameter before and after."""
+    rows = tuple(
+        (
+            each.name,
+            f"{number(each.before)}" + (f" ± {number(each.before_deviation, 2)}" if each.before_deviation else ""),
+            number(each.value, 6),
+            number(each.deviation, 2),
+            f"{number(each.low, 5)} to {number(each.high, 5)}",
+            f"{100.0 * each.change:+.2f} %".replace("-", "−"),
+            QUANTITIES[each.name].unit.replace("**2", "²").replace("*", "·"),
+            each.method,
+        )
+        for each in found
+    )
+    header = ("parameter", "before", "found", "σ", "95 % interval", "change", "unit", "by")
+    return Table("Parameters before and after", header, rows, _NOTE)
+
+
+def left_out_table(result: ColumnIdentification) -> Table:
+    """What is found without each experiment, and how well that foretells it."""
+    names = [each.name for each in result.found]
+    rows = tuple(
+        (
+            each.name,
+            *(number(each.values.get(name), 5) for name in names),
+            *(_percent(each.errors.get(output)) for output in OUTPUTS),
+        )
+        for each in result.left_out
+    )
+    header = (
+        "left out",
+        *(n.replace("_", " ") for n in names),
+        *(f"error, {_TITLES[output][0]}" for output in OUTPUTS),
+    )
+    return Table(
+        "Leave-one-out: fitted to all other experiments, and simulated against the one left out",
+        header,
+        rows,
+        "The error is the root mean square of simulated less measured output, over the standard deviation of the latter. "
+        "A simulation knows nothing of torques that nobody recorded: the angle of a free wheel drifts with them.",
+    )
+
+
+def column_items(result: ColumnIdentification) -> Iterator[Item]:
+    """Tables and charts of an identified column."""
+    yield Heading("What was found")
+    yield found_table(result.found)
+    estimate = result.estimate
+    rows = tuple(
+        (name, number(estimate[name], 5), number(estimate.deviation(name), 2))
+        for name in estimate.names
+        if name not in {each.name for each in result.found}
+    )
+    noise = zip(("motor torque that nobody recorded", *OUTPUTS), _noises(result), strict=True)
+    rows += tuple((f"noise: {name}", value, "") for name, value in noise)
+    yield Table("What the bench adds, found beside the parameters", ("", "value", "σ"), rows)
+    yield _correlation(result)
+    yield Heading(
+        "Simulated against measured", ("As in Figure 4 of Raffone: the model is given the motor's torque alone.",)
+    )
+    for number_, each in enumerate(result.shown):
+        yield _matching(each, number_)
+    yield Heading("Friction of the motor", ("As in Figure 3 of Raffone: Dahl's friction over the angle of the motor.",))
+    yield _friction(result.shown)
+    yield Heading("What is left over")
+    yield _whiteness(result)
+    if result.left_out:
+        yield Heading("Left out one by one")
+        yield left_out_table(result)
+
+
+def _percent(value: float | None) -> str:
+    return "–" if value is None or not np.isfinite(value) else f"{100.0 * value:.2g} %"
+
+
+def _noises(result: ColumnIdentification) -> list[str]:
+    estimate = result.estimate
+    told = [f"{number(estimate.input_deviation[0], 3)} N·m per sample"]
+    for name, value in zip(OUTPUTS, estimate.output_deviation, strict=True):
+        _, unit, factor = _TITLES[name]
+        told.append(f"{number(factor * value, 3)} {unit}")
+    return told
+
+
+def _correlation(result: ColumnIdentification) -> Table:
+    names = result.estimate.names
+    rows = tuple((name, *(f"{v:+.2f}".replace("-", "−") for v in row)) for name, row in _rows(result))
+    return Table("Correlation of the estimates", ("", *names), rows)
+
+
+def _rows(result: ColumnIdentification) -> list[tuple[str, np.ndarray]]:
+    return list(zip(result.estimate.names, np.nan_to_num(result.estimate.correlation), strict=True))
+
+
+def _busiest(each: Shown) -> slice:
+    """The window in which the torque of the bar moves most, thinned."""
+    step = each.time[1] - each.time[0]
+    width = min(round(_WINDOW / step), len(each.time))
+    power = np.cumsum(np.nan_to_num(each.measured[:, 2] - np.nanmean(each.measured[:, 2])) ** 2)
+    first = int(np.argmax(power[width - 1 :] - np.concatenate([[0.0], power])[: len(power) - width + 1]))
+    return slice(first, first + width, max(width // _POINTS, 1))
+
+
+def _matching(each: Shown, place: int) -> Chart:
+    part = _busiest(each)
+    time = each.time[part]
+    panels = []
+    for k, name in enumerate(OUTPUTS):
+        title, unit, factor = _TITLES[name]
+        if each.locked and name == "steering_wheel_angle":
+            continue
+        marks = (
+            Lines("measured", time, factor * each.measured[part, k]),
+            Lines("simulated", time, factor * each.simulated[part, k], dashed=True),
+        )
+        panels.append(
+            Panel(f"{title}, error {_percent(each.errors.get(name))}", "time (s)", f"{title} ({unit})", marks)
+        )
+    wheel = "locked" if each.locked else "free"
+    return Chart(
+        f"matching-{place}",
+        f"{each.name}, wheel {wheel}",
+        f"The {_WINDOW:g} s in which the torque of the bar moves most.",
+        f"Measured and simulated outputs of {each.name} over time",
+        tuple(panels),
+    )
+
+
+def _friction(shown: Sequence[Shown]) -> Chart:
+    best = max(shown, key=lambda each: float(np.ptp(each.friction)))
+    step = max(len(best.time) // _POINTS, 1)
+    angle = np.degrees(best.simulated[::step, 1])
+    marks = (Lines("friction as identified", angle, best.friction[::step]),)
+    panel = Panel("friction over angle", "angle of the motor (°)", "friction (N·m)", marks)
+    return Chart(
+        "friction-curve",
+        f"Friction in {best.name}",
+        "After every reversal the friction builds up along a curve towards its level.",
+        "Loops of the motor's friction over its angle",
+        (panel,),
+    )
+
+
+def _whiteness(result: ColumnIdentification) -> Table:
+    rows = tuple(
+        (name, f"{each.largest:+.3f}".replace("-", "−"), f"{100.0 * each.outside:.0f} %")
+        for name, each in result.whiteness.items()
+    )
+    return Table(
+        "Correlation of the innovations with themselves, lags 1 to 25",
+        ("output", "largest", "lags beyond 95 %"),
+        rows,
+        "What the filter did not foresee is white where the model is whole: about 5 % of the lags then lie beyond. "
+        "With tens of thousands of samples even a correlation of 0.01 stands out; it then is of no weight.",
+    )
