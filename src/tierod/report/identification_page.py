@@ -18,8 +18,8 @@ from tierod.vehicles.catalogue import QUANTITIES
 _POINTS = 4000
 """Of a curve in the page; a longer recording is thinned."""
 _NOTE = (
-    "σ and interval hold with residuals that are coloured, and for this model: another law of friction, or a torsion bar "
-    "that is stiffer than the vehicle file says, moves the values by more."
+    "σ and interval hold with residuals that are coloured, and for this model: another law of friction, or a torsion "
+    "bar that is stiffer than the vehicle file says, moves the values by more."
 )
 _WINDOW = 4.0
 """Part of an experiment that is drawn [s], the busiest one."""
@@ -105,8 +105,8 @@ def left_out_table(result: ColumnIdentification) -> Table:
         "Leave-one-out: fitted to all other experiments, and simulated against the one left out",
         header,
         rows,
-        "The error is the root mean square of simulated less measured output, over the standard deviation of the latter. "
-        "A simulation knows nothing of torques that nobody recorded: the angle of a free wheel drifts with them.",
+        "The error is the root mean square of simulated less measured output, over the standard deviation of the "
+        "latter. A simulation knows nothing of torques that nobody recorded: the angle of a free wheel drifts with them.",
     )
 
 
