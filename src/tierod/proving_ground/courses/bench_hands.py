@@ -78,8 +78,8 @@ class BenchHands(Described):
         return np.cumsum(_drawn(self.generator(_EPISODES), self.shortest, self.longest, self.time))
 
     @cached_property
-    def _firmness(self) -> np.ndarray:
-        """Standard deviation of the torque [N*m] and grip of every hold."""
+    def firmness(self) -> np.ndarray:
+        """Standard deviation of the torque [N*m] and grip of every hold, (n, 2)."""
         draw, count = self.generator(_TORQUE), len(self.switches) // 2 + 1
         torque = self.lightest * (self.firmest / max(self.lightest, 1e-12)) ** draw.random(count)
         return np.column_stack([torque, draw.uniform(0.5, 1.0, count)])
@@ -109,7 +109,7 @@ class BenchHands(Described):
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: float, ahead: float) -> Columns:
         """Inputs at some instants, see `Course.columns`."""
         present, hold = self.held(time)
-        torque, grip = self._firmness[hold].T
+        torque, grip = self.firmness[hold].T
         trembling = self._trembling(time, distance)["demand.hand_torque"]
         columns = {
             "motor_torque": self._motor(time),
