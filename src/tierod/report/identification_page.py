@@ -106,7 +106,7 @@ def left_out_table(result: ColumnIdentification) -> Table:
         header,
         rows,
         "The error is the root mean square of simulated less measured output, over the standard deviation of the "
-        "latter. A simulation knows nothing of torques that nobody recorded: the angle of a free wheel drifts with them.",
+        "latter. A simulation knows nothing of torques that nobody recorded: with them the angle of a free wheel drifts.",
     )
 
 
@@ -133,6 +133,7 @@ def column_items(result: ColumnIdentification) -> Iterator[Item]:
     yield _friction(result.shown)
     yield Heading("What is left over")
     yield _whiteness(result)
+    yield _residuals(result.shown)
     if result.left_out:
         yield Heading("Left out one by one")
         yield left_out_table(result)
@@ -196,7 +197,9 @@ def _matching(each: Shown, place: int) -> Chart:
 
 
 def _friction(shown: Sequence[Shown]) -> Chart:
-    best = max(shown, key=lambda each: float(np.ptp(each.friction)))
+    level = max(float(np.ptp(each.friction)) for each in shown)
+    sliding = [each for each in shown if np.ptp(each.friction) > 0.9 * level]
+    best = min(sliding, key=lambda each: float(np.sum(np.abs(np.diff(each.simulated[:, 1])))))
     step = max(len(best.time) // _POINTS, 1)
     angle = np.degrees(best.simulated[::step, 1])
     marks = (Lines("friction as identified", angle, best.friction[::step]),)
@@ -207,6 +210,22 @@ def _friction(shown: Sequence[Shown]) -> Chart:
         "After every reversal the friction builds up along a curve towards its level.",
         "Loops of the motor's friction over its angle",
         (panel,),
+    )
+
+
+def _residuals(shown: Sequence[Shown]) -> Chart:
+    panels = []
+    for each in shown:
+        part = _busiest(each)
+        outputs = [k for k, name in enumerate(OUTPUTS) if not (each.locked and name == "steering_wheel_angle")]
+        marks = tuple(Lines(_TITLES[OUTPUTS[k]][0], each.time[part], each.residuals[part, k]) for k in outputs)
+        panels.append(Panel(each.name, "time (s)", "standard deviations", marks))
+    return Chart(
+        "residuals",
+        "Innovations over time",
+        "What was measured less what the filter foresaw, over its standard deviation; structure means what is not known.",
+        "Standardised innovations of every experiment over time",
+        tuple(panels),
     )
 
 
