@@ -106,7 +106,7 @@ def left_out_table(result: ColumnIdentification) -> Table:
         header,
         rows,
         "The error is the root mean square of simulated less measured output, over the standard deviation of the "
-        "latter. A simulation knows nothing of torques that nobody recorded: with them the angle of a free wheel drifts.",
+        "latter. A simulation knows nothing of unrecorded torques: with them the angle of a free wheel drifts.",
     )
 
 
@@ -223,7 +223,7 @@ def _residuals(shown: Sequence[Shown]) -> Chart:
     return Chart(
         "residuals",
         "Innovations over time",
-        "What was measured less what the filter foresaw, over its standard deviation; structure means what is not known.",
+        "What was measured less what the filter foresaw, over its standard deviation; structure is what is not known.",
         "Standardised innovations of every experiment over time",
         tuple(panels),
     )
