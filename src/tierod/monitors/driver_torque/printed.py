@@ -27,8 +27,9 @@ COLUMNS = ("full", "series spring", "torsion bar", "printed spring", "balanced",
 """What an observer of the paper may be made of: the full column, the mechanical reduction with one of its springs
 (`without_gear`), or the balanced reduction with the feed-through kept or, as in eq (17), dropped."""
 
-NOISES = replace(ColumnTuning(), hand_torque_walk=2.5, disturbance_torque_walk=2.0)
-"""The paper gives none. These leave a false torque of 0.09 N·m where there are no hands, as much as figure 10 shows."""
+NOISES = replace(ColumnTuning(), hand_torque_walk=2.7, disturbance_torque_walk=1.0)
+"""The paper gives none. These let the torque of the hands follow within some 25 ms, and leave a false one of 0.1 N·m
+where there are no hands, about as much as figure 10 shows."""
 
 _SIZES = {"motor_torque": 1.0, "hand_torque": 2.0, "disturbance_torque": 0.1}
 """Typical inputs, for the balancing [N m]: the motor's, 2 N·m of hands, the friction of the bench."""
