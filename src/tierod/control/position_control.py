@@ -23,7 +23,7 @@ WEIGHTS: Mapping[str, float] = {"shaft": 300.0, "steering_wheel_angle": 200.0, "
 motor: three degrees of the shaft as much as 1 N m. That of the wheel damps its swing on the bar. Three times as much on
 the shaft leaves two thirds of the error that friction makes, and a tenth less of the distance from instability."""
 
-SMOOTHING = 1.5e-3
+SMOOTHING = 2e-3
 """Time constant of the low-pass of the feedback [s]: it turns the phase of the gear's swing, at 112 Hz in the paper's
 column, so that feedback through an observer that leaves out the gear does not excite it."""
 

@@ -14,7 +14,7 @@ from tierod.studies.claims import Claim, at_most, exactly
 from tierod.studies.column.closed_loop import BEGIN, ClosedLoop, Run, run
 from tierod.studies.column.followed import Followed, error, followed, sine, sweep
 from tierod.studies.column.scatter import scattered
-from tierod.studies.column.tracking import SOURCE, changed, deaf
+from tierod.studies.column.tracking import SHARES, SOURCE, changed, deaf
 from tierod.studies.content import Item, Table
 from tierod.studies.registry import Effort
 
@@ -29,7 +29,7 @@ def items(loop: ClosedLoop, effort: Effort) -> Iterator[Item]:
 def _scatter(loop: ClosedLoop, effort: Effort) -> Iterator[Item]:
     count = 4 if effort.quick else 20
     rows: list[tuple[str, ...]] = []
-    for share in (0.0, 0.02, 0.1):
+    for share in (0.0, *SHARES):
         benches = [scattered(share, seed) for seed in range(1 if share == 0.0 else count)]
         still = [replace(deaf(loop), bench=bench) for bench in benches]
         swept = [sweep(each, seed, effort.quick)[1] for seed, each in enumerate(still)]

@@ -13,7 +13,7 @@ from tierod.proving_ground.cars.column_bench import ColumnBench
 from tierod.studies.claims import Claim, at_least, at_most, exactly
 from tierod.studies.column.closed_loop import BEGIN, ClosedLoop, Run, holding, run
 from tierod.studies.column.followed import sweep
-from tierod.studies.column.tracking import DEFAULT, REDUCED, deaf
+from tierod.studies.column.tracking import CHOSEN, PRINTED, deaf
 from tierod.studies.content import Chart, Item, Lines, Panel, Table
 from tierod.studies.registry import Effort
 
@@ -57,7 +57,7 @@ def _first(time: np.ndarray, holds: np.ndarray) -> float:
 
 def items(loops: Mapping[str, ClosedLoop], effort: Effort) -> Iterator[Item]:
     """Tables of grips and of wrong inertias, a picture, and their claims."""
-    loop = loops[DEFAULT]
+    loop = loops[CHOSEN]
     yield from _grips(loop, 4 if effort.quick else 16)
     yield _picture(loop)
     yield from _false(loops, effort)
@@ -174,7 +174,7 @@ def _picture(loop: ClosedLoop) -> Chart:
 def _false(loops: Mapping[str, ClosedLoop], effort: Effort) -> Iterator[Item]:
     count = 1 if effort.quick else 4
     ends = {
-        name: sum(sweep(loops[name], 40 + seed, effort.quick)[1].found for seed in range(count)) for name in REDUCED
+        name: sum(sweep(loops[name], 40 + seed, effort.quick)[1].found for seed in range(count)) for name in PRINTED
     }
     yield Claim(
         "position.no-false-end",
@@ -184,7 +184,7 @@ def _false(loops: Mapping[str, ClosedLoop], effort: Effort) -> Iterator[Item]:
         float(sum(ends.values())),
         exactly(0.0),
         "",
-        f"False ends in {count * len(ends)} sweeps, {count} with each of the {len(ends)} observers without gear.",
+        f"False ends in {count * len(ends)} sweeps, {count} with each printed observer.",
     )
 
 

@@ -7,8 +7,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from tierod.control.margins import Margins, margins
 from tierod.control.open_loop import open_loop
 from tierod.errors import ParameterError
@@ -28,10 +26,15 @@ from tierod.studies.registry import Effort
 FREQUENCIES = (0.1, 1.0, 2.0, 3.0)
 """Of the sines [Hz]."""
 
-DEFAULT = "tierod's default, without gear"
 MECHANICAL, BALANCED = "printed, mechanical reduction", "printed, balanced reduction"
-REDUCED = (DEFAULT, MECHANICAL, BALANCED)
-"""Observers that leave out the gear: those to control with."""
+PRINTED = (MECHANICAL, BALANCED)
+"""The paper's two observers."""
+
+CHOSEN = MECHANICAL
+"""The observer behind all other runs: of those compared it bears the most wrong parameters."""
+
+SHARES = (0.02, 0.1)
+"""Standard deviations of the column's parameters, relative."""
 
 SOURCE = "tierod; Raffone, section 6 and figure 10, gives no figure"
 
@@ -40,28 +43,28 @@ def observers(known: Belief) -> Mapping[str, Any]:
     """The observers that are compared, by name."""
     column = known.column
     return {
-        DEFAULT: ColumnObserver.of_parameters(without_gear(column), SAMPLE_TIME),
         MECHANICAL: PrintedObserver.of_column(column, "series spring", SAMPLE_TIME),
         BALANCED: PrintedObserver.of_column(column, "balanced", SAMPLE_TIME),
         "printed, full column with gear": PrintedObserver.of_column(column, "full", SAMPLE_TIME),
+        "tierod's default, without gear": ColumnObserver.of_parameters(without_gear(column), SAMPLE_TIME),
         "tierod's default, with gear": ColumnObserver.of_parameters(column, SAMPLE_TIME),
     }
 
 
 def items(loops: Mapping[str, ClosedLoop], known: Belief, effort: Effort) -> Iterator[Item]:
     """Tables of sines, of observers, of margins, and their claims."""
-    yield from _sines(loops[DEFAULT], known, effort)
+    yield from _sines(loops[CHOSEN], known, effort)
     swept = {name: sweep(loop, 4, effort.quick)[1] for name, loop in loops.items()}
-    wrong = {
-        name: [
-            sweep(replace(deaf(loop), bench=scattered(0.02, seed)), seed, quick=True)[1]
-            for seed in range(3 if effort.quick else 10)
-        ]
-        for name, loop in loops.items()
-    }
+    wrong = {name: tuple(_worst(loop, share, effort) for share in SHARES) for name, loop in loops.items()}
     far = {name: margins_of(loop, known) for name, loop in loops.items()}
     yield _table(swept, wrong, far)
     yield from _claims(swept, far)
+
+
+def _worst(loop: ClosedLoop, share: float, effort: Effort) -> float:
+    """Largest rms error over columns that are wrong [deg]."""
+    seeds = range(3 if effort.quick else 20)
+    return max(sweep(replace(deaf(loop), bench=scattered(share, seed)), seed, effort.quick)[1].rms for seed in seeds)
 
 
 def deaf(loop: ClosedLoop) -> ClosedLoop:
@@ -131,20 +134,20 @@ def changed(loop: ClosedLoop, **fields: Any) -> ClosedLoop:
 
 def _table(
     swept: Mapping[str, Followed],
-    wrong: Mapping[str, list[Followed]],
+    wrong: Mapping[str, tuple[float, ...]],
     far: Mapping[str, Margins | None],
 ) -> Table:
     rows = []
     for name, row in swept.items():
-        scattered_rms = np.array([each.rms for each in wrong[name]])
-        rows.append((name, f"{row.rms:.3f}", f"{row.largest:.2f}", f"{scattered_rms.max():.2f}", *_margins(far[name])))
+        scatter = [f"{value:.2f}" for value in wrong[name]]
+        rows.append((name, f"{row.rms:.3f}", f"{row.largest:.2f}", *scatter, *_margins(far[name])))
     return Table(
         "The sweep of 30° from 0.1 to 3 Hz with each observer, and the margins of the loop",
         (
             "observer",
             "rms in °",
             "largest in °",
-            "rms in °, column wrong by 2 %, worst",
+            *(f"rms in °, column wrong by {100.0 * share:g} %, worst" for share in SHARES),
             "gain margin in dB",
             "phase margin in °",
             "delay margin in ms",
@@ -153,7 +156,9 @@ def _table(
         tuple(rows),
         "Margins of the loop cut at the motor's torque, the column with its gear, without friction, the delay of one "
         "sample included. An observer that has the gear follows its swing at 112 Hz, which the control then excites: "
-        "the controller knows nothing of it. That is a reason to reduce the model which the paper does not give.",
+        "the controller knows nothing of it. That is a reason to reduce the model which the paper does not give. "
+        "tierod's default believes its model more than the printed ones do, which serves the torque of the hands and "
+        "not a control whose column is another one.",
     )
 
 
@@ -170,30 +175,30 @@ def _claims(swept: Mapping[str, Followed], far: Mapping[str, Margins | None]) ->
         "The output shaft follows the sweep of figure 10, 30° from 0.1 to 3 Hz.",
         SOURCE,
         None,
-        swept[DEFAULT].rms,
+        swept[CHOSEN].rms,
         at_most(0.25),
         "deg",
-        f"Largest error {swept[DEFAULT].largest:.2f}°.",
+        f"Largest error {swept[CHOSEN].largest:.2f}°.",
     )
     yield Claim(
         "position.observers",
-        "The two printed observers are interchangeable for the control of position, with each other and with ours.",
+        "The two printed observers are interchangeable for the control of position.",
         "Raffone, section 7",
         "interchangeable",
-        max(swept[name].rms for name in REDUCED),
+        max(swept[name].rms for name in PRINTED),
         at_most(0.25),
         "deg",
-        "Largest rms error of the sweep with any of the three that leave out the gear.",
+        "Larger rms error of the sweep of the two.",
     )
-    distances = {name: 0.0 if (m := far[name]) is None else m.distance for name in REDUCED}
+    distances = {name: 0.0 if (m := far[name]) is None else m.distance for name in PRINTED}
     yield Claim(
         "position.distance",
-        "The loop keeps its distance from instability with every observer that leaves out the gear.",
+        "The loop keeps its distance from instability with either printed observer.",
         "tierod",
         None,
         min(distances.values()),
-        at_least(0.4),
+        at_least(0.5),
         "",
-        "Least distance of the Nyquist curve from −1; 0.4 is a gain margin of at least 4.4 dB up and a phase margin of "
-        "at least 23° at once.",
+        "Least distance of the Nyquist curve from −1, of the two; 0.5 stands for a gain margin of 6 dB and a phase "
+        "margin of 29° at once.",
     )
