@@ -110,16 +110,15 @@ def _own_claims(found: dict[str, dict[str, Errors]], effort: Effort) -> Iterator
         "N*m",
     )
     known = believed()
-    for name, what, level, angle, goal in (
+    for name, what, level, angle, limit in (
         ("friction", "by its law, level known", 0.1, 0.05, at_most(0.004)),
         ("friction-level", "by its law, level half of the true one at the start", 0.05, 0.05, at_most(0.004)),
         ("friction-angle", "by its law with twice the true angle, level half", 0.05, 0.1, None),
     ):
         block = ColumnFrictionObserver.of_parameters(known, angle, friction=FrictionTuning(level=level))
         value = errors(block, "ramps", effort).disturbance_torque
-        yield Claim(
-            f"torque.{name}", f"Error of the disturbance torque, friction {what}.", GOAL, None, value, goal, "N*m"
-        )
+        claim = f"Error of the disturbance torque, friction {what}."
+        yield Claim(f"torque.{name}", claim, GOAL, None, value, limit, "N*m")
 
 
 _SHOWN = ("paper: series spring", "paper: balanced", "tierod: default", "tierod: 20 ms later")
