@@ -55,6 +55,12 @@ def _column(effort: Effort, progress: Progress) -> Iterator[Item]:
     return items(effort, progress)
 
 
+def _sideslip(effort: Effort, progress: Progress) -> Iterator[Item]:
+    from tierod.studies.sideslip.study import items
+
+    return items(effort, progress)
+
+
 STUDIES: Mapping[str, Study] = {
     study.name: study
     for study in (
@@ -85,6 +91,18 @@ STUDIES: Mapping[str, Study] = {
                 "hands": "Hands on and off the wheel",
                 "natural": "Natural drives",
                 "position": "Position control, and a driver who takes the wheel",
+            },
+        ),
+        Study(
+            "sideslip",
+            "Sideslip from the steering's torque",
+            "The paper of Yih, Ryu and Gerdes claim by claim, and how exact its observers and tierod's own are.",
+            _sideslip,
+            {
+                "paper": "What the paper says",
+                "observers": "The two observers",
+                "combined": "The combined estimator",
+                "cars": "Real cars",
             },
         ),
     )

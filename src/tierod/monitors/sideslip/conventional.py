@@ -85,7 +85,9 @@ class ConventionalKalman(SteeringTorqueObserver):
         return own, Found(
             own.mean.sideslip_angle,
             estimate.variance.sideslip_angle,
+            own.mean.yaw_rate,
             own.mean.road_wheel_angle,
+            own.mean.road_wheel_rate,
             torque(own.mean),
             spread,
             estimate.nis,
@@ -118,7 +120,9 @@ class ConventionalPoles(SteeringTorqueObserver):
         return own, Found(
             found.mean.sideslip_angle,
             sideslip,
+            found.mean.yaw_rate,
             found.mean.road_wheel_angle,
+            found.mean.road_wheel_rate,
             torque,
             spread,
             found.nis,

@@ -9,7 +9,6 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.block import Tree
 from tierod.graph.maths import all_of, limit, maximum, present, sqrt, where
-from tierod.monitors.sideslip.session import SideslipEstimate
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 
@@ -51,11 +50,36 @@ class Found(NamedTuple):
 
     sideslip_angle: Any
     sideslip_variance: Any
+    yaw_rate: Any
     road_wheel_angle: Any
+    road_wheel_rate: Any
     self_aligning_torque: Any
     torque_variance: Any
     nis: Any
     readings: Any
+
+
+class ObserverEstimate(NamedTuple):
+    """What an observer of the paper gives out: a `SideslipEstimate`, and its other states.
+
+    Args:
+        sideslip_angle, sideslip_angle_deviation: at the centre of gravity, and one standard deviation of it
+        self_aligning_torque, self_aligning_torque_deviation: of the front tyres, opposing positive steer
+        nis, readings: normalised innovation squared of the sample, and over how many readings
+        held: 1 where nothing could be estimated and the last estimate stands
+        estimated_yaw_rate, estimated_road_wheel_angle, estimated_road_wheel_rate: the other states
+    """
+
+    sideslip_angle: Annotated[float, "rad"]
+    sideslip_angle_deviation: Annotated[float, "rad"]
+    self_aligning_torque: Annotated[float, "N*m"]
+    self_aligning_torque_deviation: Annotated[float, "N*m"]
+    nis: Annotated[float, ""]
+    readings: Annotated[float, ""]
+    held: Annotated[float, ""]
+    estimated_yaw_rate: Annotated[float, "rad/s"]
+    estimated_road_wheel_angle: Annotated[float, "rad"]
+    estimated_road_wheel_rate: Annotated[float, "rad/s"]
 
 
 class ObserverState(NamedTuple):
@@ -143,13 +167,13 @@ class SteeringTorqueObserver(ABC):
         """Straight ahead."""
         return ObserverState(self._start(), 0.0)
 
-    def step(self, state: ObserverState, sample: ObserverSample) -> tuple[ObserverState, SideslipEstimate]:
+    def step(self, state: ObserverState, sample: ObserverSample) -> tuple[ObserverState, ObserverEstimate]:
         """One sample on."""
         seen = self.low_speed.seen(sample)
         own, found = self._observe(state.own, seen)
         blended = self.low_speed.blended(found.sideslip_angle, found.road_wheel_angle, seen.vehicle_speed)
         sideslip = where(seen.running, blended, state.sideslip_angle)
-        return ObserverState(own, sideslip), SideslipEstimate(
+        return ObserverState(own, sideslip), ObserverEstimate(
             sideslip,
             sqrt(found.sideslip_variance),
             found.self_aligning_torque,
@@ -157,6 +181,9 @@ class SteeringTorqueObserver(ABC):
             where(seen.running, found.nis, 0.0),
             where(seen.running, found.readings, 0.0),
             where(seen.running, 0.0, 1.0),
+            found.yaw_rate,
+            found.road_wheel_angle,
+            found.road_wheel_rate,
         )
 
     @abstractmethod

@@ -100,7 +100,9 @@ class TwoStageKalman(SteeringTorqueObserver):
         return Stages(steering, vehicle), Found(
             vehicle.mean.sideslip_angle,
             found.variance.sideslip_angle,
+            vehicle.mean.yaw_rate,
             steering.mean.road_wheel_angle,
+            steering.mean.road_wheel_rate,
             torque,
             disturbed.variance.self_aligning_torque,
             found.nis,
@@ -140,7 +142,9 @@ class TwoStagePoles(SteeringTorqueObserver):
         return Stages(steering, vehicle), Found(
             found.mean.sideslip_angle,
             sideslip,
+            found.mean.yaw_rate,
             steering.road_wheel_angle,
+            steering.road_wheel_rate,
             torque,
             self.torque_variance + grown,
             found.nis,

@@ -1,0 +1,28 @@
+"""The study of sideslip: one part after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from tierod.studies.content import Item
+from tierod.studies.registry import Effort, Progress
+from tierod.studies.sideslip import bandwidth, limits, neutral_steer, paper, table
+
+Part = Callable[[Effort], Iterator[Item]]
+
+PARTS: tuple[tuple[str, Part], ...] = (
+    ("the paper's test", paper.items),
+    ("the observers side by side", table.items),
+    ("limits at low speed", limits.items),
+    ("noise against bandwidth", bandwidth.items),
+    ("neutral steer", neutral_steer.items),
+)
+"""What is worked out, in this order."""
+
+
+def items(effort: Effort, progress: Progress) -> Iterator[Item]:
+    """All that the study finds out."""
+    for done, (name, part) in enumerate(PARTS):
+        progress(done / len(PARTS), name)
+        yield from part(effort)
+    progress(1.0, "done")
