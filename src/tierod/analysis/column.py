@@ -110,14 +110,23 @@ def balanced_column(parameters: ColumnParameters, order: int = 4, *, feed_throug
 
     Source: Raffone, eqs (14) to (16), the free angle parted from the rest, which has no Gramian.
     """
-    ratio = parameters.motor_ratio
-    return balanced_reduction(
-        linear_column(SteeringColumn, parameters),
-        order,
-        feed_through=feed_through,
-        input_size={"hand_torque": ratio},
-        output_size={"steering_wheel_angle": ANGLE, "motor_angle_mechanical": ratio * ANGLE, "driver_torque": TORQUE},
-    )
+    inputs, outputs = balancing_sizes(parameters.motor_ratio)
+    column = linear_column(SteeringColumn, parameters)
+    return balanced_reduction(column, order, feed_through=feed_through, input_size=inputs, output_size=outputs)
+
+
+def balancing_sizes(
+    ratio: float, angle: float = ANGLE, torque: float = TORQUE
+) -> tuple[dict[str, float], dict[str, float]]:
+    """What counts as one of every input and output of a column when it is balanced.
+
+    Args:
+        ratio: turns of the motor per turn of the shaft
+        angle: at the steering wheel [rad]
+        torque: of the bar [N m]
+    """
+    outputs = {"steering_wheel_angle": angle, "motor_angle_mechanical": ratio * angle, "driver_torque": torque}
+    return {"hand_torque": ratio}, outputs
 
 
 def reduced_columns(parameters: ColumnParameters) -> Mapping[str, LinearSystem | Reduction]:

@@ -52,7 +52,7 @@ class MeasuredResponse:
 
 
 def measured_response(
-    given: np.ndarray, found: np.ndarray, rate: float, piece: float = 2.0, bands: float = 24.0
+    given: np.ndarray, found: np.ndarray, rate: float, piece: float = 4.0, bands: float = 24.0
 ) -> MeasuredResponse:
     """The gain from one signal to another: cross spectrum over spectrum of the input (H1), averaged over pieces.
 

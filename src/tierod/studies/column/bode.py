@@ -81,7 +81,7 @@ def measured_chart(
     return Chart(
         chart,
         f"Measured: from the motor's torque to the {words}",
-        "Measured by spectra averaged over pieces of 2 s (Welch), with the band that holds the gain with 95 % "
+        "Measured by spectra averaged over pieces of the record (Welch), with the band that holds the gain with 95 % "
         "confidence, where the coherence is 0.5 or more. Friction makes gain and coherence fall where the motor hardly "
         "overcomes it.",
         f"Measured and computed frequency response from the motor's torque to the {words}, with coherence.",
