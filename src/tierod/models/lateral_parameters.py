@@ -54,7 +54,7 @@ class LateralParameters:
         road_wheel_inertia: of everything that turns with the road wheels, J_w
         road_wheel_damping: viscous, at the road wheels, b_w
         road_wheel_friction: dry, at the road wheels, F_w
-        road_wheel_friction_angle: over which that friction builds up, level over initial stiffness
+        road_wheel_friction_angle: over which that friction builds up evenly; three quarters of the angle of Dahl's law
     """
 
     mass: Annotated[float, "kg"]
@@ -85,7 +85,7 @@ class LateralParameters:
     road_wheel_inertia: Annotated[float, "kg*m**2"] = 3.5
     road_wheel_damping: Annotated[float, "N*m*s/rad"] = 160.0
     road_wheel_friction: Annotated[float, "N*m"] = 30.0
-    road_wheel_friction_angle: Annotated[float, "rad"] = 1.75e-3
+    road_wheel_friction_angle: Annotated[float, "rad"] = 1.3e-3
 
 
 @dataclass(frozen=True)

@@ -114,7 +114,7 @@ class CombinedSideslip:
     most: tuple[float, ...]
     free_rate: Annotated[float, "rad**2/s**2", NOT_NEGATIVE] = 0.0
     slowest: Annotated[float, "m/s", POSITIVE] = 0.5
-    limit_share: Annotated[float, "", POSITIVE] = 0.85
+    limit_share: Annotated[float, "", POSITIVE] = 0.7
     limit_certainty: Annotated[float, "", NOT_NEGATIVE] = 1.0
     most_misfit: Annotated[float, "", POSITIVE] = 4.0
 

@@ -54,18 +54,21 @@ class Identifiability:
         """Unknowns that the data tells."""
         return tuple(name for name, share in self.shares.items() if share >= IDENTIFIED)
 
+    @property
+    def least(self) -> str:
+        """The direction that is known least, in words: "side force - yaw moment of the wind"."""
+        parts = {name: part for name, part in self.direction.items() if abs(part) >= NAMED}
+        first = next(iter(parts.values()))
+        named = [f"{'+' if part * first > 0.0 else '-'} {WORDS[name]}" for name, part in parts.items()]
+        return " ".join(named).removeprefix("+ ")
+
     def __str__(self) -> str:
         """One or two sentences for a finding."""
         known = [f"{WORDS[name]} ({share:.0%})" for name, share in self.shares.items() if name in self.identified]
         text = f"The drive tells {', '.join(known)}." if known else "The drive tells none of the unknowns."
         if self.left <= 1.0 - IDENTIFIED:
             return text
-        parts = {name: part for name, part in self.direction.items() if abs(part) >= NAMED}
-        first = next(iter(parts.values()), 1.0)
-        named = [f"{'+' if part * first > 0.0 else '-'} {WORDS[name]}" for name, part in parts.items()]
-        together = " ".join(named).removeprefix("+ ")
-        kind = "it does not tell apart" if len(parts) > 1 else "it does not tell"
-        return f"{text} Least of all {kind}: {together} ({self.left:.0%} of the prior variance is left)."
+        return f"{text} It tells least of: {self.least} ({self.left:.0%} of the prior variance is left)."
 
 
 def identifiability(estimator: CombinedSideslip, state: CombinedState | Memory) -> Identifiability:
@@ -78,11 +81,10 @@ def identifiability(estimator: CombinedSideslip, state: CombinedState | Memory) 
     An eigenvalue of the covariance, scaled by the priors, near one says that the data tells nothing of its direction;
     parameters may be told one by one and yet not apart, or apart and yet not one by one.
     """
-    if isinstance(state, Memory):
-        state = rebuild(estimator.init(), state.values.tolist())
+    reached: CombinedState = rebuild(estimator.init(), state.values.tolist()) if isinstance(state, Memory) else state
     count = len(estimator.filter.model.unknowns)
-    covariance = np.array(unpack(state.belief.covariance), float)[-count:, -count:]
-    prior = np.sqrt(np.array(estimator.filter.initial_variance[-count:], float))
+    covariance = np.asarray(unpack(reached.belief.covariance))[-count:, -count:]
+    prior = np.sqrt(np.asarray(estimator.filter.initial_variance[-count:]))
     scaled = covariance / np.outer(prior, prior)
     values, vectors = np.linalg.eigh(scaled)
     names = estimator.filter.model.unknowns
