@@ -64,6 +64,7 @@ from tierod.monitors.sideslip.conventional import (
     conventional_poles,
 )
 from tierod.monitors.sideslip.two_stage import TwoStageKalman, TwoStagePoles, two_stage_kalman, two_stage_poles
+from tierod.studies.sideslip.rivals import LeakyKinematic
 from tierod.vehicles import load
 
 DT = 0.01
@@ -132,6 +133,7 @@ def examples() -> dict[type, Callable[[], Any]]:
         ),
         RefinedFrictionMonitor: lambda: consistent(CAR),
         RollingVariance: lambda: RollingVariance(50, 40),
+        LeakyKinematic: lambda: LeakyKinematic(DT, 1.5),
         CombinedSideslip: lambda: CombinedSideslip.of_vehicle(load("midsize-eps"), DT),
         DriverTorqueMonitor: lambda: DriverTorqueMonitor(
             ColumnObserver.of_vehicle(load("column-bench"), 1e-3), HandsMonitor.of_vehicle(load("column-bench"), 1e-3)
