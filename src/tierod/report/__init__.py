@@ -4,7 +4,8 @@ All three are made from a `tierod.findings.Diagnosis` alone. Names in it decide 
 
 - a trace ``X`` beside a trace ``X_standard_deviation`` is an estimate, drawn with its band, with the reference levels
   of the decisive finding where the units agree; a trace ``true_X`` beside it is drawn as the truth of a simulation;
-- a trace ``enabled`` is the share of each bin in which the monitor learnt, drawn beneath the estimate;
+- a trace ``enabled`` is the share of each bin in which the monitor learnt, a trace ``hands_on`` whether hands were on
+  the wheel; both are drawn beneath the estimate;
 - traces that begin with ``innovation``, ``normalised_innovation``, ``nis`` or ``nees`` stand with the consistency;
 - traces that are canonical signals show the drive, and all others are further results.
 """

@@ -35,9 +35,14 @@ Observer = Callable[[Vehicle, float, bool], Any]
 """An observer for a vehicle, a rate [Hz], with the motor's angle or without it."""
 
 
+def noise_at(rate: float) -> SensorNoise:
+    """Noise of the sensors that usually have a rate [Hz]."""
+    return FINE if rate >= FAST else PRODUCTION
+
+
 def _opener(name: str, observer: Observer, untold: tuple[str, ...] = ()) -> Opener:
     def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
-        hands = HandsMonitor.of_vehicle(vehicle, 1.0 / rate, noise=FINE if rate >= FAST else PRODUCTION)
+        hands = HandsMonitor.of_vehicle(vehicle, 1.0 / rate, noise=noise_at(rate))
 
         def build(with_motor: bool) -> DriverTorqueMonitor:
             return DriverTorqueMonitor(observer(vehicle, rate, with_motor), hands)
@@ -48,12 +53,12 @@ def _opener(name: str, observer: Observer, untold: tuple[str, ...] = ()) -> Open
 
 
 def _default(vehicle: Vehicle, rate: float, with_motor: bool) -> ColumnObserver:
-    tuning = tuning_at(rate, usual_tuning(vehicle), with_motor)
+    tuning = tuning_at(rate, usual_tuning(vehicle), noise_at(rate), with_motor)
     return ColumnObserver.of_vehicle(vehicle, 1.0 / rate, tuning=tuning)
 
 
 def _delayed(vehicle: Vehicle, rate: float, with_motor: bool) -> DelayedHandTorque:
-    tuning = tuning_at(rate, usual_tuning(vehicle), with_motor)
+    tuning = tuning_at(rate, usual_tuning(vehicle), noise_at(rate), with_motor)
     return DelayedHandTorque.of_vehicle(vehicle, 1.0 / rate, tuning=tuning)
 
 

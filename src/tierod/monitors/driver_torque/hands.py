@@ -30,7 +30,7 @@ from tierod.vehicles import Vehicle
 OFF, UNCERTAIN, ON = 0.0, 0.5, 1.0
 """Codes of the state of the hands."""
 
-THRESHOLDS = (30.0, 32.0)
+THRESHOLDS = (30.0, 33.0)
 """Evidence for "on" and for "off", see `hands_design`."""
 
 

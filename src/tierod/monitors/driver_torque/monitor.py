@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, NamedTuple
 
@@ -9,6 +10,7 @@ from tierod.block import Block
 from tierod.graph.maths import both, present, where
 from tierod.models.steering_column import ColumnOutput
 from tierod.monitors.driver_torque.hands import HandsMonitor
+from tierod.monitors.driver_torque.hands_filters import SensorNoise
 from tierod.monitors.driver_torque.starting import ColumnSample
 from tierod.monitors.driver_torque.tuning import ColumnTuning
 
@@ -102,15 +104,28 @@ class DriverTorqueMonitor:
         )
 
 
-def tuning_at(rate: float, usual: ColumnTuning, with_motor: bool) -> ColumnTuning:
+MOTOR_NOISE = math.radians(0.06)
+"""Of the sensor of the motor's angle, rounding included: bench and production car read the same one [rad]."""
+
+
+def tuning_at(rate: float, usual: ColumnTuning, noise: SensorNoise, with_motor: bool) -> ColumnTuning:
     """The tuning of the observer for a rate and the sensors that usually have it.
 
     Args:
         rate: of the samples [Hz]
         usual: of the vehicle
+        noise: of the sensors at the wheel
         with_motor: whether the motor's angle is measured
     """
     outputs = ColumnOutput._fields if with_motor else ("steering_wheel_angle", "driver_torque")
     offset = usual.offset if with_motor or usual.offset != "motor_angle_mechanical" else None
     jump = max(usual.jump_time, LONGEST_JUMP / rate)
-    return replace(usual, jump_time=jump, outputs=outputs, offset=offset)
+    return replace(
+        usual,
+        steering_wheel_angle_noise=noise.angle,
+        motor_angle_noise=MOTOR_NOISE,
+        driver_torque_noise=noise.torque,
+        jump_time=jump,
+        outputs=outputs,
+        offset=offset,
+    )

@@ -82,7 +82,7 @@ class DriverTorqueSession(BlockSession):
             stretches=tuple(self._stretches.found()),
         )
         finding = judge(drive, self.vehicle, self.name)
-        withheld = () if finding.estimate is not None else tuple(self.traces)
+        withheld = (TRUTH,) if finding.estimate is not None else (TRUTH, *self.traces)
         if found is None:
             return Conclusion(finding, withheld=withheld)
         figures = {

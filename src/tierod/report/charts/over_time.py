@@ -34,6 +34,12 @@ _CONSISTENT = (
     " The mean of a NIS is the number of measurements where the estimator knows its own uncertainty: above its band it "
     "claims to know more than it does, below it claims less."
 )
+STRIPS = {
+    "enabled": ("enabled share", "share of the time in which the drive taught something (enabled)"),
+    "hands_on": ("hands on the wheel", "full where hands are on the wheel, half where that is uncertain, else off"),
+}
+"""Traces from 0 to 1 that are drawn beneath an estimate: their name, and what they say."""
+
 _INNOVATIONS = ("innovation", "normalised_innovation", "nis", "nees")
 
 
@@ -62,7 +68,7 @@ def result_figure(diagnosis: Diagnosis) -> Figure | None:
     """What else the monitor computed, one strip each."""
     mains = main_names(diagnosis)
     taken = {
-        *({"enabled"} if mains else ()),
+        *(STRIPS if mains else ()),
         *mains,
         *(name + DEVIATION for name in mains),
         *(f"true_{name}" for name in mains),
@@ -103,21 +109,21 @@ def _estimate(diagnosis: Diagnosis, name: str) -> Figure:
     mean, lower, upper = (np.asarray(part, float) * factor for part in (trace.mean, trace.lower, trace.upper))
     half = half * factor
     levels = references(diagnosis, trace.unit)
-    enabled = diagnosis.traces.get("enabled")
+    strip = next((each for each in STRIPS if each in diagnosis.traces), None)
     data = [
         band(time, mean - half, mean + half, "rgba(29,95,168,0.18)", name="95 % interval", showlegend=True),
         band(time, lower, upper, "rgba(29,95,168,0.45)", name="lowest to highest", showlegend=False),
         line(time, mean, BLUE, "estimate", hovertemplate="%{y:.4g} " + label + "<extra>estimate</extra>"),
         *_truth(diagnosis, name, per_second, factor),
-        *([_enabled(merged(enabled), per_second)] if enabled is not None else []),
+        *([_beneath(merged(diagnosis.traces[strip]), per_second)] if strip else []),
     ]
-    bottom = 0.16 if enabled is not None else 0.0
+    bottom = 0.16 if strip else 0.0
     top = _top(upper, mean + half, [value for _, value in levels])
     marks = _since(diagnosis, per_second)
     return Figure(
         name=f"estimate-{name}",
         title=f"{words(name)} over time",
-        caption=_caption(enabled is not None, bool(levels)),
+        caption=_caption(strip, bool(levels)),
         alternative=_alternative(words(name), mean, label, levels),
         data=data,
         layout=layout(
@@ -157,7 +163,7 @@ def _truth(diagnosis: Diagnosis, name: str, per_second: float, factor: float) ->
     return [line(centres(truth, per_second), values, "#111827", "truth of the simulation", **looks)]
 
 
-def _enabled(trace: Trace, per_second: float) -> dict[str, Any]:
+def _beneath(trace: Trace, per_second: float) -> dict[str, Any]:
     values = np.asarray(trace.mean, float)
     known = np.where(np.isfinite(values), values, 0.0)
     area = {
@@ -165,8 +171,9 @@ def _enabled(trace: Trace, per_second: float) -> dict[str, Any]:
         "fillcolor": "rgba(23,105,47,0.35)",
         "line": {"width": 0.8, "color": GREEN, "shape": "hvh"},
     }
-    text = {"hovertemplate": "%{y:.0%}<extra>enabled</extra>"}
-    return line(centres(trace, per_second), known, GREEN, "enabled share", yaxis="y2", **area, **text)
+    name = STRIPS[trace.name][0]
+    text = {"hovertemplate": f"%{{y:.0%}}<extra>{name}</extra>"}
+    return line(centres(trace, per_second), known, GREEN, name, yaxis="y2", **area, **text)
 
 
 def _top(upper: np.ndarray, outer: np.ndarray, levels: list[float]) -> list[float]:
@@ -225,12 +232,12 @@ def _since(diagnosis: Diagnosis, per_second: float) -> tuple[list[dict], list[di
     return [shape], [text | looks | {"bgcolor": LABEL_GROUND, "xshift": -4 if later else 4}]
 
 
-def _caption(strip: bool, levels: bool) -> str:
+def _caption(strip: str | None, levels: bool) -> str:
     parts = ["Line: estimate. Light shading: 95 % interval from the estimator's own variance."]
     if levels:
         parts.append("Dashed: what it is judged against.")
     if strip:
-        parts.append("Green strip beneath: share of the time in which the drive taught something (enabled).")
+        parts.append(f"Green strip beneath: {STRIPS[strip][1]}.")
     return " ".join([*parts, "Drag to zoom, double-click to see everything."])
 
 

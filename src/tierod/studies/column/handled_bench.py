@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -116,7 +116,8 @@ def pieces(bench: Bench) -> Iterator[Piece]:
 
 def scored(monitors: list[HandsMonitor], bench: Bench) -> list[Score]:
     """How some monitors do on one bench."""
-    states, told = [None] * len(monitors), [[] for _ in monitors]
+    states: list[Any] = [None] * len(monitors)
+    told: list[list[np.ndarray]] = [[] for _ in monitors]
     for piece in pieces(bench):
         for place, monitor in enumerate(monitors):
             result = scan(monitor, piece.samples, states[place])
@@ -146,5 +147,12 @@ def _score(hands: np.ndarray, course: BenchHands) -> Score:
 
 def together(scores: list[Score]) -> Score:
     """Scores of several benches as one."""
-    joined = [np.concatenate([each[place] for each in scores]) for place in range(3)]
-    return Score(*joined, *(sum(each[place] for each in scores) for place in range(3, 7)))
+    return Score(
+        np.concatenate([each.grabs for each in scores]),
+        np.concatenate([each.releases for each in scores]),
+        np.concatenate([each.firmness for each in scores]),
+        sum(each.false_on for each in scores),
+        sum(each.false_off for each in scores),
+        sum(each.uncertain for each in scores),
+        sum(each.seconds for each in scores),
+    )
