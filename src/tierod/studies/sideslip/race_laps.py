@@ -144,7 +144,7 @@ def _recovery(laps: Recording, car: Vehicle, fixed: Vehicle, until: float) -> It
         "Both fitted to the first 60 %, then one stiffness changed.",
     )
     yield Claim(
-        "real-cars.stiffness-wrong",
+        "cars.stiffness-wrong",
         "Stiffness wrong by a fifth, of either axle and either way, is recovered from on race laps.",
         GOAL,
         None,

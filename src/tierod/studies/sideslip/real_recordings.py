@@ -59,7 +59,7 @@ def claims(
     )
     for key, what, measured, goal, unit in told:
         yield Claim(
-            f"real-cars.{name}-{key}",
+            f"cars.{name}-{key}",
             f"The {what} of the sideslip on {where}.",
             GOAL,
             printed if key == "mean" else None,
@@ -73,4 +73,4 @@ def claims(
 def absent(name: str, keys: tuple[str, ...]) -> Iterator[Claim]:
     """The same claims where the recording is not here."""
     for key in keys:
-        yield Claim(f"real-cars.{name}-{key}", "Sideslip of a real car.", GOAL, None, None, None, "deg", NO_DATA)
+        yield Claim(f"cars.{name}-{key}", "Sideslip of a real car.", GOAL, None, None, None, "deg", NO_DATA)
