@@ -95,7 +95,7 @@ class TwoStageKalman(SteeringTorqueObserver):
         torque, angle = steering.mean.self_aligning_torque, steered(seen, steering.mean)
         inputs = inner.Input(angle, where(seen.running, seen.vehicle_speed, float("inf")))
         vehicle, found = self.vehicle.step(
-            own.vehicle, self.vehicle.Sample(inputs, inner.Output(seen.yaw_rate, torque))
+            own.vehicle, self.vehicle.Sample(inputs, inner.Output(seen.yaw_rate, told(seen, torque)))
         )
         return Stages(steering, vehicle), Found(
             vehicle.mean.sideslip_angle,
@@ -136,7 +136,7 @@ class TwoStagePoles(SteeringTorqueObserver):
         steering, _ = self.steering.step(own.steering, sample)
         torque = steering.self_aligning_torque
         inputs = inner.Input(steered(seen, steering), seen.vehicle_speed)
-        measured = inner.Output(seen.yaw_rate, torque)
+        measured = inner.Output(seen.yaw_rate, told(seen, torque))
         vehicle, found = self.vehicle.observe(own.vehicle, inputs, measured, seen.vehicle_speed, seen.running)
         sideslip, grown = found.variances
         return Stages(steering, vehicle), Found(
@@ -155,6 +155,11 @@ class TwoStagePoles(SteeringTorqueObserver):
 def steered(seen: Seen, steering: Any) -> Any:
     """The measured angle of the road wheels [rad], or the disturbance observer's where that is missing."""
     return where(present(seen.road_wheel_angle), seen.road_wheel_angle, steering.road_wheel_angle)
+
+
+def told(seen: Seen, torque: Any) -> Any:
+    """The aligning torque [N m] as a measurement of the second stage: missing where no angle has told it anew."""
+    return where(present(seen.road_wheel_angle), torque, float("inf"))
 
 
 def two_stage_kalman(

@@ -121,12 +121,11 @@ def _claims(found: dict[tuple[str, float], Traded], factors: tuple[float, ...]) 
             errors = found[name, drive.speed].errors
             yield Claim(
                 f"observers.poles-{name}-{drive.speed:g}",
-                f"With poles placed as well as they can be, the {name} observer finds the sideslip ({drive.speed:g} m/s).",
+                f"With the best of its poles the {name} observer finds the sideslip angle ({drive.speed:g} m/s).",
                 GOAL,
                 None,
                 float(errors.min()),
                 at_most(SLOW_GOAL if drive is SLOW else FAST_GOAL),
                 "deg",
-                f"Factor {factors[int(np.argmin(errors))]:g}, the best of {', '.join(f'{each:g}' for each in factors)}; "
-                f"{CAR}.",
+                f"Factor {factors[int(np.argmin(errors))]:g}, the best of those in the figure; {CAR}.",
             )

@@ -1,0 +1,132 @@
+"""Both observers on plants of their own making, at standstill, backwards, and without a signal."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from tierod.graph import scan
+from tierod.models.steered_vehicle import SteeredVehicle
+from tierod.monitors.sideslip.conventional import conventional_kalman, conventional_poles
+from tierod.monitors.sideslip.observer import LowSpeed, ObserverSample
+from tierod.monitors.sideslip.two_stage import two_stage_kalman, two_stage_poles
+from tierod.vehicles import load
+
+CAR = load("steer-by-wire").parameters_for(SteeredVehicle.Parameters)
+DT = 0.01
+OBSERVERS = {
+    "conventional, Kalman": conventional_kalman,
+    "conventional, poles": conventional_poles,
+    "two-stage, Kalman": two_stage_kalman,
+    "two-stage, poles": two_stage_poles,
+}
+
+
+@pytest.fixture(scope="module", params=list(OBSERVERS))
+def observer(request):
+    return OBSERVERS[request.param](CAR, DT)
+
+
+def settled(speed, steer=0.02):
+    """Yaw rate, sideslip and torque of a steady turn, worked out by hand."""
+    p, wheelbase = CAR, CAR.front_distance + CAR.rear_distance
+    front, rear = p.front_cornering_stiffness, p.rear_cornering_stiffness
+    gradient = p.mass / wheelbase * (p.rear_distance / front - p.front_distance / rear)
+    yaw_rate = speed * steer / (wheelbase + gradient * speed**2)
+    rear_force = p.mass * speed * yaw_rate * p.front_distance / wheelbase
+    front_force = p.mass * speed * yaw_rate * p.rear_distance / wheelbase
+    sideslip = p.rear_distance * yaw_rate / speed - rear_force / rear
+    return yaw_rate, sideslip, (p.mechanical_trail + p.pneumatic_trail) * front_force
+
+
+def turning(speed, count=600, steer=0.02):
+    yaw_rate, sideslip, torque = settled(speed, steer)
+    return np.tile([speed, yaw_rate, steer, torque], (count, 1)), sideslip, torque
+
+
+@pytest.mark.parametrize("speed", [2.0, 6.7, 25.0, 60.0])
+def test_in_a_steady_turn_they_find_sideslip_and_torque_exactly(observer, speed):
+    samples, sideslip, torque = turning(speed)
+    result = scan(observer, samples)
+    assert result["sideslip_angle"][-1] == pytest.approx(sideslip, abs=2e-5)
+    assert result["self_aligning_torque"][-1] == pytest.approx(torque, rel=2e-3)
+    assert result["estimated_yaw_rate"][-1] == pytest.approx(samples[0, 1], rel=1e-3)
+
+
+def test_they_run_from_standstill_to_the_highest_speed_and_back_without_a_leap(observer):
+    speed = np.concatenate([np.zeros(50), np.linspace(0.0, 70.0, 2000), np.linspace(70.0, -1.0, 2000)])
+    rows = [[v, *settled(max(v, 0.01), 0.005)[:1], 0.005, settled(max(v, 0.01), 0.005)[2]] for v in speed]
+    result = scan(observer, np.array(rows))
+    assert np.isfinite(result.values).all()
+    leaps = np.abs(np.diff(result["sideslip_angle"]))
+    assert leaps.max() <= 0.005 * CAR.rear_distance / (CAR.front_distance + CAR.rear_distance)
+    assert leaps[70:].max() < 1e-3
+    truth = np.array([settled(v, 0.005)[1] if v > 1.5 else np.nan for v in speed])
+    assert np.nanmax(np.abs(result["sideslip_angle"] - truth)) < 1e-3
+
+
+@pytest.mark.parametrize("how", ["stand", "backwards", "no speed", "no torque", "nothing"])
+def test_where_nothing_can_be_told_the_last_estimate_is_held_and_its_variance_grows(observer, how):
+    samples, sideslip, _ = turning(10.0)
+    rest = samples.copy()
+    rest[:, 0] = {"stand": 0.0, "backwards": -3.0}.get(how, 10.0)
+    if how == "no speed":
+        rest[:, 0] = np.nan
+    if how == "no torque":
+        rest[:, 3] = np.nan
+    if how == "nothing":
+        rest[:] = np.nan
+    result = scan(observer, np.vstack([samples, rest, samples]))
+    held = slice(600, 1200)
+    assert (result["held"][held] == 1.0).all()
+    assert (result["sideslip_angle"][held] == result["sideslip_angle"][599]).all()
+    assert (np.diff(result["sideslip_angle_deviation"][held]) > 0.0).all()
+    assert np.isfinite(result.values).all()
+    assert result["sideslip_angle"][-1] == pytest.approx(sideslip, abs=1e-4)
+    assert result["sideslip_angle_deviation"][-1] < 1.05 * result["sideslip_angle_deviation"][599]
+
+
+@pytest.mark.parametrize("column", [1, 2])
+def test_a_missing_measurement_leaves_them_running(observer, column):
+    samples, _, _ = turning(15.0)
+    samples[300:350, column] = np.nan
+    result = scan(observer, samples)
+    assert np.isfinite(result.values).all()
+    assert (result["held"] == 0.0).all()
+    assert (result["readings"][300:350] < 2.0).all()
+
+
+def test_a_crawling_car_rolls_without_slip():
+    low = LowSpeed(0.5)
+    assert low.blended(1.0, 0.2, 0.5) == pytest.approx(0.1)
+    assert low.blended(1.0, 0.2, 1.0) == pytest.approx(1.0)
+    assert low.blended(1.0, 0.2, 0.75) == pytest.approx(0.55)
+
+
+def test_compensated_friction_hides_nothing_in_a_slow_turn_of_the_wheel(observer):
+    rate, speed = 0.05, 10.0
+    steer = 0.01 + rate * DT * np.arange(300)
+    rows = []
+    for angle in steer:
+        yaw_rate, _, torque = settled(speed, angle)
+        friction = CAR.road_wheel_friction * math.tanh(rate / CAR.friction_rate) + CAR.road_wheel_damping * rate
+        rows.append([speed, yaw_rate, angle, torque + friction])
+    result = scan(observer, np.array(rows))
+    assert result["self_aligning_torque"][-1] == pytest.approx(settled(speed, steer[-1])[2], rel=0.1)
+
+
+def test_a_sample_is_made_of_finite_numbers():
+    seen = LowSpeed(0.5).seen(ObserverSample(math.nan, 0.1, 0.1, math.nan))
+    assert not seen.running
+    assert math.isfinite(seen.vehicle_speed)
+    assert math.isfinite(seen.road_wheel_torque)
+
+
+def test_friction_is_the_only_part_that_is_not_linear():
+    free = conventional_kalman(dataclasses.replace(CAR, road_wheel_friction=0.0), DT)
+    samples, _, _ = turning(10.0, 200)
+    once, twice = scan(free, samples), scan(free, samples * [1.0, 2.0, 2.0, 2.0])
+    np.testing.assert_allclose(twice["sideslip_angle"], 2.0 * once["sideslip_angle"], atol=1e-12)

@@ -1,0 +1,90 @@
+"""Gains that follow the speed: lines between rows, errors that decay at every speed."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.linalg import solve_discrete_are
+
+from tierod.errors import ParameterError
+from tierod.estimators.pole_placement import discrete_poles
+from tierod.models.linear import LinearSystem
+from tierod.models.steered_vehicle import SteeredVehicle, TorqueShownVehicle
+from tierod.monitors.sideslip.conventional import placed
+from tierod.monitors.sideslip.schedule import (
+    SPEEDS,
+    Schedule,
+    Scheduling,
+    error_radius,
+    scheduled,
+    stationary_covariance,
+)
+from tierod.monitors.sideslip.two_stage import decoupled
+from tierod.vehicles import load
+
+CAR = dataclasses.replace(load("steer-by-wire").parameters_for(SteeredVehicle.Parameters), road_wheel_friction=0.0)
+VEHICLE = load("steer-by-wire").parameters_for(TorqueShownVehicle.Parameters)
+DT = 1e-3
+FOUR = Scheduling(SteeredVehicle, CAR, lambda speed: (0.0, speed), DT)
+TWO = Scheduling(TorqueShownVehicle, VEHICLE, lambda speed: (0.0, speed), DT)
+
+
+def test_values_lie_on_lines_between_the_rows_and_stay_beyond_them():
+    schedule = Schedule.through((1.0, 2.0, 4.0), [[0.0, 10.0], [1.0, 10.0], [-1.0, 30.0]])
+    found = [schedule.at(speed) for speed in (0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 99.0)]
+    expected = [(0, 10), (0, 10), (0.5, 10), (1, 10), (0, 20), (-1, 30), (-1, 30)]
+    np.testing.assert_allclose(found, expected)
+
+
+@pytest.mark.parametrize("speed", [0.5, 6.7, 25.0, 70.0])
+def test_placed_poles_are_where_they_should_be(speed):
+    design = FOUR.at(speed)
+    gain = placed(design, 3.0, DT)
+    closed = (np.eye(4) - gain @ design.system.C) @ design.system.A
+    sizes = np.maximum(np.abs(np.linalg.eigvals(design.continuous.A)), 2.0)
+    np.testing.assert_allclose(
+        np.poly(closed), np.poly(np.real(discrete_poles(-3.0 * sizes, DT))), rtol=1e-6, atol=1e-9
+    )
+
+
+def test_the_error_of_the_yaw_rate_moves_no_other_error():
+    design = FOUR.at(20.0)
+    closed = (np.eye(4) - placed(design, 3.0, DT) @ design.system.C) @ design.system.A
+    predictor = design.system.A @ closed @ np.linalg.inv(design.system.A)
+    np.testing.assert_allclose(predictor[[0, 2, 3], 1], 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("speed", [0.5, 6.7, 70.0])
+def test_the_second_stage_gives_every_error_a_pole_of_its_own(speed):
+    design = TWO.at(speed)
+    closed = (np.eye(2) - decoupled(design, 2.0, DT) @ design.system.C) @ design.system.A
+    sizes = np.maximum(np.sort(np.abs(np.linalg.eigvals(design.continuous.A))), 2.0)
+    np.testing.assert_allclose(closed, np.diag(np.real(discrete_poles(-2.0 * sizes, DT))), atol=1e-9)
+
+
+@pytest.mark.parametrize(("model", "gain", "rows"), [(FOUR, placed, 4), (TWO, decoupled, 2)])
+@pytest.mark.parametrize("factor", [2.0, 10.0])
+def test_the_interpolated_gain_is_stable_between_all_speeds_of_the_table(model, gain, rows, factor):
+    process, reading = (1e-6,) * rows, (1e-6, 1e-6)
+    schedule = scheduled(model, lambda each: gain(each, factor, DT), lambda _: np.eye(rows)[:1], process, reading)
+    for speed in np.geomspace(SPEEDS[0], SPEEDS[-1], 150):
+        between = np.array(schedule.at(float(speed))[: 2 * rows]).reshape(rows, 2)
+        assert error_radius(model.at(float(speed)).system, between) < 1.0
+
+
+def test_a_gain_that_is_not_stable_is_refused_with_the_speed():
+    with pytest.raises(ParameterError, match="m/s"):
+        scheduled(TWO, lambda _: np.full((2, 2), 50.0), lambda _: np.eye(2)[:1], (1e-6,) * 2, (1e-6, 1e-6))
+
+
+def test_the_covariance_of_an_optimal_gain_is_that_of_the_riccati_equation():
+    system = LinearSystem.of([[0.9, 0.1], [0.0, 0.8]], [[1.0, 0.0]])
+    process, reading = np.diag([0.1, 0.2]), np.array([[0.5]])
+    predicted = solve_discrete_are(system.A.T, system.C.T, process, reading)
+    innovation = system.C @ predicted @ system.C.T + reading
+    gain = predicted @ system.C.T / innovation
+    found = stationary_covariance(system, gain, (0.1, 0.2), (0.5,))
+    np.testing.assert_allclose(found.corrected, (np.eye(2) - gain @ system.C) @ predicted, atol=1e-9)
+    np.testing.assert_allclose(found.innovation, innovation, atol=1e-9)
