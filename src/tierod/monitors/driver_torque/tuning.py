@@ -96,6 +96,17 @@ class Designed(NamedTuple):
     observation: ColumnObservation
 
 
+_POSITIVE = (
+    "steering_wheel_inertia",
+    "torsion_bar_stiffness",
+    "stiffness",
+    "motor_ratio",
+    "gear_stiffness",
+    "gear_inertia",
+    "motor_inertia",
+)
+
+
 def linear_of(parameters: Any) -> LinearSystem:
     """The linear column of `ColumnParameters` or `TwoInertiaParameters`.
 
@@ -107,7 +118,7 @@ def linear_of(parameters: Any) -> LinearSystem:
             f"the parameters are {type(parameters).__name__}; expected ColumnParameters (with gear) or "
             "TwoInertiaParameters (without)"
         )
-    for name in ("steering_wheel_inertia", "motor_inertia", "gear_inertia", "motor_ratio"):
+    for name in _POSITIVE:
         value = getattr(parameters, name, 1.0)
         if not 0.0 < value < math.inf:
             raise ParameterError(f"{name} of the column is {value:g}; expected a number greater than zero")
@@ -188,7 +199,8 @@ def _switching(sample_time: float, tuning: ColumnTuning, *, smooth: bool) -> Swi
 
 def _stiffness(parameters: Any) -> float:
     """Of the bar where there is a gear, else of the one spring."""
-    return float(getattr(parameters, "torsion_bar_stiffness", None) or parameters.stiffness)
+    with_gear = isinstance(parameters, ColumnParameters)
+    return float(parameters.torsion_bar_stiffness if with_gear else parameters.stiffness)
 
 
 def _layout(observed: ColumnObservation, parameters: Any, sample_time: float, tuning: ColumnTuning) -> Layout:

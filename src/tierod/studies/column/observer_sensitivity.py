@@ -34,8 +34,8 @@ TEXT = (
     "6.5 N·m, of which 2 % are an amplitude of 0.13 N·m. No observer can know better; a car's own inertia has to be "
     "identified with hands off the wheel.",
     "An offset of the bar looks like a twist that the angles do not confirm. It is learnt where the angles are known "
-    "to be zero on the unloaded bar (tuning with offset='driver_torque'). Where they are not, the same misfit is put down "
-    "to the angles: that leaves the offset of the bar in the torque of the hands but keeps it out of everything else.",
+    "to be zero on the unloaded bar (tuning with offset='driver_torque'). Where they are not, the same misfit is put "
+    "down to the angles: that leaves the offset of the bar in the torque of the hands but keeps it out of the rest.",
 )
 
 

@@ -1,0 +1,83 @@
+"""The column with the torques of hands and friction as states."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from tierod.block import units
+from tierod.errors import ParameterError
+from tierod.models.column_observation import linear_column, observed_column
+from tierod.models.rubbing_observation import RubbingObservationParameters, with_dahl_friction
+from tierod.models.steering_column import ColumnParameters, RubbingColumn, RubbingColumnParameters, SteeringColumn
+from tierod.models.two_inertia_column import TwoInertiaColumn, without_gear
+from tierod.vehicles import load
+
+DT = 1e-3
+
+
+@pytest.fixture(scope="module")
+def known():
+    return load("column-bench").parameters_for(ColumnParameters)
+
+
+def test_states_have_their_names_and_units(known):
+    observed = observed_column(linear_column(SteeringColumn, known), DT, offset="driver_torque")
+    states = dict(zip(observed.model.State._fields, units(observed.model.State), strict=True))
+    assert states["hand_torque"] == states["disturbance_torque"] == states["driver_torque_offset"] == "N*m"
+    assert states["hand_torque_rate"] == "N*m/s"
+    assert states["motor_speed"] == states["gear_rate"] == "rad/s"
+    assert states["motor_angle"] == "rad"
+    assert units(observed.model.Output) == ["rad", "rad", "N*m"]
+
+
+def test_it_moves_as_the_column_does(known):
+    """Against an integration of the continuous equations with both torques as inputs."""
+    observed = observed_column(linear_column(SteeringColumn, known), DT, 2, 1)
+    model, p = observed.model, observed.parameters
+    x = model.State(0.3, -2.0, 0.1, 0.05, 1.0, 0.04, 1.5, 20.0, 0.2)
+    u = model.Input(0.4)
+
+    def slope(t, y):
+        given = SteeringColumn.Input(0.4, 1.5 + 20.0 * t, 0.2)
+        return SteeringColumn.derivative(SteeringColumn.State(*y), given, known)
+
+    exact = solve_ivp(slope, (0.0, DT), x[:6], rtol=1e-11, atol=1e-13).y[:, -1]
+    moved = model.transition(x, u, p)
+    np.testing.assert_allclose(moved[:6], exact, rtol=1e-8)
+    np.testing.assert_allclose(moved[6:], (1.52, 20.0, 0.2), rtol=1e-12)
+    expected = SteeringColumn.output(SteeringColumn.State(*x[:6]), None, known)
+    np.testing.assert_allclose(model.output(x, u, p), expected)
+
+
+def test_friction_by_dahl_agrees_with_the_continuous_law(known):
+    friction = RubbingColumnParameters(**vars(known), motor_friction=0.1, motor_friction_stiffness=2.0)
+    observed = observed_column(linear_column(SteeringColumn, known), DT, 1, 1)
+    model = with_dahl_friction(observed.model)
+    p = RubbingObservationParameters(observed.parameters, 0.05, DT)
+    x = model.State(0.3, 5.0, 0.3, 0.05, 1.0, 0.05, 1.5, 0.02, -0.4, 0.1)
+    given = RubbingColumn.Input(0.4, 1.5, 0.02)
+    start = [*x[:6], -0.4]
+
+    def slope(t, y):
+        return RubbingColumn.derivative(RubbingColumn.State(*y), given, friction)
+
+    exact = solve_ivp(slope, (0.0, 5 * DT), start, rtol=1e-10, atol=1e-12).y[:, -1]
+    for _ in range(5):
+        x = model.transition(x, model.Input(0.4), p)
+    assert x.normalised_friction == pytest.approx(exact[6], abs=2e-3)
+    assert x.motor_speed == pytest.approx(exact[1], rel=2e-3)
+    assert (x.friction_level, x.disturbance_torque) == (0.1, 0.02)
+    assert model.output(x, None, p).motor_angle_mechanical == x.motor_angle
+
+
+def test_without_the_motor_angle_or_with_a_wrong_offset(known):
+    column = linear_column(TwoInertiaColumn, without_gear(known))
+    outputs = ("steering_wheel_angle", "driver_torque")
+    observed = observed_column(column, DT, outputs=outputs)
+    assert observed.model.Output._fields == outputs
+    for offset in ("motor_angle_mechanical", "steering_wheel_angle"):
+        with pytest.raises(ParameterError, match="driver_torque"):
+            observed_column(column, DT, offset=offset, outputs=outputs)
+    assert math.isfinite(observed.discrete.A.sum())
