@@ -92,7 +92,7 @@ class CombinedSideslip:
     """Sideslip from yaw rate, lateral acceleration and steering, with stiffness, friction, bank and wind followed.
 
     Extended Kalman filter in velocity form, valid from walking pace to the limit of grip; below `slowest`, in reverse
-    and without speed it holds its last estimate, whose variance grows. Build it with `of_vehicle`.
+    and without speed it holds its last estimate, whose variance grows up to that of the start. `of_vehicle` builds it.
 
     Args:
         filter: over `tierod.models.lateral_motion`; its gate weakens readings that do not fit

@@ -1,0 +1,186 @@
+"""The combined sideslip estimator beside the virtual car, and on what it must survive."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from tierod.errors import ParameterError
+from tierod.graph import scan
+from tierod.models.lateral_parameters import LateralParameters
+from tierod.monitors.sideslip.combined import SMOOTHING, CombinedSideslip
+from tierod.monitors.sideslip.combined_identifiability import identifiability
+from tierod.monitors.sideslip.combined_sample import CombinedSample
+from tierod.monitors.sideslip.combined_tuning import CombinedTuning, Wandering
+from tierod.proving_ground import Sensor, SensorSet, run
+from tierod.proving_ground.cars import catalogue
+from tierod.proving_ground.courses.open_loop import RandomSteer
+from tierod.vehicles import load
+
+STEP = 0.01
+RATE = 1.0 / STEP
+NOISE = {
+    "vehicle_speed": 0.02,
+    "road_wheel_angle": 2e-4,
+    "yaw_rate": 0.003,
+    "lateral_acceleration": 0.1,
+    "longitudinal_acceleration": 0.1,
+    "road_wheel_torque": 1.0,
+}
+COLUMN = {name: k for k, name in enumerate(CombinedSample._fields)}
+
+
+@pytest.fixture(scope="module")
+def drive():
+    """Random steering at 25 m/s: samples, true sideslip angle [rad]."""
+    sensors = SensorSet({name: Sensor(noise=noise, rate=RATE) for name, noise in NOISE.items()})
+    course = RandomSteer(speed=25.0, deviation=math.radians(14.0), lowest=0.1, highest=1.0, time=40.0, seed=7)
+    recording = run(catalogue.load("steer-by-wire").block, course, seed=7, sensors=sensors).recording
+    truth = recording["truth_sideslip_angle"]
+    samples = np.column_stack([recording[name].values for name in CombinedSample._fields])
+    return samples, np.interp(recording["yaw_rate"].time, truth.time, truth.values)
+
+
+def estimator(steering=True, front=1.0, rear=1.0, **tuning):
+    car = load("steer-by-wire").parameters_for(LateralParameters)
+    wrong = dataclasses.replace(
+        car,
+        front_cornering_stiffness=front * car.front_cornering_stiffness,
+        rear_cornering_stiffness=rear * car.rear_cornering_stiffness,
+    )
+    return CombinedSideslip.of_parameters(wrong, STEP, CombinedTuning(**tuning), steering)
+
+
+def error(result, truth, start=20.0):
+    """Root mean square error of the sideslip angle after a while [deg]."""
+    return math.degrees(np.sqrt(np.mean((result["sideslip_angle"] - truth)[round(start / STEP) :] ** 2)))
+
+
+@pytest.mark.parametrize("steering", [True, False])
+def test_wrong_stiffnesses_are_learnt(drive, steering):
+    samples, truth = drive
+    result = scan(estimator(steering, 1.2, 1.2), samples)
+    assert error(result, truth) < 0.05
+    assert result["front_stiffness"][-1] == pytest.approx(1.0 / 1.2, rel=0.05)
+    assert result["rear_stiffness"][-1] == pytest.approx(1.0 / 1.2, rel=0.05)
+    inside = np.abs(result["sideslip_angle"] - truth) < 1.96 * result["sideslip_angle_deviation"]
+    assert np.mean(inside[2000:]) > 0.9
+
+
+def test_it_runs_with_what_is_left_of_the_signals(drive):
+    samples, truth = drive
+    poor = samples.copy()
+    for name in ("lateral_acceleration", "longitudinal_acceleration", "road_wheel_torque"):
+        poor[:, COLUMN[name]] = np.nan
+    assert error(scan(estimator(), poor), truth) < 0.1
+
+
+def gone(samples, first, last, **values):
+    """The samples with some signals exchanged for a while."""
+    changed = samples.copy()
+    for name, value in values.items():
+        changed[first:last, COLUMN[name]] = value
+    return changed
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"vehicle_speed": np.nan},
+        {"vehicle_speed": 0.0},
+        {"vehicle_speed": -3.0},
+        dict.fromkeys(CombinedSample._fields, np.nan),
+    ],
+)
+@pytest.mark.parametrize("steering", [True, False])
+def test_without_a_forward_speed_the_last_estimate_is_held_and_its_variance_grows(drive, values, steering):
+    samples, truth = drive
+    result = scan(estimator(steering), gone(samples, 1500, 1800, **values))
+    assert np.isfinite(result.values).all()
+    held = slice(1500, 1800)
+    assert (result["held"][held] == 1.0).all()
+    assert np.ptp(result["sideslip_angle"][held]) == 0.0
+    growth = np.diff(result["sideslip_angle_deviation"][held])
+    assert (growth >= 0.0).all()
+    assert (growth[:150] > 0.0).all()
+    assert result["held"][1800] == 0.0
+    assert error(result, truth, 25.0) < 0.05
+
+
+def test_it_begins_with_nothing():
+    empty = np.full((50, len(COLUMN)), np.nan)
+    result = scan(estimator(), empty)
+    assert np.isfinite(result.values).all()
+    assert (result["sideslip_angle"] == 0.0).all()
+    assert (result["held"] == 1.0).all()
+
+
+def test_it_starts_anew_where_it_is_lost(drive):
+    samples, truth = drive
+    lost = gone(samples, 1000, 1300, yaw_rate=1.5, lateral_acceleration=-9.0)
+    result = scan(estimator(), lost)
+    assert result["restarted"][:1000].sum() == 0.0
+    assert result["restarted"][1000:1500].sum() >= 1.0
+    assert error(result, truth, 30.0) < 0.1
+
+
+def test_friction_stays_above_what_the_acceleration_shows(drive):
+    samples, _ = drive
+    result = scan(estimator(log_friction=Wandering(0.6, 1.0, usual=-3.0)), samples)
+    share = STEP / (SMOOTHING + STEP)
+    smooth = np.abs(lfilter([share], [1.0, share - 1.0], samples[:, COLUMN["lateral_acceleration"]]))
+    assert (result["friction"] > 0.999 * np.minimum(smooth / (1.06 * 9.81 * 0.95), 1.0)).all()
+
+
+def test_nothing_need_be_followed(drive):
+    samples, truth = drive
+    nothing = dict.fromkeys(
+        (
+            "log_front_stiffness",
+            "log_rear_stiffness",
+            "log_friction",
+            "bank_angle",
+            "side_force",
+            "side_moment",
+            "log_steering_friction",
+            "log_trail",
+        )
+    )
+    result = scan(estimator(False, **nothing), samples)
+    assert error(result, truth) < 0.05
+    assert (result["front_stiffness"] == 1.0).all()
+    assert (result["front_stiffness_identified"] == 0.0).all()
+
+
+def test_what_a_drive_tells_is_said(drive):
+    samples, _ = drive
+    block = estimator(False)
+    found = identifiability(block, scan(block, samples).state)
+    assert {"log_front_stiffness", "log_rear_stiffness"} <= set(found.identified)
+    assert found.shares["log_front_stiffness"] > 0.95
+    assert "front stiffness" in str(found)
+    assert "side force" in found.least
+    assert found.left > 0.5
+
+
+def test_at_the_start_nothing_is_told():
+    block = estimator(False)
+    found = identifiability(block, block.init())
+    assert found.identified == ()
+    assert found.left == pytest.approx(1.0)
+    assert str(found).startswith("The drive tells none of the unknowns.")
+
+
+@pytest.mark.parametrize("step", [0.0, -0.01, 0.1, math.nan])
+def test_a_sample_time_that_cannot_be_is_refused(step):
+    with pytest.raises(ParameterError, match="sample time"):
+        CombinedSideslip.of_vehicle(load("steer-by-wire"), step)
+
+
+def test_the_vehicle_file_decides_on_the_steering():
+    assert CombinedSideslip.of_vehicle(load("steer-by-wire"), STEP).filter.model.steering
+    assert not CombinedSideslip.of_vehicle(load("midsize-eps"), STEP).filter.model.steering
