@@ -168,3 +168,21 @@ def test_a_rest_without_steady_state_is_refused():
         balanced_reduction(LinearSystem.of([[2.0]], [[1.0]], [[1.0]]), 1, shift=0.5)
     with pytest.raises(ParameterError, match="reach nothing"):
         balanced_reduction(LinearSystem.of([[-1.0]], [[1.0]], [[0.0]]), 1)
+
+
+def test_what_grows_is_kept_whole():
+    rising = stable()
+    rising = replace(rising, A=rising.A + (0.5 - np.linalg.eigvals(rising.A).real.max()) * np.eye(6))
+    growing = [value for value in np.linalg.eigvals(rising.A) if value.real > 0.0]
+    found = balanced_reduction(rising, len(growing) + 2)
+    kept = np.linalg.eigvals(found.system.A)
+    assert all(min(abs(kept - value)) < 1e-9 for value in growing)
+    assert largest_difference(rising, found.system, FREQUENCY) <= found.error_bound
+
+
+def test_forty_states():
+    large = stable(seed=8, n=40)
+    found = balanced_reduction(large, 12)
+    assert largest_difference(large, found.system, FREQUENCY) <= found.error_bound
+    assert (np.diff(found.hankel) <= 0.0).all()
+    np.testing.assert_allclose(found.onto @ found.back, np.eye(12), atol=1e-6)

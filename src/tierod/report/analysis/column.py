@@ -109,7 +109,7 @@ def _observability(found: ColumnAnalysis) -> list[Heading | Table | Chart]:
         "state in its best unit.",
         "The last columns tell the least standard deviation with which any unbiased estimator can know the present "
         f"state after {SAMPLING.duration:g} s (Cramer and Rao), where the model is right, nothing disturbs it and "
-        "sensors have white noise of " + _noises() + ".",
+        "sensors have white noise of " + _noises() + " (assumed).",
     )
     return [
         Heading("Observability", text),
