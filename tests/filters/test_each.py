@@ -33,7 +33,7 @@ BLOCKS = {
     "derivative": Differentiator(**COMMON, time_constant=0.05),
     "play": Play(**COMMON, half_width=0.3),
     "hold": InputHold(**COMMON),
-    "jumps": JumpGate(**COMMON, rate_deviation=30.0),
+    "jumps": JumpGate(**COMMON, deviation_per_second=30.0),
 }
 each = pytest.mark.parametrize("block", BLOCKS.values(), ids=BLOCKS)
 GAP = 5  # samples that maximum_gap bridges
@@ -126,7 +126,7 @@ def test_play_swallows_small_reversals_and_loses_half_its_width():
 def test_a_leap_is_held_and_a_step_that_stays_passes_once_the_signal_may_have_got_there():
     angle = np.concatenate([0.002 * np.arange(50), np.full(50, 1.0)])
     angle[20] = 2.0
-    gate = dataclasses.replace(BLOCKS["jumps"], rate_deviation=1.0, gate=9.0)
+    gate = dataclasses.replace(BLOCKS["jumps"], deviation_per_second=1.0, gate=9.0)
     result = scan(gate, np.column_stack([angle, angle]))["angle"]
     assert result[20] == angle[19]
     np.testing.assert_array_equal(np.delete(result[:50], 20), np.delete(angle[:50], 20))
@@ -154,7 +154,7 @@ def test_delay(samples):
         ("first order", {"time_constant": 0.0}, "time_constant is 0.0"),
         ("derivative", {"time_constant": math.nan}, "time_constant is nan"),
         ("play", {"half_width": -1.0}, "half_width is -1.0"),
-        ("jumps", {"rate_deviation": 0.0}, "rate_deviation is 0.0"),
+        ("jumps", {"deviation_per_second": 0.0}, "deviation_per_second is 0.0"),
         ("hold", {"sample_time": 0.0}, "sample_time is 0.0"),
         ("hold", {"maximum_gap": -1.0}, "maximum_gap is -1.0"),
         ("hold", {"signals": Empty}, "at least one signal"),

@@ -25,18 +25,18 @@ class JumpGate(EachSignal):
     that was set anew, passes after a while and nothing is locked out.
 
     Args:
-        rate_deviation: standard deviation of the signal's rate [unit of the signals over s]
+        deviation_per_second: what the signal moves in a second, one standard deviation [unit of the signals]
         gate: quantile of chi-square with one degree of freedom (10.83 for 99.9 %); larger passes greater jumps
 
     The other arguments are those of `EachSignal`.
     """
 
-    rate_deviation: Annotated[float, "unit of the signal / s"]
+    deviation_per_second: Annotated[float, "unit of the signal"]
     gate: Annotated[float, ""] = 10.83
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("rate_deviation", "gate"):
+        for name in ("deviation_per_second", "gate"):
             if not getattr(self, name) > 0.0:
                 raise ParameterError(f"{name} is {getattr(self, name)}; expected a number greater than zero")
 
@@ -45,7 +45,7 @@ class JumpGate(EachSignal):
 
     def _advance(self, memory: Accepted, value: Any) -> tuple[Accepted, Any]:
         age = memory.age + 1.0
-        way, moved = value - memory.value, age * self.sample_time * self.rate_deviation
+        way, moved = value - memory.value, age * self.sample_time * self.deviation_per_second
         passes = way * way <= self.gate * moved * moved
         now = Accepted(where(passes, value, memory.value), where(passes, 0.0, age))
         return now, now.value
