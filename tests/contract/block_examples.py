@@ -39,11 +39,13 @@ from tierod.models.friction_estimation import FrictionEstimation as EstimatedFri
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.models.steering_column import ColumnParameters
 from tierod.models.two_inertia_column import TwoInertiaParameters
+from tierod.monitors.driver_torque.column_friction import ColumnFrictionObserver
 from tierod.monitors.driver_torque.delayed import DelayedHandTorque
 from tierod.monitors.driver_torque.hands import HandsMonitor
 from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
 from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.printed import PrintedObserver
+from tierod.monitors.driver_torque.signs import ColumnSigns
 from tierod.monitors.driver_torque.starting import Starting
 from tierod.monitors.friction.baseline import BaselineFrictionMonitor, BaselineParameters
 from tierod.monitors.friction.conditioning import SteeringConditioning
@@ -148,6 +150,8 @@ def examples() -> dict[type, Callable[[], Any]]:
             (0.5, 0.5),
         ),
         ColumnObserver: lambda: ColumnObserver.of_vehicle(load("column-bench")),
+        ColumnFrictionObserver: lambda: ColumnFrictionObserver.of_vehicle(load("column-bench")),
+        ColumnSigns: lambda: ColumnSigns(18.0),
         FixedLag: lambda: DelayedHandTorque.of_vehicle(load("column-bench")).smoother,
         DelayedHandTorque: lambda: DelayedHandTorque.of_vehicle(load("column-bench")),
         PrintedObserver: lambda: PrintedObserver.of_column(

@@ -89,9 +89,10 @@ class ColumnSigns:
         whole = all_of(*(present(value) for value in sample))
         values = [sample.steering_wheel_angle, sample.motor_angle_mechanical / self.motor_ratio, sample.driver_torque]
         values = [where(whole, value, mean) for value, mean in zip(values, state.means, strict=True)]
-        share = where(whole, self.sample_time / self.memory, 0.0)
+        forgetting = self.sample_time / self.memory
+        share = where(whole, forgetting, 0.0)
         weight = state.weight + share * (1.0 - state.weight)
-        gain = where(whole, share / maximum(weight, share), 0.0)
+        gain = where(whole, forgetting / maximum(weight, forgetting), 0.0)
         away = [value - mean for value, mean in zip(values, state.means, strict=True)]
         means = tuple(mean + gain * each for mean, each in zip(state.means, away, strict=True))
         after = [value - mean for value, mean in zip(values, means, strict=True)]
