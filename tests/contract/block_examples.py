@@ -57,6 +57,7 @@ from tierod.monitors.friction.rolling_variance import RollingVariance
 from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.monitors.friction.unscented import unscented
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
+from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.sideslip.car_signals import FromCarSignals
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.conventional import (
@@ -149,6 +150,7 @@ def examples() -> dict[type, Callable[[], Any]]:
             switching_of((1.0, 0.1), DT),
             (0.5, 0.5),
         ),
+        MotorAngleObserver: lambda: MotorAngleObserver.of_vehicle(load("motor-bench"), 1e-4),
         ColumnObserver: lambda: ColumnObserver.of_vehicle(load("column-bench")),
         ColumnFrictionObserver: lambda: ColumnFrictionObserver.of_vehicle(load("column-bench")),
         ColumnSigns: lambda: ColumnSigns(18.0),

@@ -140,6 +140,38 @@ def current_rate(
     return RotorVector(d / inductance_d, q / inductance_q)
 
 
+def stator_current_rate(
+    current: StatorVector,
+    voltage: StatorVector,
+    rotor: Direction,
+    speed: Any,
+    *,
+    resistance: Any,
+    inductance: Any,
+    flux: Any,
+    pole_pairs: Any,
+) -> StatorVector:
+    """Rate of the current [A/s] in the stator's axes, of a motor without saliency.
+
+    Args:
+        current: [A]
+        voltage: [V]
+        rotor: direction of the electrical angle
+        speed: mechanical [rad/s]
+        resistance: of a phase [ohm]
+        inductance: of both axes [H]
+        flux: linkage of the magnets [V*s]
+        pole_pairs: z_p [-]
+
+    Source: Reinelt et al., eqs (17) and (18), differentiated, where theta is the electrical angle.
+    """
+    back_emf = back_emf_constant(pole_pairs, flux) * speed
+    driving = stator_flux_rate(voltage, current, resistance)
+    return StatorVector(
+        (driving.alpha + back_emf * rotor.sine) / inductance, (driving.beta - back_emf * rotor.cosine) / inductance
+    )
+
+
 def rotor_acceleration(torque: Any, load_torque: Any, speed: Any, inertia: Any, damping: Any) -> Any:
     """Mechanical acceleration of the rotor [rad/s**2].
 

@@ -86,6 +86,10 @@ _CATALOGUE = (
     Quantity(
         "motor_friction_stiffness", "N*m/rad", "with which dry friction at the motor builds up from rest", (1e-3, 1e5)
     ),
+    Quantity("motor_resistance", "ohm", "of a phase of the motor at 20 °C", (1e-3, 10.0)),
+    Quantity("motor_inductance", "H", "of a phase of the motor, the same in both axes", (1e-6, 0.1)),
+    Quantity("motor_flux", "V*s", "linkage of the rotor's magnets at 20 °C", (1e-4, 2.0)),
+    Quantity("motor_pole_pairs", "", "electrical turns per turn of the motor", (1.0, 40.0)),
     Quantity("motor_torque_constant", "N*m/A", "torque of the assist motor per ampere", (1e-3, 2.0)),
     Quantity("maximum_assist_torque", "N*m", "largest assist at the steering wheel axis", (1.0, 500.0), torque=True),
     Quantity("nominal_friction", "N*m", "friction of the sound steering at the wheel axis", (0.1, 50.0), torque=True),

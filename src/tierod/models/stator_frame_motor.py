@@ -1,0 +1,127 @@
+"""A permanent-magnet motor in the stator's axes, with its load, resistance and flux as states."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.graph.maths import exp, where
+from tierod.physics.clarke_park import StatorVector, direction, electrical_angle, park
+from tierod.physics.pm_motor import electromagnetic_torque, rotor_acceleration, stator_current_rate
+
+
+@dataclass(frozen=True)
+class MotorParameters:
+    """A permanent-magnet motor without saliency, named as in a vehicle file.
+
+    Args:
+        motor_resistance: of a phase, R_s [ohm]
+        motor_inductance: of a phase, L_s [H]
+        motor_flux: linkage of the magnets, Psi_p [V s]
+        motor_pole_pairs: z_p []
+        motor_inertia: J_M [kg m^2]
+        motor_damping: b_M [N m s/rad]
+    """
+
+    motor_resistance: Annotated[float, "ohm"]
+    motor_inductance: Annotated[float, "H"]
+    motor_flux: Annotated[float, "V*s"]
+    motor_pole_pairs: Annotated[float, ""]
+    motor_inertia: Annotated[float, "kg*m**2"]
+    motor_damping: Annotated[float, "N*m*s/rad"]
+
+
+@dataclass(frozen=True)
+class SampledMotorParameters(MotorParameters):
+    """The same, and the time between two samples.
+
+    Args:
+        sample_time: [s]; of the modulation, a tenth of the electrical time constant or shorter
+    """
+
+    sample_time: Annotated[float, "s"] = 1e-4
+
+
+class StatorFrameMotor:
+    """Currents in the stator's axes, rotor, load torque, and how far resistance and flux are from their values.
+
+    Nothing is turned into the rotor's axes by a measured angle, so that a fault of the angle sensor cannot enter. While
+    the motor stands, its currents tell nothing of the angle: then the angle goes on by increments that are given.
+
+    Validity: no saliency, no saturation; sampled by the midpoint rule, for electrical speeds up to 0.3 rad per sample.
+    Voltages are means over the sample that ends. Source: Reinelt et al., eqs (17), (18) and (16), the latter with
+    the torque constant 3/2 z_p Psi_p; load, resistance and flux as states are additions.
+    """
+
+    class State(NamedTuple):
+        """Currents, shaft, load that opposes, and logarithms of resistance and flux over their values."""
+
+        current_alpha: Annotated[float, "A"]
+        current_beta: Annotated[float, "A"]
+        speed: Annotated[float, "rad/s"]
+        angle: Annotated[float, "rad"]
+        load_torque: Annotated[float, "N*m"]
+        log_resistance: Annotated[float, ""]
+        log_flux: Annotated[float, ""]
+
+    class Input(NamedTuple):
+        """Mean voltages over the sample; what the angle gains while the motor is held to stand (1), else 0."""
+
+        voltage_alpha: Annotated[float, "V"]
+        voltage_beta: Annotated[float, "V"]
+        angle_increment: Annotated[float, "rad"]
+        standing: Annotated[float, ""]
+
+    class Output(NamedTuple):
+        """Measured currents, and the speed where it is measured besides."""
+
+        current_alpha: Annotated[float, "A"]
+        current_beta: Annotated[float, "A"]
+        speed: Annotated[float, "rad/s"]
+
+    Parameters = SampledMotorParameters
+
+    @staticmethod
+    def transition(x: State, u: Input, p: SampledMotorParameters) -> State:
+        """One sample on, by the midpoint rule."""
+        middle = _ahead(x, _slope(x, u, p), 0.5 * p.sample_time)
+        after = _ahead(x, _slope(middle, u, p), p.sample_time)
+        return after._replace(angle=where(u.standing, x.angle + u.angle_increment, after.angle))
+
+    @staticmethod
+    def output(x: State, u: Input, p: SampledMotorParameters) -> Output:
+        """Currents and speed."""
+        return StatorFrameMotor.Output(x.current_alpha, x.current_beta, x.speed)
+
+
+def _slope(x: Any, u: Any, p: SampledMotorParameters) -> tuple[Any, Any, Any, Any]:
+    """Rates of currents, speed and angle."""
+    current, rotor = (
+        StatorVector(x.current_alpha, x.current_beta),
+        direction(electrical_angle(x.angle, p.motor_pole_pairs)),
+    )
+    flux = p.motor_flux * exp(x.log_flux)
+    currents = stator_current_rate(
+        current,
+        StatorVector(u.voltage_alpha, u.voltage_beta),
+        rotor,
+        x.speed,
+        resistance=p.motor_resistance * exp(x.log_resistance),
+        inductance=p.motor_inductance,
+        flux=flux,
+        pole_pairs=p.motor_pole_pairs,
+    )
+    own = park(current, rotor)
+    torque = electromagnetic_torque(own, p.motor_pole_pairs, flux, p.motor_inductance, p.motor_inductance)
+    acceleration = rotor_acceleration(torque, x.load_torque, x.speed, p.motor_inertia, p.motor_damping)
+    return (currents.alpha, currents.beta, acceleration, x.speed)
+
+
+def _ahead(x: Any, slope: tuple[Any, Any, Any, Any], time: Any) -> Any:
+    alpha, beta, acceleration, speed = slope
+    return x._replace(
+        current_alpha=x.current_alpha + time * alpha,
+        current_beta=x.current_beta + time * beta,
+        speed=x.speed + time * acceleration,
+        angle=x.angle + time * speed,
+    )

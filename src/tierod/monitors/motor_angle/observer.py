@@ -1,0 +1,250 @@
+"""The angle of a motor from its currents and voltages, without the sensor that it serves to watch."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any, NamedTuple, get_type_hints
+
+from tierod.errors import ParameterError
+from tierod.estimators.kalman import KalmanFilter
+from tierod.estimators.shapes import Belief
+from tierod.graph.maths import absolute, all_of, both, exp, expm1, floor, hypot, limit, maximum, present, sqrt, where
+from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters, StatorFrameMotor
+from tierod.monitors.motor_angle.tuning import MotorAngleTuning
+from tierod.physics.pm_motor import back_emf_constant
+from tierod.vehicles import Vehicle
+
+
+class Pace(NamedTuple):
+    """Whether the motor turns fast enough for its currents to tell the angle.
+
+    Args:
+        speed: smoothed [rad/s]
+        standing: 1 while the back-EMF tells no angle
+        slow: 1 while increments of the sensor tell the speed too
+        against: samples for which the speed has contradicted `standing`
+    """
+
+    speed: Any
+    standing: Any
+    slow: Any
+    against: Any
+
+
+@dataclass(frozen=True)
+class MotorAngleObserver:
+    """Extended Kalman filter in the stator's axes: angle, speed, load torque, resistance and flux from the currents.
+
+    The sensor begins it, and helps while the motor is slow by its *increments*; its value is never taken afterwards,
+    so that an offset or a slipped magnet shows in the difference. Standing, the currents tell nothing: the angle then
+    follows the increments with a variance that grows, and nothing drifts.
+
+    Args:
+        parameters: of the motor; a vehicle file gives them
+        tuning: noises, limits and times
+
+    Missing currents correct nothing, a missing voltage holds the estimate; neither reaches the state.
+
+    Source: Reinelt et al., eqs (17), (18), (34) to (45) in the stator's axes, with load, resistance, flux and angle as
+    states: the paper feeds the measured angle into Park's transform and finds an extra state wanting at standstill.
+    """
+
+    parameters: SampledMotorParameters
+    tuning: MotorAngleTuning = field(default_factory=MotorAngleTuning)
+    filter: KalmanFilter = field(init=False, repr=False)
+
+    class Sample(NamedTuple):
+        """Currents, mean voltages over the sample that ends, and the angle sensor that is watched."""
+
+        motor_current_alpha: Annotated[float, "A"]
+        motor_current_beta: Annotated[float, "A"]
+        motor_voltage_alpha: Annotated[float, "V"]
+        motor_voltage_beta: Annotated[float, "V"]
+        motor_angle_mechanical: Annotated[float, "rad"]
+
+    class State(NamedTuple):
+        """Belief of the filter, whether it has begun, the last angle of the sensor, and the pace."""
+
+        belief: Any
+        begun: Any
+        sensed: Any
+        pace: Pace
+
+    class Output(NamedTuple):
+        """The estimate, and how the sensor differs from it: electrical, within half a turn."""
+
+        motor_angle: Annotated[float, "rad"]
+        motor_angle_standard_deviation: Annotated[float, "rad"]
+        motor_speed: Annotated[float, "rad/s"]
+        motor_load_torque: Annotated[float, "N*m"]
+        motor_resistance: Annotated[float, "ohm"]
+        motor_flux: Annotated[float, "V*s"]
+        angle_residual_electrical: Annotated[float, "rad"]
+        standing: Annotated[float, ""]
+        nis: Annotated[float, ""]
+
+    def __post_init__(self) -> None:
+        for name in ("motor_resistance", "motor_inductance", "motor_flux", "motor_inertia", "sample_time"):
+            if not getattr(self.parameters, name) > 0.0:
+                raise ParameterError(f"{name} is {getattr(self.parameters, name)}; expected a number above zero")
+        stiffness = self.parameters.sample_time * self.parameters.motor_resistance / self.parameters.motor_inductance
+        if stiffness > 0.5:
+            raise ParameterError(
+                f"the current settles with {stiffness / self.parameters.sample_time:.3g} 1/s, too fast for samples "
+                f"every {self.parameters.sample_time:g} s; give a faster recording, and check motor_inductance"
+            )
+        object.__setattr__(self, "filter", _filter(self.parameters, self.tuning))
+
+    @classmethod
+    def of_vehicle(
+        cls, vehicle: Vehicle, sample_time: float, tuning: MotorAngleTuning | None = None
+    ) -> MotorAngleObserver:
+        """The observer of a vehicle's motor.
+
+        Args:
+            vehicle: with the parameters of `MotorParameters`
+            sample_time: [s]
+            tuning: the usual one where None
+
+        Raises:
+            ParameterError: a parameter is missing or cannot be
+        """
+        parameters = replace(vehicle.parameters_for(SampledMotorParameters), sample_time=sample_time)
+        return cls(parameters, tuning or MotorAngleTuning())
+
+    def init(self) -> State:
+        """Nothing seen."""
+        return self.State(self.filter.init(), 0.0, 0.0, Pace(0.0, 0.0, 1.0, 0.0))
+
+    def step(self, state: State, sample: Any) -> tuple[State, Output]:
+        """One sample on."""
+        filter_ = self.filter
+        belief, begun = self._begun(state, sample)
+        pace = state.pace
+        increment = self._increment(state, sample)
+        known = present(increment)
+        standing = both(pace.standing, begun)
+        given = StatorFrameMotor.Input(
+            sample.motor_voltage_alpha, sample.motor_voltage_beta, where(known, increment, 0.0), standing
+        )
+        rate = where(all_of(known, pace.slow, state.begun), increment / self.parameters.sample_time, math.inf)
+        measured = StatorFrameMotor.Output(sample.motor_current_alpha, sample.motor_current_beta, rate)
+        enabled = get_type_hints(filter_.Sample)["enabled"](where(standing, 0.0, 1.0))
+        after, estimate = filter_.step(
+            belief,
+            filter_.Sample(given, measured, enabled),
+            process_noise=self._process_noise(filter_, standing, sample),
+        )
+        after = self._kept(belief, after, begun)
+        sensed = where(present(sample.motor_angle_mechanical), sample.motor_angle_mechanical, state.sensed)
+        advanced = self._pace(pace, after, estimate, sample)
+        output = self._output(after, sample, standing, estimate.nis)
+        return self.State(after, begun, sensed, advanced), output
+
+    def _begun(self, state: State, sample: Any) -> tuple[Belief, Any]:
+        """The belief, begun by the first sample that tells currents and angle."""
+        tells = all_of(
+            present(sample.motor_current_alpha),
+            present(sample.motor_current_beta),
+            present(sample.motor_angle_mechanical),
+        )
+        fresh = both(tells, state.begun < 0.5)
+        mean = state.belief.mean._replace(
+            current_alpha=where(fresh, sample.motor_current_alpha, state.belief.mean.current_alpha),
+            current_beta=where(fresh, sample.motor_current_beta, state.belief.mean.current_beta),
+            angle=where(fresh, sample.motor_angle_mechanical, state.belief.mean.angle),
+        )
+        return Belief(mean, state.belief.covariance), where(tells, 1.0, state.begun)
+
+    def _increment(self, state: State, sample: Any) -> Any:
+        """What the sensor has gained since its last reading, within half a turn [rad]; 0 at its first one."""
+        gained = sample.motor_angle_mechanical - state.sensed
+        turns = floor(gained / (2.0 * math.pi) + 0.5)
+        return where(state.begun, gained - 2.0 * math.pi * turns, 0.0 * gained)
+
+    def _process_noise(self, filter_: KalmanFilter, standing: Any, sample: Any) -> tuple[Any, ...]:
+        noise = list(filter_.process_noise)
+        walk = self.tuning.standing_wander**2 * self.parameters.sample_time
+        noise[3] = where(standing, walk, noise[3])
+        current = hypot(sample.motor_current_alpha, sample.motor_current_beta)
+        noise[5] = where(current > self.tuning.least_current, noise[5], 0.0)
+        return tuple(noise)
+
+    def _kept(self, before: Belief, after: Belief, begun: Any) -> Belief:
+        """Nothing before the beginning; logarithms within their limits."""
+        widest = self.tuning.widest
+        mean = after.mean._replace(
+            log_resistance=limit(after.mean.log_resistance, -widest, widest),
+            log_flux=limit(after.mean.log_flux, -widest, widest),
+        )
+        pairs = zip((*mean, *after.covariance), (*before.mean, *before.covariance), strict=True)
+        kept = [where(begun, new, old) for new, old in pairs]
+        return Belief(StatorFrameMotor.State(*kept[:7]), tuple(kept[7:]))
+
+    def _pace(self, pace: Pace, after: Belief, estimate: Any, sample: Any) -> Pace:
+        """Standing below the speed at which the drop of an uncertain resistance is as large as the back-EMF."""
+        t, p = self.tuning, self.parameters
+        share = -expm1(-p.sample_time / t.lag)
+        speed = pace.speed + share * (after.mean.speed - pace.speed)
+        current = hypot(after.mean.current_alpha, after.mean.current_beta)
+        drop = p.motor_resistance * sqrt(maximum(estimate.variance.log_resistance, 0.0)) * current
+        least = t.standing_speed + 2.0 * drop / back_emf_constant(p.motor_pole_pairs, p.motor_flux)
+        size = absolute(speed)
+        differs = where(pace.standing, size > 1.5 * least, size < least)
+        against = where(differs, pace.against + 1.0, 0.0)
+        needed = where(pace.standing, 0.5, t.standing_time / p.sample_time - 0.5)
+        turns = against > needed
+        standing = where(turns, 1.0 - pace.standing, pace.standing)
+        slow = where(where(pace.slow, size < 1.5 * t.slow_speed, size < t.slow_speed), 1.0, 0.0)
+        return Pace(speed, standing, slow, where(turns, 0.0, against))
+
+    def _output(self, after: Belief, sample: Any, standing: Any, nis: Any) -> Output:
+        p, mean = self.parameters, after.mean
+        residual = p.motor_pole_pairs * (sample.motor_angle_mechanical - mean.angle)
+        residual = residual - 2.0 * math.pi * floor(residual / (2.0 * math.pi) + 0.5)
+        variance = after.covariance[_ANGLE_VARIANCE]
+        return self.Output(
+            mean.angle,
+            sqrt(maximum(variance, 0.0)),
+            mean.speed,
+            mean.load_torque,
+            p.motor_resistance * exp(mean.log_resistance),
+            p.motor_flux * exp(mean.log_flux),
+            residual,
+            where(standing, 1.0, 0.0),
+            nis,
+        )
+
+
+def _filter(p: SampledMotorParameters, t: MotorAngleTuning) -> KalmanFilter:
+    voltage = (t.voltage_noise * p.sample_time / p.motor_inductance) ** 2
+    first = (
+        t.current_noise,
+        t.current_noise,
+        t.first_speed,
+        t.first_angle,
+        t.first_load,
+        t.first_resistance,
+        t.first_flux,
+    )
+    wander = (t.resistance_wander**2 * p.sample_time, t.flux_wander**2 * p.sample_time)
+    reading = 2.0 * (t.sensor_noise / p.sample_time) ** 2
+    return KalmanFilter(
+        StatorFrameMotor,
+        p,
+        StatorFrameMotor.State(*[0.0] * 7),
+        tuple(deviation**2 for deviation in first),
+        (voltage, voltage, t.speed_wander**2, _TINY, t.load_wander**2, *wander),
+        (t.current_noise**2, t.current_noise**2, reading),
+        maskable=("angle",),
+    )
+
+
+_TINY = 1e-14
+"""Variance that the angle gains per sample besides that of the speed [rad^2]: keeps the covariance positive."""
+
+_ANGLE_VARIANCE = 18
+"""Place of the angle's variance in a packed covariance of seven states: rows of 7, 6 and 5 entries come before it."""
+
+__all__ = ["MotorAngleObserver", "MotorParameters"]
