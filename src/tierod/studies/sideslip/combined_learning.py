@@ -11,13 +11,13 @@ from tierod.studies.claims import Claim
 from tierod.studies.content import Band, Chart, Heading, Item, Lines, Panel, Table
 from tierod.studies.registry import Effort
 from tierod.studies.sideslip.combined_drives import (
-    BOTH_STIFF,
-    RIGHT,
     WITH,
     WITHOUT_TORQUE,
+    both_stiff,
     estimated,
     estimator,
     on,
+    right,
 )
 from tierod.studies.sideslip.combined_table import GOAL, SEEDS
 
@@ -52,7 +52,7 @@ def _convergence() -> Chart:
     for axle in ("front", "rear"):
         marks: list[Lines | Band] = []
         for readings in (WITH, WITHOUT_TORQUE):
-            result = estimated(drive, BOTH_STIFF, readings)
+            result = estimated(drive, both_stiff, readings)
             value, deviation = result[f"{axle}_stiffness"], result[f"{axle}_stiffness_deviation"]
             shown = slice(None, None, EVERY)
             marks.append(Lines(readings, drive.time[shown], value[shown]))
@@ -87,7 +87,7 @@ def _times() -> Iterator[Claim]:
 def _learnt(seed: int, readings: str) -> float:
     """When both stiffnesses stay near the true ones [s], from the beginning of the steering."""
     drive = on("random steering", seed)
-    result = estimated(drive, BOTH_STIFF, readings)
+    result = estimated(drive, both_stiff, readings)
     error = np.maximum(*(np.abs(result[f"{axle}_stiffness"] / TRUE - 1.0) for axle in ("front", "rear")))
     wrong = np.nonzero(error > NEAR)[0]
     return float(drive.time[wrong[-1]]) - 2.0 if len(wrong) else 0.0
@@ -98,7 +98,7 @@ def _told(drives: tuple[str, ...]) -> Table:
     for name in drives:
         for readings in (WITH, WITHOUT_TORQUE):
             state = estimated(on(name, SEEDS[0]), readings=readings).state
-            found[f"{name}, {readings}"] = identifiability(estimator(RIGHT, readings), state)
+            found[f"{name}, {readings}"] = identifiability(estimator(right, readings), state)
     unknowns = next(iter(found.values())).shares
     rows = [
         (

@@ -11,19 +11,19 @@ from tierod.studies.claims import Claim, at_most
 from tierod.studies.content import Item, Table
 from tierod.studies.registry import Effort
 from tierod.studies.sideslip.combined_drives import (
-    BOTH_STIFF,
     FRONT,
     NOTHING,
     READINGS,
     REAR,
-    RIGHT,
     WITH,
     WITHOUT_TORQUE,
     Belief,
+    both_stiff,
     errors,
     estimated,
     general,
     on,
+    right,
     rms,
     scaled,
 )
@@ -47,31 +47,31 @@ class Case:
     """
 
     course: str
-    belief: Belief = RIGHT
+    belief: Belief = right
     goal: float | None = None
     claim: str = ""
 
 
 RANDOM = "random steering"
 CASES = {
-    "random steering": Case(RANDOM, RIGHT, 0.05, "nominal"),
-    "sine, 0.3 Hz": Case("sine, 0.3 Hz", RIGHT, 0.05, "nominal-sine"),
+    "random steering": Case(RANDOM, right, 0.05, "nominal"),
+    "sine, 0.3 Hz": Case("sine, 0.3 Hz", right, 0.05, "nominal-sine"),
     "mixed drive from standstill": Case("mixed drive from standstill"),
     "front stiffness +20 %": Case(RANDOM, scaled(**{FRONT: 1.2}), 0.05, "front-stiffness"),
     "rear stiffness +20 %": Case(RANDOM, scaled(**{REAR: 1.2}), 0.05, "rear-stiffness"),
-    "both stiffnesses +20 %": Case(RANDOM, BOTH_STIFF, 0.05, "both-stiffnesses"),
+    "both stiffnesses +20 %": Case(RANDOM, both_stiff, 0.05, "both-stiffnesses"),
     "both stiffnesses -20 %": Case(RANDOM, scaled(**{FRONT: 0.8, REAR: 0.8}), 0.05, "both-stiffnesses-soft"),
     "steering friction +50 %": Case(RANDOM, scaled(road_wheel_friction=1.5), 0.07, "steering-friction-high"),
     "steering friction -50 %": Case(RANDOM, scaled(road_wheel_friction=0.5), 0.07, "steering-friction-low"),
     "mass +3 %, yaw inertia +10 %": Case(RANDOM, scaled(mass=1.03, yaw_inertia=1.1)),
     "axles and roll of no car in particular": Case(RANDOM, general),
     "the same, sine, 0.3 Hz": Case("sine, 0.3 Hz", general),
-    "bank 3°": Case("bank 3°", RIGHT, 0.05, "bank"),
-    "bank 3°, both stiffnesses +20 %": Case("bank 3°", BOTH_STIFF),
-    "crosswind 500 N": Case("crosswind 500 N", RIGHT, 0.05, "crosswind"),
-    "low friction, 0.35": Case("low friction, 0.35", RIGHT, 0.3, "low-friction"),
+    "bank 3°": Case("bank 3°", right, 0.05, "bank"),
+    "bank 3°, both stiffnesses +20 %": Case("bank 3°", both_stiff),
+    "crosswind 500 N": Case("crosswind 500 N", right, 0.05, "crosswind"),
+    "low friction, 0.35": Case("low friction, 0.35", right, 0.3, "low-friction"),
     "sine, 0.05 Hz": Case("sine, 0.05 Hz"),
-    "sine, 0.05 Hz, both stiffnesses +20 %": Case("sine, 0.05 Hz", BOTH_STIFF),
+    "sine, 0.05 Hz, both stiffnesses +20 %": Case("sine, 0.05 Hz", both_stiff),
 }
 """By name, as the table has them."""
 
