@@ -136,6 +136,14 @@ def test_a_leap_is_held_and_a_step_that_stays_passes_once_the_signal_may_have_go
     assert (result[50 + late :] == 1.0).all()
 
 
+def test_a_slow_signal_that_is_held_between_its_values_is_not_taken_for_a_leaping_one():
+    angle = np.repeat(0.002 * 5.0 * np.arange(20), 5)
+    samples = np.column_stack([angle, angle])
+    gate = dataclasses.replace(BLOCKS["jumps"], deviation_per_second=0.1, gate=9.0)
+    assert (scan(gate, samples)["angle"] != angle).any()
+    np.testing.assert_array_equal(scan(dataclasses.replace(gate, interval=0.05), samples)["angle"], angle)
+
+
 @pytest.mark.parametrize("samples", [1, 4])
 def test_delay(samples):
     rng = np.random.default_rng(0)
@@ -154,6 +162,7 @@ def test_delay(samples):
         ("first order", {"time_constant": 0.0}, "time_constant is 0.0"),
         ("derivative", {"time_constant": math.nan}, "time_constant is nan"),
         ("play", {"half_width": -1.0}, "half_width is -1.0"),
+        ("jumps", {"interval": -1.0}, "interval is -1.0"),
         ("jumps", {"deviation_per_second": 0.0}, "deviation_per_second is 0.0"),
         ("hold", {"sample_time": 0.0}, "sample_time is 0.0"),
         ("hold", {"maximum_gap": -1.0}, "maximum_gap is -1.0"),

@@ -7,7 +7,7 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.errors import ParameterError
 from tierod.filters.each import EachSignal
-from tierod.graph.maths import where
+from tierod.graph.maths import maximum, where
 
 
 class Accepted(NamedTuple):
@@ -26,12 +26,15 @@ class JumpGate(EachSignal):
 
     Args:
         deviation_per_second: what the signal moves in a second, one standard deviation [unit of the signals]
+        interval: longest time between two values as they come, before they were put on the grid [s]; a signal that is
+            held between them moves by as much at once. Zero where every sample is a new value
         gate: quantile of chi-square with one degree of freedom (10.83 for 99.9 %); larger passes greater jumps
 
     The other arguments are those of `EachSignal`.
     """
 
     deviation_per_second: Annotated[float, "unit of the signal"]
+    interval: Annotated[float, "s"] = 0.0
     gate: Annotated[float, ""] = 10.83
 
     def __post_init__(self) -> None:
@@ -39,13 +42,16 @@ class JumpGate(EachSignal):
         for name in ("deviation_per_second", "gate"):
             if not getattr(self, name) > 0.0:
                 raise ParameterError(f"{name} is {getattr(self, name)}; expected a number greater than zero")
+        if not self.interval >= 0.0:
+            raise ParameterError(f"interval is {self.interval}; expected a time that is not negative [s]")
 
     def _settled(self, value: Any) -> Accepted:
         return Accepted(value, 0.0)
 
     def _advance(self, memory: Accepted, value: Any) -> tuple[Accepted, Any]:
         age = memory.age + 1.0
-        way, moved = value - memory.value, age * self.sample_time * self.deviation_per_second
+        since = maximum(age * self.sample_time, self.interval)
+        way, moved = value - memory.value, since * self.deviation_per_second
         passes = way * way <= self.gate * moved * moved
         now = Accepted(where(passes, value, memory.value), where(passes, 0.0, age))
         return now, now.value

@@ -54,6 +54,9 @@ SMOOTHING = 0.2
 PATIENCE = 1.0
 """Over which the innovations have to be too large before the filter starts anew [s]."""
 
+SLOWEST_ANGLE = 0.05
+"""Time between two values of the slowest steering angle that the monitor accepts [s]: 20 Hz."""
+
 FARTHEST = 3.5
 """Standard deviations of its prior that the logarithm of a factor may be away from its usual value: a guard against
 running away where the linearised filter is too sure. Never less than one, a factor of e."""
@@ -185,7 +188,7 @@ class CombinedSideslip:
                 measurement_noise=tuple(getattr(noises, name) ** 2 for name in readings),
                 gate=GATE,
             ),
-            JumpGate(SteeringAngle, sample_time, 0.0, STEERING_RATE, GATE),
+            JumpGate(SteeringAngle, sample_time, 0.0, STEERING_RATE, SLOWEST_ANGLE, GATE),
             growth=tuple(held.get(name, 0.0) for name in names),
             most=tuple(first[name] for name in names),
             free_rate=per_sample(noises.free_road_wheel_rate, sample_time),
