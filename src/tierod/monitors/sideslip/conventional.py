@@ -19,11 +19,12 @@ from tierod.models.linear import LinearSystem
 from tierod.models.steered_vehicle import SteeredVehicle, aligning_torque
 from tierod.monitors.sideslip.observer import (
     Found,
-    LowSpeed,
     ObserverNoise,
+    RearAxle,
     Seen,
     SteeringTorqueObserver,
     finer_steps,
+    low_speed,
 )
 from tierod.monitors.sideslip.schedule import Design, ScheduledObserver, Scheduling, scheduled
 
@@ -144,7 +145,7 @@ def conventional_kalman(
     process, reading = variances(noise or ObserverNoise(), sample_time)
     sampled = model.Parameters(p, sample_time)
     filter_ = KalmanFilter(model, sampled, (0.0,) * 4, START, process, reading, full_covariance=True)
-    return ConventionalKalman(low_speed(p), filter_)
+    return ConventionalKalman(low_speed(p), RearAxle(p.rear_distance), filter_)
 
 
 def conventional_poles(
@@ -175,7 +176,7 @@ def conventional_poles(
     growth = tuple(rate * sample_time for rate in HELD)
     fading = float(np.exp(-sample_time / FADING_TIME))
     observer = ScheduledObserver(model, model.Parameters(p, sample_time), schedule, 2, growth, fading)
-    return ConventionalPoles(low_speed(p), observer)
+    return ConventionalPoles(low_speed(p), RearAxle(p.rear_distance), observer)
 
 
 def placed(design: Design, factor: float, sample_time: float) -> np.ndarray:
@@ -197,11 +198,6 @@ def placed(design: Design, factor: float, sample_time: float) -> np.ndarray:
     predictor[rest, 1] = place(part, others)[:, 0]
     predictor[yaw, 1] = A[yaw, 2]
     return np.linalg.solve(A, predictor)
-
-
-def low_speed(p: Any) -> LowSpeed:
-    """What is given where a car crawls."""
-    return LowSpeed(p.rear_distance / (p.front_distance + p.rear_distance))
 
 
 def _aligning(mean: Any, inputs: Any, p: Any) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from tierod.models.steered_vehicle import SteeredVehicle
@@ -22,6 +23,9 @@ Opener = Callable[[Vehicle, float, OwnLevel | None], Session]
 def _paper(name: str, build: Callable[[SteeredVehicle.Parameters, float], Any]) -> Opener:
     def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
         block = build(vehicle.parameters_for(SteeredVehicle.Parameters), 1.0 / rate)
+        if spread := vehicle.parameters["rear_cornering_stiffness"].standard_deviation:
+            share = spread / vehicle["rear_cornering_stiffness"]
+            block = replace(block, rear_axle=replace(block.rear_axle, stiffness_deviation=share))
         return SideslipSession(block, vehicle, rate, f"sideslip, {name}", needs_torque=True)
 
     return open_

@@ -40,6 +40,9 @@ LEAST_ENABLED = 5.0
 BAND = 1.96
 """Standard deviations within which 95 % of a Gaussian error lie."""
 
+KNOWN = 0.05
+"""Standard deviation [rad] up to which an angle may be the largest one: more is had before the estimate has settled."""
+
 FITTING = 4.0
 """Mean NIS per reading from which on the parameters do not fit the car: innovations twice as large as expected. A
 consistent filter has 1; parameters that are wrong by a half give 0.4 to 2.7 (simulated)."""
@@ -108,7 +111,9 @@ class SideslipSession(BlockSession):
         """Take in one more piece and give the traces over it, (n,) each."""
         shown = dict(super().absorb(aligned))
         shown["true_sideslip_angle"] = _truth(dict(zip(aligned.names, aligned.values.T, strict=True)))
-        return shown
+        held = shown["held"] > 0.5
+        spreads = [name for name in shown if name.endswith("_standard_deviation")]
+        return shown | {name: np.where(held, np.nan, shown[name]) for name in spreads}
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         """Estimates, innovations and signs of one piece."""
@@ -126,16 +131,16 @@ class SideslipSession(BlockSession):
         found = self._consistency.result()
         over, seconds = self._over, self._over.samples / self.rate
         evidence = {"enabled_s": seconds, "enabled_share": over.samples / max(over.seen, 1)}
-        evidence |= {
-            f"agreement of {one} and {other}": value for (one, other), value in self._signs.agreements().items()
-        }
+        if self._signs.turned():
+            agreements = self._signs.agreements().items()
+            evidence |= {f"agreement of {one} and {other}": value for (one, other), value in agreements}
         if reason := self._obstacle(seconds):
             return Conclusion(self._withheld(*reason, evidence), withheld=tuple(self.traces))
         if over.compared:
             evidence["error_against_truth_rms_rad"] = math.sqrt(over.squared_error / over.compared)
             evidence["error_against_truth_mean_absolute_rad"] = over.absolute_error / over.compared
             evidence["truth_within_95_band_share"] = over.covered / over.compared
-        evidence |= {"mean_deviation_rad": math.sqrt(over.variance / over.samples), "nis_mean": found.nis}
+        evidence |= {"mean_deviation_rad": over.deviation / over.samples, "nis_mean": found.nis}
         figures = {
             "enabled_samples": float(found.samples),
             "nis_mean": found.nis,
@@ -143,7 +148,7 @@ class SideslipSession(BlockSession):
             "nis_band_high": found.nis_band[1],
             "nis_outside_95_share": found.outside,
         }
-        return Conclusion(self._told(evidence, found.nis), consistency=figures)
+        return Conclusion(self._told(evidence, found.nis), consistency=figures, withheld=TRUTHS[1:])
 
     def _obstacle(self, seconds: float) -> tuple[Status, str, str] | None:
         """Why nothing can be told: status, cause, what to do; None where something can."""
@@ -195,7 +200,7 @@ class _OverDrive:
 
     def __init__(self) -> None:
         self.seen = self.samples = self.compared = self.covered = self.angles = self.torques = 0
-        self.peak = self.peak_deviation = self.variance = self.fastest = 0.0
+        self.peak = self.peak_deviation = self.deviation = self.fastest = 0.0
         self.squared_error = self.absolute_error = 0.0
 
     def add(
@@ -213,15 +218,16 @@ class _OverDrive:
         self.angles += int(np.isfinite(angle).sum())
         self.torques += int(np.isfinite(torque).sum())
         self.fastest = max(self.fastest, float(np.nanmax(speed, initial=0.0)))
-        self.variance += float(np.sum(deviation[running] ** 2))
+        self.deviation += float(np.sum(deviation[running]))
         judged = running & np.isfinite(truth)
         error, band = (sideslip - truth)[judged], BAND * deviation[judged]
         self.compared += len(error)
         self.covered += int(np.sum(np.abs(error) <= band))
         self.squared_error += float(error @ error)
         self.absolute_error += float(np.abs(error).sum())
-        if running.any():
-            at = int(np.argmax(np.where(running, np.abs(sideslip), -1.0)))
+        told = running & (deviation < KNOWN)
+        if told.any():
+            at = int(np.argmax(np.where(told, np.abs(sideslip), -1.0)))
             if abs(sideslip[at]) > abs(self.peak):
                 self.peak, self.peak_deviation = float(sideslip[at]), float(deviation[at])
 

@@ -19,11 +19,12 @@ from tierod.models.steer_by_wire import DisturbedSteering
 from tierod.models.steered_vehicle import SteeredVehicle, TorqueShownVehicle
 from tierod.monitors.sideslip.observer import (
     Found,
-    LowSpeed,
     ObserverNoise,
+    RearAxle,
     Seen,
     SteeringTorqueObserver,
     finer_steps,
+    low_speed,
 )
 from tierod.monitors.sideslip.schedule import (
     Design,
@@ -181,7 +182,7 @@ def two_stage_kalman(
     vehicle = KalmanFilter(
         inner, inner.Parameters(_part(p, TorqueShownVehicle), sample_time), (0.0,) * 2, VEHICLE_START, own, readings
     )
-    return TwoStageKalman(_low_speed(p), steering, vehicle)
+    return TwoStageKalman(low_speed(p), RearAxle(p.rear_distance), steering, vehicle)
 
 
 def two_stage_poles(
@@ -210,7 +211,9 @@ def two_stage_poles(
     gain = observer_gain(system, discrete_poles(disturbance_poles, sample_time))
     spread = stationary_covariance(system, np.array(gain), process, reading).corrected
     steering = Luenberger(model, model.Parameters(_part(p, DisturbedSteering), sample_time), (0.0,) * 3, gain)
-    return TwoStagePoles(_low_speed(p), steering, _second(p, sample_time, factor, noise), float(spread[2, 2]))
+    return TwoStagePoles(
+        low_speed(p), RearAxle(p.rear_distance), steering, _second(p, sample_time, factor, noise), float(spread[2, 2])
+    )
 
 
 def _second(p: SteeredVehicle.Parameters, sample_time: float, factor: float, noise: ObserverNoise) -> ScheduledObserver:
@@ -257,7 +260,3 @@ def _vehicle(noise: ObserverNoise, sample_time: float) -> tuple[Any, tuple[float
 def _part(p: Any, model: Any) -> Any:
     """The parameters of a part of the vehicle."""
     return model.Parameters(*(getattr(p, each.name) for each in dataclasses.fields(model.Parameters)))
-
-
-def _low_speed(p: Any) -> LowSpeed:
-    return LowSpeed(p.rear_distance / (p.front_distance + p.rear_distance))
