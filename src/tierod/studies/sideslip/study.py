@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 from tierod.studies.content import Item
 from tierod.studies.registry import Effort, Progress
-from tierod.studies.sideslip import bandwidth, limits, neutral_steer, paper, table
+from tierod.studies.sideslip import bandwidth, combined, limits, neutral_steer, paper, real_cars, table
 
 Part = Callable[[Effort], Iterator[Item]]
 
@@ -16,6 +16,8 @@ PARTS: tuple[tuple[str, Part], ...] = (
     ("limits at low speed", limits.items),
     ("noise against bandwidth", bandwidth.items),
     ("neutral steer", neutral_steer.items),
+    ("the combined estimator", combined.items),
+    ("two real cars", real_cars.items),
 )
 """What is worked out, in this order."""
 
