@@ -1,0 +1,30 @@
+"""How a ramp on a slippery road is judged."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tierod.studies.sideslip.combined_limit import Ramp
+
+
+def ramp(announced):
+    time = np.arange(0.0, 30.0, 0.01)
+    share = np.clip((time - 15.0) / 10.0, 0.0, 1.0)
+    return Ramp(SimpleNamespace(time=time), None, share, 24.8, announced)
+
+
+def test_the_lead_is_the_time_from_the_announcement_to_the_peak():
+    early = ramp(23.0)
+    assert early.lead == pytest.approx(1.8)
+    assert early.share_then == pytest.approx(0.8)
+    assert ramp(25.5).lead == pytest.approx(-0.7)
+
+
+def test_a_peak_that_is_never_announced_has_no_lead():
+    never = ramp(math.inf)
+    assert never.lead == -math.inf
+    assert math.isnan(never.share_then)
