@@ -105,3 +105,5 @@ def test_filters_of_other_models_are_refused():
     small = KalmanFilter(model, parameters, (0.0,) * 2, (1.0,) * 2, (0.1, 0.1), (0.5, 0.6))
     with pytest.raises(ParameterError, match="share one state"):
         InteractingFilter((one.filters[0], small), SWITCHING, (0.5, 0.5))
+    with pytest.raises(ParameterError, match="no masks and no gate"):
+        InteractingFilter((one.filters[0], dataclasses.replace(one.filters[1], gate=10.0)), SWITCHING, (0.5, 0.5))

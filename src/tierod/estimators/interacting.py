@@ -149,7 +149,7 @@ class InteractingFilter:
     """Interacting multiple models: Kalman filters of one state whose estimates are mixed by the models' probabilities.
 
     Args:
-        filters: any number of `KalmanFilter` with the same State, Input and Output, without masks; they may differ in
+        filters: any number of `KalmanFilter` with the same State, Input and Output, without masks and gate; they may differ in
             model, parameters and noises
         switching: between the models, see `switching_of`
         initial_probabilities: of the models
@@ -171,10 +171,10 @@ class InteractingFilter:
         check_probabilities(self.initial_probabilities, len(self.filters))
         first = self.filters[0].model
         shapes = {(leaf_names(f.model.State), f.model.Input, f.model.Output) for f in self.filters}
-        if len(shapes) > 1 or any(f.maskable for f in self.filters):
+        if len(shapes) > 1 or any(f.maskable or f.gate is not None for f in self.filters):
             raise ParameterError(
-                f"the filters of a bank share one state, input and output and have no masks; {first.__name__} and "
-                f"{', '.join(f.model.__name__ for f in self.filters[1:])} do not"
+                "the filters of a bank share one state, input and output and have no masks and no gate; "
+                f"{first.__name__} and {', '.join(f.model.__name__ for f in self.filters[1:])} do not"
             )
 
     @property
