@@ -31,39 +31,34 @@ _BARE = ("hand_torque_deviation", "disturbance_torque_deviation", "nis")
 _DELAYED = ("disturbance_torque", "disturbance_torque_deviation", "nis")
 
 Opener = Callable[[Vehicle, float, OwnLevel | None], Session]
-Observer = Callable[[Vehicle, float, bool], Any]
-"""An observer for a vehicle, a rate [Hz], with the motor's angle or without it."""
-
-
-def noise_at(rate: float) -> SensorNoise:
-    """Noise of the sensors that usually have a rate [Hz]."""
-    return FINE if rate >= FAST else PRODUCTION
+Observer = Callable[[Vehicle, float, SensorNoise, bool], Any]
+"""An observer for a vehicle, a rate [Hz], the noise of its sensors, with the motor's angle or without it."""
 
 
 def _opener(name: str, observer: Observer, untold: tuple[str, ...] = ()) -> Opener:
     def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
-        hands = HandsMonitor.of_vehicle(vehicle, 1.0 / rate, noise=noise_at(rate))
+        def build(noise: SensorNoise, with_motor: bool) -> DriverTorqueMonitor:
+            hands = HandsMonitor.of_vehicle(vehicle, 1.0 / rate, noise=noise)
+            return DriverTorqueMonitor(observer(vehicle, rate, noise, with_motor), hands)
 
-        def build(with_motor: bool) -> DriverTorqueMonitor:
-            return DriverTorqueMonitor(observer(vehicle, rate, with_motor), hands)
-
-        return DriverTorqueSession(build, vehicle, rate, f"driver-torque, {name}", untold)
+        usual = FINE if rate >= FAST else PRODUCTION
+        return DriverTorqueSession(build, usual, vehicle, rate, f"driver-torque, {name}", untold)
 
     return open_
 
 
-def _default(vehicle: Vehicle, rate: float, with_motor: bool) -> ColumnObserver:
-    tuning = tuning_at(rate, usual_tuning(vehicle), noise_at(rate), with_motor)
+def _default(vehicle: Vehicle, rate: float, noise: SensorNoise, with_motor: bool) -> ColumnObserver:
+    tuning = tuning_at(rate, usual_tuning(vehicle), noise, with_motor)
     return ColumnObserver.of_vehicle(vehicle, 1.0 / rate, tuning=tuning)
 
 
-def _delayed(vehicle: Vehicle, rate: float, with_motor: bool) -> DelayedHandTorque:
-    tuning = tuning_at(rate, usual_tuning(vehicle), noise_at(rate), with_motor)
+def _delayed(vehicle: Vehicle, rate: float, noise: SensorNoise, with_motor: bool) -> DelayedHandTorque:
+    tuning = tuning_at(rate, usual_tuning(vehicle), noise, with_motor)
     return DelayedHandTorque.of_vehicle(vehicle, 1.0 / rate, tuning=tuning)
 
 
 def _printed(column: str) -> Observer:
-    def build(vehicle: Vehicle, rate: float, with_motor: bool) -> PrintedObserver:
+    def build(vehicle: Vehicle, rate: float, noise: SensorNoise, with_motor: bool) -> PrintedObserver:
         return PrintedObserver.of_column(vehicle.parameters_for(ColumnParameters), column, 1.0 / rate)
 
     return build

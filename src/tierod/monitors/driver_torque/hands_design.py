@@ -65,9 +65,11 @@ def threshold_from_ratios(records: Sequence[np.ndarray], samples: float) -> Rati
         samples: wanted between false alarms
 
     Raises:
-        InputError: too few false alarms to measure their distance
+        InputError: too few false alarms to measure their distance, or evidence that grows where it must not
     """
     count = sum(int(np.isfinite(record).sum()) for record in records)
+    if not sum(float(np.nansum(record)) for record in records) < 0.0:
+        raise InputError("the evidence is not against what is not the case: records of the other case, or a wrong sign")
     points = []
     for threshold in LADDER:
         block = Cusum(0.0, threshold, threshold, "upper", True)
@@ -82,8 +84,6 @@ def threshold_from_ratios(records: Sequence[np.ndarray], samples: float) -> Rati
     tail = points[-TAIL:]
     heights, lengths = [each.threshold for each in tail], np.log([each.run_length for each in tail])
     growth, start = np.polyfit(heights, lengths, 1, w=np.sqrt([each.alarms for each in tail]))
-    if not growth > 0.0:
-        raise InputError("false alarms do not become rarer with the threshold: the evidence drifts")
     threshold = float((np.log(samples) - start) / growth)
     return RatioDesign(threshold, float(growth), points[-1].run_length, tuple(points))
 

@@ -11,7 +11,9 @@ from tierod.analysis.consistency import ConsistencyAccumulator
 from tierod.graph import Result
 from tierod.monitors.driver_torque.geometry import GeometryOverDrive
 from tierod.monitors.driver_torque.hands import OFF, ON, UNCERTAIN
+from tierod.monitors.driver_torque.hands_filters import SensorNoise
 from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
+from tierod.monitors.driver_torque.sensor_noise import measured_noise
 from tierod.monitors.driver_torque.stretches import Stretches
 from tierod.monitors.driver_torque.verdict import Drive, judge
 from tierod.monitors.session import BlockSession, Conclusion
@@ -32,8 +34,8 @@ TRACES = {
 }
 """Outputs of the block that a report shows."""
 
-Builder = Callable[[bool], DriverTorqueMonitor]
-"""Makes the block, with the motor's angle or without it."""
+Builder = Callable[[SensorNoise, bool], DriverTorqueMonitor]
+"""Makes the block for sensors with this noise, with the motor's angle or without it."""
 
 
 class DriverTorqueSession(BlockSession):
@@ -41,16 +43,25 @@ class DriverTorqueSession(BlockSession):
 
     Args:
         build: makes the block
+        usual: noise of the sensors, for recordings too short to measure it
         vehicle: whose column it is
         rate: of the samples [Hz]
         name: of monitor and variant
         untold: outputs that the observer does not tell
     """
 
-    def __init__(self, build: Builder, vehicle: Vehicle, rate: float, name: str, untold: tuple[str, ...] = ()):
+    def __init__(
+        self,
+        build: Builder,
+        usual: SensorNoise,
+        vehicle: Vehicle,
+        rate: float,
+        name: str,
+        untold: tuple[str, ...] = (),
+    ):
         told = {key: shown for key, shown in TRACES.items() if key not in untold}
-        super().__init__(build(True), told)
-        self._build, self.vehicle, self.rate, self.name = build, vehicle, rate, name
+        super().__init__(build(usual, True), told)
+        self._build, self._usual, self.vehicle, self.rate, self.name = build, usual, vehicle, rate, name
         self.traces = {**self.traces, "true_hand_torque": "N*m"}
         self.signals = (*self.signals, TRUTH)
         self._geometry, self._stretches, self._over = GeometryOverDrive(), Stretches(1.0 / rate), _OverDrive()
@@ -59,9 +70,15 @@ class DriverTorqueSession(BlockSession):
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each; the first one tells what is measured."""
         columns = dict(zip(aligned.names, aligned.values.T, strict=True))
-        if not self._over.seen and not np.isfinite(columns["motor_angle_mechanical"]).any():
-            self.block = self._build(False)
+        if not self._over.seen:
+            self.block = self._suited(columns)
         return {**super().absorb(aligned), "true_hand_torque": columns[TRUTH]}
+
+    def _suited(self, columns: Mapping[str, np.ndarray]) -> DriverTorqueMonitor:
+        """The block for the sensors of a recording, from its first piece."""
+        pair = columns["steering_wheel_angle"], columns["driver_torque"]
+        noise = measured_noise(*pair, self.rate, self._usual)
+        return self._build(noise, bool(np.isfinite(columns["motor_angle_mechanical"]).any()))
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         """Torques, states of the hands and innovations of one piece."""
