@@ -27,7 +27,7 @@ def test_control_acts_until_the_driver_is_found(grip):
     assert hold[(time > 1.6) & (time < 2.0)].min() == 1.0
     found = time[result["driver.found"] > 0.5]
     assert len(found) == 1
-    assert found[0] == pytest.approx(2.0 + 10.0 / 0.75 * STEP, abs=2.0 * STEP)
+    assert found[0] == pytest.approx(2.0 + 7.5 / 0.75 * STEP, abs=2.0 * STEP)
     gone = time[(time > 2.0) & (hold <= 0.0)][0]
     assert gone - found[0] == pytest.approx(CONTROL.limits.releasing, abs=2.0 * STEP)
     assert not result["control.motor_torque"][time > gone + 0.01].any()

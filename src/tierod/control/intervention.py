@@ -58,8 +58,8 @@ class Takeover:
     Args:
         torque: of the hands that must end control: a firm hand, half of what holding a wheel against a push takes
         forgiven: torque that may be seen without hands, from wrong parameters, for any time
-        delay: after which a torque that jumps to exactly `torque` must be found at the latest, the observer's lag left
-            out, which is up to 20 ms: 60 ms in all, less than a driver takes to notice
+        delay: after which a torque that jumps to exactly `torque` must be found at the latest: half of the 60 ms that
+            are allowed in all, the other half for the observer's lag and for a torque that turns round meanwhile
         hours: at least between false ends of control while `forgiven` is seen all the time, on average: once in the
             life of a car
         quiet_torque: below it the hands have let go again; half of `torque`, so that the two never alternate
@@ -68,7 +68,7 @@ class Takeover:
 
     torque: Annotated[float, "N*m"] = 1.0
     forgiven: Annotated[float, "N*m"] = 0.5
-    delay: Annotated[float, "s"] = 0.04
+    delay: Annotated[float, "s"] = 0.03
     hours: Annotated[float, "h"] = 1.0e4
     quiet_torque: Annotated[float, "N*m"] = 0.5
     quiet_time: Annotated[float, "s"] = 1.0

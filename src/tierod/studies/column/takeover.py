@@ -69,9 +69,9 @@ def _grips(loop: ClosedLoop, count: int) -> Iterator[Item]:
     for name, stiffness in HOLDS.items():
         held = replace(loop, bench=holding(stiffness))
         for frequency in FREQUENCIES:
-            grips = [BEGIN + 2.0 + (k + 0.5) / count / frequency for k in range(count)]
+            grips = [BEGIN + 2.0 + (k + 0.2) / count / frequency for k in range(count)]
             found = [
-                taken(run(held, Sweep(start=frequency, stop=frequency), grip + 2.0, k, grip), grip)
+                taken(run(held, Sweep(start=frequency, stop=frequency), grip + 2.0, 100 + k, grip), grip)
                 for k, grip in enumerate(grips)
             ]
             columns = [np.array(column) for column in zip(*found, strict=True)]
