@@ -68,7 +68,7 @@ def test_every_chart_has_a_place_a_sentence_and_a_table(fault_page):
 def test_levels_truth_and_enabled_stretches_are_drawn(fault_page):
     chart = charts(fault_page)["estimate-friction"]
     names = [series.get("name") for series in chart["data"]]
-    assert names == ["95 % interval", "lowest to highest", "estimate", "truth of the simulation", "enabled share"]
+    assert names == ["95 % interval", "lowest to highest", "estimate", "truth", "enabled share"]
     levels = [shape["y0"] for shape in chart["layout"]["shapes"] if shape.get("xref") == "paper"]
     assert levels == [4.0, 4.05, 4.8, 7.5]
     labels = [note["text"] for note in chart["layout"]["annotations"]]

@@ -111,7 +111,7 @@ def test_from_the_file_to_the_finding(parts, car, most):
     (finding,) = found.findings
     assert finding.status is Status.HEALTHY
     assert math.degrees(finding.evidence["error_against_truth_rms_rad"]) < most
-    assert finding.evidence["truth_within_95_band_share"] > 0.9
+    assert finding.evidence["truth_within_band_share"] > 0.9
     assert "sideslip_angle_standard_deviation" in found.traces
     assert "true_sideslip_angle" in found.traces
 

@@ -139,7 +139,7 @@ class SideslipSession(BlockSession):
         if over.compared:
             evidence["error_against_truth_rms_rad"] = math.sqrt(over.squared_error / over.compared)
             evidence["error_against_truth_mean_absolute_rad"] = over.absolute_error / over.compared
-            evidence["truth_within_95_band_share"] = over.covered / over.compared
+            evidence["truth_within_band_share"] = over.covered / over.compared
         evidence |= {"mean_deviation_rad": over.deviation / over.samples, "nis_mean": found.nis}
         figures = {
             "enabled_samples": float(found.samples),

@@ -160,7 +160,7 @@ def _truth(diagnosis: Diagnosis, name: str, per_second: float, factor: float) ->
     truth = merged(truth)
     values = np.asarray(truth.mean, float) * factor
     looks = {"line": {"color": "#111827", "width": 1.6, "dash": "dot"}}
-    return [line(centres(truth, per_second), values, "#111827", "truth of the simulation", **looks)]
+    return [line(centres(truth, per_second), values, "#111827", "truth", **looks)]
 
 
 def _beneath(trace: Trace, per_second: float) -> dict[str, Any]:
