@@ -139,7 +139,9 @@ def examples() -> dict[type, Callable[[], Any]]:
         LeakyKinematic: lambda: LeakyKinematic(DT, 1.5),
         CombinedSideslip: lambda: CombinedSideslip.of_vehicle(load("midsize-eps"), DT),
         DriverTorqueMonitor: lambda: DriverTorqueMonitor(
-            ColumnObserver.of_vehicle(load("column-bench"), 1e-3), HandsMonitor.of_vehicle(load("column-bench"), 1e-3)
+            ColumnObserver.of_vehicle(load("column-bench"), 1e-3),
+            HandsMonitor.of_vehicle(load("column-bench"), 1e-3),
+            ColumnSigns(18.0, 1e-3),
         ),
         HandsMonitor: lambda: HandsMonitor.of_vehicle(load("column-bench"), 1e-3),
         BaselineFrictionMonitor: lambda: BaselineFrictionMonitor(

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from tierod.detectors.design import run_length
 from tierod.errors import InputError
@@ -45,7 +46,7 @@ def test_a_monitor_is_designed_for_both_changes():
     held = (np.floor(time / 5.0) % 2.0).astype(float)
     noise = draw.standard_normal((3, len(time)))
     hand = held * 0.15 * np.convolve(noise[0], np.hanning(150) / 7.5, "same")
-    rate = np.cumsum(hand) * 1e-3 / 0.035
+    rate = lfilter([0.0, 1e-3 / 0.035], [1.0, -np.exp(-1e-3 * 0.2286 / 0.035)], hand)
     samples = np.column_stack([np.cumsum(rate) * 1e-3 + 1e-4 * noise[1], 0.01 * noise[2]])
     monitor = HandsMonitor.of_vehicle(load("column-bench"), 1e-3)
     design = design_thresholds(monitor, [HeldRecord(samples, held)], 0.1)

@@ -14,6 +14,7 @@ from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor, tuning_at
 from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.printed import PrintedObserver
 from tierod.monitors.driver_torque.session import TRUTH, DriverTorqueSession
+from tierod.monitors.driver_torque.signs import ColumnSigns
 from tierod.monitors.driver_torque.vehicle_column import usual_tuning
 from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.session import Monitor, Session, Variant
@@ -39,7 +40,8 @@ def _opener(name: str, observer: Observer, untold: tuple[str, ...] = ()) -> Open
     def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
         def build(noise: SensorNoise, with_motor: bool) -> DriverTorqueMonitor:
             hands = HandsMonitor.of_vehicle(vehicle, 1.0 / rate, noise=noise)
-            return DriverTorqueMonitor(observer(vehicle, rate, noise, with_motor), hands)
+            signs = ColumnSigns(vehicle["motor_ratio"], 1.0 / rate)
+            return DriverTorqueMonitor(observer(vehicle, rate, noise, with_motor), hands, signs)
 
         usual = FINE if rate >= FAST else PRODUCTION
         return DriverTorqueSession(build, usual, vehicle, rate, f"driver-torque, {name}", untold)

@@ -1,8 +1,7 @@
-"""What angles and torque of a column say of its signs, ratio and torsion bar."""
+"""What angles and torque of a column say of its ratio and torsion bar."""
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -15,17 +14,15 @@ FEWEST = 500
 
 
 class ColumnGeometry(NamedTuple):
-    """Ratio and stiffness as the recording has them, with standard errors of their inverses.
+    """Ratio and stiffness as the recording has them.
 
     Args:
-        ratio: turns of the motor per turn of the wheel; negative where a sign is wrong
-        stiffness: of the bar [N m/rad]; negative where a sign is wrong
-        turned: signals whose sign contradicts the others
+        ratio: turns of the motor per turn of the wheel
+        stiffness: of the bar [N m/rad]
     """
 
     ratio: float
     stiffness: float
-    turned: tuple[str, ...]
 
 
 class GeometryOverDrive:
@@ -47,7 +44,7 @@ class GeometryOverDrive:
         self._products += whole.T @ whole
 
     def found(self) -> ColumnGeometry | None:
-        """What the pieces say; None where they do not say it clearly."""
+        """What the pieces say; None where they do not say it clearly, or a sign is wrong."""
         count = self._products[3, 3]
         if count < FEWEST:
             return None
@@ -59,14 +56,6 @@ class GeometryOverDrive:
         share = np.linalg.solve(normal, right)
         spread = max(centred[0, 0] - share @ right, 0.0) / count
         errors = np.sqrt(spread * np.diag(np.linalg.inv(normal)))
-        if not np.all(np.abs(share) > CLEAR * errors):
+        if not np.all(share > CLEAR * errors):
             return None
-        motor, bar = share
-        return ColumnGeometry(1.0 / float(motor), 1.0 / float(bar), _turned(float(motor), float(bar)))
-
-
-def _turned(motor: float, bar: float) -> tuple[str, ...]:
-    """A turned wheel angle turns both shares, each other signal its own."""
-    signs = (math.copysign(1.0, motor), math.copysign(1.0, bar))
-    wrong = {(1.0, -1.0): "driver_torque", (-1.0, 1.0): "motor_angle_mechanical", (-1.0, -1.0): "steering_wheel_angle"}
-    return (wrong[signs],) if signs in wrong else ()
+        return ColumnGeometry(*(1.0 / float(each) for each in share))

@@ -11,6 +11,7 @@ from tierod.graph.maths import both, present, where
 from tierod.models.steering_column import ColumnOutput
 from tierod.monitors.driver_torque.hands import HandsMonitor
 from tierod.monitors.driver_torque.hands_filters import SensorNoise
+from tierod.monitors.driver_torque.signs import ColumnSigns, SignVerdict
 from tierod.monitors.driver_torque.starting import ColumnSample
 from tierod.monitors.driver_torque.tuning import ColumnTuning
 
@@ -25,10 +26,12 @@ class DriverTorqueMonitor:
     Args:
         observer: a block that takes a `ColumnSample` and tells `hand_torque`; what else it tells is passed on
         hands: whether they are on the wheel
+        signs: of the signals
     """
 
     observer: Block
     hands: HandsMonitor
+    signs: ColumnSigns
 
     class Sample(NamedTuple):
         """What the monitor reads; for a missing motor torque stands what the motor is told to give, or the last one."""
@@ -40,10 +43,11 @@ class DriverTorqueMonitor:
         motor_angle_mechanical: Annotated[float, "rad"]
 
     class State(NamedTuple):
-        """Memory of both, and the motor's torque that was last known."""
+        """Memory of all three, and the motor's torque that was last known."""
 
         observer: Any
         hands: Any
+        signs: Any
         motor_torque: Any
 
     class Output(NamedTuple):
@@ -57,6 +61,7 @@ class DriverTorqueMonitor:
             evidence: for hands on (positive) or off, over the threshold
             inertia_error, torque_offset: of wheel and torsion bar, as learnt without hands
             nis, present: of the observer, over how many outputs
+            turned: 1 for every signal whose sign is wrong
         """
 
         hand_torque: Annotated[float, "N*m"]
@@ -70,10 +75,11 @@ class DriverTorqueMonitor:
         torque_offset: Annotated[float, "N*m"]
         nis: Annotated[float, ""]
         present: Annotated[float, ""]
+        turned: SignVerdict
 
     def init(self) -> State:
         """Nothing known."""
-        return self.State(self.observer.init(), self.hands.init(), 0.0)
+        return self.State(self.observer.init(), self.hands.init(), self.signs.init(), 0.0)
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:
         """One sample on."""
@@ -84,12 +90,13 @@ class DriverTorqueMonitor:
         corrected = sample.driver_torque - found.torque_offset
         column = ColumnSample(motor, sample.steering_wheel_angle, sample.motor_angle_mechanical, corrected)
         observer, estimate = self.observer.step(state.observer, column)
+        signs, turned = self.signs.step(state.signs, column)
         there = both(present(sample.steering_wheel_angle), present(sample.driver_torque))
 
         def told(name: str, otherwise: float = 0.0) -> Any:
             return getattr(estimate, name, otherwise)
 
-        return self.State(observer, hands, motor), self.Output(
+        return self.State(observer, hands, signs, motor), self.Output(
             hand_torque=told("hand_torque"),
             hand_torque_deviation=told("hand_torque_deviation"),
             disturbance_torque=told("disturbance_torque"),
@@ -101,6 +108,7 @@ class DriverTorqueMonitor:
             torque_offset=found.torque_offset,
             nis=told("nis"),
             present=told("present"),
+            turned=turned,
         )
 
 

@@ -14,6 +14,7 @@ from tierod.monitors.driver_torque.hands import OFF, ON, UNCERTAIN
 from tierod.monitors.driver_torque.hands_filters import SensorNoise
 from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
 from tierod.monitors.driver_torque.sensor_noise import measured_noise
+from tierod.monitors.driver_torque.signs import SignVerdict, wrong_signs
 from tierod.monitors.driver_torque.stretches import Stretches
 from tierod.monitors.driver_torque.verdict import Drive, judge
 from tierod.monitors.session import BlockSession, Conclusion
@@ -33,6 +34,12 @@ TRACES = {
     "nis": ("nis", ""),
 }
 """Outputs of the block that a report shows."""
+
+SIGNED = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque", "motor_torque")
+"""Signals whose sign is judged."""
+
+MOSTLY = 0.5
+"""A sign is wrong where it seemed so for more than this share of the time in which signs could be told."""
 
 Builder = Callable[[SensorNoise, bool], DriverTorqueMonitor]
 """Makes the block for sensors with this noise, with the motor's angle or without it."""
@@ -121,6 +128,7 @@ class _OverDrive:
         self.states = dict.fromkeys((OFF, UNCERTAIN, ON), 0)
         self.spans = {name: [math.inf, -math.inf] for name in ("driver_torque", "steering_wheel_angle")}
         self.inertia_error = self.torque_offset = 0.0
+        self.judged, self.turned = 0, dict.fromkeys(SIGNED, 0)
 
     def add(self, ready: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         """The next piece: where the torque is known, signals and outputs."""
@@ -136,6 +144,9 @@ class _OverDrive:
                 np.fmin(span[0], np.nanmin(signals[name], initial=math.inf)),
                 np.fmax(span[1], np.nanmax(signals[name], initial=-math.inf)),
             )
+        self.judged += int(np.count_nonzero(result["turned.torque_judged"]))
+        for name in self.turned:
+            self.turned[name] += int(np.count_nonzero(result[f"turned.{name}"]))
         error = (hand - signals[TRUTH])[ready & np.isfinite(signals[TRUTH])]
         self.error += float(error @ error)
         self.compared += len(error)
@@ -148,6 +159,7 @@ class _OverDrive:
     def drive(self, rate: float) -> Drive:
         """The figures so far, those of others left open."""
         count = max(self.ready, 1)
+        turned = {name: float(seen > MOSTLY * self.judged) for name, seen in self.turned.items()}
         torque, angle = (max(span[1] - span[0], 0.0) for span in self.spans.values())
         return Drive(
             ready=self.ready / rate,
@@ -165,5 +177,6 @@ class _OverDrive:
             inertia_error=self.inertia_error,
             torque_offset=self.torque_offset,
             geometry=None,
+            turned=wrong_signs(SignVerdict(**turned, angles_judged=1.0, torque_judged=1.0, motor_judged=1.0)),
             stretches=(),
         )

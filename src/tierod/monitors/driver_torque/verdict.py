@@ -37,6 +37,7 @@ class Drive(NamedTuple):
         nis: mean per measurement; NaN where the observer tells none
         inertia_error, torque_offset: as learnt without hands
         geometry: what angles and torque say of the column
+        turned: a sentence for every signal whose sign is wrong
         stretches: without hands
     """
 
@@ -55,6 +56,7 @@ class Drive(NamedTuple):
     inertia_error: Annotated[float, "kg*m**2"]
     torque_offset: Annotated[float, "N*m"]
     geometry: ColumnGeometry | None
+    turned: tuple[str, ...]
     stretches: tuple[Stretch, ...]
 
 
@@ -120,10 +122,8 @@ def _evidence(drive: Drive) -> dict[str, float]:
 
 def _obstacle(drive: Drive) -> tuple[Status, str, str] | None:
     """Why nothing can be told: status, cause, what to do; None where something can."""
-    if drive.geometry is not None and drive.geometry.turned:
-        names = " and ".join(drive.geometry.turned)
-        cause = f"the sign of {names} contradicts how the other signals of the column move"
-        return Status.NOT_TESTABLE, cause, f"correct the sign of {names} in the channel map"
+    if drive.turned:
+        return Status.NOT_TESTABLE, "; ".join(drive.turned), "correct the channel map and judge the recording again"
     if drive.ready < LEAST_READY:
         cause = f"the torque was known for {drive.ready:.1f} s, {LEAST_READY:g} s are needed"
         return Status.NOT_ENABLED, cause, "record longer, with angle and torque throughout"

@@ -133,8 +133,8 @@ def _figures(drive: Drive, sensing: Sensing, vehicle: Vehicle) -> Figures:
     sensors = sensing.sensors.at_rate(sensing.rate)
     recording = run(_car(drive.course.seed), drive.course, drive.seconds, drive.course.seed, sensors).recording
     now, later = (_shown(recording, name, vehicle, sensing.rate) for name in ("interacting", "fixed-lag"))
-    grid = recording.align(("driver_torque", TRUTH), sensing.rate, maximum_age=0.05)
-    bar, truth = grid.values.T
+    grid = recording.align(("driver_torque",), sensing.rate, maximum_age=0.05)
+    bar, truth = grid.values[:, 0], recording.align((TRUTH,), sensing.rate, "linear").values[:, 0]
     counted = (grid.time > STARTED) & np.isfinite(truth)
     before = np.roll(truth, round(DELAY * sensing.rate))
 
