@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -20,7 +22,10 @@ FITTED = 5.0
 RATE = 50.0
 """Of the recording [Hz]."""
 
-COMBINED = "combined: gyroscope, steering, acceleration"
+COMBINED = "combined: gyroscope and steering"
+
+GYROSCOPE_NOISE = math.radians(1.28) / math.sqrt(12.0)
+"""Of the recorded yaw rate [rad/s]: what its step leaves open."""
 
 
 def items(drive: Recording | None) -> Iterator[Item]:
@@ -29,15 +34,13 @@ def items(drive: Recording | None) -> Iterator[Item]:
         yield from absent("passenger-car", ("mean", "rms"))
         return
     car, until = load(VEHICLE), float(drive["yaw_rate"].time[0]) + FITTED
-    track, noise = _wheel_yaw(drive, until)
-    weight = 1.0 / (1.0 + (car["yaw_rate_noise"] / noise) ** 2)
+    fused = with_rear_wheels(drive, until)
     compared = {
         "sideslip of zero": rivals.nothing(drive),
-        "geometry, gyroscope": rivals.geometric(drive, until, lambda seen: seen[:, 0]),
-        "geometry, gyroscope and rear wheels": rivals.geometric(
-            drive, until, lambda seen: weight * seen[:, 0] + (1.0 - weight) * seen[:, 1] / track
-        ),
+        "geometry, gyroscope": rivals.geometric(drive, until),
+        "geometry, gyroscope and rear wheels": rivals.geometric(fused, until),
         COMBINED: beside_truth(drive, car, RATE),
+        "combined: gyroscope, rear wheels and steering": beside_truth(fused, car, RATE),
     }
     rows = [
         (name, str(each.figures(stop=until)), str(each.figures(until)), share_in_band(each, until))
@@ -56,10 +59,19 @@ def items(drive: Recording | None) -> Iterator[Item]:
     yield from claims("passenger-car", "a passenger car with optical sensor", rest, (0.18, 0.22), note)
 
 
-def _wheel_yaw(drive: Recording, until: float) -> tuple[float, float]:
-    """Track [m] at which the rear wheels tell the yaw rate, and what then stays as noise [rad/s]."""
-    names = ("yaw_rate", "wheel_speed_rear_right", "wheel_speed_rear_left")
-    time, values = rivals.signals(drive, names, RATE)
-    gyro, across = values[time < until, 0], (values[:, 1] - values[:, 2])[time < until]
-    track = float(across @ gyro / (gyro @ gyro))
-    return track, float(np.std(across / track - gyro))
+def with_rear_wheels(drive: Recording, until: float) -> Recording:
+    """The drive with a yaw rate of the gyroscope and the rear wheels, each weighed by its variance.
+
+    Args:
+        drive: recording
+        until: end of the part [s] that the track at which the wheels tell the yaw rate, and their noise, are from
+    """
+    gyroscope, *wheels = (drive[name] for name in ("yaw_rate", "wheel_speed_rear_right", "wheel_speed_rear_left"))
+    right, left = (np.interp(gyroscope.time, each.time, each.values) for each in wheels)
+    across, early = right - left, gyroscope.time < until
+    track = float(across[early] @ gyroscope.values[early] / (gyroscope.values[early] @ gyroscope.values[early]))
+    difference = float(np.var((across / track - gyroscope.values)[early]))
+    noise = max(difference - GYROSCOPE_NOISE**2, GYROSCOPE_NOISE**2)
+    weight = noise / (noise + GYROSCOPE_NOISE**2)
+    both = weight * gyroscope.values + (1.0 - weight) * across / track
+    return drive.with_channels([dataclasses.replace(gyroscope, values=both)])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
@@ -125,21 +124,16 @@ def _linear_filter(vehicle: Vehicle, tuned: dict[str, float]) -> KalmanFilter:
     )
 
 
-def geometric(
-    recording: Recording, until: float, yaw_rate: Callable[[np.ndarray], np.ndarray], rate: float = 50.0
-) -> BesideTruth:
+def geometric(recording: Recording, until: float, rate: float = 50.0) -> BesideTruth:
     """Rear distance times yaw rate over speed, the distance fitted until a time [s].
 
     Args:
-        recording: with gyroscope, rear wheel speeds and truth
+        recording: with yaw rate, speed and truth
         until: end of the part that is fitted [s]
-        yaw_rate: from columns gyroscope [rad/s], rear right less rear left wheel [m/s] and speed [m/s]
         rate: of the samples [Hz]
     """
-    names = ("yaw_rate", "wheel_speed_rear_right", "wheel_speed_rear_left", "vehicle_speed", truth_of(recording))
-    time, values = signals(recording, names, rate)
-    speed, truth = values[:, 3], values[:, 4]
-    curvature = yaw_rate(np.column_stack([values[:, 0], values[:, 1] - values[:, 2], speed])) / speed
+    time, values = signals(recording, ("yaw_rate", "vehicle_speed", truth_of(recording)), rate)
+    curvature, truth = values[:, 0] / values[:, 1], values[:, 2]
     early = time < until
     distance = float(curvature[early] @ truth[early] / (curvature[early] @ curvature[early]))
     return beside(recording, distance * curvature, rate)
