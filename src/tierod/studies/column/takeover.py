@@ -227,7 +227,7 @@ def _inertia(loop: ClosedLoop) -> Iterator[Item]:
         None,
         100.0 * held[1],
         at_least(2.0),
-        "percent",
+        "%",
         f"Largest error of those tried, either sign, with which 3 Hz goes on; {100.0 * held[0]:g} % with nothing "
         "forgiven for it.",
     )

@@ -54,7 +54,7 @@ def observers(known: Belief) -> Mapping[str, Any]:
 def items(loops: Mapping[str, ClosedLoop], known: Belief, effort: Effort) -> Iterator[Item]:
     """Tables of sines, of observers, of margins, and their claims."""
     yield from _sines(loops[CHOSEN], known, effort)
-    swept = {name: sweep(loop, 4, effort.quick)[1] for name, loop in loops.items()}
+    swept = {name: sweep(deaf(loop), 4, effort.quick)[1] for name, loop in loops.items()}
     wrong = {name: tuple(_worst(loop, share, effort) for share in SHARES) for name, loop in loops.items()}
     far = {name: margins_of(loop, known) for name, loop in loops.items()}
     yield _table(swept, wrong, far)
@@ -158,7 +158,7 @@ def _table(
         "sample included. An observer that has the gear follows its swing at 112 Hz, which the control then excites: "
         "the controller knows nothing of it. That is a reason to reduce the model which the paper does not give. "
         "tierod's default believes its model more than the printed ones do, which serves the torque of the hands and "
-        "not a control whose column is another one.",
+        "not a control whose column is another one. Nobody listens for a driver here.",
     )
 
 
