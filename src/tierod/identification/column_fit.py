@@ -60,7 +60,11 @@ def known_free() -> tuple[str, ...]:
 
 
 def search_of(
-    parameters: BenchParameters, names: Sequence[str], rows: Sequence[BenchRecording], widened: bool = False
+    parameters: BenchParameters,
+    names: Sequence[str],
+    rows: Sequence[BenchRecording],
+    widened: bool = False,
+    known: Mapping[str, float] | None = None,
 ) -> MaximumLikelihood:
     """The search for parameters of a column.
 
@@ -68,9 +72,11 @@ def search_of(
         parameters: where it starts
         names: of the free ones
         rows: recordings, for their noise
+        known: parameters that are known within a standard deviation, relative: they may move, so that what is not known
+            of them is counted in the others
         widened: whether noises are taken so large that a rough start is not far away
     """
-    free = (*(Free(name) for name in names), *_NUISANCES)
+    free = (*(Free(name) for name in names), *_NUISANCES, *(Free(n, spread=s) for n, s in (known or {}).items()))
     places = {name: k for k, name in enumerate(names)}
     starts = []
     for friction, stiffness in _STARTS:
@@ -105,7 +111,8 @@ class Fitted:
     @property
     def parameters(self) -> BenchParameters:
         """Of the column, with all that was found."""
-        return self.estimate.parameters(replace(self.base, **{name: value for name, (value, _) in self.wheel.items()}))
+        found = self.estimate.parameters(self.base)
+        return replace(found, **{name: value for name, (value, _) in self.wheel.items()})
 
     def found(self, deviations: Mapping[str, float | None]) -> list[Found]:
         """The parameters that were looked for; deviations are those of the vehicle file."""
@@ -140,7 +147,7 @@ class ColumnFit:
         wheel, remarks = self._wheel(rows)
         base = replace(self.parameters, **{name: value for name, (value, _) in wheel.items()})
         names = tuple(name for name in self.wanted if name not in wheel)
-        search = search_of(base, names, rows)
+        search = search_of(base, names, rows, known={name: spread / value for name, (value, spread) in wheel.items()})
         experiments = [row.experiment for row in rows]
         start = None if near is None else search.place_of(near.estimate)
         estimate = search.fit(experiments, start, progress)

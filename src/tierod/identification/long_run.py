@@ -37,12 +37,15 @@ def _bandwidth(scores: Sequence[np.ndarray]) -> int:
     return int(np.ceil(1.1447 * (np.max(alpha) * len(before)) ** (1.0 / 3.0)))
 
 
-def sandwich(information: np.ndarray, scores: Sequence[np.ndarray]) -> np.ndarray:
+def sandwich(
+    information: np.ndarray, scores: Sequence[np.ndarray], known_before: np.ndarray | None = None
+) -> np.ndarray:
     """Covariance of an estimate: information^-1 J information^-1, J the long-run covariance of the scores.
 
     Args:
         information: second derivatives of the cost, or their expectation
         scores: as of `long_run_covariance`
+        known_before: information that came from elsewhere and is part of the whole; it is as uncertain as it says
 
     A coordinate of which there is no information (a noise that was found to be nil) gets no variance.
 
@@ -51,4 +54,5 @@ def sandwich(information: np.ndarray, scores: Sequence[np.ndarray]) -> np.ndarra
     diagonal = np.diag(information)
     scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, np.inf))
     inverse = np.linalg.pinv(information * np.outer(scale, scale), hermitian=True) * np.outer(scale, scale)
-    return inverse @ long_run_covariance(scores) @ inverse
+    middle = long_run_covariance(scores)
+    return inverse @ (middle if known_before is None else middle + known_before) @ inverse

@@ -33,6 +33,7 @@ class OutputError:
         free_states: entries of the first state that are looked for in every experiment, by name; the others are taken
             from the experiment
         bounds: factors on the start within which a positive parameter is looked for
+        most_steps: of the search
 
     Source: Raffone, eqs (5) and (6), weighted by the noise of the outputs.
     """
@@ -43,6 +44,7 @@ class OutputError:
     output_deviation: tuple[float, ...]
     free_states: tuple[str, ...] = ()
     bounds: tuple[float, float] = (1e-3, 1e3)
+    most_steps: int = 30
 
     @property
     def _states(self) -> tuple[int, ...]:
@@ -107,6 +109,7 @@ class OutputError:
             jac=lambda place: both(place)[1].reshape(-1, len(start)),  # type: ignore[arg-type]
             bounds=self._limits(start),
             x_scale="jac",
+            max_nfev=self.most_steps,
         )
         left, rows = self.residuals(found.x, experiments)
         scores = np.einsum("kop,ko->kp", rows, left)
