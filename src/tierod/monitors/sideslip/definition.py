@@ -10,6 +10,7 @@ from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.session import Monitor, Session, Variant
 from tierod.monitors.sideslip.combined import CombinedSideslip
+from tierod.monitors.sideslip.combined_session import CombinedSession
 from tierod.monitors.sideslip.conventional import conventional_kalman, conventional_poles
 from tierod.monitors.sideslip.session import TRUTHS, SideslipSession
 from tierod.monitors.sideslip.two_stage import two_stage_kalman, two_stage_poles
@@ -33,7 +34,7 @@ def _paper(name: str, build: Callable[[SteeredVehicle.Parameters, float], Any]) 
 
 def _combined(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
     block = CombinedSideslip.of_vehicle(vehicle, 1.0 / rate)
-    return SideslipSession(block, vehicle, rate, "sideslip, combined", COMBINED_TRACES)
+    return CombinedSession(block, vehicle, rate, "sideslip, combined", COMBINED_TRACES)
 
 
 COMBINED_TRACES = {

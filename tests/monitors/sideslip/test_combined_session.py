@@ -1,0 +1,55 @@
+"""What the monitor's usual variant tells beside the sideslip."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from tierod.findings import Status
+from tierod.monitors.run import diagnose
+from tierod.proving_ground import SensorSet, run
+from tierod.proving_ground.cars.catalogue import load
+from tierod.proving_ground.courses.conditions import Adhesion
+from tierod.proving_ground.courses.open_loop import AngleRamp, SineSteer
+from tierod.recording import Recording
+
+
+def driven(course):
+    return run(load("steer-by-wire").block, course, seed=4, sensors=SensorSet.bench().at_rate(100.0)).recording
+
+
+@pytest.fixture(scope="module")
+def drive():
+    return driven(SineSteer(speed=22.0, amplitude=math.radians(25.0), frequency=0.4, periods=10))
+
+
+def test_it_tells_what_the_drive_tells(drive):
+    diagnosis = diagnose(drive, "steer-by-wire", "sideslip")
+    found = diagnosis.findings[0]
+    assert found.status is Status.HEALTHY
+    assert found.evidence["error_against_truth_rms_rad"] < math.radians(0.1)
+    assert found.evidence["front stiffness, identified share"] > 0.9
+    assert found.evidence["restarts"] == 0.0
+    assert found.evidence["limit_announced_s"] == 0.0
+    assert "front stiffness" in diagnosis.remarks["estimate"]
+
+
+def test_the_limit_of_grip_is_told():
+    slippery = (Adhesion(left=0.35, right=0.35),)
+    course = AngleRamp(speed=20.0, angle=math.radians(60.0), rate=math.radians(5.0), conditions=slippery)
+    found = diagnose(driven(course), "steer-by-wire", "sideslip").findings[0]
+    assert "near its greatest force" in found.headline
+    assert 3.0 < found.evidence["limit_first_announced_at_s"] < 14.0
+    assert found.evidence["largest_front_friction_used"] > 0.8
+
+
+def test_a_car_that_the_parameters_do_not_fit_is_not_judged(drive):
+    nonsense = np.where(drive["yaw_rate"].time % 4.0 < 2.0, 2.5, 0.6) * drive["yaw_rate"].values + 0.2
+    channels = {name: drive[name] for name in drive.names}
+    channels["yaw_rate"] = dataclasses.replace(channels["yaw_rate"], values=nonsense)
+    found = diagnose(Recording(channels), "steer-by-wire", "sideslip").findings[0]
+    assert found.status is Status.NOT_IDENTIFIABLE
+    assert "do not fit" in found.headline
