@@ -149,8 +149,8 @@ class InteractingFilter:
     """Interacting multiple models: Kalman filters of one state whose estimates are mixed by the models' probabilities.
 
     Args:
-        filters: any number of `KalmanFilter` with the same State, Input and Output, without masks and gate; they may differ in
-            model, parameters and noises
+        filters: any number of `KalmanFilter` with the same State, Input and Output, without masks and gate; they may
+            differ in model, parameters and noises
         switching: between the models, see `switching_of`
         initial_probabilities: of the models
 

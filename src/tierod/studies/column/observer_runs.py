@@ -44,9 +44,9 @@ def seeds(effort: Effort) -> tuple[int, ...]:
 
 
 @lru_cache(maxsize=64)
-def drive(hands: str, seed: int, seconds: float = 40.0) -> dict[str, np.ndarray]:
-    """One run of the bench, kept."""
-    return swept(hands, seconds, seed)
+def drive(hands: str, seed: int, pace: str = "octaves") -> dict[str, np.ndarray]:
+    """One run of the bench of 40 s, kept."""
+    return swept(hands, 40.0, seed, pace=pace)
 
 
 def samples(run: dict[str, np.ndarray]) -> np.ndarray:
@@ -54,7 +54,9 @@ def samples(run: dict[str, np.ndarray]) -> np.ndarray:
     return np.column_stack([run[name] for name in SIGNALS])
 
 
-def errors(block: Block, hands: str, effort: Effort, delay: int = 0, change: Change | None = None) -> Errors:
+def errors(
+    block: Block, hands: str, effort: Effort, delay: int = 0, change: Change | None = None, pace: str = "octaves"
+) -> Errors:
     """Errors of an observer over the runs that are reported.
 
     Args:
@@ -63,10 +65,11 @@ def errors(block: Block, hands: str, effort: Effort, delay: int = 0, change: Cha
         effort: how many runs
         delay: samples by which the estimate is late
         change: what is done to the samples before
+        pace: of the sweep
     """
     hand, disturbance, nis = [], [], []
     for seed in seeds(effort):
-        run = drive(hands, seed)
+        run = drive(hands, seed, pace)
         given = samples(run)
         found = scan(block, given if change is None else change(given))
         late = slice(delay, None)
@@ -85,6 +88,8 @@ def rms(parts: Sequence[Any]) -> float:
     return float(np.sqrt(np.mean(np.square(np.concatenate(parts))))) if len(parts) else float("nan")
 
 
-def over_hands(block: Block, effort: Effort, delay: int = 0, change: Change | None = None) -> dict[str, Errors]:
+def over_hands(
+    block: Block, effort: Effort, delay: int = 0, change: Change | None = None, pace: str = "octaves"
+) -> dict[str, Errors]:
     """Errors of an observer for everything that the hands may do."""
-    return {hands: errors(block, hands, effort, delay, change) for hands in HANDS}
+    return {hands: errors(block, hands, effort, delay, change, pace) for hands in HANDS}

@@ -52,6 +52,9 @@ def items(effort: Effort) -> Iterator[Item]:
             rows.append(row)
             if name == "steering_wheel_inertia" and abs(factor - 1.0) < 0.05:
                 slightly.append(ramps)
+    stays = ColumnObserver.of_parameters(_wrong(known, "steering_wheel_inertia", 1.02))
+    row, _ = _row("inertia of the wheel +2 %, linear sweep", stays, effort, pace="linear")
+    rows.append(row)
     for what, tuning in _OFFSETS.items():
         row, ramps = _row(what, ColumnObserver.of_parameters(known, tuning=tuning), effort, _with_offset)
         rows.append(row)
@@ -67,7 +70,8 @@ def items(effort: Effort) -> Iterator[Item]:
         max(slightly),
         at_most(0.055),
         "N*m",
-        "The larger of +2 and -2 %.",
+        "The larger of +2 and -2 %. The error grows with the square of the frequency: a sweep that stays longer at "
+        "high ones, as the linear one in the table, has more of it.",
     )
     yield Claim(
         "torque.bar-offset",
@@ -96,7 +100,9 @@ def _wrong(known: ColumnParameters, name: str, factor: float) -> ColumnParameter
     return replace(known, **{name: factor * getattr(known, name)})
 
 
-def _row(what: str, block: Block, effort: Effort, change: Change | None = None) -> tuple[tuple[str, ...], float]:
-    found = over_hands(block, effort, change=change)
+def _row(
+    what: str, block: Block, effort: Effort, change: Change | None = None, pace: str = "octaves"
+) -> tuple[tuple[str, ...], float]:
+    found = over_hands(block, effort, change=change, pace=pace)
     cells = (f"{each.hand_torque:.3f}" for each in found.values())
     return (what, *cells, f"{found['ramps'].nis / 3.0:.2f}"), found["ramps"].hand_torque

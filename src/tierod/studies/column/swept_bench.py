@@ -38,7 +38,7 @@ class Demand(NamedTuple):
 
 @dataclass(frozen=True)
 class SweptBench:
-    """A bench whose motor follows an angle: proportional and derivative control with the inertia fed forward.
+    """A bench whose motor follows an angle: proportional and derivative control, inertia and damping fed forward.
 
     Args:
         bench: the plant
@@ -48,8 +48,8 @@ class SweptBench:
     """
 
     bench: ColumnBench = field(default_factory=ColumnBench)
-    stiffness: Annotated[float, "N*m/rad"] = 60.0
-    damping: Annotated[float, "N*m*s/rad"] = 3.0
+    stiffness: Annotated[float, "N*m/rad"] = 150.0
+    damping: Annotated[float, "N*m*s/rad"] = 5.0
     highest_torque: Annotated[float, "N*m"] = 3.0
 
     Sample = Demand
@@ -65,32 +65,45 @@ class SweptBench:
         lag = sample.angle - motion.motor_angle / ratio
         late = sample.rate - motion.motor_rate / ratio
         inertia = self.bench.wheel_inertia + self.bench.gear_inertia + ratio**2 * self.bench.motor_inertia
-        wanted = (self.stiffness * lag + self.damping * late + inertia * sample.acceleration) / ratio
+        losses = self.bench.wheel_damping + ratio**2 * self.bench.motor_damping
+        ahead = inertia * sample.acceleration + losses * sample.rate
+        wanted = (self.stiffness * lag + self.damping * late + ahead) / ratio
         motor = limit(wanted, -self.highest_torque, self.highest_torque)
         return self.bench.step(state, Acting(motor, 0.0, 0.0, sample.hand_torque, 0.0, 0.0, 0.0, BenchPorts(SOUND)))
 
 
-def demands(hands: str, seconds: float, sample_time: float = 1e-3, seed: int = 0) -> np.ndarray:
-    """Rows of `Demand`: a linear sweep after a rest, and what the hands do.
+def demands(hands: str, seconds: float, sample_time: float = 1e-3, seed: int = 0, pace: str = "octaves") -> np.ndarray:
+    """Rows of `Demand`: a sweep after a rest, and what the hands do.
 
     Args:
         hands: one of `HANDS`
         seconds: duration
         sample_time: [s]
-        seed: of when the hands pull, and to which side
+        seed: of when the hands pull
+        pace: of the sweep: "octaves", each as long as the other, or "linear", which stays longer at high frequencies
     """
     time = np.arange(round(seconds / sample_time)) * sample_time
     since = np.maximum(time - SETTLE, 0.0)
-    pace = (HIGHEST - LOWEST) / (seconds - SETTLE)
-    phase = 2.0 * math.pi * (LOWEST + 0.5 * pace * since) * since
-    rate = np.where(time < SETTLE, 0.0, 2.0 * math.pi * (LOWEST + pace * since))
+    phase, rate, growth = _swept(since, seconds - SETTLE, pace)
+    rate, growth = (np.where(time < SETTLE, 0.0, each) for each in (rate, growth))
     columns = (
         AMPLITUDE * np.sin(phase),
         AMPLITUDE * rate * np.cos(phase),
-        AMPLITUDE * (2.0 * math.pi * pace * np.cos(phase) - rate**2 * np.sin(phase)),
+        AMPLITUDE * (growth * np.cos(phase) - rate**2 * np.sin(phase)),
         _hands(hands, time, seed),
     )
     return np.column_stack(columns)
+
+
+def _swept(since: np.ndarray, seconds: float, pace: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Phase, its rate, and the rate of that."""
+    low, high = 2.0 * math.pi * LOWEST, 2.0 * math.pi * HIGHEST
+    if pace == "linear":
+        slope = (high - low) / seconds
+        return (low + 0.5 * slope * since) * since, low + slope * since, np.full(len(since), slope)
+    growth = math.log(high / low) / seconds
+    rate = low * np.exp(growth * since)
+    return (rate - low) / growth, rate, growth * rate
 
 
 def _hands(hands: str, time: np.ndarray, seed: int) -> np.ndarray:
@@ -106,7 +119,9 @@ def _hands(hands: str, time: np.ndarray, seed: int) -> np.ndarray:
     return torque
 
 
-def swept(hands: str, seconds: float = 40.0, seed: int = 0, bench: SweptBench | None = None) -> dict[str, Any]:
+def swept(
+    hands: str, seconds: float = 40.0, seed: int = 0, bench: SweptBench | None = None, pace: str = "octaves"
+) -> dict[str, Any]:
     """One run of the bench: what an observer is given, with the sensors' noise, and the truth.
 
     Args:
@@ -114,14 +129,17 @@ def swept(hands: str, seconds: float = 40.0, seed: int = 0, bench: SweptBench | 
         seconds: duration
         seed: of noise and hands
         bench: the plant; the default one where None
+        pace: of the sweep, see `demands`
 
     Returns:
         columns by name; `hand_torque`, `disturbance_torque` (of friction), `steering_wheel_rate` are true ones
     """
     plant = bench or SweptBench()
-    true = scan(plant, demands(hands, seconds, plant.bench.step_time, seed))
+    true = scan(plant, demands(hands, seconds, plant.bench.step_time, seed, pace))
     random = np.random.default_rng([seed, 18])
-    columns: dict[str, np.ndarray] = {name: true[name] + random.normal(0.0, sigma, len(true)) for name, sigma in NOISE.items()}
+    columns: dict[str, np.ndarray] = {}
+    for name, sigma in NOISE.items():
+        columns[name] = true[name] + random.normal(0.0, sigma, len(true))
     columns["motor_torque"] = np.asarray(true["motor_target_torque"])
     for truth, name in (
         ("truth_hand_torque", "hand_torque"),
