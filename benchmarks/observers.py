@@ -1,4 +1,4 @@
-"""The observers of the steering column against filterpy: the same filters, the same numbers, measured in one run."""
+"""The observers of column and sideslip against filterpy: the same filters, the same numbers, measured in one run."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks import sideslip
 from benchmarks.observer_peers import (
     AugmentedLag,
     BankOfConstantGains,
@@ -112,7 +113,12 @@ def column_comparisons() -> list[Comparison]:
     ]
 
 
-COMPARISONS: list[Callable[[], Sequence[Comparison]]] = [column_comparisons]
+def sideslip_comparisons() -> list[Comparison]:
+    """Those of the sideslip."""
+    return [Comparison(*each) for each in sideslip.observers()]
+
+
+COMPARISONS: list[Callable[[], Sequence[Comparison]]] = [column_comparisons, sideslip_comparisons]
 """Where the comparisons come from: other estimators are added to the list."""
 
 

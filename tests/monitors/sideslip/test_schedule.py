@@ -31,11 +31,19 @@ FOUR = Scheduling(SteeredVehicle, CAR, lambda speed: (0.0, speed), DT)
 TWO = Scheduling(TorqueShownVehicle, VEHICLE, lambda speed: (0.0, speed), DT)
 
 
-def test_values_lie_on_lines_between_the_rows_and_stay_beyond_them():
-    schedule = Schedule.through((1.0, 2.0, 4.0), [[0.0, 10.0], [1.0, 10.0], [-1.0, 30.0]])
-    found = [schedule.at(speed) for speed in (0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 99.0)]
-    expected = [(0, 10), (0, 10), (0.5, 10), (1, 10), (0, 20), (-1, 30), (-1, 30)]
-    np.testing.assert_allclose(found, expected)
+def test_values_pass_through_the_rows_and_stay_beyond_them():
+    rows = np.column_stack([np.arange(len(SPEEDS)), 1.0 / np.array(SPEEDS)])
+    schedule = Schedule.through(rows)
+    np.testing.assert_allclose([schedule.at(speed) for speed in SPEEDS], rows, atol=1e-12)
+    np.testing.assert_allclose(schedule.at(0.0), rows[0])
+    np.testing.assert_allclose(schedule.at(-5.0), rows[0])
+    np.testing.assert_allclose(schedule.at(200.0), rows[-1])
+
+
+@pytest.mark.parametrize("speed", [0.6, 1.0, 3.0, 10.0, 50.0])
+def test_between_the_rows_what_goes_with_one_over_the_speed_is_met(speed):
+    schedule = Schedule.through([[1.0 / each] for each in SPEEDS])
+    assert schedule.at(speed)[0] == pytest.approx(1.0 / speed, rel=0.05)
 
 
 @pytest.mark.parametrize("speed", [0.5, 6.7, 25.0, 70.0])

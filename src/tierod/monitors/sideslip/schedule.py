@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
@@ -13,41 +12,68 @@ from tierod.block import Tree, rebuild, skeleton
 from tierod.errors import ParameterError
 from tierod.estimators.luenberger import observe
 from tierod.estimators.shapes import leaf_names
-from tierod.graph.maths import limit, present, where
+from tierod.graph.maths import limit, maximum, present, where
 from tierod.models.linear import LinearSystem, sampled
 
-SPEEDS = tuple(float(speed) for speed in np.geomspace(0.5, 70.0, 24))
-"""Speeds [m/s] at which gains are designed: a quarter more from one to the next, so that lines follow 1/V to 1 %."""
+LOWEST, HIGHEST, COUNT = 0.5, 70.0, 16
+"""Speeds [m/s] between which gains are designed, and at how many."""
+
+HALF = 2.0
+"""Speed [m/s] at which half of the table is over: gains go with 1/V, and over V / (V + HALF) they are nearly lines."""
+
+
+def _place(speed: Any) -> Any:
+    """Where a speed [m/s] lies in the table, in rows; the rows are evenly spaced over V / (V + HALF)."""
+    low, high = LOWEST / (LOWEST + HALF), HIGHEST / (HIGHEST + HALF)
+    return (speed / (speed + HALF) - low) * ((COUNT - 1) / (high - low))
+
+
+def _speed(share: float) -> float:
+    """The speed [m/s] at a share of the table, the inverse of `_place`."""
+    low, high = LOWEST / (LOWEST + HALF), HIGHEST / (HIGHEST + HALF)
+    at = low + share * (high - low)
+    return HALF * at / (1.0 - at)
+
+
+SPEEDS = tuple(_speed(row / (COUNT - 1)) for row in range(COUNT))
+"""Speeds of the rows [m/s]."""
 
 
 @dataclass(frozen=True)
 class Schedule:
-    """Numbers that follow the speed along straight lines; constant before the first speed and after the last.
+    """Numbers that follow the speed from row to row of a table; constant before the first and after the last.
 
     Args:
-        speeds: ascending
-        first: values at the first speed
-        rises: of the values from each speed to the next
+        first: values at the first of `SPEEDS`
+        rises: of the values from each row to the next
     """
 
-    speeds: Annotated[tuple[float, ...], "m/s"]
     first: tuple[float, ...]
     rises: tuple[tuple[float, ...], ...]
 
     @classmethod
-    def through(cls, speeds: Sequence[float], rows: Sequence[Sequence[float]]) -> Self:
-        """The schedule through some rows of values, one per speed."""
+    def through(cls, rows: Sequence[Sequence[float]]) -> Self:
+        """The schedule through rows of values, one for each of `SPEEDS`."""
         values = np.asarray(rows, float)
         rises = tuple(tuple(float(v) for v in row) for row in np.diff(values, axis=0))
-        return cls(tuple(speeds), tuple(float(v) for v in values[0]), rises)
+        return cls(tuple(float(v) for v in values[0]), rises)
 
     def at(self, speed: Any) -> tuple[Any, ...]:
         """The values at a speed [m/s]."""
-        values = list(self.first)
-        for low, high, rises in zip(self.speeds, self.speeds[1:], self.rises, strict=False):
-            share = limit((speed - low) / (high - low), 0.0, 1.0)
-            values = [value + share * rise for value, rise in zip(values, rises, strict=True)]
-        return tuple(values)
+        place = _place(maximum(speed, 0.0))
+        shares = [limit(place - float(row), 0.0, 1.0) for row in range(len(self.rises))]
+        return tuple(
+            _sum([value, *(share * rises[k] for share, rises in zip(shares, self.rises, strict=True))])
+            for k, value in enumerate(self.first)
+        )
+
+
+def _sum(terms: list[Any]) -> Any:
+    """By halves, so that no long chain of additions has to be waited for."""
+    if len(terms) == 1:
+        return terms[0]
+    middle = len(terms) // 2
+    return _sum(terms[:middle]) + _sum(terms[middle:])
 
 
 class ScheduledState(NamedTuple):
@@ -196,7 +222,7 @@ def scheduled(
         gains.append(chosen)
         rows.append([*chosen.ravel(), *spreads, weight[0, 0], weight[0, 1], weight[1, 1]])
     _require_stable_between(model, gains)
-    return Schedule.through(SPEEDS, rows)
+    return Schedule.through(rows)
 
 
 class Spread(NamedTuple):
@@ -233,10 +259,11 @@ def error_radius(system: LinearSystem, gain: np.ndarray) -> float:
 
 
 def _require_stable_between(model: Scheduling, gains: Sequence[np.ndarray]) -> None:
-    for k, (low, high) in enumerate(pairwise(SPEEDS)):
+    for row in range(COUNT - 1):
         for share in (0.25, 0.5, 0.75):
-            speed = low + share * (high - low)
-            worst = error_radius(model.at(speed).system, (1.0 - share) * gains[k] + share * gains[k + 1])
+            speed = _speed((row + share) / (COUNT - 1))
+            between = (1.0 - share) * gains[row] + share * gains[row + 1]
+            worst = error_radius(model.at(speed).system, between)
             if worst >= 1.0:
                 raise ParameterError(
                     f"at {speed:.3g} m/s, between two speeds for which the observer was designed, its error grows by "
