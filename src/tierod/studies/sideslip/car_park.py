@@ -54,7 +54,7 @@ def items(drive: Recording | None) -> Iterator[Item]:
         "The combined estimator can gain nothing over it, nor the rear wheels over the gyroscope, and the recording "
         "says nothing of any estimator at speed. The optical sensor is 40 ms late and scatters by 0.1 degrees.",
     )
-    note = "Last 15 s; the steering ratio and the place of the optical sensor are from the first 5 s."
+    note = "Last 15 s. Steering ratio and place of the optical sensor are from the first 5 s, all else is assumed."
     rest = compared[COMBINED].figures(until)
     yield from claims("passenger-car", "a passenger car with optical sensor", rest, (0.18, 0.22), note)
 

@@ -34,7 +34,7 @@ WRONG = (1.2, 0.8)
 
 _FIT = (
     "Last 40 % of the laps. Fitted to the first 60 %: tyres, noises, place of the accelerometer, and the zeros of "
-    "steering sensor and INS."
+    "steering sensor and INS. The last 40 % entered no fit."
 )
 
 
