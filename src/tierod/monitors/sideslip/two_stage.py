@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from tierod.monitors.sideslip.schedule import (
     scheduled,
     stationary_covariance,
 )
+from tierod.ranges import NOT_NEGATIVE
 
 DISTURBANCE_POLES = (-60.0, -65.0, -70.0)
 """Of the disturbance observer [1/s]: three times as fast as the vehicle at the speed of the test, a little apart."""
@@ -125,7 +126,7 @@ class TwoStagePoles(SteeringTorqueObserver):
 
     steering: Luenberger
     vehicle: ScheduledObserver
-    torque_variance: float
+    torque_variance: Annotated[float, "N**2*m**2", NOT_NEGATIVE]
 
     def _start(self) -> Tree:
         return Stages(self.steering.init(), self.vehicle.start())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -27,6 +27,11 @@ SEEDS = (21, 22, 23)
 Change = Callable[[SteeredVehicle.Parameters], SteeredVehicle.Parameters]
 
 
+def _unchanged(p: SteeredVehicle.Parameters) -> SteeredVehicle.Parameters:
+    """Nothing is believed wrongly."""
+    return p
+
+
 @dataclass(frozen=True)
 class Case:
     """A drive, and what the observers believe wrongly.
@@ -37,7 +42,7 @@ class Case:
     """
 
     drive: Drive
-    change: Change = lambda p: p
+    change: Change = field(default=_unchanged)
 
 
 def _scaled(**factors: float) -> Change:
