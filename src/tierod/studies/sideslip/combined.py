@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from tierod.studies.content import Heading, Item
 from tierod.studies.registry import Effort
-from tierod.studies.sideslip import combined_learning, combined_limit, combined_table
+from tierod.studies.sideslip import combined_learning, combined_limit, combined_table, combined_unscented
 
 
 def items(effort: Effort) -> Iterator[Item]:
@@ -22,3 +22,4 @@ def items(effort: Effort) -> Iterator[Item]:
     yield from combined_table.items(effort)
     yield from combined_limit.items(effort)
     yield from combined_learning.items(effort)
+    yield from combined_unscented.items(effort)
