@@ -50,13 +50,14 @@ def judge(
     Raises:
         TierodError: the recording is not fit for the monitor
     """
-    run = Run(*monitor, belief, own_level)
+    definition = monitor[0].suited_to(recording)
+    run = Run(definition, monitor[1], belief, own_level)
     run.session = tap = _Tap(run.session)
     run.add(recording)
     finding = run.finish().findings[0]
     seen = tap.seen()
     course = run.course or _at_the_end(finding, seen.time)
-    return _judged(recording, finding, course, seen, fault, settling, 1.0 / monitor[0].rate), run.learnt
+    return _judged(recording, finding, course, seen, fault, settling, 1.0 / definition.rate), run.learnt
 
 
 class _Seen(NamedTuple):

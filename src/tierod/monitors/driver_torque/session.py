@@ -38,6 +38,9 @@ TRACES = {
 SIGNED = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque", "motor_torque")
 """Signals whose sign is judged."""
 
+MEASURED = 60.0
+"""The noise of the sensors is measured on so much of a recording [s]."""
+
 MOSTLY = 0.5
 """A sign is wrong where it seemed so for more than this share of the time in which signs could be told."""
 
@@ -83,7 +86,8 @@ class DriverTorqueSession(BlockSession):
 
     def _suited(self, columns: Mapping[str, np.ndarray]) -> DriverTorqueMonitor:
         """The block for the sensors of a recording, from its first piece."""
-        pair = columns["steering_wheel_angle"], columns["driver_torque"]
+        first = slice(round(MEASURED * self.rate))
+        pair = columns["steering_wheel_angle"][first], columns["driver_torque"][first]
         noise = measured_noise(*pair, self.rate, self._usual)
         return self._build(noise, bool(np.isfinite(columns["motor_angle_mechanical"]).any()))
 
