@@ -162,49 +162,12 @@ class ExtendedFilter:
     """`ExtendedKalmanFilter` of the column with Dahl's friction, its Jacobian written out."""
 
     def __init__(self, block: KalmanFilter):
-        from filterpy.kalman import ExtendedKalmanFilter
-
-        states = block.model.State._fields
-        n, p = len(states), block.parameters
-        linear = p.linear
-        A = np.zeros((n, n))
-        A[: n - 2, : n - 2] = [[0.0 if value is None else value for value in row] for row in linear.transition]
-        B = np.zeros((n, 1))
-        B[: n - 2] = [[0.0 if value is None else value for value in row] for row in linear.input]
-        self.C = np.zeros((3, n))
-        self.C[:, : n - 2] = [[0.0 if value is None else value for value in row] for row in linear.output]
-        force, motor, speed = (states.index(name) for name in ("disturbance_torque", "motor_angle", "motor_speed"))
-        driven = A[:, force].copy()
-        driven[force] = 0.0
-        angle, half = p.dahl_angle, 0.5 * p.sample_time
-
-        class Peer(ExtendedKalmanFilter):
-            """Moves its mean by the model, and its covariance by the model's Jacobian."""
-
-            def predict_x(self, u: Any = 0) -> None:
-                x = self.x
-                rate, normalised, level = x[speed, 0], x[n - 2, 0], x[n - 1, 0]
-                halfway = dahl_update(normalised, half * rate, angle)
-                fade = np.exp(-abs(half * rate) / angle)
-                by_rate = half * np.sign(rate) * (np.sign(rate) - normalised) * fade / angle
-                F = A.copy()
-                F[:, n - 2] += driven * level * fade
-                F[:, n - 1] += driven * halfway
-                F[:, speed] += driven * level * by_rate
-                moved = A @ x + B @ u
-                moved[:, 0] += driven * (level * halfway)
-                travel = moved[motor, 0] - x[motor, 0]
-                row = F[motor].copy()
-                row[motor] -= 1.0
-                after = np.exp(-abs(travel) / angle)
-                F[n - 2] = row * np.sign(travel) * (np.sign(travel) - normalised) * after / angle
-                F[n - 2, n - 2] += after
-                F[n - 1, n - 1] = 1.0
-                moved[n - 2, 0] = dahl_update(normalised, travel, angle)
-                moved[n - 1, 0] = level
-                self.x, self.F = moved, F
-
-        self.peer = Peer(dim_x=n, dim_z=3, dim_u=1)
+        n, linear = len(block.model.State._fields), block.parameters.linear
+        A, B, self.C = np.zeros((n, n)), np.zeros((n, 1)), np.zeros((3, n))
+        for matrix, rows in ((A, linear.transition), (B, linear.input), (self.C, linear.output)):
+            part = np.array([[0.0 if value is None else value for value in row] for row in rows])
+            matrix[: part.shape[0], : part.shape[1]] = part
+        self.peer = _friction_peer(block, A, B)(dim_x=n, dim_z=3, dim_u=1)
         self.peer.P, self.peer.x = np.diag(block.initial_variance), np.array(block.initial_mean)[:, None]
         self.peer.Q, self.peer.R = _diagonal(block.process_noise), _diagonal(block.measurement_noise)
 
@@ -226,3 +189,38 @@ class ExtendedFilter:
             peer.update(measured[k], jacobian, output)
             found[k] = peer.x[:, 0]
         return found, time.perf_counter() - start
+
+
+def _friction_peer(block: KalmanFilter, A: np.ndarray, B: np.ndarray) -> Any:
+    """The class that moves mean and Jacobian by the column's equations."""
+    from filterpy.kalman import ExtendedKalmanFilter
+
+    states, n = block.model.State._fields, len(A)
+    force, motor, speed = (states.index(name) for name in ("disturbance_torque", "motor_angle", "motor_speed"))
+    driven = A[:, force].copy()
+    driven[force] = 0.0
+    angle, half = block.parameters.dahl_angle, 0.5 * block.parameters.sample_time
+
+    class Peer(ExtendedKalmanFilter):
+        def predict_x(self, u: Any = 0) -> None:
+            x = self.x
+            rate, normalised, level = x[speed, 0], x[n - 2, 0], x[n - 1, 0]
+            halfway = dahl_update(normalised, half * rate, angle)
+            fade = np.exp(-abs(half * rate) / angle)
+            F = A.copy()
+            F[:, n - 2] += driven * level * fade
+            F[:, n - 1] += driven * halfway
+            F[:, speed] += driven * level * half * np.sign(rate) * (np.sign(rate) - normalised) * fade / angle
+            moved = A @ x + B @ u
+            moved[:, 0] += driven * (level * halfway)
+            travel = moved[motor, 0] - x[motor, 0]
+            row = F[motor].copy()
+            row[motor] -= 1.0
+            after = np.exp(-abs(travel) / angle)
+            F[n - 2] = row * np.sign(travel) * (np.sign(travel) - normalised) * after / angle
+            F[n - 2, n - 2] += after
+            F[n - 1, n - 1] = 1.0
+            moved[n - 2 :, 0] = dahl_update(normalised, travel, angle), level
+            self.x, self.F = moved, F
+
+    return Peer

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks import sideslip
 from benchmarks.observer_peers import (
     AugmentedLag,
     BankOfConstantGains,
@@ -20,6 +19,7 @@ from benchmarks.observer_peers import (
 from tierod.block import Block
 from tierod.estimators.interacting import InteractingFilter
 from tierod.estimators.kalman import KalmanFilter
+from tierod.estimators.stationary_bank import StationaryBank
 from tierod.graph.kernel import kernel
 from tierod.graph.trace import initial_memory
 from tierod.models.steering_column import ColumnParameters
@@ -65,20 +65,36 @@ class Comparison:
 
 def column_comparisons() -> list[Comparison]:
     """Those of the steering column."""
-    parameters = load("column-bench").parameters_for(ColumnParameters)
-    run = swept("steps", STEPS * 1e-3, 1)
-    samples = np.column_stack(
-        [
-            np.r_[0.0, run["motor_torque"][:-1]],
-            run["steering_wheel_angle"],
-            run["motor_angle_mechanical"],
-            run["driver_torque"],
-        ]
-    )
-    tuning = ColumnTuning()
+    vehicle = load("column-bench")
+    parameters, tuning = vehicle.parameters_for(ColumnParameters), ColumnTuning()
+    samples = _samples()
     made = design(parameters, 1e-3, tuning)
     system, bank = made.observation.discrete, made.bank
-    noises = process_noises(system.states, parameters, 1e-3, tuning)
+    mean = tuple(f"mean.{name}" for name in system.states)
+    interacting = _interacting(bank, process_noises(system.states, parameters, 1e-3, tuning), tuning)
+    printed = PrintedObserver.of_column(parameters, "full").filter
+    lagged = DelayedHandTorque.of_parameters(parameters).smoother
+    (slow,) = process_noises(system.states, parameters, 1e-3, smoothing(tuning))
+    delayed = AugmentedLag(lagged, slow, tuning.variances())
+    friction = ColumnFrictionObserver.of_vehicle(vehicle).filter
+    return [
+        Comparison("observer-printed", printed, samples, PlainFilter.stationary(printed), ("mean.hand_torque",)),
+        Comparison("observer-bank", bank, samples, BankOfConstantGains(bank, system), mean),
+        Comparison("observer-interacting", interacting, samples, InteractingModels(interacting, system), mean),
+        Comparison("observer-20-ms-later", lagged, samples, delayed, ("smoothed.hand_torque",)),
+        Comparison("observer-friction", friction, samples, ExtendedFilter(friction), _means(friction)),
+    ]
+
+
+def _samples() -> np.ndarray:
+    """A run of the bench, with the motor's torque of the sample before, as the filters take it."""
+    run = swept("steps", STEPS * 1e-3, 1)
+    before = np.r_[0.0, run["motor_torque"][:-1]]
+    return np.column_stack([before, run["steering_wheel_angle"], run["motor_angle_mechanical"], run["driver_torque"]])
+
+
+def _interacting(bank: StationaryBank, noises: Sequence[np.ndarray], tuning: ColumnTuning) -> InteractingFilter:
+    """The default's bank with covariances that are worked out anew in every sample."""
     start = tuple(map(float, np.diag(full(bank.noises[0].covariance))))
     filters = tuple(
         KalmanFilter(
@@ -91,31 +107,7 @@ def column_comparisons() -> list[Comparison]:
         )
         for noise in noises
     )
-    interacting = InteractingFilter(filters, bank.switching, (1.0 / len(filters),) * len(filters))
-    printed = PrintedObserver.of_column(parameters, "full").filter
-    lagged = DelayedHandTorque.of_parameters(parameters).smoother
-    (slow,) = process_noises(system.states, parameters, 1e-3, smoothing(tuning))
-    delayed = AugmentedLag(lagged, slow, tuning.variances())
-    friction = ColumnFrictionObserver.of_vehicle(load("column-bench")).filter
-    mean = tuple(f"mean.{name}" for name in system.states)
-    return [
-        Comparison("observer-printed", printed, samples, PlainFilter.stationary(printed), ("mean.hand_torque",)),
-        Comparison("observer-bank", bank, samples, BankOfConstantGains(bank, system), mean),
-        Comparison("observer-interacting", interacting, samples, InteractingModels(interacting, system), mean),
-        Comparison(
-            "observer-20-ms-later",
-            lagged,
-            samples,
-            delayed,
-            ("smoothed.hand_torque",),
-        ),
-        Comparison("observer-friction", friction, samples, ExtendedFilter(friction), _means(friction)),
-    ]
-
-
-def sideslip_comparisons() -> list[Comparison]:
-    """Those of the sideslip."""
-    return [Comparison(*each) for each in sideslip.observers()]
+    return InteractingFilter(filters, bank.switching, (1.0 / len(filters),) * len(filters))
 
 
 COMPARISONS: list[Callable[[], Sequence[Comparison]]] = [column_comparisons, sideslip_comparisons]

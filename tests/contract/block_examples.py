@@ -21,9 +21,10 @@ from tierod.detectors.threshold import Debounce, Hysteresis
 from tierod.detectors.two_sided import TwoSided
 from tierod.diagnosis.debounce import DebounceCounter, DebounceCounters
 from tierod.estimators.fixed_lag import FixedLag
-from tierod.estimators.interacting import InteractingFilter, switching_of
+from tierod.estimators.interacting import InteractingFilter
 from tierod.estimators.kalman import KalmanFilter
 from tierod.estimators.luenberger import Luenberger
+from tierod.estimators.mixing import switching_of
 from tierod.estimators.stationary import StationaryFilter
 from tierod.estimators.stationary_bank import StationaryBank
 from tierod.estimators.unscented import UnscentedFilter

@@ -8,7 +8,7 @@ import pytest
 from example_models import random_linear
 from tierod.block import rebuild, skeleton
 from tierod.errors import ParameterError
-from tierod.estimators.interacting import InteractingFilter, switching_of
+from tierod.estimators.interacting import InteractingFilter
 from tierod.estimators.kalman import KalmanFilter
 from tierod.graph import scan
 
@@ -77,13 +77,6 @@ def test_what_is_missing_says_nothing():
     assert held.beliefs[0].covariance[0] > after.beliefs[0].covariance[0]
 
 
-def test_switching_from_mean_times():
-    rows = np.array(switching_of((10.0, 0.1, 1.0), 0.01))
-    np.testing.assert_allclose(rows.sum(axis=1), 1.0)
-    np.testing.assert_allclose(np.diag(rows), [0.999, 0.9, 0.99])
-    assert switching_of((5.0,), 0.01) == ((1.0,),)
-
-
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -95,8 +88,6 @@ def test_switching_from_mean_times():
 def test_refused(change, words):
     with pytest.raises(ParameterError, match=words):
         dataclasses.replace(bank()[1], **change)
-    with pytest.raises(ParameterError, match="more than a sample"):
-        switching_of((0.01, 1.0), 0.01)
 
 
 def test_filters_of_other_models_are_refused():

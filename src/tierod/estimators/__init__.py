@@ -2,9 +2,10 @@
 
 from tierod.estimators.augment import augment
 from tierod.estimators.fixed_lag import FixedLag
-from tierod.estimators.interacting import InteractingFilter, switching_of
+from tierod.estimators.interacting import InteractingFilter
 from tierod.estimators.kalman import KalmanFilter
 from tierod.estimators.luenberger import Luenberger
+from tierod.estimators.mixing import switching_of
 from tierod.estimators.pole_placement import discrete_poles, observer_gain, reduced_observer_gain
 from tierod.estimators.remember import remember
 from tierod.estimators.riccati import StationaryGain, stationary_gain

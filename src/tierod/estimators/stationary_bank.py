@@ -10,18 +10,11 @@ import numpy as np
 
 from tierod.block import Tree, rebuild, skeleton
 from tierod.errors import ParameterError
-from tierod.estimators.interacting import (
-    Switching,
-    check_switching,
-    interacting_estimate_class,
-    mixing,
-    mixture_variance,
-    posterior,
-    weighed,
-)
+from tierod.estimators.interacting import interacting_estimate_class
 from tierod.estimators.kernels import usable
 from tierod.estimators.linear_algebra import Vector, add, diagonal, dot, pack, product, unpack
 from tierod.estimators.luenberger import check_gain
+from tierod.estimators.mixing import Switching, check_switching, mixing, mixture_variance, posterior, weighed
 from tierod.estimators.pole_placement import Gain
 from tierod.estimators.riccati import stationary_gain
 from tierod.estimators.shapes import (
@@ -73,7 +66,7 @@ class StationaryBank:
         parameters: of the model; its floats are tuning
         initial_mean: state before the first sample, one float per state
         noises: of each filter; `design` works them out
-        switching: between the filters, see `interacting.switching_of`
+        switching: between the filters, see `mixing.switching_of`
 
     A sample is `input` and `measured`. The estimate is that of `InteractingFilter`. A missing output (NaN) corrects
     nothing, and a sample with one says nothing about the models; a missing input holds the state.

@@ -10,7 +10,7 @@ import numpy as np
 
 from tierod.analysis.fitness import require_fit
 from tierod.errors import ParameterError
-from tierod.estimators.interacting import Switching
+from tierod.estimators.mixing import Switching
 from tierod.estimators.stationary_bank import StationaryBank
 from tierod.models.column_observation import ColumnObservation, linear_column, observed_column
 from tierod.models.linear import LinearSystem

@@ -7,12 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from tierod.block import Block
 from tierod.models.steering_column import ColumnParameters
 from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.tuning import ColumnTuning
 from tierod.studies.claims import Claim, at_most
-from tierod.studies.column.observer_runs import Change, over_hands
+from tierod.studies.column.observer_runs import Errors, over_hands
 from tierod.studies.column.observers_compared import GOAL, believed
 from tierod.studies.content import Heading, Item, Table
 from tierod.studies.registry import Effort
@@ -20,8 +19,9 @@ from tierod.studies.registry import Effort
 OFFSET = 0.05
 """Of the bar's torque [N m]."""
 
+_INERTIA = "steering_wheel_inertia"
 _WRONG = (
-    ("inertia of the wheel", "steering_wheel_inertia", (0.9, 0.98, 1.02, 1.1)),
+    ("inertia of the wheel", _INERTIA, (0.9, 0.98, 1.02, 1.1)),
     ("damping of the wheel", "steering_wheel_damping", (0.9, 1.1)),
     ("stiffness of the bar", "torsion_bar_stiffness", (0.9, 1.1)),
     ("inertia of the motor", "motor_inertia", (0.9, 1.1)),
@@ -41,33 +41,17 @@ TEXT = (
 
 def items(effort: Effort) -> Iterator[Item]:
     """Table and claims."""
-    known = believed()
-    right = over_hands(ColumnObserver.of_parameters(known), effort)
-    rows = [("nothing", *(f"{each.hand_torque:.3f}" for each in right.values()), f"{right['ramps'].nis / 3.0:.2f}")]
-    slightly = []
-    for what, name, factors in _WRONG:
-        for factor in factors:
-            block = ColumnObserver.of_parameters(_wrong(known, name, factor))
-            row, ramps = _row(f"{what} {100.0 * (factor - 1.0):+.0f} %", block, effort)
-            rows.append(row)
-            if name == "steering_wheel_inertia" and abs(factor - 1.0) < 0.05:
-                slightly.append(ramps)
-    stays = ColumnObserver.of_parameters(_wrong(known, "steering_wheel_inertia", 1.02))
-    row, _ = _row("inertia of the wheel +2 %, linear sweep", stays, effort, pace="linear")
-    rows.append(row)
-    for what, tuning in _OFFSETS.items():
-        row, ramps = _row(what, ColumnObserver.of_parameters(known, tuning=tuning), effort, _with_offset)
-        rows.append(row)
-        learnt = ramps
+    found = _found(effort)
     yield Heading("Wrong parameters", TEXT)
     header = ("wrong", "steps", "ramps", "no hands", "NIS per output")
-    yield Table("Root mean square error of the torque of the hands, default observer (N·m)", header, tuple(rows))
+    rows = tuple((what, *_cells(each)) for what, each in found.items())
+    yield Table("Root mean square error of the torque of the hands, default observer (N·m)", header, rows)
     yield Claim(
         "torque.wheel-inertia",
         "Error of the default observer with the inertia of the wheel wrong by 2 %, hands that pull within 100 ms.",
         GOAL,
         None,
-        max(slightly),
+        max(found[f"inertia of the wheel {sign}2 %"]["ramps"].hand_torque for sign in "+-"),
         at_most(0.055),
         "N*m",
         "The larger of +2 and -2 %. The error grows with the square of the frequency: a sweep that stays longer at "
@@ -78,11 +62,25 @@ def items(effort: Effort) -> Iterator[Item]:
         "Error with an offset of the bar of 0.05 N·m, learnt because the angles are zero on the unloaded bar.",
         GOAL,
         None,
-        learnt,
+        found["bar +0.05 N·m, learnt"]["ramps"].hand_torque,
         at_most(0.04),
         "N*m",
         "Hands that pull within 100 ms.",
     )
+
+
+def _found(effort: Effort) -> dict[str, dict[str, Errors]]:
+    """Errors by what is wrong, then by what the hands do."""
+    known = believed()
+    found = {"nothing": _errors(known, effort)}
+    for what, name, factors in _WRONG:
+        for factor in factors:
+            found[f"{what} {100.0 * (factor - 1.0):+.0f} %"] = _errors(_wrong(known, name, factor), effort)
+    slightly = ColumnObserver.of_parameters(_wrong(known, _INERTIA, 1.02))
+    found["inertia of the wheel +2 %, linear sweep"] = over_hands(slightly, effort, pace="linear")
+    for what, tuning in _OFFSETS.items():
+        found[what] = over_hands(ColumnObserver.of_parameters(known, tuning=tuning), effort, change=_with_offset)
+    return found
 
 
 _OFFSETS = {
@@ -100,9 +98,9 @@ def _wrong(known: ColumnParameters, name: str, factor: float) -> ColumnParameter
     return replace(known, **{name: factor * getattr(known, name)})
 
 
-def _row(
-    what: str, block: Block, effort: Effort, change: Change | None = None, pace: str = "octaves"
-) -> tuple[tuple[str, ...], float]:
-    found = over_hands(block, effort, change=change, pace=pace)
-    cells = (f"{each.hand_torque:.3f}" for each in found.values())
-    return (what, *cells, f"{found['ramps'].nis / 3.0:.2f}"), found["ramps"].hand_torque
+def _errors(column: ColumnParameters, effort: Effort) -> dict[str, Errors]:
+    return over_hands(ColumnObserver.of_parameters(column), effort)
+
+
+def _cells(found: dict[str, Errors]) -> tuple[str, ...]:
+    return (*(f"{each.hand_torque:.3f}" for each in found.values()), f"{found['ramps'].nis / 3.0:.2f}")
