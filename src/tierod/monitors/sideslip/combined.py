@@ -16,8 +16,8 @@ from tierod.estimators.linear_algebra import diagonal
 from tierod.estimators.shapes import Belief
 from tierod.filters.jump_gate import JumpGate
 from tierod.graph.maths import absolute, both, limit, log, maximum, present, sqrt, where
-from tierod.models.lateral_motion import lateral_motion
-from tierod.models.lateral_parameters import LateralParameters, Sampled
+from tierod.models.lateral_parameters import LateralParameters
+from tierod.monitors.sideslip.combined_filter import GATE, combined_filter, held_growth
 from tierod.monitors.sideslip.combined_output import told as told_of
 from tierod.monitors.sideslip.combined_sample import CombinedEstimate, CombinedSample
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning, per_sample
@@ -25,24 +25,6 @@ from tierod.monitors.sideslip.vehicle_tuning import tuning_of
 from tierod.physics.gravity import GRAVITY
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.vehicles.vehicle import Vehicle
-
-START = {
-    "lateral_speed": 0.5,
-    "yaw_rate": 0.2,
-    "front_deflection": 0.02,
-    "rear_deflection": 0.02,
-    "roll_angle": 0.02,
-    "roll_rate": 0.05,
-    "road_wheel_angle": 0.3,
-    "road_wheel_rate": 0.5,
-    "friction_share": 0.7,
-}
-"""Standard deviation of the motion before the first sample, in the units of the states."""
-
-
-GATE = 10.83
-"""Bound of a reading's squared innovation over its variance, and of a jump of the steering angle: what 99.9 % of a
-chi-square with one degree of freedom stay within."""
 
 STEERING_RATE = 0.3
 """Standard deviation of the road wheels' rate [rad/s], against jumps of their angle: three of them are the 1 rad/s of a
@@ -157,41 +139,13 @@ class CombinedSideslip:
                 f"the sample time of the sideslip estimator is {sample_time} s; it needs more than 0 and at most 0.05 s"
             )
         tuning = CombinedTuning() if tuning is None else tuning
-        followed = tuning.followed(steering)
-        model = lateral_motion(tuple(followed), roll=tuning.roll, steering=steering)
-        noises, names = tuning.noises, model.State._fields
-        motion = {
-            name: per_sample(getattr(noises, name), sample_time)
-            for name in ("lateral_speed", "yaw_rate", "roll_rate", "road_wheel_rate")
-        }
-        process = motion | {name: each.noise(sample_time) for name, each in followed.items()}
-        first = {name: deviation**2 for name, deviation in START.items()}
-        first |= {name: each.deviation**2 for name, each in followed.items()}
-        held = {
-            name: per_sample(getattr(noises, f"held_{name}"), sample_time)
-            for name in ("lateral_speed", "yaw_rate", "road_wheel_angle")
-        }
-        held |= dict.fromkeys(("front_deflection", "rear_deflection"), held["lateral_speed"] * 1e-3)
-        readings = [f"{name}_reading" for name in model.Output._fields]
+        filter = combined_filter(car, sample_time, tuning, steering)
         return cls(
-            KalmanFilter(
-                model,
-                Sampled(
-                    car,
-                    sample_time,
-                    usual=tuple(each.usual for each in followed.values()),
-                    fading=tuple(each.fading(sample_time) for each in followed.values()),
-                ),
-                initial_mean=tuple(followed[name].usual if name in followed else 0.0 for name in names),
-                initial_variance=tuple(first[name] for name in names),
-                process_noise=tuple(process.get(name, 0.0) for name in names),
-                measurement_noise=tuple(getattr(noises, name) ** 2 for name in readings),
-                gate=GATE,
-            ),
+            filter,
             JumpGate(SteeringAngle, sample_time, 0.0, STEERING_RATE, SLOWEST_ANGLE, GATE),
-            growth=tuple(held.get(name, 0.0) for name in names),
-            most=tuple(first[name] for name in names),
-            free_rate=per_sample(noises.free_road_wheel_rate, sample_time),
+            growth=held_growth(filter.model, tuning.noises, sample_time),
+            most=filter.initial_variance,
+            free_rate=per_sample(tuning.noises.free_road_wheel_rate, sample_time),
             slowest=tuning.slowest,
             limit_share=tuning.limit_share,
             limit_certainty=tuning.limit_certainty,
@@ -210,34 +164,48 @@ class CombinedSideslip:
     def step(self, state: CombinedState, sample: CombinedSample) -> tuple[CombinedState, CombinedEstimate]:
         """One sample on."""
         angle_gate, gated = self.angle_gate.step(state.angle_gate, SteeringAngle(sample.road_wheel_angle))
-        if not self.filter.model.steering:
-            sample = sample._replace(road_wheel_angle=gated.road_wheel_angle)
         moving = both(present(sample.vehicle_speed), sample.vehicle_speed > self.slowest)
-        angle_known = present(sample.road_wheel_angle)
-        running = moving if self.filter.model.steering else both(moving, angle_known)
+        if self.filter.model.steering:
+            running = moving
+        else:
+            sample = sample._replace(road_wheel_angle=gated.road_wheel_angle)
+            running = both(moving, present(sample.road_wheel_angle))
         inputs, free = self._inputs(sample)
-        given = inputs._replace(vehicle_speed=where(running, inputs.vehicle_speed, math.inf))
-        if not self.filter.model.steering:
-            given = given._replace(road_wheel_angle=0.5 * (state.road_wheel_angle + inputs.road_wheel_angle))
-        belief, estimate = self.filter.step(
-            state.belief,
-            self.filter.Sample(given, self._measured(sample)),
-            process_noise=self._process_noise(state.belief, running, free),
-        )
+        belief, estimate = self._filtered(state, sample, inputs, running, free)
         lateral = self._smoothed(state.lateral_acceleration, sample.lateral_acceleration, SMOOTHING)
-        belief = belief._replace(mean=self._kept(belief.mean, lateral))
         per_reading = where(estimate.present > 0.5, estimate.nis / maximum(estimate.present, 1.0), math.inf)
         misfit = self._smoothed(state.misfit, per_reading, PATIENCE)
         lost = misfit > self.most_misfit
-        belief, misfit = self._restarted(belief, lost), where(lost, 1.0, misfit)
-        speed = where(running, inputs.vehicle_speed, state.vehicle_speed)
-        angle = where(both(running, angle_known), sample.road_wheel_angle, state.road_wheel_angle)
-        seen = inputs._replace(vehicle_speed=speed)
+        belief = self._restarted(belief._replace(mean=self._kept(belief.mean, lateral)), lost)
+        known = both(running, present(sample.road_wheel_angle))
+        after = CombinedState(
+            belief,
+            where(running, inputs.vehicle_speed, state.vehicle_speed),
+            where(known, sample.road_wheel_angle, state.road_wheel_angle),
+            angle_gate,
+            lateral,
+            where(lost, 1.0, misfit),
+        )
+        return after, self._told(after, inputs, estimate, running, lost)
+
+    def _filtered(
+        self, state: CombinedState, sample: CombinedSample, inputs: Any, running: Any, free: Any
+    ) -> tuple[Belief, Any]:
+        """A step of the filter, held where nothing runs; a steering angle as input is its mean over the sample."""
+        given = inputs._replace(vehicle_speed=where(running, inputs.vehicle_speed, math.inf))
         if not self.filter.model.steering:
-            seen = seen._replace(road_wheel_angle=angle)
-        told = told_of(self.filter, belief, seen)
+            given = given._replace(road_wheel_angle=0.5 * (state.road_wheel_angle + inputs.road_wheel_angle))
+        noise = self._process_noise(state.belief, running, free)
+        return self.filter.step(state.belief, self.filter.Sample(given, self._measured(sample)), process_noise=noise)
+
+    def _told(self, after: CombinedState, inputs: Any, estimate: Any, running: Any, lost: Any) -> CombinedEstimate:
+        """The output, with the speed and the angle of the last sample that was used."""
+        seen = inputs._replace(vehicle_speed=after.vehicle_speed)
+        if not self.filter.model.steering:
+            seen = seen._replace(road_wheel_angle=after.road_wheel_angle)
+        told = told_of(self.filter, after.belief, seen)
         share = told["front_friction_used"] - self.limit_certainty * told["front_friction_used_deviation"]
-        output = CombinedEstimate(
+        return CombinedEstimate(
             **told,
             limit_ahead=where(share > self.limit_share, 1.0, 0.0),
             nis=estimate.nis,
@@ -245,7 +213,6 @@ class CombinedSideslip:
             held=where(running, 0.0, 1.0),
             restarted=where(lost, 1.0, 0.0),
         )
-        return CombinedState(belief, speed, angle, angle_gate, lateral, misfit), output
 
     def _inputs(self, sample: CombinedSample) -> tuple[Any, Any]:
         """What drives the model, every value finite but the speed's, and whether the road wheels turn freely."""

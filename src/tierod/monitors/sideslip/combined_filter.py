@@ -1,0 +1,76 @@
+"""The extended Kalman filter of the combined sideslip estimator, from a car and a tuning."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tierod.estimators.kalman import KalmanFilter
+from tierod.models.lateral_motion import lateral_motion
+from tierod.models.lateral_parameters import LateralParameters, Sampled
+from tierod.monitors.sideslip.combined_tuning import CombinedTuning, Noises, per_sample
+
+START = {
+    "lateral_speed": 0.5,
+    "yaw_rate": 0.2,
+    "front_deflection": 0.02,
+    "rear_deflection": 0.02,
+    "roll_angle": 0.02,
+    "roll_rate": 0.05,
+    "road_wheel_angle": 0.3,
+    "road_wheel_rate": 0.5,
+    "friction_share": 0.7,
+}
+"""Standard deviation of the motion before the first sample, in the units of the states."""
+
+GATE = 10.83
+"""Bound of a reading's squared innovation over its variance, and of a jump of the steering angle: what 99.9 % of a
+chi-square with one degree of freedom stay within."""
+
+DEFLECTED = 0.03
+"""Growth of the tyres' deflection over that of the lateral speed while nothing can be estimated [s]."""
+
+
+def combined_filter(car: LateralParameters, sample_time: float, tuning: CombinedTuning, steering: bool) -> KalmanFilter:
+    """The filter over the wanted states.
+
+    Args:
+        car: its parameters
+        sample_time: of the samples [s]
+        tuning: which unknowns are followed, and noises
+        steering: whether the road wheels' motion is among the states
+    """
+    followed = tuning.followed(steering)
+    model = lateral_motion(tuple(followed), roll=tuning.roll, steering=steering)
+    noises, names = tuning.noises, model.State._fields
+    moving = ("lateral_speed", "yaw_rate", "roll_rate", "road_wheel_rate")
+    process = {name: per_sample(getattr(noises, name), sample_time) for name in moving}
+    process |= {name: each.noise(sample_time) for name, each in followed.items()}
+    first = START | {name: each.deviation for name, each in followed.items()}
+    return KalmanFilter(
+        model,
+        Sampled(
+            car,
+            sample_time,
+            usual=tuple(each.usual for each in followed.values()),
+            fading=tuple(each.fading(sample_time) for each in followed.values()),
+        ),
+        initial_mean=tuple(followed[name].usual if name in followed else 0.0 for name in names),
+        initial_variance=tuple(first[name] ** 2 for name in names),
+        process_noise=tuple(process.get(name, 0.0) for name in names),
+        measurement_noise=tuple(getattr(noises, f"{name}_reading") ** 2 for name in model.Output._fields),
+        gate=GATE,
+    )
+
+
+def held_growth(model: Any, noises: Noises, sample_time: float) -> tuple[float, ...]:
+    """Variance that every state gains per sample while nothing can be estimated, in their order.
+
+    Args:
+        model: of the filter
+        noises: of the tuning
+        sample_time: of the samples [s]
+    """
+    moving = ("lateral_speed", "yaw_rate", "road_wheel_angle")
+    held = {name: per_sample(getattr(noises, f"held_{name}"), sample_time) for name in moving}
+    held |= dict.fromkeys(("front_deflection", "rear_deflection"), held["lateral_speed"] * DEFLECTED * DEFLECTED)
+    return tuple(held.get(name, 0.0) for name in model.State._fields)
