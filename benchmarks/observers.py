@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks import sideslip
 from benchmarks.observer_peers import (
     AugmentedLag,
     BankOfConstantGains,
@@ -108,6 +109,11 @@ def _interacting(bank: StationaryBank, noises: Sequence[np.ndarray], tuning: Col
         for noise in noises
     )
     return InteractingFilter(filters, bank.switching, (1.0 / len(filters),) * len(filters))
+
+
+def sideslip_comparisons() -> list[Comparison]:
+    """Those of the sideslip."""
+    return [Comparison(*each) for each in sideslip.observers()]
 
 
 COMPARISONS: list[Callable[[], Sequence[Comparison]]] = [column_comparisons, sideslip_comparisons]
