@@ -15,7 +15,7 @@ from tierod.proving_ground.courses.open_loop import AngleRamp
 from tierod.studies.sideslip.setting import CARS, Driven, driven, neutral, steering_ratio
 from tierod.vehicles import load
 
-RATE = math.radians(8.0)
+RATE = math.radians(3.0)
 """At which the steering wheel is turned [rad/s]: slow beside the car."""
 
 SEEDS = (7001, 7002)
@@ -69,7 +69,7 @@ def _circle(car: Any, p: SteeredVehicle.Parameters, speed: float, steer: float, 
     sign = 1.0 - 2.0 * side
     course = AngleRamp(speed=speed, angle=sign * steer / steering_ratio(), rate=RATE, settle=2.0, rest=0.0)
     drive = driven(car, course, SEEDS[side])
-    rolling = drive.time > 2.5
+    rolling = drive.time > 4.0
     return np.array(_axles(drive, p, sign * RATE * steering_ratio()))[:, rolling]
 
 
