@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tierod.errors import ParameterError
 from tierod.findings import Status
 from tierod.monitors.driver_torque.definition import DRIVER_TORQUE
 from tierod.monitors.run import diagnose
@@ -123,3 +124,8 @@ def test_long_stretches_without_hands_are_listed(bench):
     listed = [name for name in finding.evidence if name.startswith("hands_off_") and name.endswith("_for_s")]
     assert listed
     assert all(finding.evidence[name] > 5.0 for name in listed)
+
+
+def test_torques_in_counts_are_refused(bench):
+    with pytest.raises(ParameterError, match="raw counts"):
+        judged(bench, replace(BENCH, torque_unit="count"))

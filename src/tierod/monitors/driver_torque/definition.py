@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from tierod.errors import ParameterError
 from tierod.models.steering_column import ColumnParameters
 from tierod.monitors.driver_torque.delayed import DelayedHandTorque
 from tierod.monitors.driver_torque.hands import HandsMonitor
@@ -38,6 +39,12 @@ Observer = Callable[[Vehicle, float, SensorNoise, bool], Any]
 
 def _opener(name: str, observer: Observer, untold: tuple[str, ...] = ()) -> Opener:
     def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
+        if not vehicle.calibrated:
+            raise ParameterError(
+                f"the torques of the vehicle '{vehicle.name}' are raw counts, and the wheel's inertia acts in N·m; "
+                "give the N·m of one count in the channel map, and take torque_unit out of the vehicle file"
+            )
+
         def build(noise: SensorNoise, with_motor: bool) -> DriverTorqueMonitor:
             hands = HandsMonitor.of_vehicle(vehicle, 1.0 / rate, noise=noise)
             signs = ColumnSigns(vehicle["motor_ratio"], 1.0 / rate)

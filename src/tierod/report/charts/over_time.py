@@ -36,7 +36,7 @@ _CONSISTENT = (
 )
 STRIPS = {
     "enabled": ("enabled share", "share of the time in which the drive taught something (enabled)"),
-    "hands_on": ("hands on the wheel", "full where hands are on the wheel, half where that is uncertain, else off"),
+    "hands_on": ("hands on", "full where hands are on the wheel, half where that is uncertain, else off"),
 }
 """Traces from 0 to 1 that are drawn beneath an estimate: their name, and what they say."""
 
@@ -118,7 +118,8 @@ def _estimate(diagnosis: Diagnosis, name: str) -> Figure:
         *([_beneath(merged(diagnosis.traces[strip]), per_second)] if strip else []),
     ]
     bottom = 0.16 if strip else 0.0
-    top = _top(upper, mean + half, [value for _, value in levels])
+    heights = [value for _, value in levels]
+    top = _both_ways(mean, heights) if _has_both_signs(mean) else _top(upper, mean + half, heights)
     marks = _since(diagnosis, per_second)
     return Figure(
         name=f"estimate-{name}",
@@ -182,6 +183,19 @@ def _top(upper: np.ndarray, outer: np.ndarray, levels: list[float]) -> list[floa
     high = max([*levels, float(np.quantile(seen, 0.98)) if len(seen) else 1.0])
     low = min(0.0, float(np.quantile(upper[np.isfinite(upper)], 0.02)) if np.isfinite(upper).any() else 0.0)
     return [1.1 * low, 1.15 * high or 1.0]
+
+
+def _has_both_signs(mean: np.ndarray) -> bool:
+    """Whether a tenth of what is known lies below zero; a slip below it makes no range."""
+    known = mean[np.isfinite(mean)]
+    return bool(np.mean(known < 0.0) > 0.1) if len(known) else False
+
+
+def _both_ways(mean: np.ndarray, levels: list[float]) -> list[float]:
+    """The range shown at first of what has both signs: all of the line, and all levels."""
+    low, high = np.nanmin(mean), max([*levels, np.nanmax(mean)])
+    room = 0.08 * (high - low)
+    return [float(low - room), float(high + room)]
 
 
 def _level_shape(name: str, value: float) -> dict[str, Any]:
