@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
-from importlib.util import find_spec
 
 from tierod.studies.content import Item
 from tierod.studies.registry import Effort, Progress
@@ -24,9 +23,8 @@ PARTS: Mapping[str, str] = {
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
     """All that the study finds out."""
-    there = {name: title for name, title in PARTS.items() if find_spec(f"tierod.studies.column.{name}")}
-    for done, (name, title) in enumerate(there.items()):
-        progress(done / len(there), title)
+    for done, (name, title) in enumerate(PARTS.items()):
+        progress(done / len(PARTS), title)
         part: Callable[[Effort], Iterator[Item]] = import_module(f"tierod.studies.column.{name}").items
         yield from part(effort)
     progress(1.0, "done")
