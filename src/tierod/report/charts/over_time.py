@@ -26,6 +26,7 @@ from tierod.report.charts.figure import (
     strip_title,
     summary,
 )
+from tierod.report.charts.first_range import first_range
 from tierod.report.display import INTERVAL, bracketed, number, shown, time_scale, words
 from tierod.signals import SIGNALS
 
@@ -118,8 +119,7 @@ def _estimate(diagnosis: Diagnosis, name: str) -> Figure:
         *([_beneath(merged(diagnosis.traces[strip]), per_second)] if strip else []),
     ]
     bottom = 0.16 if strip else 0.0
-    heights = [value for _, value in levels]
-    top = _both_ways(mean, heights) if _has_both_signs(mean) else _top(upper, mean + half, heights)
+    top = first_range(mean, upper, mean + half, [value for _, value in levels])
     marks = _since(diagnosis, per_second)
     return Figure(
         name=f"estimate-{name}",
@@ -175,27 +175,6 @@ def _beneath(trace: Trace, per_second: float) -> dict[str, Any]:
     name = STRIPS[trace.name][0]
     text = {"hovertemplate": f"%{{y:.0%}}<extra>{name}</extra>"}
     return line(centres(trace, per_second), known, GREEN, name, yaxis="y2", **area, **text)
-
-
-def _top(upper: np.ndarray, outer: np.ndarray, levels: list[float]) -> list[float]:
-    """The range shown at first: all levels, and the band less its start, wide until something is learnt."""
-    seen = np.concatenate([upper[np.isfinite(upper)], outer[np.isfinite(outer)]])
-    high = max([*levels, float(np.quantile(seen, 0.98)) if len(seen) else 1.0])
-    low = min(0.0, float(np.quantile(upper[np.isfinite(upper)], 0.02)) if np.isfinite(upper).any() else 0.0)
-    return [1.1 * low, 1.15 * high or 1.0]
-
-
-def _has_both_signs(mean: np.ndarray) -> bool:
-    """Whether a tenth of what is known lies below zero; a slip below it makes no range."""
-    known = mean[np.isfinite(mean)]
-    return bool(np.mean(known < 0.0) > 0.1) if len(known) else False
-
-
-def _both_ways(mean: np.ndarray, levels: list[float]) -> list[float]:
-    """The range shown at first of what has both signs: all of the line, and all levels."""
-    low, high = np.nanmin(mean), max([*levels, np.nanmax(mean)])
-    room = 0.08 * (high - low)
-    return [float(low - room), float(high + room)]
 
 
 def _level_shape(name: str, value: float) -> dict[str, Any]:

@@ -78,20 +78,21 @@ class Score(NamedTuple):
     seconds: Annotated[float, "s"]
 
 
-def drawn(seed: int, share: float, seconds: float) -> Bench:
+def drawn(seed: int, share: float, seconds: float, tremor: float = 0.03) -> Bench:
     """A bench whose parameters and torque sensor are off by a share, each up or down, and an offset of the torque.
 
     Args:
         seed: of all chance
         share: by which each parameter differs
         seconds: of its course [s]
+        tremor: standard deviation of the hands' trembling [N m]
     """
     draw = np.random.default_rng([seed, 7])
     plant = ColumnBench()
     ways = draw.choice([-1.0, 1.0], len(VARIED) + 1)
     off = {name: getattr(plant, name) * (1.0 + share * way) for name, way in zip(VARIED, ways[:-1], strict=True)}
     gain, offset = 1.0 + share * float(ways[-1]), float(draw.normal(0.0, 0.03))
-    return Bench(replace(plant, **off), gain, offset, BenchHands(time=seconds, seed=seed), seed)
+    return Bench(replace(plant, **off), gain, offset, BenchHands(time=seconds, seed=seed, tremor=tremor), seed)
 
 
 def pieces(bench: Bench) -> Iterator[Piece]:

@@ -17,7 +17,7 @@ from tierod.studies.registry import Effort
 from tierod.vehicles import Vehicle, load
 
 GOAL = "tierod's goal"
-TUNING, REPORTED, COMPARED, WRONG = 500, 1000, 2000, 3000
+TUNING, REPORTED, COMPARED, WRONG, STILL = 500, 1000, 2000, 3000, 4000
 """First seeds: thresholds are designed on some benches and reported on others."""
 LADDER = ((8.0, 8.0), (15.0, 15.0), (22.0, 22.0), THRESHOLDS, (45.0, 45.0))
 """Thresholds for "on" and "off" that are compared."""
@@ -45,6 +45,7 @@ def items(effort: Effort) -> Iterator[Item]:
     yield from _claims(found)
     yield from _compared(vehicle, effort)
     yield from _far_off(vehicle, effort)
+    yield _still(monitor, effort)
 
 
 def _design(monitor: HandsMonitor, effort: Effort) -> Iterator[Item]:
@@ -215,6 +216,23 @@ def _far_off(vehicle: Vehicle, effort: Effort) -> Iterator[Item]:
         None,
         "",
         f"In {learning.seconds / 3600.0:.1f} h with {len(learning.grabs)} grabs and {len(learning.releases)} releases.",
+    )
+
+
+def _still(monitor: HandsMonitor, effort: Effort) -> Claim:
+    count, seconds = (1, 300.0) if effort.quick else (2, 1800.0)
+    runs = [scored([monitor], drawn(STILL + each, 0.02, seconds, tremor=0.0))[0] for each in range(count)]
+    found = together(runs)
+    return Claim(
+        "hands.still",
+        "Changes to off while hands hold that do not tremble at all.",
+        GOAL,
+        None,
+        float(found.false_off),
+        None,
+        "",
+        f"{found.seconds / 3600.0:.1f} h with {len(found.grabs)} holds. A torque that stays below 0.02 N·m for half a "
+        "second on a wheel that rests cannot be told from none.",
     )
 
 

@@ -1,0 +1,45 @@
+import numpy as np
+import pytest
+
+from tierod.monitors.driver_torque.geometry import GeometryOverDrive
+
+RATIO, STIFFNESS = 18.0, 140.0
+
+
+def signals(count=20_000, noise=1e-4):
+    draw, time = np.random.default_rng(3), np.arange(count) * 1e-3
+    motor = 20.0 * np.sin(2.0 * np.pi * 0.4 * time) + 5.0
+    bar = 2.0 * np.sin(2.0 * np.pi * 1.3 * time)
+    wheel = motor / RATIO + bar / STIFFNESS - 0.7
+    return wheel + noise * draw.standard_normal(count), motor, bar + 0.01 * draw.standard_normal(count)
+
+
+def test_ratio_and_stiffness_come_out_whatever_the_offset():
+    geometry = GeometryOverDrive()
+    geometry.add(*signals())
+    found = geometry.found()
+    assert found.ratio == pytest.approx(RATIO, rel=1e-4)
+    assert found.stiffness == pytest.approx(STIFFNESS, rel=0.01)
+
+
+def test_pieces_add_up_and_missing_samples_are_left_out():
+    whole, parts, rows = GeometryOverDrive(), GeometryOverDrive(), np.array(signals())
+    whole.add(*rows)
+    rows[1, ::5] = np.nan
+    for part in np.array_split(rows, 7, axis=1):
+        parts.add(*part)
+    assert parts.found().ratio == pytest.approx(whole.found().ratio, rel=1e-4)
+
+
+def test_a_wrong_sign_tells_neither():
+    geometry, (wheel, motor, bar) = GeometryOverDrive(), signals()
+    geometry.add(wheel, motor, -bar)
+    assert geometry.found() is None
+
+
+def test_too_little_tells_neither():
+    few, still = GeometryOverDrive(), GeometryOverDrive()
+    few.add(*signals(100))
+    still.add(*np.zeros((3, 2000)))
+    assert few.found() is None
+    assert still.found() is None
