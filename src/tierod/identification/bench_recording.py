@@ -10,6 +10,7 @@ import numpy as np
 
 from tierod.errors import InputError
 from tierod.identification.experiment import Experiment
+from tierod.identification.fit_quality import white_noise
 from tierod.identification.sampled_column import BenchParameters
 from tierod.recording import Recording
 
@@ -84,7 +85,7 @@ def bench_recording(name: str, recording: Recording, parameters: BenchParameters
     grid = _aligned(name, recording, names, step)
     inputs, measured = _without_gaps(name, driving, grid[:, 0]), grid[:, 1:].copy()
     remarks = [_cut_off(name, each, measured[:, k]) for k, each in enumerate(OUTPUTS)]
-    deviation = tuple(_noise(measured[:, k]) for k in range(len(OUTPUTS)))
+    deviation = tuple(white_noise(measured[:, k]) for k in range(len(OUTPUTS)))
     locked = _is_still(measured[:, 0], deviation[0])
     _require_motion(name, driving, inputs, measured, deviation, locked)
     time = np.arange(len(inputs)) * step
@@ -151,13 +152,6 @@ def _cut_off(name: str, channel: str, values: np.ndarray) -> str:
         f"{name}: '{channel}' stays at its largest value in {100.0 * cut.mean():.2g} % of the samples; a sensor at its "
         "limit is taken as missing there"
     )
-
-
-def _noise(values: np.ndarray) -> float:
-    """Standard deviation of white noise, from third differences, which motion hardly reaches."""
-    third = np.diff(values, 3)
-    third = third[np.isfinite(third)]
-    return max(float(np.sqrt(np.mean(third**2) / 20.0)) if len(third) else 0.0, 1e-7)
 
 
 def _is_still(angle: np.ndarray, noise: float) -> bool:

@@ -32,6 +32,17 @@ def normalised_error(simulated: np.ndarray, measured: np.ndarray) -> float:
     return float(np.sqrt(np.mean((simulated[known] - measured[known]) ** 2))) / spread
 
 
+def white_noise(values: np.ndarray) -> float:
+    """Standard deviation of the white noise on a signal, from its third differences, which motion hardly reaches.
+
+    Args:
+        values: sampled far above the frequencies of the motion; missing ones are left out
+    """
+    third = np.diff(values, 3)
+    third = third[np.isfinite(third)]
+    return max(float(np.sqrt(np.mean(third**2) / 20.0)) if len(third) else 0.0, 1e-7)
+
+
 def whiteness(residuals: Sequence[np.ndarray]) -> Whiteness:
     """Of the residuals of one output over several experiments, each (n,); missing ones are left out."""
     power = sum(float(np.nansum(each**2)) for each in residuals)

@@ -18,12 +18,14 @@ class Regression(NamedTuple):
         values: coefficients
         covariance: of them, with residuals that are coloured
         residual: root mean square of what is left over
+        inverse: of instruments against regressors, (coefficients, coefficients)
         strength: smallest singular value of instruments against regressors, each of size one: 0 is no information
     """
 
     values: np.ndarray
     covariance: np.ndarray
     residual: float
+    inverse: np.ndarray
     strength: float
 
 
@@ -51,7 +53,8 @@ def instrumental(
     values = np.linalg.solve(cross, seen.T @ told)
     left = [t - r @ values for t, r in zip(target, regressors, strict=True)]
     scores = [z * e[:, None] for z, e in zip(instruments, left, strict=True)]
-    whitened = [score @ np.linalg.inv(cross) for score in scores]
+    inverse = np.linalg.inv(cross)
+    whitened = [score @ inverse.T for score in scores]
     covariance = sandwich(np.eye(len(values)), whitened)
     residual = float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
-    return Regression(values, covariance, residual, strength)
+    return Regression(values, covariance, residual, inverse, strength)

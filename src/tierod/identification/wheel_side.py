@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from tierod.identification.fit_quality import white_noise
 from tierod.identification.instruments import instrumental
 
 SMOOTHING = 0.03
@@ -65,6 +66,9 @@ def wheel_side(recordings: Sequence[WheelMotion], inertia: float | None = None) 
     Raises:
         InputError: the wheel hardly moves
 
+    The standard deviations are the larger of two: that of residuals of any colour, which a few slow swings tell badly,
+    and that of the white noise of both sensors, carried through the smoothing.
+
     Source: Raffone, eq (1) with T_driver = 0.
     """
     targets, regressors, instruments = [], [], []
@@ -83,8 +87,11 @@ def wheel_side(recordings: Sequence[WheelMotion], inertia: float | None = None) 
         regressors.append(np.column_stack([*known, constant]))
         instruments.append(np.column_stack([*seen, constant]))
     found = instrumental(targets, regressors, instruments)
-    spread = np.sqrt(np.diag(found.covariance))
     both = inertia is None
+    moments = found.values[1] if both else inertia
+    white = sum(_noise(each, z, moments, found.values[0]) for each, z in zip(recordings, instruments, strict=True))
+    sensors = found.inverse @ white @ found.inverse.T
+    spread = np.sqrt(np.maximum(np.diag(found.covariance), np.diag(sensors)))
     return WheelSide(
         float(found.values[1]) if both else math.nan,
         float(found.values[0]),
@@ -93,6 +100,15 @@ def wheel_side(recordings: Sequence[WheelMotion], inertia: float | None = None) 
         found.residual,
         found.strength,
     )
+
+
+def _noise(motion: WheelMotion, instruments: np.ndarray, inertia: Any, damping: Any) -> np.ndarray:
+    """Covariance of instruments times residual, from the white noise of angle and torque."""
+    curve, first, second = (weight[::-1] for weight in _weights(motion.sample_time))
+    torque = np.array([np.convolve(z, curve) for z in instruments.T]) * white_noise(motion.bar_torque)
+    through = inertia * second + damping * first
+    angle = np.array([np.convolve(z, through) for z in instruments.T]) * white_noise(motion.steering_wheel_angle)
+    return torque @ torque.T + angle @ angle.T
 
 
 def _weights(sample_time: float) -> list[np.ndarray]:
