@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 
+from tierod.errors import ParameterError
 from tierod.graph import scan
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.sideslip.conventional import conventional_kalman, conventional_poles
@@ -130,3 +131,20 @@ def test_friction_is_the_only_part_that_is_not_linear():
     samples, _, _ = turning(10.0, 200)
     once, twice = scan(free, samples), scan(free, samples * [1.0, 2.0, 2.0, 2.0])
     np.testing.assert_allclose(twice["sideslip_angle"], 2.0 * once["sideslip_angle"], atol=1e-12)
+
+
+@pytest.mark.parametrize("build", OBSERVERS.values(), ids=list(OBSERVERS))
+def test_a_car_whose_torque_shows_nothing_is_refused_with_the_state(build):
+    with pytest.raises(ParameterError, match="does not show sideslip_angle"):
+        build(dataclasses.replace(CAR, mechanical_trail=-CAR.pneumatic_trail), DT)
+
+
+@pytest.mark.parametrize("build", OBSERVERS.values(), ids=list(OBSERVERS))
+def test_a_steering_too_stiff_for_the_step_is_refused_with_the_eigenvalue(build):
+    with pytest.raises(ParameterError, match=r"eigenvalue of -\d+"):
+        build(dataclasses.replace(CAR, road_wheel_friction=900.0, road_wheel_inertia=1.0), DT)
+
+
+def test_a_sample_time_that_is_none_is_refused():
+    with pytest.raises(ParameterError, match="sample time"):
+        conventional_kalman(CAR, 0.0)

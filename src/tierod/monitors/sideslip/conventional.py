@@ -23,10 +23,10 @@ from tierod.monitors.sideslip.observer import (
     RearAxle,
     Seen,
     SteeringTorqueObserver,
-    finer_steps,
     low_speed,
 )
 from tierod.monitors.sideslip.schedule import Design, ScheduledObserver, Scheduling, scheduled
+from tierod.monitors.sideslip.soundness import finer_steps, require_sound
 
 START = (0.1**2, 0.3**2, 0.3**2, 0.5**2)
 """Variance of the state before the first sample, in the units of the states."""
@@ -140,7 +140,11 @@ def conventional_kalman(
         p: of the car
         sample_time: [s]
         noise: of sensors and model
+
+    Raises:
+        ParameterError: a car that it cannot follow, see `require_sound`
     """
+    require_sound(p, sample_time)
     model = sampled_model(sample_time)
     process, reading = variances(noise or ObserverNoise(), sample_time)
     sampled = model.Parameters(p, sample_time)
@@ -160,8 +164,10 @@ def conventional_poles(
         noise: of sensors and model, for the standard deviation of the estimate
 
     Raises:
-        ParameterError: the observer is not stable at every speed
+        ParameterError: a car that it cannot follow, see `require_sound`, or an observer that is not stable at every
+            speed
     """
+    require_sound(p, sample_time)
     model = sampled_model(sample_time)
     process, reading = variances(noise or ObserverNoise(), sample_time)
     free = dataclasses.replace(p, road_wheel_friction=0.0)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
@@ -235,8 +234,3 @@ class SteeringTorqueObserver(ABC):
 def low_speed(p: Any) -> LowSpeed:
     """What is given where a car of these parameters crawls."""
     return LowSpeed(p.rear_distance / (p.front_distance + p.rear_distance))
-
-
-def finer_steps(sample_time: float) -> int:
-    """Steps of the integration within a sample: a millisecond each, at which the models are far from their limit."""
-    return max(1, math.ceil(sample_time / 1e-3 - 1e-6))

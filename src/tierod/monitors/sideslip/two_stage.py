@@ -23,7 +23,6 @@ from tierod.monitors.sideslip.observer import (
     RearAxle,
     Seen,
     SteeringTorqueObserver,
-    finer_steps,
     low_speed,
 )
 from tierod.monitors.sideslip.schedule import (
@@ -33,6 +32,7 @@ from tierod.monitors.sideslip.schedule import (
     scheduled,
     stationary_covariance,
 )
+from tierod.monitors.sideslip.soundness import finer_steps, require_sound
 from tierod.ranges import NOT_NEGATIVE
 
 DISTURBANCE_POLES = (-60.0, -65.0, -70.0)
@@ -173,7 +173,11 @@ def two_stage_kalman(
         p: of the car
         sample_time: [s]
         noise: of sensors and model
+
+    Raises:
+        ParameterError: a car that it cannot follow, see `require_sound`
     """
+    require_sound(p, sample_time)
     noise = noise or ObserverNoise()
     model, process, reading = _steering(noise, sample_time)
     steering = KalmanFilter(
@@ -203,8 +207,10 @@ def two_stage_poles(
         noise: of sensors and model, for the standard deviations
 
     Raises:
-        ParameterError: the observer is not stable at every speed
+        ParameterError: a car that it cannot follow, see `require_sound`, or an observer that is not stable at every
+            speed
     """
+    require_sound(p, sample_time)
     noise = noise or ObserverNoise()
     model, process, reading = _steering(noise, sample_time)
     free = dataclasses.replace(_part(p, DisturbedSteering), road_wheel_friction=0.0)
