@@ -94,5 +94,5 @@ def test_the_part_is_whole_and_its_goals_are_met():
     claims = [item for item in found if isinstance(item, Claim)]
     assert {claim.group for claim in claims} == {"torque"}
     assert all(claim.met is not False for claim in claims)
-    assert sum(isinstance(item, Table) for item in found) == 3
+    assert sum(isinstance(item, Table) for item in found) == 5
     assert sum(isinstance(item, Chart) for item in found) == 1

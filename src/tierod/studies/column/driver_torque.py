@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from tierod.studies.column import observer_consistency, observer_sensitivity, observers_compared
+from tierod.studies.column import (
+    observer_consistency,
+    observer_sensitivity,
+    observers_compared,
+    observers_elsewhere,
+)
 from tierod.studies.content import Heading, Item
 from tierod.studies.registry import Effort
 
@@ -24,4 +29,5 @@ def items(effort: Effort) -> Iterator[Item]:
     yield Heading("Torque of the driver's hands", TEXT)
     yield from observers_compared.items(effort)
     yield from observer_sensitivity.items(effort)
+    yield from observers_elsewhere.items(effort)
     yield from observer_consistency.items(effort)
