@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from controlled_column import COLUMN, CONTROL, STEP
+from tierod.control.column_regulator import regulator
 from tierod.control.margins import margins
 from tierod.control.open_loop import open_loop
-from tierod.control.position_control import regulator
 from tierod.errors import ParameterError
 from tierod.estimators.stationary import StationaryFilter
 from tierod.models.column_observation import linear_column, observed_column

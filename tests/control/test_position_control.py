@@ -5,12 +5,11 @@ import numpy as np
 import pytest
 
 from controlled_column import COLUMN, CONTROL, STEP, turn
+from tierod.control.column_regulator import column_system, regulator
 from tierod.control.position_control import (
     ObservedColumn,
     PositionControl,
     TorqueLimits,
-    column_system,
-    regulator,
 )
 from tierod.control.reference import Reference, Step, Sweep
 from tierod.errors import ParameterError

@@ -2,30 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
 from tierod.block import leaves, map_leaves
+from tierod.control.column_regulator import SMOOTHING, kept_share, regulator
 from tierod.control.flat_column import ColumnMotion, advanced, motion_for
-from tierod.control.lqr import Regulator, lqr, with_delay, with_integral
 from tierod.control.reference import Reference
 from tierod.errors import ParameterError
 from tierod.fields import numbers
 from tierod.graph.maths import absolute, all_of, both, either, limit, present, tanh, where
-from tierod.models.linear import LinearSystem, linearise, sampled
-from tierod.models.two_inertia_column import TwoInertiaColumn, TwoInertiaParameters
+from tierod.models.two_inertia_column import TwoInertiaParameters
 from tierod.ranges import NOT_NEGATIVE, POSITIVE, SHARE
-
-WEIGHTS: Mapping[str, float] = {"shaft": 300.0, "steering_wheel_angle": 200.0, "shaft_integral": 4.0e4}
-"""What an error of shaft [1/rad^2], steering wheel [1/rad^2] and integral [1/(rad s)^2] costs against 1 (N m)^2 of the
-motor: three degrees of the shaft as much as 1 N m. That of the wheel damps its swing on the bar. Three times as much on
-the shaft leaves two thirds of the error that friction makes, and a tenth less of the distance from instability."""
-
-SMOOTHING = 2e-3
-"""Time constant of the low-pass of the feedback [s]: it turns the phase of the gear's swing, at 112 Hz in the paper's
-column, so that feedback through an observer that leaves out the gear does not excite it."""
 
 
 class ObservedColumn(NamedTuple):
@@ -229,55 +218,6 @@ class PositionControl:
         motion = motion_for(advanced(reference, ahead), self.column, self.output_stiffness)
         rubbing = self.friction * tanh(motion.motor_speed / self.friction_speed)
         return self.feed_forward * (motion.motor_torque + rubbing)
-
-
-def regulator(
-    column: TwoInertiaParameters,
-    torsion_bar_stiffness: float,
-    sample_time: float,
-    weights: Mapping[str, float] | None = None,
-    torque_weight: float = 1.0,
-    smoothing: float = SMOOTHING,
-) -> Regulator:
-    """The regulator behind `PositionControl.design`; arguments as there."""
-    system = column_system(column, torsion_bar_stiffness, sample_time)
-    whole = with_integral(with_delay(system, kept_share(smoothing, sample_time)), ("shaft",), sample_time)
-    return lqr(whole, WEIGHTS if weights is None else weights, [torque_weight])
-
-
-def kept_share(smoothing: float, sample_time: float) -> float:
-    """Share that a low-pass keeps from one sample to the next.
-
-    Args:
-        smoothing: its time constant, 0 for none [s]
-        sample_time: [s]
-
-    Raises:
-        ParameterError: a time below zero
-    """
-    if not 0.0 <= smoothing < math.inf:
-        raise ParameterError(f"smoothing is {smoothing} s; expected a time that is not negative")
-    return math.exp(-sample_time / smoothing) if smoothing > 0.0 else 0.0
-
-
-def column_system(column: TwoInertiaParameters, torsion_bar_stiffness: float, sample_time: float) -> LinearSystem:
-    """The column from its motor's torque to the `shaft` that follows, sampled.
-
-    Raises:
-        ParameterError: a parameter that is not above zero
-    """
-    if not torsion_bar_stiffness > 0.0:
-        raise ParameterError(f"torsion_bar_stiffness is {torsion_bar_stiffness} N m/rad; expected a number above zero")
-    for name in ("steering_wheel_inertia", "motor_inertia", "stiffness", "motor_ratio"):
-        if not getattr(column, name) > 0.0:
-            raise ParameterError(f"{name} is {getattr(column, name)}; expected a number above zero")
-    whole = linearise(TwoInertiaColumn, column, (0.0,) * 4, (0.0,) * 3)
-    share = column.stiffness / torsion_bar_stiffness
-    row = [[0.0, 0.0, 1.0 - share, share / column.motor_ratio]]
-    driven = LinearSystem.of(whole.A, row, whole.B[:, :1])
-    return sampled(
-        LinearSystem(driven.A, driven.B, driven.C, driven.D, whole.states, ("motor_torque",), ("shaft",)), sample_time
-    )
 
 
 def _kept(usable: Any, trees: tuple[Any, ...]) -> tuple[Any, ...]:

@@ -65,20 +65,15 @@ def items(loops: Mapping[str, ClosedLoop], effort: Effort) -> Iterator[Item]:
 
 
 def _grips(loop: ClosedLoop, count: int) -> Iterator[Item]:
-    rows, all_found, soon = [], [], []
-    for name, stiffness in HOLDS.items():
-        held = replace(loop, bench=holding(stiffness))
-        for frequency in FREQUENCIES:
-            grips = [BEGIN + 2.0 + (k + 0.2) / count / frequency for k in range(count)]
-            found = [
-                taken(run(held, Sweep(start=frequency, stop=frequency), grip + 2.0, 100 + k, grip), grip)
-                for k, grip in enumerate(grips)
-            ]
-            columns = [np.array(column) for column in zip(*found, strict=True)]
-            rows.append((f"{name}, {frequency:g} Hz", *(cell for column in columns for cell in _cells(column))))
-            if name == FIRM:
-                all_found += [each.found for each in found]
-                soon += [each.gone for each in found] if frequency >= 1.0 else []
+    holds = {
+        (name, frequency): _taken(replace(loop, bench=holding(stiffness)), frequency, count)
+        for name, stiffness in HOLDS.items()
+        for frequency in FREQUENCIES
+    }
+    rows = []
+    for (name, frequency), found in holds.items():
+        columns = [np.array(column) for column in zip(*found, strict=True)]
+        rows.append((f"{name}, {frequency:g} Hz", *(cell for column in columns for cell in _cells(column))))
     yield Table(
         f"A driver holds against sines of 30° ({count} grips over a period each), in ms: median, worst",
         (
@@ -96,6 +91,20 @@ def _grips(loop: ClosedLoop, count: int) -> Iterator[Item]:
         "The hands hold the wheel where they took it. A grip near the turning point of a slow sine meets no torque for "
         "long: nothing is to be found before the wheel moves against the hands. A negative time: found before 1 N·m.",
     )
+    firm = {frequency: found for (name, frequency), found in holds.items() if name == FIRM}
+    yield from _claims(firm)
+
+
+def _taken(loop: ClosedLoop, frequency: float, count: int) -> list[Taken]:
+    """Grips at instants spread over a period; other noise than the rule was tried on."""
+    grips = [BEGIN + 2.0 + (k + 0.2) / count / frequency for k in range(count)]
+    source = Sweep(start=frequency, stop=frequency)
+    return [taken(run(loop, source, grip + 2.0, 100 + k, grip), grip) for k, grip in enumerate(grips)]
+
+
+def _claims(firm: Mapping[float, list[Taken]]) -> Iterator[Item]:
+    all_found = [each.found for found in firm.values() for each in found]
+    soon = [each.gone for frequency, found in firm.items() for each in found if frequency >= 1.0]
     yield Claim(
         "position.driver-found",
         "A driver who holds the wheel firmly is found soon after 1 N·m.",
