@@ -15,6 +15,7 @@ from tierod.identification.column_fit import (
     CURES,
     DEFAULT_FREE,
     DESIGN,
+    FRICTION,
     WHEEL_SIDE,
     ColumnFit,
     Fitted,
@@ -66,7 +67,7 @@ def identify_column(
     rows = _parted([bench_recording(name, each, parameters) for name, each in recordings.items()], parameters)
     remarks = [remark for each in rows for remark in each.remarks]
     for each in rows:
-        refuse_slips(each, search_of(parameters, (), [each], widened=True))
+        refuse_slips(each, search_of(parameters, FRICTION, [each], widened=True))
     if all(each.locked for each in rows) and any(name in WHEEL_SIDE for name in wanted):
         refused = [name for name in wanted if name in WHEEL_SIDE]
         if free:

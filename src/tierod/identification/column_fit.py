@@ -21,6 +21,7 @@ DEFAULT_FREE = ("steering_wheel_damping", "motor_damping", "motor_friction", "mo
 """Raffone, section 2.2: damping of wheel and motor, and Dahl's friction."""
 DESIGN = ("motor_ratio",)
 """Parameters that are counted, not measured."""
+FRICTION = ("motor_friction", "motor_friction_stiffness")
 WHEEL_SIDE = ("steering_wheel_inertia", "steering_wheel_damping")
 
 _NUISANCES = (
@@ -81,7 +82,7 @@ def search_of(
     starts = []
     for friction, stiffness in _STARTS:
         start = np.zeros(len(free))
-        for name, shift in (("motor_friction", friction), ("motor_friction_stiffness", stiffness)):
+        for name, shift in zip(FRICTION, (friction, stiffness), strict=True):
             if name in places:
                 start[places[name]] = shift
         starts.append(tuple(start.tolist()))
@@ -94,7 +95,7 @@ def search_of(
         (factor[0] * TORQUE_DEVIATION,),
         tuple((factor[1] * noise).tolist()),
         RoundedColumn,
-        starts=tuple(dict.fromkeys(starts)) if places.keys() & {"motor_friction", "motor_friction_stiffness"} else (),
+        starts=tuple(dict.fromkeys(starts)) if places.keys() & set(FRICTION) else (),
     )
 
 

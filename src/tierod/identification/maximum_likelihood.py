@@ -165,14 +165,22 @@ class MaximumLikelihood:
         return self._estimate(place, found, covariance, steps + more, converged)
 
     def place_of(self, estimate: Estimate) -> np.ndarray:
-        """Where the search ended."""
-        values = [each.coordinate(value) for each, value in zip(estimate.free, estimate.values, strict=True)]
-        return np.array([*values, *np.log([*estimate.input_deviation, *estimate.output_deviation])])
+        """Where another search ended; what it did not look for is where this one starts."""
+        place = self.start()
+        for k, each in enumerate(self.free):
+            if each.name in estimate.names:
+                place[k] = each.coordinate(estimate[each.name])
+        place[self._count :] = np.log([*estimate.input_deviation, *estimate.output_deviation])
+        return place
+
+    def places(self) -> list[np.ndarray]:
+        """All places from which the search may start."""
+        place = self.start()
+        return [place, *(place + np.pad(each, (0, len(place) - self._count)) for each in self.starts)]
 
     def _best_start(self, place: np.ndarray, experiments: Sequence[Experiment]) -> np.ndarray:
         noise = np.concatenate([place[: self._count] * 0.0, self._noise_at(self.widened[0]) - place[self._count :]])
-        places = [place, *(place + np.pad(each, (0, len(place) - self._count)) for each in self.starts)]
-        return min(places, key=lambda at: self.cost(at + noise, experiments))
+        return min(self.places(), key=lambda at: self.cost(at + noise, experiments))
 
     def _noise_at(self, factor: float) -> np.ndarray:
         return np.log([*np.multiply(self.input_deviation, factor), *self.output_deviation])
