@@ -34,7 +34,10 @@ def test_lists_all_as_json(capsys):
     listed = json.loads(capsys.readouterr().out)["monitors"]
     assert [each["name"] for each in listed] == list(MONITORS)
     assert all(each["variants"] for each in listed)
-    assert [each["default"] for each in listed] == ["pre-sliding", None]
+    defaults = {each["name"]: each["default"] for each in listed}
+    assert defaults["friction"] == "pre-sliding"
+    assert defaults["hysteresis"] is None
+    assert defaults["sideslip"] == "combined"
 
 
 def test_an_unknown_monitor_names_the_nearest(capsys):

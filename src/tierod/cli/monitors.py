@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -37,7 +38,7 @@ def _document(monitor: Monitor) -> dict[str, Any]:
         "summary": monitor.summary,
         "source": monitor.source,
         "required": list(monitor.required),
-        "optional": list(monitor.optional),
+        "optional": list(_measured(monitor.optional)),
         "minimum_rate": monitor.minimum_rate,
         "condition": monitor.condition,
         "default": monitor.default,
@@ -57,7 +58,7 @@ def _show(monitor: Monitor) -> None:
     console.print("\n[bold]Signals[/bold]")
     signals = [
         (name, use, SIGNALS[name].unit, SIGNALS[name].meaning)
-        for use, names in (("needed", monitor.required), ("helps", monitor.optional))
+        for use, names in (("needed", monitor.required), ("helps", _measured(monitor.optional)))
         for name in names
     ]
     console.print(rows(("signal", "use", "unit", "meaning"), signals))
@@ -70,3 +71,10 @@ def _show(monitor: Monitor) -> None:
         rows(("variant", "what it does", "source"), [(v.name, v.summary, v.source) for v in monitor.variants.values()])
     )
     console.print()
+
+
+def _measured(names: Iterable[str]) -> tuple[str, ...]:
+    """The signals that a car can have; truths of a simulation are left out."""
+    from tierod.signals import SIGNALS
+
+    return tuple(name for name in names if name in SIGNALS)
