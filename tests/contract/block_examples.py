@@ -36,6 +36,7 @@ from tierod.filters.jump_gate import JumpGate
 from tierod.filters.play import Play
 from tierod.identification.innovations import Innovations
 from tierod.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
+from tierod.identification.simulation import Simulation
 from tierod.models.friction_estimation import FrictionEstimation as EstimatedFriction
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.models.steering_column import ColumnParameters
@@ -167,6 +168,7 @@ def examples() -> dict[type, Callable[[], Any]]:
         Innovations: lambda: Innovations(
             SampledColumn, BENCH, (0.0,) * 7, (1e-4,) * 7, (1e-4,), (1e-6, 1e-5, 4e-4), RoundedColumn
         ),
+        Simulation: lambda: Simulation(SampledColumn, BENCH, (0.0,) * 7, ("motor_friction",), (4,)),
         Luenberger: lambda: Luenberger(EstimatedFriction, CAR, (0.0,) * 5, GAIN),
         StationaryFilter: lambda: StationaryFilter(
             EstimatedFriction, CAR, (0.0,) * 5, GAIN, (1.0,) * 15, (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)

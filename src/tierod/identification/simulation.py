@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from tierod.block import Tree, leaves, rebuild, skeleton
+from tierod.estimators.kernels import usable
 from tierod.estimators.linear_algebra import dot, plus
 from tierod.graph.derivatives import jacobian
+from tierod.graph.maths import where
 
 Rows = tuple[tuple[Any, ...], ...]
 
@@ -32,7 +34,7 @@ class Simulation:
     """A discrete model driven by recorded inputs alone, with its sensitivities.
 
     The sensitivities follow the chain rule through the automatic Jacobians of one step: they are exact, and cost one
-    scan for all of them.
+    scan for all of them. A missing input holds the state.
 
     Args:
         model: discrete model
@@ -66,7 +68,12 @@ class Simulation:
         ahead = self.model.transition(state.mean, sample, self.parameters)
         told = self._derived(self.model.output, state, sample)
         moved = self._derived(self.model.transition, state, sample)
-        return Moving(ahead, moved), Simulated(output, told)
+        whole = usable([leaf for _, leaf in leaves(sample)])
+        if whole is True:
+            return Moving(ahead, moved), Simulated(output, told)
+        after = Moving(ahead, moved)
+        held = [where(whole, a, b) for (_, a), (_, b) in zip(leaves(after), leaves(state), strict=True)]
+        return rebuild(state, held), Simulated(output, told)
 
     def _derived(self, function: Any, state: Moving, sample: Any) -> Rows:
         """Derivatives of a function of state and parameters by what is free."""
