@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from tierod.control.margins import frequency_response, margins
+from tierod.control.margins import margins
 from tierod.errors import ParameterError
 from tierod.models.linear import LinearSystem, sampled
 
@@ -52,14 +52,3 @@ def test_the_margins_are_where_the_loop_becomes_unstable():
 def test_a_loop_that_is_unstable_is_refused_with_its_eigenvalue():
     with pytest.raises(ParameterError, match="unstable: eigenvalue .* of size 1"):
         margins(delayed_integrator(500.0, 4), STEP)
-
-
-def test_the_response_is_that_of_a_driven_system():
-    system = sampled(LinearSystem.of([[0.0, 1.0], [-900.0, -6.0]], [[1.0, 0.5]], [[0.0], [1.0]]), STEP)
-    frequency = 5.0
-    drive = np.exp(2j * math.pi * frequency * STEP * np.arange(20_000))
-    x = np.zeros(2, complex)
-    for u in drive:
-        y = system.C @ x
-        x = system.A @ x + system.B[:, 0] * u
-    assert frequency_response(system, np.array([frequency]), STEP)[0] == pytest.approx((y / drive[-1])[0], rel=1e-9)

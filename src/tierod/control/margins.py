@@ -8,6 +8,7 @@ from typing import Annotated
 
 import numpy as np
 
+from tierod.analysis.frequency_response import frequency_response
 from tierod.errors import ParameterError
 from tierod.models.linear import LinearSystem
 
@@ -33,20 +34,6 @@ class Margins:
     distance: Annotated[float, ""]
 
 
-def frequency_response(system: LinearSystem, frequencies: np.ndarray, sample_time: float) -> np.ndarray:
-    """Response of a discrete system with one input and one output, C (z I - A)^-1 B + D.
-
-    Args:
-        system: discrete
-        frequencies: [Hz], (n,)
-        sample_time: [s]
-    """
-    z = np.exp(2j * math.pi * np.asarray(frequencies, float) * sample_time)
-    whole = z[:, None, None] * np.eye(len(system.A)) - system.A
-    states = np.linalg.solve(whole, np.broadcast_to(system.B[:, :1], (len(z), *system.B[:, :1].shape)))
-    return (system.C[:1] @ states)[:, 0, 0] + system.D[0, 0]
-
-
 def margins(loop: LinearSystem, sample_time: float) -> Margins:
     """Margins of a discrete loop L, closed by u = -L u.
 
@@ -60,7 +47,7 @@ def margins(loop: LinearSystem, sample_time: float) -> Margins:
     require_stable_when_closed(loop)
     half = 0.5 / sample_time
     frequencies = np.geomspace(1e-5 * half, half, 40_000)
-    response = frequency_response(loop, frequencies, sample_time)
+    response = frequency_response(loop, frequencies, sample_time).gain[:, 0, 0]
     size, phase = np.abs(response), np.unwrap(np.angle(response))
     at_one = _crossings(np.log(size))
     real = np.concatenate([response.real[_crossings(response.imag)], _ends(loop)])

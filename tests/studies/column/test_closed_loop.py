@@ -122,5 +122,5 @@ def test_differences_are_late_by_nothing():
 
 def test_margins_tell_which_observers_not_to_control_with(loop):
     assert tracking.margins_of(loop, KNOWN).distance > 0.5
-    whole = loop_of(tracking.observers(KNOWN)["printed, full column with gear"], KNOWN)
+    whole = loop_of(tracking.observers(KNOWN)[tracking.FULL], KNOWN)
     assert tracking.margins_of(whole, KNOWN) is None

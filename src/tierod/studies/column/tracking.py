@@ -7,6 +7,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
+from tierod.analysis.frequency_response import frequency_response
 from tierod.control.margins import Margins, margins
 from tierod.control.open_loop import open_loop
 from tierod.errors import ParameterError
@@ -20,13 +23,14 @@ from tierod.studies.claims import Claim, at_least, at_most
 from tierod.studies.column.closed_loop import SAMPLE_TIME, Belief, ClosedLoop
 from tierod.studies.column.followed import Followed, sine, sweep
 from tierod.studies.column.scatter import scattered
-from tierod.studies.content import Item, Table
+from tierod.studies.content import Chart, Item, Lines, Panel, Table
 from tierod.studies.registry import Effort
 
 FREQUENCIES = (0.1, 1.0, 2.0, 3.0)
 """Of the sines [Hz]."""
 
 MECHANICAL, BALANCED = "printed, mechanical reduction", "printed, balanced reduction"
+FULL = "printed, full column with gear"
 PRINTED = (MECHANICAL, BALANCED)
 """The paper's two observers."""
 
@@ -45,7 +49,7 @@ def observers(known: Belief) -> Mapping[str, Any]:
     return {
         MECHANICAL: PrintedObserver.of_column(column, "series spring", SAMPLE_TIME),
         BALANCED: PrintedObserver.of_column(column, "balanced", SAMPLE_TIME),
-        "printed, full column with gear": PrintedObserver.of_column(column, "full", SAMPLE_TIME),
+        FULL: PrintedObserver.of_column(column, "full", SAMPLE_TIME),
         "tierod's default, without gear": ColumnObserver.of_parameters(without_gear(column), SAMPLE_TIME),
         "tierod's default, with gear": ColumnObserver.of_parameters(column, SAMPLE_TIME),
     }
@@ -58,6 +62,7 @@ def items(loops: Mapping[str, ClosedLoop], known: Belief, effort: Effort) -> Ite
     wrong = {name: tuple(_worst(loop, share, effort) for share in SHARES) for name, loop in loops.items()}
     far = {name: margins_of(loop, known) for name, loop in loops.items()}
     yield _table(swept, wrong, far)
+    yield _chart({name: loops[name] for name in (MECHANICAL, FULL)}, known)
     yield from _claims(swept, far)
 
 
@@ -75,15 +80,20 @@ def deaf(loop: ClosedLoop) -> ClosedLoop:
 
 
 def margins_of(loop: ClosedLoop, known: Belief) -> Margins | None:
-    """Of a closed loop, its column with gear and without friction, cut at the motor's torque; None if unstable."""
+    """Of the loop cut at the motor's torque; None if it is unstable when closed."""
+    try:
+        return margins(cut(loop, known), SAMPLE_TIME)
+    except ParameterError:
+        return None
+
+
+def cut(loop: ClosedLoop, known: Belief) -> LinearSystem:
+    """A closed loop, its column with gear and without friction, cut at the motor's torque."""
     whole = sampled(linear_column(SteeringColumn, known.column), SAMPLE_TIME)
     plant = LinearSystem(
         whole.A, whole.B[:, :1], whole.C, whole.D[:, :1], whole.states, whole.inputs[:1], whole.outputs
     )
-    try:
-        return margins(open_loop(plant, loop.observer, loop.controller.position, loop.read), SAMPLE_TIME)
-    except ParameterError:
-        return None
+    return open_loop(plant, loop.observer, loop.controller.position, loop.read)
 
 
 def _sines(loop: ClosedLoop, known: Belief, effort: Effort) -> Iterator[Item]:
@@ -159,6 +169,36 @@ def _table(
         "the controller knows nothing of it. That is a reason to reduce the model which the paper does not give. "
         "tierod's default believes its model more than the printed ones do, which serves the torque of the hands and "
         "not a control whose column is another one. Nobody listens for a driver here.",
+    )
+
+
+def _chart(loops: Mapping[str, ClosedLoop], known: Belief) -> Chart:
+    frequencies = np.concatenate([np.geomspace(0.1, 90.0, 300), np.geomspace(90.0, 140.0, 600), [200.0, 400.0]])
+    gains = {
+        name: frequency_response(cut(loop, known), frequencies, SAMPLE_TIME).gain[:, 0, 0]
+        for name, loop in loops.items()
+    }
+    scale = np.log10(frequencies)
+    return Chart(
+        "position-loop",
+        "The loop cut at the motor's torque",
+        "At 112 Hz the gear swings: the gain passes one with either observer, and the phase there decides.",
+        "Gain and phase of the open loop over the logarithm of frequency with a sharp peak at 112 hertz.",
+        (
+            Panel(
+                "Gain",
+                "log10 of the frequency in Hz",
+                "gain in dB",
+                tuple(Lines(name, scale, 20.0 * np.log10(np.abs(gain))) for name, gain in gains.items()),
+                levels=(("one", 0.0),),
+            ),
+            Panel(
+                "Phase",
+                "log10 of the frequency in Hz",
+                "phase in °",
+                tuple(Lines(name, scale, np.degrees(np.unwrap(np.angle(gain)))) for name, gain in gains.items()),
+            ),
+        ),
     )
 
 
