@@ -107,3 +107,12 @@ def test_higher_thresholds_decide_later():
     careful = replace(monitor(), to_off=replace(monitor().to_off, threshold=70.0, ceiling=70.0))
     delays = [first(scan(each, samples)["hands"], OFF, 8.0) for each in (monitor(), careful)]
     assert delays[0] < delays[1]
+
+
+def test_what_is_learnt_beyond_belief_is_forgotten():
+    """A hand that pulls ever harder, slowly, must not become an offset of the sensor."""
+    samples = recorded(40.0, 90.0, 90.0)
+    samples[:, 1] += np.interp(np.arange(40_000) * STEP, [10.0, 40.0], [0.0, 0.6])
+    output = scan(monitor(), samples)
+    assert np.max(np.abs(output["torque_offset"])) <= monitor().greatest_offset
+    assert not np.any(output["hands"][30_000:] == OFF)

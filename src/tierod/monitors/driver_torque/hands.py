@@ -34,6 +34,9 @@ THRESHOLDS = (30.0, 33.0)
 """Evidence for "on" and for "off", see `hands_design`."""
 
 
+BEYOND = 4.0
+"""Standard deviations of the tolerance beyond which what was learnt is not believed."""
+
 SMOOTHING = 0.005
 """Time constant of the wheel's acceleration, whose noise would otherwise pass for motion [s]."""
 
@@ -65,6 +68,7 @@ class HandsMonitor:
         slope: acceleration of the wheel, from the rate of the hypothesis that holds
         slow_slope: what that was before, so that its lag can be made up for
         sample_time: between two samples
+        greatest_offset, greatest_inertia_error: what was learnt beyond them is forgotten, and the hands are not known
         most: evidence that one sample may give, so that a broken one decides nothing
         doubt: share of a threshold from which on evidence against the present state makes it uncertain
         calm: share of the threshold above which evidence for hands ends all learning
@@ -82,6 +86,8 @@ class HandsMonitor:
     slope: Differentiator
     slow_slope: FirstOrderLowPass
     sample_time: Annotated[float, "s"]
+    greatest_offset: Annotated[float, "N*m"]
+    greatest_inertia_error: Annotated[float, "kg*m**2"]
     most: Annotated[float, ""] = 5.0
     doubt: Annotated[float, ""] = 0.5
     calm: Annotated[float, ""] = 0.2
@@ -174,6 +180,8 @@ class HandsMonitor:
             Differentiator(WheelRate, sample_time, 0.0, smoothing),
             FirstOrderLowPass(WheelAcceleration, sample_time, 0.0, smoothing),
             sample_time,
+            BEYOND * tolerance.offset,
+            BEYOND * tolerance.share * wheel.steering_wheel_inertia,
         )
 
     def init(self) -> State:
@@ -247,20 +255,29 @@ class HandsMonitor:
         off, on, lost = self.off.init(), self.on.init(), self._lost(state)
         anew = both(believed, state.gap > 1.5 * self.sample_time)
         sure = both(state.hands < 0.25, state.to_on.up < self.calm * self.to_on.threshold)
-        learnt = chosen(both(sure, negated(lost)), state.off, state.learnt)
+        absurd = self._absurd(state.off.mean)
+        forgotten = either(lost, absurd)
+        learnt = chosen(both(sure, negated(forgotten)), state.off, state.learnt)
         here = off._replace(mean=off.mean._replace(steering_wheel_angle=sample.steering_wheel_angle))
         unknown = begun(off, here, learnt, anew, state.off)
         held = begun(on, here, on, anew, state.on)
-        never_off = both(state.hands > 0.25, state.to_off.down <= 0.0)
+        never_off = either(absurd, both(state.hands > 0.25, state.to_off.down <= 0.0))
         return state._replace(
             off=relearning(unknown, learnt, never_off),
             on=held,
             learnt=learnt,
-            to_on=self.to_on.State(*(where(lost, 0.0, each) for each in state.to_on)),
-            to_off=self.to_off.State(*(where(lost, 0.0, each) for each in state.to_off)),
-            hands=where(lost, UNCERTAIN, state.hands),
+            to_on=self.to_on.State(*(where(forgotten, 0.0, each) for each in state.to_on)),
+            to_off=self.to_off.State(*(where(forgotten, 0.0, each) for each in state.to_off)),
+            hands=where(forgotten, UNCERTAIN, state.hands),
             last=chosen(anew, sample, state.last),
             acceleration=where(anew, 0.0, state.acceleration),
+        )
+
+    def _absurd(self, wheel: Any) -> Any:
+        """Whether what was learnt is no wheel of the vehicle's: hands were taken for none."""
+        return either(
+            absolute(wheel.torque_offset) > self.greatest_offset,
+            absolute(wheel.inertia_error) > self.greatest_inertia_error,
         )
 
     def _learning(self, state: State) -> Any:
