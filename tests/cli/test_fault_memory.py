@@ -6,6 +6,8 @@ import pytest
 from diagnosis.memories import drive
 from tierod.cli import main
 from tierod.diagnosis.fault_memory import FaultMemory
+from tierod.diagnosis.status import CodeStatus
+from tierod.errors import OutputError
 from tierod.findings import Diagnosis, Finding, Status
 from tierod.monitors.into_memory import MemoryFeed
 from tierod.monitors.session import StatusChange
@@ -75,7 +77,7 @@ def test_a_damaged_memory_is_refused_and_can_be_cleared(path, capsys):
         (["clear", "absent.json"], "nothing to clear"),
         (["snapshot", "PATH"], "name a trouble code"),
         (["snapshot", "PATH", "C1A99-00"], "there is no trouble code"),
-        (["snapshot", "PATH", "friction-rising"], "never failed"),
+        (["snapshot", "PATH", "friction-rising"], "has not failed"),
         (["read", "PATH", "--uds", "19x"], "pairs of hexadecimal"),
         (["read", "PATH", "--uds", "14FFFFFF"], "tierod faults clear"),
         (["clear", "PATH", "--uds", "1902FF"], "--uds goes with 'read'"),
@@ -109,6 +111,32 @@ def test_the_course_of_a_verdict_becomes_results_and_the_verdict_the_last_one(tm
     frame = memory.entries["friction-fault"].first
     assert frame.instant == pytest.approx(50.0)
     assert frame.at_instant() == {"vehicle_speed": pytest.approx(50.0)}
+
+
+def test_a_verdict_with_a_longer_name_than_those_before_it_counts(tmp_path):
+    feed = MemoryFeed(tmp_path / "memory.json", "midsize-eps", "friction")
+    time = np.arange(100) / 10.0
+    feed.add(Aligned(time, time[:, None], ("vehicle_speed",)), 10.0)
+    diagnosis = Diagnosis((Finding("friction", Status.HEALTHY, ""),), created="2026-01-01")
+    feed.finish(diagnosis, [StatusChange(-1.0, Status.FAULT)])
+    memory = FaultMemory.opened(tmp_path / "memory.json")
+    assert not memory.entries["friction-fault"].status & CodeStatus.TEST_FAILED
+
+
+def test_recordings_that_are_judged_side_by_side_are_all_kept(tmp_path):
+    feeds = [MemoryFeed(tmp_path / "memory.json", "midsize-eps", "friction") for _ in range(2)]
+    time = np.arange(100) / 10.0
+    for feed in feeds:
+        feed.add(Aligned(time, time[:, None], ("vehicle_speed",)), 10.0)
+        feed.finish(Diagnosis((Finding("friction", Status.FAULT, ""),), created="2026-01-01"), ())
+    memory = FaultMemory.opened(tmp_path / "memory.json")
+    assert memory.cycles == 2
+    assert memory.entries["friction-fault"].status & CodeStatus.CONFIRMED
+
+
+def test_a_missing_folder_is_told_of_before_the_recording_is_judged(tmp_path):
+    with pytest.raises(OutputError, match="create it first"):
+        MemoryFeed(tmp_path / "absent" / "memory.json", "midsize-eps", "friction")
 
 
 def test_a_monitor_without_a_running_verdict_tells_its_verdict_at_the_end(tmp_path):

@@ -146,6 +146,73 @@ def test_clearing_forgets_and_a_fault_that_is_still_there_comes_back():
     assert all(entry.status == CLEARED for entry in memory.entries.values())
 
 
+def test_a_displaced_code_still_says_that_its_test_fails():
+    memory = FaultMemory(table(a=code(1, priority=1), b=code(2, priority=9, lamp=True)), places=1)
+    drive(memory, {"b": (-1.0, 2.0, 1.0), "a": (-1.0, 4.0, 1.0)})
+    kept = CodeStatus.TEST_FAILED | CodeStatus.FAILED_THIS_CYCLE | CodeStatus.FAILED_SINCE_CLEAR
+    assert status(memory, "b") == kept
+    assert not memory.entries["b"].stored
+    assert not memory.lamp
+
+
+def test_a_consequence_that_outlasts_its_cause_is_raised():
+    memory = FaultMemory(table(a=code(1), b=code(2, consequence_of=("a",))))
+    time = np.arange(100) / 10.0
+    a = np.select([time < 3.0, time < 6.0], [-1.0, 1.0], -1.0)
+    memory.begin_cycle()
+    changes = memory.absorb(time, {"a": a, "b": np.where(time < 3.5, -1.0, 1.0)})
+    memory.end_cycle()
+    assert [change[1:] for change in changes] == [
+        ("a", "passed"),
+        ("b", "passed"),
+        ("a", "failed"),
+        ("a", "passed"),
+        ("b", "failed"),
+    ]
+    assert changes[-1][0] == pytest.approx(6.1)
+    assert memory.entries["b"].stored
+
+
+def test_a_consequence_of_what_fails_is_no_step_towards_healing():
+    memory = FaultMemory(table(a=code(1), b=code(2, consequence_of=("a",), healing_cycles=1, lamp=True)))
+    drive(memory, {"b": 1.0})
+    drive(memory, {"b": (-1.0, 5.0, 1.0), "a": (-1.0, 5.0, 1.0)})
+    assert memory.entries["b"].consequence_of == "a"
+    assert memory.lamp
+
+
+def test_a_code_without_a_lamp_ages_from_its_first_passed_cycle_on():
+    memory = FaultMemory(table(a=code(1, healing_cycles=9, aging_cycles=2)))
+    drive(memory, {"a": 1.0})
+    drive(memory, {"a": -1.0})
+    assert memory.entries["a"].stored
+    drive(memory, {"a": -1.0})
+    assert not memory.entries["a"].stored
+
+
+def test_clearing_one_code_leaves_others_as_they_are_and_keeps_no_frame_of_its_own():
+    memory = FaultMemory(table(a=code(1), b=code(2, increment=1, decrement=1)))
+    time = np.arange(100) / 10.0
+    memory.begin_cycle()
+    speed = {"vehicle_speed": time}
+    memory.absorb(time, {"a": np.where(time < 9.5, -1.0, 1.0), "b": np.ones(100)}, speed)
+    memory.clear("C1A01-62")
+    assert memory.entries["b"].counter == 100
+    changes = memory.absorb(time + 10.0, {"b": np.ones(100)}, speed)
+    assert changes == ((pytest.approx(12.6), "b", "failed"),)
+    memory.end_cycle()
+    assert memory.entries["a"].status == CLEARED
+    assert memory.entries["a"].last is None
+
+
+def test_signals_that_the_table_does_not_list_are_left_out():
+    memory = FaultMemory(table(a=code(1)))
+    memory.begin_cycle()
+    memory.absorb([0.0], {"a": [1.0]}, {"vehicle_speed": [3.0], "motor_torque": [1.0]})
+    memory.end_cycle()
+    assert memory.entries["a"].last.at_instant() == {"vehicle_speed": 3.0}
+
+
 def test_the_strongest_reaction_of_what_fails_now_counts():
     memory = FaultMemory(table(a=code(1, reaction="degrade"), b=code(2, reaction="off")))
     drive(memory, {"a": 1.0, "b": 1.0})
@@ -163,6 +230,10 @@ def test_bad_input_is_named():
         memory.begin_cycle()
     with pytest.raises(InputError, match="did you mean 'friction'"):
         memory.absorb([0.0], {"frction": [1.0]})
+    with pytest.raises(InputError, match="did you mean 'yaw_rate'"):
+        memory.absorb([0.0], {"friction": [1.0]}, {"yaw_rte": [0.0]})
+    with pytest.raises(InputError, match="do not rise"):
+        memory.absorb([np.nan], {"friction": [1.0]})
     with pytest.raises(InputError, match="expected \\(2,\\)"):
         memory.absorb([0.0, 1.0], {"friction": [1.0]})
     with pytest.raises(InputError, match="do not rise"):

@@ -33,7 +33,7 @@ def test_one_fault_comes_with_its_environment():
     assert {"name": "vehicle_speed", "unit": "m/s", "value": 15.0} in environment["snapshots"][0]["data"]
 
 
-@pytest.mark.parametrize(("name", "says"), [("b", "never failed"), ("C9", "there is no trouble code 'C9'")])
+@pytest.mark.parametrize(("name", "says"), [("b", "has not failed"), ("C9", "there is no trouble code 'C9'")])
 def test_a_code_that_is_not_there_is_refused(name, says):
     with pytest.raises(ParameterError, match=says):
         fault(memory(), name)

@@ -11,6 +11,7 @@ import pytest
 from diagnosis.memories import code, drive, table
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.diagnosis.status import CodeStatus
+from tierod.diagnosis.store import digest_of, require_folder
 from tierod.errors import InputError, OutputError
 
 CODES = table(**{f"c{k}": code(k) for k in range(16)})
@@ -59,6 +60,10 @@ def spoilt(path, how):
         path.write_text(json.dumps({**document, "codes": "another"}))
     elif how == "foreign":
         path.write_text('{"speed": 3}')
+    elif how in ("entry", "names"):
+        content = document["content"]
+        content["entries"] |= {"c1": {"status": 8}} if how == "entry" else {"d1": content["entries"]["c1"]}
+        path.write_text(json.dumps({**document, "digest": digest_of(content, "car")}))
     elif how == "bytes":
         path.write_bytes(b"\xff\xfe\x00")
 
@@ -73,7 +78,8 @@ def spoilt(path, how):
         ("table", "another table"),
         ("foreign", "no schema"),
         ("bytes", "damaged"),
-        ("vehicle", "of the vehicle 'car', not 'truck'"),
+        ("entry", "an entry is not whole"),
+        ("names", "codes are not those of its table"),
     ],
 )
 def test_a_file_that_does_not_fit_is_refused_and_kept_aside(tmp_path, how, says):
@@ -83,11 +89,74 @@ def test_a_file_that_does_not_fit_is_refused_and_kept_aside(tmp_path, how, says)
     before = path.read_bytes()
     for _ in range(2):
         with pytest.raises(InputError, match=says) as refused:
-            FaultMemory.opened(path, "truck" if how == "vehicle" else "car", CODES)
+            FaultMemory.opened(path, "car", CODES)
     assert path.read_bytes() == before
     (kept,) = [each for each in tmp_path.iterdir() if each != path]
     assert kept.read_bytes() == before
     assert kept.name in str(refused.value)
+
+
+def test_the_memory_of_another_vehicle_is_refused_and_left_alone(tmp_path):
+    path = tmp_path / "memory.json"
+    drive(FaultMemory.opened(path, "car", CODES), {"c1": 1.0})
+    with pytest.raises(InputError, match="of the vehicle 'car', not 'truck'.*name that of this vehicle"):
+        FaultMemory.opened(path, "truck", CODES)
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_damaged_file_is_told_of_even_where_no_copy_can_be_kept(tmp_path, monkeypatch):
+    path = tmp_path / "memory.json"
+    path.write_text("{")
+
+    def full(_):
+        raise OutputError("no space")
+
+    monkeypatch.setattr("tierod.diagnosis.store.replacing", full)
+    with pytest.raises(InputError, match="damaged.*no copy could be kept"):
+        FaultMemory.opened(path, "car", CODES)
+
+
+def test_a_link_stays_and_what_killed_writers_left_where_it_leads_is_removed(tmp_path):
+    (tmp_path / "there").mkdir()
+    target, link = tmp_path / "there" / "m[1].json", tmp_path / "link.json"
+    link.symlink_to(target)
+    drive(FaultMemory.opened(link, "car", CODES), {"c1": 1.0})
+    left = target.with_name(".m[1].0123456789ab.json")
+    left.write_text("half")
+    drive(FaultMemory.opened(link, "car", CODES), {"c2": 1.0})
+    assert link.is_symlink()
+    assert not left.exists()
+    assert confirmed(FaultMemory.opened(target, "car", CODES)) == {"c1", "c2"}
+
+
+def test_a_file_that_appeared_meanwhile_is_not_overwritten(tmp_path):
+    path = tmp_path / "memory.json"
+    memory = FaultMemory.opened(path, "car", CODES)
+    path.write_text('{"mine": 1}')
+    with pytest.raises(OutputError, match="not the one that was read"):
+        memory.save()
+    assert path.read_text() == '{"mine": 1}'
+
+
+def test_what_could_not_be_written_is_written_once_there_is_room(tmp_path, monkeypatch):
+    path = tmp_path / "memory.json"
+    memory = FaultMemory.opened(path, "car", CODES)
+    memory.begin_cycle()
+
+    def full(_):
+        raise OutputError("no space")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("tierod.diagnosis.store.replacing", full)
+        with pytest.raises(OutputError, match="no space"):
+            memory.absorb(np.arange(3.0), {"c1": np.ones(3)})
+    memory.end_cycle()
+    assert confirmed(FaultMemory.opened(path, "car", CODES)) == {"c1"}
+
+
+def test_a_missing_folder_is_told_of_beforehand(tmp_path):
+    with pytest.raises(OutputError, match="there is no folder.*create it first"):
+        require_folder(tmp_path / "absent" / "memory.json")
 
 
 def test_two_programs_do_not_overwrite_each_other(tmp_path):

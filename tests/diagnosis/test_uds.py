@@ -101,6 +101,19 @@ def test_what_cannot_be_answered_is_refused_with_its_reason(memory, request_, re
     assert answer(memory, bytes.fromhex(request_)) == bytes.fromhex(refused)
 
 
+def test_a_request_can_suppress_the_positive_answer_only(memory):
+    assert answer(memory, bytes.fromhex("19 82 FF")) == b""
+    assert answer(memory, bytes.fromhex("19 84 00 00 00 01")) == bytes.fromhex("7F 19 31")
+
+
+def test_a_value_too_large_for_single_precision_is_infinite():
+    memory = FaultMemory(table(a=code(1)))
+    memory.begin_cycle()
+    memory.absorb([0.0], {"a": [1.0]}, {"vehicle_speed": [-1e300]})
+    memory.end_cycle()
+    assert struct.unpack(">f", answer(memory, bytes.fromhex("19 04 5A 01 62 01"))[-4:])[0] == -math.inf
+
+
 def test_clearing(memory):
     assert answer(memory, bytes.fromhex("14 5A 02 62")) == b"\x54"
     assert memory.entries["a"].stored

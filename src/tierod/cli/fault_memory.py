@@ -49,7 +49,7 @@ def _read(path: Path, code: str | None, uds: str | None, json: bool) -> None:
 
     memory = _opened(path)
     if uds is not None:
-        print(answer(memory, _request(uds)).hex(" ").upper())
+        print(answer(memory, _request(uds)).hex(" ").upper() or "no answer: the request suppresses a positive one")
     elif json or code is not None:
         print_json(sovd.faults(memory) if code is None else sovd.fault(memory, code))
     else:
@@ -87,7 +87,7 @@ def _snapshot(path: Path, code: str | None, uds: str | None, json: bool) -> None
         del frames["latest failure"]
     for which, frame in frames.items():
         if frame is None:
-            output().print("The test failed, but no signals were kept.")
+            output().print(f"The test failed ({which}), but no signals were kept.")
         else:
             print_snapshot(frame, which, output())
 
@@ -98,14 +98,17 @@ def _clear(path: Path, code: str | None, uds: str | None, json: bool) -> None:
 
     if not path.exists():
         raise InputError(f"there is no fault memory {path}; there is nothing to clear")
-    kept = store.aside(path)
     try:
         memory = FaultMemory.opened(path)
     except InputError:
         if code is not None:
             raise
-        store.remove(path)
+        kept = store.remove(path)
     else:
+        if code is not None:
+            memory.codes.named(code)
+        # Copied after it was read: what another program writes from here on makes the clearing fail.
+        kept = store.aside(path)
         memory.clear(code)
     messages().print(f"cleared {path}; what it held is kept as {kept}", soft_wrap=True, markup=False)
     if json:

@@ -34,13 +34,19 @@ def begun(entry: Entry) -> Entry:
 
 
 def ended(entry: Entry, code: TroubleCode) -> Entry:
-    """The entry at the end of an operation cycle: passed cycles let the lamp go, and then the code itself."""
+    """The entry at the end of an operation cycle: passed cycles let the lamp go, and then the code itself.
+
+    A code that never asked for the lamp ages from its first passed cycle on. A cycle in which the test failed as the
+    consequence of another is no step towards healing.
+    """
     status = at_cycle_end(entry.status)
-    if not passed_this_cycle(entry.status):
+    if not passed_this_cycle(entry.status) or entry.consequence_of:
         return entry.with_(status=status)
     entry = entry.with_(status=status, failed_cycles=0, passed_cycles=entry.passed_cycles + 1)
     if not status & CodeStatus.CONFIRMED:
         return entry.with_(passed_cycles=0)
+    if not entry.healed and not status & CodeStatus.WARNING_REQUESTED:
+        entry = entry.with_(healed=True)
     if not entry.healed and entry.passed_cycles >= code.healing_cycles:
         return entry.with_(status=status & ~CodeStatus.WARNING_REQUESTED, healed=True, passed_cycles=0)
     if entry.healed and entry.passed_cycles >= code.aging_cycles:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.block import named_tuple
 from tierod.errors import ParameterError
-from tierod.graph.maths import any_of, maximum, minimum, present, where
+from tierod.graph.maths import any_of, both, maximum, minimum, present, where
 
 LOWEST, HIGHEST = -128.0, 127.0
 
@@ -75,6 +75,9 @@ class DebounceCounter:
 class DebounceCounters:
     """One counter for each of many codes; those of a consequence stand still while one of its causes has failed.
 
+    A consequence that has failed already loses its verdict meanwhile: if it is still there when its causes have passed,
+    it fails anew.
+
     Args:
         counters: one per code
         causes: places of the codes of which each is a consequence
@@ -109,7 +112,9 @@ class DebounceCounters:
         after, verdicts = [], []
         for counter, own, causes, result in zip(self.counters, state, self.causes, sample, strict=True):
             if causes:
-                result = where(any_of(*[state[k].verdict > 0.5 for k in causes]), 0.0, result)
+                caused = any_of(*[state[k].verdict > 0.5 for k in causes])
+                result, again = where(caused, 0.0, result), both(caused, own.verdict > 0.5)
+                own = DebounceCounter.State(where(again, 0.0, own.counter), where(again, 0.0, own.verdict))
             counted, output = counter.step(own, DebounceCounter.Sample(result))
             after.append(counted)
             verdicts.append(output.verdict)

@@ -48,8 +48,8 @@ class Entry:
         occurrences: how often the test changed to failed since the memory was cleared
         failed_cycles: in a row, up to confirmation
         passed_cycles: in a row, for healing and then for aging
-        healed: whether the lamp was let go, and aging has begun
-        consequence_of: name of the code that caused the last failure; "" where none did
+        healed: whether the lamp is let go, and aging has begun
+        consequence_of: name of the code that caused the latest failure, until a test passes; "" where none did
         first, last: freeze frame of the first and of the latest failure
     """
 
@@ -66,8 +66,8 @@ class Entry:
 
     @property
     def stored(self) -> bool:
-        """Whether it takes a place in the memory: something failed since it was cleared, and has not been forgotten."""
-        return bool(self.status & (CodeStatus.PENDING | CodeStatus.CONFIRMED | CodeStatus.TEST_FAILED))
+        """Whether it takes a place in the memory: it is pending or confirmed, and was not displaced since."""
+        return bool(self.status & (CodeStatus.PENDING | CodeStatus.CONFIRMED))
 
     def with_(self, **changes: Any) -> Entry:
         """The entry with some of its fields replaced."""

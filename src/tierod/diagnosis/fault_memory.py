@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from tierod.diagnosis.status import CodeStatus, after_test
 from tierod.diagnosis.trouble_codes import REACTIONS, TroubleCodes, load_trouble_codes
 from tierod.errors import InputError, ParameterError, nearest
 from tierod.graph import scan
+from tierod.signals import SIGNALS
 
 CAUSE_DELAY = 2.0
 """A cause may fail this much later than its consequence and still take its place [s]: it may be slower to find."""
@@ -31,7 +33,7 @@ class FaultMemory:
     Args:
         codes: the table
         vehicle: whose memory it is
-        path: of the file that it is kept in; None to keep it in the program only
+        path: of a new file that it is kept in, None to keep it in the program only; `opened` goes on with one
         places: how many codes it holds; a further one takes the place of the least important
 
     With a path, every change of a status is on the disk before `absorb` returns.
@@ -81,7 +83,7 @@ class FaultMemory:
         assert memory.path
         if memory.path.exists():
             kept = store.load(memory.path, memory.codes, vehicle)
-            memory.entries |= {name: Entry.of(each) for name, each in kept.content["entries"].items()}
+            memory.entries |= kept.entries
             memory.cycles, memory.date = kept.content["cycles"], kept.content["date"]
             memory.open, memory.overflowed = kept.content["open"], kept.content["overflowed"]
             memory._digest, memory.vehicle = kept.digest, kept.vehicle
@@ -116,31 +118,35 @@ class FaultMemory:
         Args:
             time: of the results within the cycle [s], (n,), rising, later than those before
             results: by name of the code, (n,) each: 1 failed, -1 passed, 0 or NaN no result
-            signals: for the freeze frames, by name, (n,) each
+            signals: for the freeze frames, by canonical name, (n,) each; kept are those of the table
 
         Returns:
             what changed: (time [s], name of the code, "failed" or "passed")
 
         Raises:
-            InputError: no such code, lengths that differ, or times that do not rise
-            OutputError: the file cannot be written
+            InputError: no such code or signal, lengths that differ, or times that do not rise
+            OutputError: the file cannot be written; the results stand in the program, and `save` tries again
         """
         if not self._live:
             raise ParameterError("no operation cycle is open; begin one before results come")
         time = np.asarray(time, float)
-        self._check(time, {**results, **(signals or {})}, results)
+        self._check(time, results, signals or {})
         table = np.zeros((len(time), len(self._names)))
         for name, values in results.items():
             table[:, self._names.index(name)] = values
         done = scan(self._bank, table, self._counting)
         self._counting = done.state
-        self._window.add(time, {name: np.asarray(each, float) for name, each in (signals or {}).items()})
+        kept = {
+            name: np.asarray(each, float) for name, each in (signals or {}).items() if name in self.codes.identifiers
+        }
+        self._window.add(time, kept)
         changes = self._changes(time, np.column_stack([done[name] for name in done.names]))
         for instant, name, verdict in changes:
             self._apply(instant, name, verdict)
         counted = np.asarray(done.state.values).reshape(-1, 2)
         for k, name in enumerate(self._names):
-            self.entries[name] = self.entries[name].with_(counter=int(counted[k, 0]))
+            counter, verdict = (int(number) for number in counted[k])
+            self.entries[name] = self.entries[name].with_(counter=counter, verdict=verdict)
         if len(time):
             framed = self._frames(float(time[-1]))
             self._window.forget(float(time[-1]) - BEFORE - AFTER)
@@ -161,18 +167,25 @@ class FaultMemory:
         self.open = self._live = False
 
     def clear(self, name: str | None = None) -> None:
-        """Forget one code by its name, or all of them.
+        """Forget one code, given its name or the code itself, or all of them; others count on as they did.
+
+        Within a cycle its test begins anew, as if the cycle had begun: what still fails is pending again.
 
         Raises:
             ParameterError: no such code
+            OutputError: the file cannot be written
         """
         chosen = self._names if name is None else (self.codes.named(name),)
-        self.entries |= {each: Entry() for each in chosen}
         self.overflowed = self.overflowed and name is not None
-        # What counts on would otherwise not tell again of a fault that is still there.
-        self._counting = None
-        for each in set(self._names) - set(chosen):
-            self.entries[each] = self.entries[each].with_(verdict=0, counter=0)
+        for each in chosen:
+            self.entries[each] = Entry()
+            self._waiting.pop(each, None)
+            self._before.pop(each, None)
+        if self._counting is not None:
+            # What counts on would otherwise not tell again of a fault that is still there.
+            counted = np.array(self._counting.values).reshape(-1, 2)
+            counted[[self._names.index(each) for each in chosen]] = 0.0
+            self._counting = replace(self._counting, values=counted.ravel())
         self.save()
 
     @property
@@ -208,21 +221,24 @@ class FaultMemory:
         }
         self._digest = store.save(self.path, self.codes, self.vehicle, content, self._digest)
 
-    def _check(self, time: np.ndarray, columns: Mapping[str, Any], results: Mapping[str, Any]) -> None:
+    def _check(self, time: np.ndarray, results: Mapping[str, Any], signals: Mapping[str, Any]) -> None:
         for name in results:
             if name not in self.entries:
                 raise InputError(f"there is no trouble code '{name}'{nearest(name, self.entries)}")
-        for name, values in columns.items():
+        for name in signals:
+            if name not in SIGNALS:
+                raise InputError(f"there is no signal '{name}'{nearest(name, SIGNALS)}")
+        for name, values in (*results.items(), *signals.items()):
             if np.shape(values) != time.shape:
                 raise InputError(f"'{name}' has the shape {np.shape(values)}; expected {time.shape}, as the time has")
         before = self._window.time[-1:]
-        if not (np.diff(np.concatenate([before, time])) > 0.0).all():
-            raise InputError("the times of the results do not rise from one to the next; sort them")
+        if not (np.isfinite(time).all() and (np.diff(np.concatenate([before, time])) > 0.0).all()):
+            raise InputError("the times of the results do not rise from one to the next; sort them, and leave none out")
 
     def _changes(self, time: np.ndarray, verdicts: np.ndarray) -> list[tuple[float, str, int]]:
         """Verdicts that are new, in the order of time; causes before consequences."""
         held = np.array([[self.entries[name].verdict for name in self._names]], float)
-        rows, columns = np.nonzero(np.diff(np.concatenate([held, verdicts]), axis=0))
+        rows, columns = np.nonzero(verdicts * np.diff(np.concatenate([held, verdicts]), axis=0))
         found = [(float(time[r]), self._names[c], int(verdicts[r, c])) for r, c in zip(rows, columns, strict=True)]
         return sorted(found, key=lambda change: (change[0], len(self._causes[change[1]])))
 
@@ -257,7 +273,7 @@ class FaultMemory:
         # The least important goes; among equals one that is not failing now, then the one that is not the newest.
         least = max(stored, key=lambda name: (self.codes.codes[name].priority, name not in failing, name != newest))
         kept = self.entries[least].status & ~(CodeStatus.PENDING | CodeStatus.CONFIRMED | CodeStatus.WARNING_REQUESTED)
-        self.entries[least] = Entry(status=kept & ~CodeStatus.TEST_FAILED, verdict=self.entries[least].verdict)
+        self.entries[least] = Entry(status=kept, verdict=self.entries[least].verdict)
         self._waiting.pop(least, None)
         self.overflowed = True
 

@@ -44,7 +44,10 @@ def fault(memory: FaultMemory, name_or_code: str) -> dict[str, Any]:
     name = memory.codes.named(name_or_code)
     entry = memory.entries[name]
     if not entry.stored:
-        raise ParameterError(f"the memory holds nothing of {memory.codes.codes[name].code} ({name}); it never failed")
+        raise ParameterError(
+            f"the memory holds nothing of {memory.codes.codes[name].code} ({name}): it has not failed since it was "
+            "cleared, has aged, or made room for another"
+        )
     return {"item": _item(memory, name), "environment_data": _environment(entry)}
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import glob
 import hashlib
 import json
 import os
@@ -11,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tierod.diagnosis.entry import Entry
 from tierod.diagnosis.trouble_codes import TroubleCodes
 from tierod.errors import InputError, OutputError
 from tierod.files import replacing
@@ -27,11 +29,13 @@ class Kept:
 
     Args:
         content: of the memory
+        entries: by the name of their code
         digest: of the content
         vehicle: whose memory it is
     """
 
     content: Mapping[str, Any]
+    entries: Mapping[str, Entry]
     digest: str
     vehicle: str
 
@@ -45,25 +49,39 @@ def load(path: Path, codes: TroubleCodes, vehicle: str | None = None) -> Kept:
         vehicle: whose memory it must be; anyone's where None
 
     Raises:
-        InputError: it cannot be read, is damaged, of another version, table or vehicle. What does not fit is copied
-            aside first; the message tells where
+        InputError: it cannot be read, is damaged, of another version, table or vehicle. What cannot be read as a memory
+            is copied aside first; the message tells where
     """
+    raw = _raw(path)
     try:
-        raw = path.read_bytes()
+        kept = _checked(raw, codes)
+    except ValueError as error:
+        raise InputError(
+            f"the fault memory {path} {error}; nothing was changed, and {_told_aside(path, raw)}. Name another file, "
+            f"or begin anew with 'tierod faults clear {path}'"
+        ) from None
+    if vehicle is not None and kept.vehicle != vehicle:
+        raise InputError(
+            f"the fault memory {path} is of the vehicle '{kept.vehicle}', not '{vehicle}'; nothing was changed. Every "
+            "vehicle has a memory of its own: name that of this vehicle, or a new file"
+        )
+    return kept
+
+
+def _raw(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InputError(f"the fault memory {path} cannot be read ({reason}); check the path") from None
+
+
+def _told_aside(path: Path, raw: bytes) -> str:
+    """Half a sentence on the copy; a folder that takes none must not hide what is wrong with the file."""
     try:
-        kept = _checked(raw, codes)
-        if vehicle is not None and kept.vehicle != vehicle:
-            raise ValueError(f"is of the vehicle '{kept.vehicle}', not '{vehicle}'")
-    except ValueError as error:
-        aside = _aside(path, raw)
-        raise InputError(
-            f"the fault memory {path} {error}; nothing was changed, and a copy is kept as {aside}. Give the memory of "
-            f"this vehicle, or begin anew with 'tierod faults clear {path}'"
-        ) from None
-    return kept
+        return f"a copy is kept as {_aside(path, raw)}"
+    except OutputError:
+        return "no copy could be kept beside it"
 
 
 def _checked(raw: bytes, codes: TroubleCodes) -> Kept:
@@ -83,7 +101,13 @@ def _checked(raw: bytes, codes: TroubleCodes) -> Kept:
         raise ValueError("was written with another table of trouble codes")
     if any(not isinstance(content.get(name), kind) for name, kind in _FIELDS.items()):
         raise ValueError("is damaged: a field is missing")
-    return Kept(content, document["digest"], document["vehicle"])
+    if set(content["entries"]) != set(codes.codes):
+        raise ValueError("is damaged: its codes are not those of its table")
+    try:
+        entries = {name: Entry.of(each) for name, each in content["entries"].items()}
+    except (ValueError, TypeError, KeyError, AttributeError):
+        raise ValueError("is damaged, or of another version: an entry is not whole") from None
+    return Kept(content, entries, document["digest"], str(document["vehicle"]))
 
 
 def save(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, Any], before: str) -> str:
@@ -99,18 +123,36 @@ def save(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, An
     Raises:
         OutputError: it cannot be written, or another program has written it meanwhile
     """
+    # A link is followed once: lock, temporary file and new name belong into one folder.
+    path = path.resolve()
     digest = digest_of(content, vehicle)
     document = {"schema": SCHEMA, "vehicle": vehicle, "codes": codes.fingerprint, "digest": digest, "content": content}
     with _alone(path.parent):
         if _digest_in(path) != before:
             raise OutputError(
-                f"the fault memory {path} was written by another program meanwhile; its codes are untouched, run again"
+                f"the fault memory {path} is not the one that was read: another program has written it meanwhile. "
+                "It is untouched; run again"
             )
         with replacing(path) as temporary:
             temporary.write_text(json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n", "utf-8")
         _sweep(path)
         _settled(path.parent)
     return digest
+
+
+def require_folder(path: Path) -> None:
+    """See that a file can be written where it shall be, before work is done whose result goes there.
+
+    Raises:
+        OutputError: its folder is missing or cannot be written
+    """
+    folder = path.resolve().parent
+    if not folder.is_dir():
+        raise OutputError(f"the fault memory {path} cannot be written: there is no folder {folder}; create it first")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise OutputError(
+            f"the fault memory {path} cannot be written: you may not write in {folder}; check its permissions"
+        )
 
 
 def digest_of(content: Mapping[str, Any], vehicle: Any) -> str:
@@ -126,16 +168,26 @@ def aside(path: Path) -> Path:
         InputError: it cannot be read
         OutputError: the copy cannot be written
     """
-    try:
-        return _aside(path, path.read_bytes())
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({(error.strerror or str(error)).lower()}); check the path") from None
+    return _aside(path, _raw(path))
 
 
-def remove(path: Path) -> None:
-    """Remove a file that cannot be read as a memory; the next recording begins a new one."""
+def remove(path: Path) -> Path:
+    """Remove a file that cannot be read as a memory, and tell where its copy is; the next recording begins a new one.
+
+    Raises:
+        InputError: it cannot be read
+        OutputError: it cannot be copied or removed
+    """
+    path = path.resolve()
     with _alone(path.parent):
-        path.unlink()
+        kept = aside(path)
+        try:
+            path.unlink()
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
+            raise OutputError(f"{path} cannot be removed ({reason}); check the permissions of its folder") from None
+        _settled(path.parent)
+    return kept
 
 
 def _aside(path: Path, raw: bytes) -> Path:
@@ -148,16 +200,16 @@ def _aside(path: Path, raw: bytes) -> Path:
 
 def _digest_in(path: Path) -> str:
     try:
-        return str(json.loads(path.read_text("utf-8")).get("digest", ""))
+        return str(json.loads(path.read_bytes())["digest"])
     except FileNotFoundError:
         return ""
-    except (OSError, ValueError, AttributeError):
+    except (OSError, ValueError, TypeError, LookupError):
         return "unreadable"
 
 
 def _sweep(path: Path) -> None:
     """Remove what killed writers left beside the file; nobody else writes while the folder is locked."""
-    for left in path.parent.glob(f".{path.stem[:100]}.{'[0-9a-f]' * 12}{path.suffix}"):
+    for left in path.parent.glob(f".{glob.escape(path.stem[:100])}.{'[0-9a-f]' * 12}{glob.escape(path.suffix)}"):
         with contextlib.suppress(OSError):
             left.unlink()
 

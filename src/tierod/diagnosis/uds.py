@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 
 from tierod.diagnosis.entry import Entry, FreezeFrame
@@ -14,6 +15,7 @@ SUBFUNCTION_NOT_SUPPORTED, INCORRECT_LENGTH, OUT_OF_RANGE, SERVICE_NOT_SUPPORTED
 AVAILABLE = 0xFF
 """Every bit of the status byte is kept."""
 FORMAT_14229 = 0x01
+SUPPRESS_POSITIVE = 0x80
 FIRST, LAST, ALL = 1, 2, 0xFF
 """Numbers of the freeze frames; the last one stands for all records."""
 
@@ -29,8 +31,9 @@ def answer(memory: FaultMemory, request: bytes) -> bytes:
         request: service, sub-function and data
 
     Returns:
-        a positive answer, or a negative one with its reason. A freeze frame tells each signal of the table as a single
-        precision number, NaN where nothing was measured
+        a positive answer, or a negative one with its reason; nothing where the sub-function asks, by its highest bit,
+        for silence instead of a positive answer. A freeze frame tells each signal of the table as a single precision
+        number, NaN where nothing was measured
 
     Source: ISO 14229-1:2020, 12.2 and 12.3.
     """
@@ -41,8 +44,11 @@ def answer(memory: FaultMemory, request: bytes) -> bytes:
         return _refusal(service, SERVICE_NOT_SUPPORTED)
     if len(request) < 2:
         return _refusal(READ, INCORRECT_LENGTH)
-    # The highest bit asks for silence where the answer is positive; a file has nobody to be silent to.
-    subfunction, data = request[1] & 0x7F, request[2:]
+    found = _read(memory, request[1] & ~SUPPRESS_POSITIVE, request[2:])
+    return b"" if request[1] & SUPPRESS_POSITIVE and found[0] != NEGATIVE else found
+
+
+def _read(memory: FaultMemory, subfunction: int, data: bytes) -> bytes:
     lengths = {0x01: 1, 0x02: 1, 0x04: 4, 0x06: 4, 0x0A: 0}
     if subfunction not in lengths:
         return _refusal(READ, SUBFUNCTION_NOT_SUPPORTED)
@@ -103,10 +109,16 @@ def _freeze_frames(memory: FaultMemory, entry: Entry, record: int) -> bytes | No
 def _freeze_frame(memory: FaultMemory, number: int, frame: FreezeFrame) -> bytes:
     values = frame.at_instant()
     told = {identifier: values[name] for name, identifier in memory.codes.identifiers.items() if name in values}
-    data = b"".join(
-        struct.pack(">Hf", identifier, float("nan") if value is None else value) for identifier, value in told.items()
-    )
+    data = b"".join(struct.pack(">H", identifier) + _single(value) for identifier, value in told.items())
     return bytes([number, len(told)]) + data
+
+
+def _single(value: float | None) -> bytes:
+    """In single precision; what is too large for it becomes infinite."""
+    try:
+        return struct.pack(">f", math.nan if value is None else value)
+    except OverflowError:
+        return struct.pack(">f", math.copysign(math.inf, value or 0.0))
 
 
 def _extended(entry: Entry, record: int) -> bytes | None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tierod.diagnosis import store
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.findings import Diagnosis, Status
@@ -18,7 +19,7 @@ RATE = 10.0
 
 
 class MemoryFeed:
-    """Collects what a fault memory wants of one run of a monitor; the memory is touched at the end alone.
+    """Collects what a fault memory wants of one run of a monitor; the memory is read again and written at the end.
 
     Args:
         path: of the memory's file; it need not exist
@@ -27,11 +28,14 @@ class MemoryFeed:
 
     Raises:
         InputError: the file is damaged, or another vehicle's
+        OutputError: its folder is missing or cannot be written
     """
 
     def __init__(self, path: str | Path, vehicle: str, monitor: str):
-        self.memory = FaultMemory.opened(path, vehicle, load_trouble_codes())
-        self.codes = self.memory.codes.of_monitor(monitor)
+        memory = FaultMemory.opened(path, vehicle, load_trouble_codes())
+        store.require_folder(Path(path).expanduser())
+        self.path, self.vehicle = path, vehicle
+        self.codes, self.identifiers = memory.codes.of_monitor(monitor), memory.codes.identifiers
         self._pieces: list[tuple[np.ndarray, dict[str, np.ndarray]]] = []
         self._seen = 0
 
@@ -40,7 +44,7 @@ class MemoryFeed:
         stride = max(round(rate / RATE), 1)
         kept = slice(-self._seen % stride, None, stride)
         self._seen += len(aligned.time)
-        names = [name for name in self.memory.codes.identifiers if name in aligned.names]
+        names = [name for name in self.identifiers if name in aligned.names]
         columns = {name: aligned.values[kept, aligned.names.index(name)] for name in names}
         self._pieces.append((aligned.time[kept], columns))
 
@@ -48,22 +52,25 @@ class MemoryFeed:
         """One operation cycle of the memory: every status of the run as a result, and the verdict as the last one.
 
         Raises:
-            OutputError: the memory's file cannot be written
+            InputError: the memory's file was damaged meanwhile
+            OutputError: it cannot be written
         """
         time = np.concatenate([piece[0] for piece in self._pieces])
         signals = {name: np.concatenate([piece[1][name] for piece in self._pieces]) for name in self._pieces[0][1]}
-        status = _statuses(time, course)
-        status[-1] = diagnosis.findings[0].status
+        status = _statuses(time, course, diagnosis.findings[0].status)
         results = {
             name: np.select([np.isin(status, code.failed_by), np.isin(status, code.passed_by)], [1.0, -1.0], 0.0)
             for name, code in self.codes.items()
         }
-        self.memory.begin_cycle(diagnosis.created)
-        self.memory.absorb(time, results, signals)
-        self.memory.end_cycle()
+        # Opened here, not kept since the beginning: other recordings of the vehicle may have been judged meanwhile.
+        memory = FaultMemory.opened(self.path, self.vehicle, load_trouble_codes())
+        memory.begin_cycle(diagnosis.created)
+        memory.absorb(time, results, signals)
+        memory.end_cycle()
 
 
-def _statuses(time: np.ndarray, course: Sequence[StatusChange]) -> np.ndarray:
+def _statuses(time: np.ndarray, course: Sequence[StatusChange], last: Status) -> np.ndarray:
     names = np.array([Status.NOT_READY, *(change.status for change in course)], dtype=object)
-    changes = np.array([change.time for change in course])
-    return names[np.searchsorted(changes, time, "right")].astype(str)
+    found = names[np.searchsorted([change.time for change in course], time, "right")]
+    found[-1] = last
+    return found.astype(str)
