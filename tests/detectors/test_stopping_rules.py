@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.special import ndtr
 
 from tierod.detectors import design
 from tierod.detectors.comparison import RULES, designed
@@ -55,6 +56,25 @@ def test_beyond_what_is_solved_the_line_goes_on():
     assert beyond == pytest.approx(design.threshold_for(0.5, 1e14), rel=0.01)
 
 
+def test_closed_forms_need_no_line():
+    threshold = AverageRule(1.0).threshold_for(1e14)
+    assert 2.0 * ndtr(-threshold) == pytest.approx(1e-14, rel=1e-6)
+    assert HoldRule(3).run_length(HoldRule(3).threshold_for(1e14)) == pytest.approx(1e14, rel=1e-6)
+
+
+@pytest.mark.parametrize("weight", [0.5, 0.05, 0.005])
+def test_a_weight_of_any_size_gets_its_threshold(weight):
+    rule = AverageRule(weight, sides="upper")
+    assert rule.run_length(rule.threshold_for(1e9)) == pytest.approx(1e9, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", RULES)
+def test_a_huge_shift_is_found_in_a_sample(name):
+    found = designed(name, 50.0, 1e6)
+    assert found.rule.run_length(found.threshold) == pytest.approx(1e6, rel=1e-6)
+    assert found.delay == pytest.approx(2.0 if name == "hold" else 1.0, abs=0.01)
+
+
 @pytest.mark.parametrize("name", RULES)
 @pytest.mark.parametrize("sides", ["both", "upper", "lower"])
 def test_a_comparison_gives_every_rule_the_same_false_alarms(name, sides):
@@ -85,7 +105,8 @@ def test_a_likelihood_ratio_finds_shifts_of_every_size():
     ("call", "says"),
     [
         (lambda: CusumRule(0.5).threshold_for(1.0), "ask for more"),
-        (lambda: CusumRule(0.5).threshold_for(math.inf), "ask for more"),
+        (lambda: CusumRule(0.5).threshold_for(math.inf), "finite number"),
+        (lambda: CusumRule(1e-5).threshold_for(1e10), "look for a larger shift"),
         (lambda: LikelihoodRatioRule().threshold_for(1e3), "measure it"),
         (lambda: LikelihoodRatioRule(sides="upper"), "say both"),
         (lambda: AverageRule(0.0).block(1.0, 1.0), "weight is 0"),

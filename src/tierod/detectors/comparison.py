@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from tierod.detectors.stopping_rules import AverageRule, CusumRule, HoldRule, SequentialRule, StoppingRule
@@ -51,35 +50,39 @@ def designed(name: str, shift: float, samples: float, sides: str = "both") -> De
     """
     found: list[Designed] = []
     refused: list[ParameterError] = []
-    for rule in _candidates(name, shift, sides):
+    for rule in _candidates(name, shift, samples, sides):
         try:
             found.append(_with_threshold(rule, shift, samples))
         except ParameterError as error:
             refused.append(error)
     if not found:
         raise refused[0]
-    return min(found, key=_delay)
+    return min(found, key=lambda each: each.delay)
 
 
-def _delay(found: Designed) -> float:
-    return found.delay
-
-
-def _candidates(name: str, shift: float, sides: str) -> list[StoppingRule]:
+def _candidates(name: str, shift: float, samples: float, sides: str) -> list[StoppingRule]:
     if name == "average":
         return [AverageRule(weight, sides=sides) for weight in WEIGHTS]
     if name == "hold":
         return [HoldRule(hold, sides=sides) for hold in HOLDS]
+    sought = _sought(shift, samples)
     one: dict[str, StoppingRule] = {
-        "cusum": CusumRule(0.5 * shift, sides=sides),
-        "sequential": SequentialRule(shift, sides=sides),
+        "cusum": CusumRule(0.5 * sought, sides=sides),
+        "sequential": SequentialRule(sought, sides=sides),
         "threshold": AverageRule(1.0, sides=sides),
     }
     return [one[name]]
+
+
+def _sought(shift: float, samples: float) -> float:
+    """The shift that a rule is laid out for; with half of a huge one forgiven, no threshold would be needed."""
+    from scipy.special import ndtri
+
+    return min(shift, 1.8 * float(-ndtri(1.0 / samples))) if samples > 10.0 else shift
 
 
 def _with_threshold(rule: StoppingRule, shift: float, samples: float) -> Designed:
     threshold = rule.threshold_for(samples)
     change = -shift if rule.sides == "lower" else shift
     delay = rule.run_length(threshold, change)
-    return Designed(rule, threshold, samples, delay if math.isfinite(delay) else math.inf)
+    return Designed(rule, threshold, samples, delay)

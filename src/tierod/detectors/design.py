@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from tierod.errors import ParameterError
+
+WAYS = {"both": (1.0, -1.0), "upper": (1.0,), "lower": (-1.0,)}
+"""Signs of the changes that a detector watches for, by its sides."""
 
 OVERSHOOT = 1.166  # Siegmund's correction for the jump across both boundaries, 2 * 0.583
 
@@ -24,12 +28,12 @@ def run_length(drift: float, threshold: float, change: float = 0.0, sides: str =
     b = threshold + 1.166.
     """
     _check(drift, threshold, sides)
-    up, down = _one_sided(change - drift, threshold), _one_sided(-change - drift, threshold)
-    if sides == "upper":
-        return up
-    if sides == "lower":
-        return down
-    rate = 1.0 / up + 1.0 / down
+    return together([_one_sided(way * change - drift, threshold) for way in WAYS[sides]])
+
+
+def together(lengths: Sequence[float]) -> float:
+    """Expected samples until the first of several independent detectors alarms, from those of each."""
+    rate = sum(1.0 / length for length in lengths)
     return 1.0 / rate if rate > 0.0 else math.inf
 
 
@@ -82,7 +86,7 @@ def _one_sided(mean: float, threshold: float) -> float:
 
 
 def _check(drift: float, threshold: float, sides: str) -> None:
-    if sides not in ("both", "upper", "lower"):
-        raise ParameterError(f"sides is '{sides}'; expected both, upper or lower")
+    if sides not in WAYS:
+        raise ParameterError(f"sides is '{sides}'; expected {', '.join(WAYS)}")
     if not (drift >= 0.0 and threshold > 0.0):
         raise ParameterError(f"drift is {drift} and threshold {threshold}; expected drift >= 0 and threshold > 0")

@@ -1,6 +1,6 @@
 """Stopping rules designed from what one can bear: samples between false alarms, and the shift that must be found.
 
-Lengths here are in samples and residuals in their own standard deviation; `designed` turns them into blocks. They hold
+Lengths here are in samples and residuals in their own standard deviation; `block` turns a rule into a block. They hold
 for white Gaussian residuals; `tierod.detectors.measured` serves all others.
 """
 
@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from tierod.detectors.cusum import SIDES, Cusum
+from tierod.detectors.design import WAYS, together
 from tierod.detectors.geometric_average import GeometricAverage
 from tierod.detectors.held_threshold import HeldThreshold
 from tierod.detectors.likelihood_ratio import WINDOWS, LikelihoodRatio
@@ -22,6 +24,9 @@ from tierod.detectors.random_walk import run_length as walked
 from tierod.detectors.sequential_test import SequentialTest
 from tierod.detectors.two_sided import TwoSided
 from tierod.errors import ParameterError
+
+_LEAST = 1e-6
+"""A threshold that is as good as none."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +60,16 @@ class StoppingRule(ABC):
         """What the logarithm of a long run length grows with in proportion, for thresholds beyond what is solved."""
         return threshold
 
+    @property
+    def longest(self) -> float:
+        """Run length up to which it is solved [samples]."""
+        return LONGEST
+
+    @property
+    def unit(self) -> float:
+        """A small threshold, at which alarms are frequent."""
+        return 1.0
+
     def alarms(self, flags: np.ndarray) -> int:
         """How many alarms the flags of a block with `restart` tell, (n,)."""
         return int(flags.sum())
@@ -62,46 +77,47 @@ class StoppingRule(ABC):
     def threshold_for(self, samples: float) -> float:
         """The threshold with so many samples between false alarms on average.
 
-        Beyond 1e11 samples the logarithm of the run length is carried on in a straight line.
+        Beyond `longest` the logarithm of the run length is carried on in a straight line.
 
         Raises:
             ParameterError: so few samples that no threshold is needed, or not a finite number
         """
         from scipy.optimize import brentq
 
-        low = 1e-6
-        if not math.isfinite(samples) or samples <= self.run_length(low):
+        if not math.isfinite(samples):
+            raise ParameterError(f"{samples} samples between false alarms cannot be had; ask for a finite number")
+        if samples <= self.run_length(_LEAST):
             raise ParameterError(
                 f"{samples:g} samples between false alarms are fewer than a rule without threshold gives; ask for more"
             )
-        within = min(samples, LONGEST)
-        # From below: far beyond the answer the equations are singular and their result means nothing.
-        high = 0.5
-        while self.run_length(high) < within:
-            low, high = high, 1.6 * high
+        within = min(samples, self.longest)
 
         def off(threshold: float) -> float:
             return math.log(min(self.run_length(threshold), 1e3 * within) / within)
 
-        found = float(brentq(off, low, high, xtol=1e-7, rtol=1e-6))
-        if samples <= LONGEST:
-            return found
-        return self._beyond(found, samples)
+        low, high = self._bracket(off)
+        found = float(brentq(off, low, high, xtol=1e-9 * high, rtol=1e-9))
+        return found if samples <= self.longest else self._beyond(found, samples)
+
+    def _bracket(self, off: Callable[[float], float]) -> tuple[float, float]:
+        """Thresholds below and above the answer, near it: the logarithm is nearly a line over `growth`."""
+        low, high = _LEAST, self.unit
+        below, above = off(low), off(high)
+        while above < 0.0:
+            slope = (above - below) / (self.growth(high) - self.growth(low))
+            share = (self.growth(high) - 1.01 * above / slope) / self.growth(high)
+            low, below = high, above
+            high *= min(max(share, 1.02), 2.0)
+            above = off(high)
+        return low, high
 
     def _beyond(self, known: float, samples: float) -> float:
         from scipy.optimize import brentq
 
-        near = 0.9 * known
+        near = 0.98 * known
         slope = math.log(self.run_length(known) / self.run_length(near)) / (self.growth(known) - self.growth(near))
         wanted = self.growth(known) + math.log(samples / self.run_length(known)) / slope
         return float(brentq(lambda h: self.growth(h) - wanted, known, 1e3 * known))
-
-    def _combined(self, up: float, down: float) -> float:
-        """Of two sides that do not influence each other."""
-        if self.sides != "both":
-            return up if self.sides == "upper" else down
-        rate = 1.0 / up + 1.0 / down
-        return 1.0 / rate if rate > 0.0 else math.inf
 
 
 @dataclass(frozen=True)
@@ -121,8 +137,8 @@ class CusumRule(StoppingRule):
 
     def run_length(self, threshold: float, change: float = 0.0) -> float:
         """Expected samples until the alarm."""
-        sides = [walked(Walk(0.0, threshold, True, 1.0, way * change - self.drift, 1.0)) for way in (1.0, -1.0)]
-        return self._combined(*sides)
+        means = [way * change - self.drift for way in WAYS[self.sides]]
+        return together([walked(Walk(0.0, threshold, True, 1.0, mean, 1.0)) for mean in means])
 
     def block(self, threshold: float, deviation: float, restart: bool = False) -> Cusum:
         """The block."""
@@ -149,21 +165,30 @@ class AverageRule(StoppingRule):
         """Expected samples until the alarm."""
         if self.weight == 1.0:
             return self._each_sample(threshold, change)
-        way = -1.0 if self.sides == "lower" else 1.0
-        spread = math.sqrt(self.weight / (2.0 - self.weight))
-        lower = -threshold if self.sides == "both" else min(-threshold, way * change) - 9.0 * spread
-        step = (self.weight * way * change, self.weight)
-        return walked(Walk(lower, threshold, self.sides != "both", 1.0 - self.weight, *step))
+        way = WAYS[self.sides][0]
+        # One-sided: a limit so low that the average never reaches it.
+        lower = -threshold if self.sides == "both" else min(-threshold, way * change) - 9.0 * self.unit
+        return walked(Walk(lower, threshold, False, 1.0 - self.weight, self.weight * way * change, self.weight))
 
     def _each_sample(self, threshold: float, change: float) -> float:
         from scipy.special import ndtr
 
-        up, down = (1.0 / max(float(ndtr(way * change - threshold)), 1e-300) for way in (1.0, -1.0))
-        return self._combined(up, down)
+        chances = [max(float(ndtr(way * change - threshold)), 1e-300) for way in WAYS[self.sides]]
+        return together([1.0 / chance for chance in chances])
 
     def growth(self, threshold: float) -> float:
         """The square: tails of a Gaussian average."""
         return threshold * threshold
+
+    @property
+    def longest(self) -> float:
+        """Run length up to which it is solved [samples]; the bare threshold has a closed form."""
+        return LONGEST if self.weight < 1.0 else 1e300
+
+    @property
+    def unit(self) -> float:
+        """Standard deviation of the average."""
+        return math.sqrt(self.weight / (2.0 - self.weight))
 
     def block(self, threshold: float, deviation: float, restart: bool = False) -> GeometricAverage:
         """The block."""
@@ -189,8 +214,7 @@ class HoldRule(StoppingRule):
         """Expected samples until the alarm."""
         from scipy.special import ndtr
 
-        up, down = float(ndtr(change - threshold)), float(ndtr(-change - threshold))
-        chance = {"both": up + down, "upper": up, "lower": down}[self.sides]
+        chance = sum(float(ndtr(way * change - threshold)) for way in WAYS[self.sides])
         if chance <= 1e-300 ** (1.0 / self.hold):
             return math.inf
         return (chance**-self.hold - 1.0) / (1.0 - chance) if chance < 1.0 else float(self.hold)
@@ -198,6 +222,11 @@ class HoldRule(StoppingRule):
     def growth(self, threshold: float) -> float:
         """The square: tails of a Gaussian value."""
         return threshold * threshold
+
+    @property
+    def longest(self) -> float:
+        """Run length up to which it is solved [samples]: it has a closed form."""
+        return 1e300
 
     def block(self, threshold: float, deviation: float, restart: bool = False) -> HeldThreshold:
         """The block."""
@@ -223,11 +252,8 @@ class SequentialRule(StoppingRule):
 
     def run_length(self, threshold: float, change: float = 0.0) -> float:
         """Expected samples until the alarm."""
-        sides = []
-        for way in (1.0, -1.0):
-            drift = self.shift * (way * change - 0.5 * self.shift)
-            sides.append(walked(Walk(self.lower, threshold, True, 1.0, drift, self.shift)))
-        return self._combined(*sides)
+        drifts = [self.shift * (way * change - 0.5 * self.shift) for way in WAYS[self.sides]]
+        return together([walked(Walk(self.lower, threshold, True, 1.0, drift, self.shift)) for drift in drifts])
 
     def block(self, threshold: float, deviation: float, restart: bool = False) -> Any:
         """The block; two tests for both sides."""
