@@ -42,8 +42,8 @@ def items(effort: Effort) -> Iterator[Item]:
         "The test of the paper",
         (
             "The virtual car starts from a stand, reaches 6.7 m/s after seven seconds and steers from the ninth on: "
-            "8 degrees at 0.25 Hz, then 6 degrees at 0.5 Hz. What the paper's car steered is not printed. Grey in the "
-            "paper is a reference from GPS and inertial sensors; here it is the truth.",
+            "8 degrees at 0.25 Hz, then 6 degrees at 0.5 Hz. What the paper's car steered is not printed. The "
+            "paper's reference came from GPS and inertial sensors; here it is the truth.",
         ),
     )
     yield _steering("figure-6", "Figure 6", "conventional", found[CONVENTIONAL], drive)
