@@ -6,9 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tierod.models.single_track import SingleTrack
-from tierod.models.steered_vehicle import SteeredVehicle, aligning_torque
+from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.sideslip.observer import LowSpeed
+from tierod.physics.single_track import front_slip_speed
+from tierod.physics.tyre import linear_lateral_force
 from tierod.proving_ground import courses as proving_courses
 from tierod.studies.claims import Claim, at_least
 from tierod.studies.content import Chart, Heading, Item, Lines, Mark, Panel
@@ -101,8 +102,13 @@ def _motion(name: str, title: str, observer: str, course: Course, drive: Driven,
 def _modelled(p: SteeredVehicle.Parameters, drive: Driven) -> np.ndarray:
     """Aligning torque [N m] of eqs (3) and (12) from the true motion, (n,)."""
     speed = np.maximum(drive.truths["speed"], LowSpeed.slowest)
-    state = SingleTrack.State(drive.truths["sideslip_angle"], drive.truths["yaw_rate"])
-    return aligning_torque(state, SingleTrack.Input(drive.signals["road_wheel_angle"], speed), p)
+    sideslip, yaw_rate, steer = (
+        drive.truths["sideslip_angle"],
+        drive.truths["yaw_rate"],
+        drive.signals["road_wheel_angle"],
+    )
+    front = front_slip_speed(speed * sideslip, yaw_rate, speed, steer, p.front_distance) / speed
+    return (p.mechanical_trail + p.pneumatic_trail) * linear_lateral_force(front, p.front_cornering_stiffness)
 
 
 def _torque(course: Course, drive: Driven, modelled: np.ndarray) -> Chart:
