@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import leaves, rebuild
 from tierod.detectors import Cusum
 from tierod.estimators import KalmanFilter
 from tierod.filters import Differentiator, FirstOrderLowPass
@@ -20,11 +19,13 @@ from tierod.monitors.driver_torque.hands_filters import (
     SensorNoise,
     Tolerance,
     begun,
+    chosen,
     hands_off_filter,
     hands_on_filter,
     log_likelihood,
     relearning,
 )
+from tierod.monitors.driver_torque.wheel_acceleration import accelerated, slope_filters
 from tierod.vehicles import Vehicle
 
 OFF, UNCERTAIN, ON = 0.0, 0.5, 1.0
@@ -36,21 +37,6 @@ THRESHOLDS = (30.0, 33.0)
 
 BEYOND = 4.0
 """Standard deviations of the tolerance beyond which what was learnt is not believed."""
-
-SMOOTHING = 0.005
-"""Time constant of the wheel's acceleration, whose noise would otherwise pass for motion [s]."""
-
-
-class WheelAcceleration(NamedTuple):
-    """Acceleration of the steering wheel."""
-
-    steering_wheel_acceleration: Annotated[float, "rad/s**2"]
-
-
-class WheelRate(NamedTuple):
-    """Rate of the steering wheel."""
-
-    steering_wheel_rate: Annotated[float, "rad/s"]
 
 
 @dataclass(frozen=True)
@@ -171,14 +157,12 @@ class HandsMonitor:
         """
         wheel = vehicle.parameters_for(SteeringWheelParameters)
         to_on, to_off = thresholds
-        smoothing = max(SMOOTHING, 2.0 * sample_time)
         return cls(
             hands_off_filter(wheel, sample_time, hands, tolerance, noise),
             hands_on_filter(wheel, sample_time, hands, noise),
             Cusum(0.0, to_on, to_on, "upper"),
             Cusum(0.0, to_off, to_off, "lower"),
-            Differentiator(WheelRate, sample_time, 0.0, smoothing),
-            FirstOrderLowPass(WheelAcceleration, sample_time, 0.0, smoothing),
+            *slope_filters(sample_time),
             sample_time,
             BEYOND * tolerance.offset,
             BEYOND * tolerance.share * wheel.steering_wheel_inertia,
@@ -218,21 +202,13 @@ class HandsMonitor:
         to_off, down = self.to_off.step(state.to_off, ratio)
         hands = where(up.alarm, ON, where(down.alarm, OFF, state.hands))
         rate = where(hands < 0.25, off.mean.steering_wheel_rate, on.mean.steering_wheel_rate)
-        smooth, acceleration = self._accelerated(state.smooth, rate)
+        smooth, acceleration = accelerated(self.slope, self.slow_slope, state.smooth, rate)
         last = self.Sample(*(where(believed, new, old) for new, old in zip(sample, state.last, strict=True)))
         gap = where(believed, 0.0, state.gap + self.sample_time)
         motion = (smooth, rate, acceleration)
         beliefs = (off_belief, on_belief, state.learnt)
         after = self.State(*beliefs, to_on, to_off, hands, last, *motion, gap)
         return after, self._output(hands, ratio, up.up, down.down, state.learnt.mean, off, on)
-
-    def _accelerated(self, smooth: Any, rate: Any) -> tuple[Any, Any]:
-        """Memory and acceleration [rad/s^2] in the middle of the next sample, the lag of the smoothing made up for."""
-        quick, slope = self.slope.step(smooth[0], WheelRate(rate))
-        slow, before = self.slow_slope.step(smooth[1], WheelAcceleration(slope.steering_wheel_rate))
-        lag = (self.slope.time_constant + 0.5 * self.sample_time) / self.slow_slope.time_constant
-        change = slope.steering_wheel_rate - before.steering_wheel_acceleration
-        return (quick, slow), slope.steering_wheel_rate + lag * change
 
     def _believed(self, state: State, sample: Sample) -> Any:
         """Whether a sample is there and no wheel could not have moved so; after a gap every sample is believed."""
@@ -293,9 +269,3 @@ class HandsMonitor:
         shown = where(against > self.doubt, UNCERTAIN, hands)
         errors = learnt.inertia_error, learnt.torque_offset
         return self.Output(shown, evidence_on, evidence_off, ratio, *errors, off.nis, on.nis)
-
-
-def chosen(condition: Any, taken: Any, otherwise: Any) -> Any:
-    """One of two trees of the same shape."""
-    pairs = zip(leaves(taken), leaves(otherwise), strict=True)
-    return rebuild(otherwise, [where(condition, new, old) for (_, new), (_, old) in pairs])

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
+from tierod.block import leaves, rebuild
 from tierod.estimators import KalmanFilter
 from tierod.estimators.augment import augment
 from tierod.estimators.linear_algebra import unpack, upper
@@ -188,3 +189,9 @@ def relearning(belief: Belief, learnt: Belief, anew: Any) -> Belief:
         anew: whether to begin anew
     """
     return begun(belief, belief, learnt, anew, belief)
+
+
+def chosen(condition: Any, taken: Any, otherwise: Any) -> Any:
+    """One of two trees of the same shape."""
+    pairs = zip(leaves(taken), leaves(otherwise), strict=True)
+    return rebuild(otherwise, [where(condition, new, old) for (_, new), (_, old) in pairs])
