@@ -201,7 +201,7 @@ def placed(design: Design, factor: float, sample_time: float) -> np.ndarray:
     predictor = np.zeros((4, 2))
     predictor[:, 0] = A[:, yaw]
     predictor[yaw, 0] -= own
-    predictor[rest, 1] = place(part, others)[:, 0]
+    predictor[rest, 1] = place(part, tuple(others))[:, 0]
     predictor[yaw, 1] = A[yaw, 2]
     return np.linalg.solve(A, predictor)
 
