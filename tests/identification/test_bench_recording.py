@@ -80,3 +80,8 @@ def test_a_sound_recording_passes_also_with_rough_parameters(name, factor):
     rough = replace(TRUTH, motor_friction=TRUTH.motor_friction * factor, motor_damping=TRUTH.motor_damping / factor)
     found = row(name)
     refuse_slips(found, search_of(rough, FRICTION, [found], widened=True))
+
+
+def test_a_torque_in_coarse_steps_is_remarked():
+    coarse = changed(recordings()[RAMPS], motor_torque=lambda t, v: (t, np.round(v, 2)))
+    assert "comes in steps of 0.01 N·m, 10 % of the motor's friction" in row(RAMPS, coarse).remarks[0]

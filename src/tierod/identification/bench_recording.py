@@ -25,6 +25,8 @@ _FIRST = 20
 """Samples from which the first state is taken."""
 _STILL = 5.0
 """A wheel whose angle spreads by less than so many times its noise does not turn."""
+_COARSE, _LEVELS = 0.05, 20
+"""Steps of a recorded torque that are coarse, over the friction; fewer levels are those of a test in steps."""
 _RUN, _SHARE = 20, 0.002
 """A channel is cut off where it stays at its extreme for so many samples in a row, in more than such a share of all."""
 
@@ -84,7 +86,8 @@ def bench_recording(name: str, recording: Recording, parameters: BenchParameters
     step = max(_step(name, recording, each) for each in names)
     grid = _aligned(name, recording, names, step)
     inputs, measured = _without_gaps(name, driving, grid[:, 0]), grid[:, 1:].copy()
-    remarks = [_cut_off(name, each, measured[:, k]) for k, each in enumerate(OUTPUTS)]
+    remarks = [_rounded(name, driving, inputs, parameters.motor_friction)]
+    remarks += [_cut_off(name, each, measured[:, k]) for k, each in enumerate(OUTPUTS)]
     deviation = tuple(white_noise(measured[:, k]) for k in range(len(OUTPUTS)))
     locked = _is_still(measured[:, 0], deviation[0])
     _require_motion(name, driving, inputs, measured, deviation, locked)
@@ -133,6 +136,18 @@ def _without_gaps(name: str, channel: str, values: np.ndarray) -> np.ndarray:
             "column has to be known throughout: cut the recording, or record again"
         )
     return values[np.maximum.accumulate(np.where(known, np.arange(len(values)), 0))]
+
+
+def _rounded(name: str, channel: str, values: np.ndarray, friction: float) -> str:
+    """What is told of a motor torque that was recorded in coarse steps."""
+    levels = np.unique(values)
+    step = float(np.min(np.diff(levels))) if len(levels) > 1 else 0.0
+    if len(levels) < _LEVELS or step < _COARSE * friction:
+        return ""
+    return (
+        f"{name}: '{channel}' comes in steps of {step:.2g} N·m, {100.0 * step / friction:.0f} % of the motor's "
+        "friction; in slow ramps that passes for friction, so the friction's stiffness may be off by as much: record it finer"
+    )
 
 
 def _cut_off(name: str, channel: str, values: np.ndarray) -> str:

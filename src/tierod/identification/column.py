@@ -64,10 +64,10 @@ def identify_column(
         if name not in known_free():
             hint = f"{name} is counted, not measured" if name in DESIGN else nearest(name, known_free()).lstrip("; ")
             raise ParameterError(f"'{name}' cannot be looked for: {hint}")
-    rows = _parted([bench_recording(name, each, parameters) for name, each in recordings.items()], parameters)
-    remarks = [remark for each in rows for remark in each.remarks]
-    for each in rows:
+    whole_rows = [bench_recording(name, each, parameters) for name, each in recordings.items()]
+    for each in whole_rows:
         refuse_slips(each, search_of(parameters, FRICTION, [each], widened=True))
+    rows, remarks = _parted(whole_rows, parameters), [remark for each in whole_rows for remark in each.remarks]
     if all(each.locked for each in rows) and any(name in WHEEL_SIDE for name in wanted):
         refused = [name for name in wanted if name in WHEEL_SIDE]
         if free:
@@ -102,11 +102,10 @@ def _parted(rows: list[BenchRecording], parameters: BenchParameters) -> list[Ben
         return rows
     row, count = rows[0], len(rows[0].time)
     edges = np.linspace(0, count, _PARTS + 1).astype(int)
-    parts = [
+    return [
         row.part(f"{row.experiment.name}, {row.time[a]:.3g} to {row.time[b - 1]:.3g} s", a, b, parameters)
         for a, b in pairwise(edges)
     ]
-    return [replace(parts[0], remarks=row.remarks), *parts[1:]]
 
 
 def _without(fit: ColumnFit, whole: Fitted, others: Sequence[BenchRecording], row: BenchRecording) -> LeftOut:
