@@ -186,6 +186,6 @@ def _paper(found: dict[str, dict[str, Errors]]) -> Iterator[Claim]:
         min(best.values()) - virtual[SECOND].errors[MODEL],
         at_most(-0.005),
         "deg",
-        "Difference at 25 m/s. It comes from the yaw rate, whose use mends what a straight tyre lacks; in crosswind and "
+        "Difference at 25 m/s. It comes from the yaw rate, whose use mends the curved tyre; in crosswind and "
         "on a banked road the model alone is the better one, see the table.",
     )
