@@ -146,7 +146,7 @@ def _rounded(name: str, channel: str, values: np.ndarray, friction: float) -> st
         return ""
     return (
         f"{name}: '{channel}' comes in steps of {step:.2g} N·m, {100.0 * step / friction:.0f} % of the motor's "
-        "friction; in slow ramps that passes for friction, so the friction's stiffness may be off by as much: record it finer"
+        "friction; in slow ramps that passes for friction, and its stiffness may be off by as much: record it finer"
     )
 
 
