@@ -20,6 +20,9 @@ def test_it_tells_threshold_and_delay_of_every_rule_and_draws_the_curves(tmp_pat
     text = page.read_text()
     assert "What fewer false alarms cost" in text
     assert "How soon shifts of other sizes are found" in text
+    assert "white, standard deviation 0.4" in text
+    assert "<p>design, " in text
+    assert "do not hold" not in text  # nothing of a study's page
 
 
 def test_one_rule_as_json(capsys):
@@ -31,11 +34,16 @@ def test_one_rule_as_json(capsys):
     assert 0.02 < row["delay_s"] < 0.08
 
 
-def test_a_threshold_measured_on_a_healthy_recording(tmp_path, capsys):
-    path, page = tmp_path / "healthy.parquet", tmp_path / "page.html"
-    time = np.arange(200_000) / 100.0
+@pytest.fixture
+def healthy(tmp_path):
+    path, time = tmp_path / "healthy.parquet", np.arange(200_000) / 100.0
     values = 0.01 * np.random.default_rng(1).normal(size=len(time))
     write(Recording({"yaw_rate": Channel("yaw_rate", time, values, "rad/s")}), path)
+    return path
+
+
+def test_a_threshold_measured_on_a_healthy_recording(healthy, tmp_path, capsys):
+    path, page = healthy, tmp_path / "page.html"
     wish = ["design", "detector", "--false-alarms", "1 per 60 s", "--shift", "0.01", "--rate", "100"]
     assert main([*wish, "--residual", str(path), "--signal", "yaw_rate", "--json", "-o", str(page)]) == 0
     found = json.loads(capsys.readouterr().out)
@@ -44,6 +52,34 @@ def test_a_threshold_measured_on_a_healthy_recording(tmp_path, capsys):
     assert not found["extrapolated"]
     assert found["delay_median_s"] < found["delay_p95_s"] < 1.0
     assert "Time between false alarms, measured" in page.read_text()
+
+
+def test_a_likelihood_ratio_is_measured_on_simulated_residuals_and_says_so(capsys):
+    wish = ["design", "detector", "--false-alarms", "1 per 100 s", "--shift", "0.4", "--rate", "100", "--sigma", "0.4"]
+    assert main([*wish, "--rule", "likelihood-ratio", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["simulated"]
+    assert not found["extrapolated"]
+    # One window of n samples alone: 2 (1 - Phi(sqrt(2 h))) per sample, at 10 000 samples 7.6; six of them need more.
+    assert 7.6 < found["threshold"] < 11.0
+    assert main([*wish, "--rule", "likelihood-ratio"]) == 0
+    assert "White residuals were simulated" in capsys.readouterr().out
+
+
+def test_a_page_never_replaces_the_recording(healthy, capsys):
+    before = healthy.read_bytes()
+    arguments = [*WISH, "--residual", str(healthy), "--signal", "yaw_rate", "-o", str(healthy)]
+    assert main(arguments) == 3
+    assert "would overwrite" in capsys.readouterr().err
+    assert healthy.read_bytes() == before
+
+
+def test_a_likelihood_ratio_is_measured_on_a_recording(healthy, capsys):
+    wish = ["design", "detector", "--false-alarms", "1 per 20 s", "--shift", "1e-5", "--rate", "100", "--json"]
+    assert main([*wish, "--residual", str(healthy), "--signal", "yaw_rate", "--rule", "likelihood-ratio"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert not found["simulated"]
+    assert found["delay_p95_s"] is None or found["delay_p95_s"] > found["delay_median_s"]
 
 
 @pytest.mark.parametrize(
@@ -64,6 +100,9 @@ def test_false_alarms_in_words(text, seconds):
         (["--sigma", "0.4", "--residual", "absent.parquet"], "either --sigma"),
         (["--residual", "absent.parquet"], "absent.parquet"),
         (["--sigma", "0.4", "--sides", "left"], "sides is 'left'"),
+        (["--sigma", "0.4", "--signal", "yaw_rate"], "goes with --residual"),
+        (["--sigma", "0.4", "--rule", "likelihood-ratio", "--sides", "upper"], "say both"),
+        (["--sigma", "0.4", "--shift", "1e-6"], "look for a larger shift"),
         (["--sigma", "0.4", "--false-alarms", "1 per 0.01 s"], "ask for more"),
     ],
 )

@@ -63,6 +63,18 @@ def test_delays_of_shifts_put_into_records():
     assert np.isinf(delays_of(rule.block(threshold, 1.0), [noise], 0.01)).mean() > 0.5
 
 
+def test_where_a_detector_is_in_alarm_throughout_no_delay_is_told():
+    with pytest.raises(InputError, match="in alarm wherever"):
+        delays_of(AverageRule(1.0).block(1.0, 1.0), [np.full(1000, 5.0)], 1.0)
+
+
+def test_a_slow_average_of_which_alarms_are_rare_is_measured():
+    rule = AverageRule(0.005)
+    found = threshold_from_records(rule, [np.random.default_rng(7).normal(size=2_000_000)], 20_000.0)
+    assert found.threshold == pytest.approx(rule.threshold_for(20_000.0), rel=0.03)
+    assert sum(point.alarms >= 8 for point in found.points) >= 6
+
+
 @pytest.mark.parametrize(
     ("records", "says"),
     [

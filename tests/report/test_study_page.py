@@ -3,6 +3,7 @@ import math
 import pytest
 
 from report_pages import Page, charts
+from tierod.report.charts.study import study_figure
 from tierod.report.study_page import StudyPage, render_study
 from tierod.studies.claims import Claim, at_least, at_most
 from tierod.studies.content import Band, Bars, Boxes, Chart, Heading, Lines, Panel, Points, Table
@@ -108,3 +109,9 @@ def test_a_band_and_a_logarithmic_axis_along():
     assert band["legendgroup"] == "measured"
     assert not band["showlegend"]
     assert None in band["x"]
+
+
+def test_small_values_along_a_logarithmic_axis_are_kept():
+    curve = Lines("curve", [1e-4, 1.0, 1e4], [1.0, 2.0, 3.0])
+    figure = study_figure(Chart("c", "C", "", "", (Panel("", "x", "y", (curve,), logarithmic_along=True),)))
+    assert figure.data[0]["x"] == [1e-4, 1.0, 1e4]

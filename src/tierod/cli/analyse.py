@@ -9,7 +9,6 @@ import typer
 
 if TYPE_CHECKING:
     from tierod.recording import Recording
-    from tierod.report.analysis.subjects import Analysis
     from tierod.vehicles import Vehicle
 
 
@@ -32,9 +31,11 @@ def analyse(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
     """Analyse a part of a vehicle: tables to the terminal, a page with charts, JSON with --json."""
+    from tierod.cli.analysed import refuse_to_overwrite, show, write_page
     from tierod.cli.terminal import messages, print_json
     from tierod.cli.terminal import output as console
     from tierod.errors import ParameterError, nearest
+    from tierod.report.analysis.page import facts_of
     from tierod.report.analysis.subjects import SUBJECTS
     from tierod.vehicles import load
 
@@ -44,14 +45,14 @@ def analyse(
         raise ParameterError(f"the analysis of '{subject}' makes no use of a recording; leave --recording out")
     car = load(vehicle)
     target = (output or Path(f"{car.name}-{subject}.html")) if report else None
-    _refuse_to_overwrite(target, [car.path, recording, channel_map, *(dbc or [])])
+    refuse_to_overwrite(target, [car.path, recording, channel_map, *(dbc or [])])
     found = SUBJECTS[subject].analyse(car, _read(recording, dbc, channel_map, car))
     if target is not None:
-        _write(found, car, recording, target)
+        write_page(found, facts_of(car, recording.name if recording else ""), target, car.not_good_for)
     if as_json:
         print_json({"schema": "tierod.analysis/1", "subject": subject, "vehicle": car.name, **found.document})
     else:
-        _show(found)
+        show(found)
     if target is not None:
         (messages() if as_json else console()).print(f"page: {target}", soft_wrap=True, markup=False)
     return 0
@@ -65,43 +66,3 @@ def _read(path: Path | None, dbc: list[Path] | None, channel_map: Path | None, c
 
     databases = dbc or ([car.database] if car.database else None)
     return complete(read(path, dbc=databases, channel_map=channel_map or car.channel_map))
-
-
-def _refuse_to_overwrite(target: Path | None, given: list[Path | None]) -> None:
-    from tierod.errors import OutputError
-
-    if target is not None and any(path is not None and path.resolve() == target.resolve() for path in given):
-        raise OutputError(f"the page would overwrite {target}, which was given; name another place with --output")
-
-
-def _write(found: Analysis, car: Vehicle, recording: Path | None, target: Path) -> None:
-    import shlex
-    import sys
-    from datetime import UTC, datetime
-
-    from tierod import __version__
-    from tierod.files import write_text
-    from tierod.report.analysis.page import Origin, render_analysis
-
-    created = datetime.now(UTC).isoformat(timespec="seconds")
-    origin = Origin(created, __version__, shlex.join(["tierod", *sys.argv[1:]]), recording.name if recording else "")
-    write_text(target, render_analysis(found, car, origin))
-
-
-def _show(found: Analysis) -> None:
-    """Summary and tables."""
-    from rich.text import Text
-
-    from tierod.cli.terminal import output, rows
-    from tierod.studies.content import Table
-
-    console = output()
-    console.print(Text(found.title, style="bold"))
-    for paragraph in (*found.summary, *(f"To know: {remark}" for remark in found.remarks)):
-        console.print(Text(paragraph))
-    for item in found.items:
-        if isinstance(item, Table):
-            console.print(Text(f"\n{item.title}", style="bold"))
-            console.print(rows(item.header, item.rows, right=item.numeric))
-            if item.note:
-                console.print(Text(item.note))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,7 +13,9 @@ from tierod.errors import InputError, ParameterError, nearest
 if TYPE_CHECKING:
     import numpy as np
 
-    from tierod.report.detector.tables import Wish
+    from tierod.report.analysis.page import Facts
+    from tierod.report.analysis.subjects import Analysis
+    from tierod.report.detector.wish import Wish
 
 SUBJECTS = ("detector",)
 _SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
@@ -29,7 +31,11 @@ def design(
         float | None, typer.Option(help="Standard deviation of the residual, in its unit; not with --residual.")
     ] = None,
     rule: Annotated[
-        str | None, typer.Option(help="cusum, average, sequential, hold, threshold; all where not given.")
+        str | None,
+        typer.Option(
+            help="cusum, average, sequential, hold, threshold or likelihood-ratio. Where not given: all but the last "
+            "with --sigma, cusum with --residual."
+        ),
     ] = None,
     sides: Annotated[str, typer.Option(help="both, upper (increases only) or lower.")] = "both",
     residual: Annotated[
@@ -43,25 +49,31 @@ def design(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
     """Design a stopping rule: threshold, expected delay, and the curve of delay against false alarms."""
-    from tierod.detectors.comparison import RULES
-    from tierod.report.detector.tables import Wish
+    from tierod.cli.analysed import refuse_to_overwrite, show, write_page
+    from tierod.cli.terminal import messages, print_json
+    from tierod.cli.terminal import output as console
+    from tierod.report.detector.wish import Wish
 
     if subject not in SUBJECTS:
         raise ParameterError(f"'{subject}' cannot be designed{nearest(subject, SUBJECTS)}")
-    if rule is not None and rule not in RULES:
-        raise ParameterError(f"there is no rule '{rule}'{nearest(rule, RULES)}")
     for name, value in (("--shift", shift), ("--rate", rate), ("--sigma", 1.0 if sigma is None else sigma)):
         if not 0.0 < value < float("inf"):
             raise ParameterError(f"{name} is {value:g}; expected a number greater than zero")
     if (sigma is None) == (not residual):
         raise ParameterError("give either --sigma of a white residual, or a healthy --residual to measure on")
-    interval = seconds_between(false_alarms)
-    if residual:
-        items, document = _measured(Wish(0.0, shift, interval, rate, sides), rule, residual, signal)
+    if signal is not None and not residual:
+        raise ParameterError("--signal goes with --residual; leave it out")
+    refuse_to_overwrite(output, residual or [])
+    wish = Wish(sigma or 1.0, shift, seconds_between(false_alarms), rate, sides)
+    found, facts = _found(wish, rule, residual or [], signal)
+    if output is not None:
+        write_page(found, facts, output, kind="design")
+    if as_json:
+        print_json({"schema": "tierod.detector/1", **found.document})
     else:
-        assert sigma is not None
-        items, document = _designed(Wish(sigma, shift, interval, rate, sides), rule)
-    _show(items, {"schema": "tierod.detector/1", **document}, output, as_json)
+        show(found)
+    if output is not None:
+        (messages() if as_json else console()).print(f"page: {output}", soft_wrap=True, markup=False)
     return 0
 
 
@@ -79,64 +91,39 @@ def seconds_between(text: str) -> float:
         if not (count > 0.0 and time > 0.0):
             raise ValueError
     except ValueError:
-        raise ParameterError(f"--false-alarms is '{text}'; expected a number per time: \"1 per 10000 h\"") from None
+        raise ParameterError(
+            f"--false-alarms is '{text}'; expected a number per time in s, min, h or d: \"1 per 10000 h\""
+        ) from None
     return time / count
 
 
-def _designed(wish: Wish, rule: str | None) -> tuple[list[Any], dict[str, Any]]:
-    from tierod.detectors.comparison import RULES, designed
-    from tierod.report.detector.tables import of_rules
+def _found(wish: Wish, rule: str | None, paths: list[Path], signal: str | None) -> tuple[Analysis, Facts]:
+    """The design, and what it rests on."""
+    from tierod.report.detector.analysis import ALL_RULES, LIKELIHOOD_RATIO, Measured, drawn, of_measured, of_white
 
-    change = wish.shift / wish.deviation
-    found = {name: designed(name, change, wish.samples, wish.sides) for name in ([rule] if rule else RULES)}
-    rows = [
-        {
-            "rule": name,
-            "constant": each.rule.name,
-            "threshold": each.threshold * (1.0 if name == "sequential" else wish.deviation),
-            "delay_s": each.delay / wish.rate,
-            "seconds_between_false_alarms": wish.interval,
-        }
-        for name, each in found.items()
+    if rule is not None and rule not in ALL_RULES:
+        raise ParameterError(f"there is no rule '{rule}'{nearest(rule, ALL_RULES)}")
+    if not paths and rule != LIKELIHOOD_RATIO:
+        return of_white(wish, rule), _facts(wish, f"white, standard deviation {wish.deviation:g}")
+    if paths:
+        records = [_residual(path, signal, wish.rate) for path in paths]
+        given = Measured(records, f"{signal or 'the only signal'} of {', '.join(path.name for path in paths)}")
+    else:
+        given = drawn(wish.deviation)
+    return of_measured(wish, rule, given), _facts(wish, given.told)
+
+
+def _facts(wish: Wish, residual: str) -> Facts:
+    from tierod.report.detector.tables import time_in_words
+
+    sides = {"both": "increases and decreases", "upper": "increases", "lower": "decreases"}
+    return [
+        ("residual", residual),
+        ("rate", f"{wish.rate:g} Hz"),
+        ("between false alarms", time_in_words(wish.interval)),
+        ("shift to be found", f"{wish.shift:g}"),
+        ("watched for", sides[wish.sides]),
     ]
-    return of_rules(wish, found), {"rules": rows}
-
-
-def _measured(wish: Wish, rule: str | None, paths: list[Path], signal: str | None) -> tuple[list[Any], dict[str, Any]]:
-    from dataclasses import replace
-
-    import numpy as np
-
-    from tierod.detectors.comparison import designed
-    from tierod.detectors.delays import delays_of
-    from tierod.detectors.measured import threshold_from_records
-    from tierod.report.detector.tables import of_measurement
-
-    records = [_residual(path, signal, wish.rate) for path in paths]
-    whole = np.concatenate(records)
-    deviation = float(np.sqrt(np.nanmean(whole**2))) if np.isfinite(whole).any() else 0.0
-    if not deviation > 0.0:
-        raise InputError("the healthy residual is zero or missing throughout; check --signal")
-    chosen = designed(rule or "cusum", wish.shift / deviation, wish.samples, wish.sides).rule
-    found = threshold_from_records(chosen, records, wish.samples)
-    block = chosen.block(found.threshold, deviation)
-    delays = delays_of(block, records, -wish.shift if wish.sides == "lower" else wish.shift) / wish.rate
-    document = {
-        "rule": chosen.name,
-        "threshold": found.threshold * (1.0 if rule == "sequential" else deviation),
-        "deviation": deviation,
-        "seconds_between_false_alarms": wish.interval,
-        "interval_s": [found.low / wish.rate, found.high / wish.rate],
-        "extrapolated": found.extrapolated,
-        "claim": found.claim(wish.rate),
-        "delay_median_s": _finite(float(np.quantile(delays, 0.5))),
-        "delay_p95_s": _finite(float(np.quantile(delays, 0.95))),
-    }
-    return of_measurement(replace(wish, deviation=deviation), found, delays.tolist()), document
-
-
-def _finite(value: float) -> float | None:
-    return value if value < float("inf") else None
 
 
 def _residual(path: Path, signal: str | None, rate: float) -> np.ndarray:
@@ -154,44 +141,3 @@ def _residual(path: Path, signal: str | None, rate: float) -> np.ndarray:
     if not 0.9 * rate <= own <= 1.1 * rate:
         raise InputError(f"{signal} in {path} comes at {own:.4g} Hz, not at the {rate:g} Hz given as --rate")
     return channel.values
-
-
-def _show(items: list[Any], document: dict[str, Any], output: Path | None, as_json: bool) -> None:
-    from tierod.cli.terminal import messages, print_json, rows
-    from tierod.cli.terminal import output as console
-    from tierod.studies.content import Table
-
-    if output is not None:
-        _write(items, output)
-    if as_json:
-        print_json(document)
-    else:
-        for item in items:
-            if isinstance(item, Table):
-                console().print(f"[bold]{item.title}[/bold]")
-                console().print(rows(item.header, item.rows))
-                console().print(item.note)
-    if output is not None:
-        (messages() if as_json else console()).print(f"page: {output}", soft_wrap=True, markup=False)
-
-
-def _write(items: list[Any], path: Path) -> None:
-    import shlex
-    import sys
-    from datetime import UTC, datetime
-
-    from tierod import __version__
-    from tierod.files import write_text
-    from tierod.report.study_page import StudyPage, render_study
-
-    page = StudyPage(
-        "detector",
-        "Design of a detector",
-        "Stopping rules from the false alarms one can bear and the shift that must be found.",
-        {},
-        items,
-        datetime.now(UTC).isoformat(timespec="seconds"),
-        __version__,
-        shlex.join(["tierod", *sys.argv[1:]]),
-    )
-    write_text(path, render_study(page))

@@ -20,15 +20,16 @@ def delays_of(
 
     Args:
         block: with an output `alarm`; it runs over what lies before the shift first
-        records: healthy residuals, (n,) each
+        records: healthy residuals, (n,) each; the longest one is used
         shift: added to the residual [its unit]
         trials: shifts that are put in, at random instants
         seed: of the instants
 
-    A block that is in alarm when the shift begins is not counted: its alarm is a false one.
+    A start at which the block is in alarm already is not counted: its alarm is a false one. What is not found within
+    half of the record, or within 20 000 samples, counts as not found.
 
     Raises:
-        InputError: records too short to put shifts in
+        InputError: records too short to put shifts in, or the block is in alarm throughout
     """
     longest = max(records, key=len, default=np.zeros(0))
     if len(longest) < 200:
@@ -42,4 +43,6 @@ def delays_of(
             continue
         alarms = np.flatnonzero(scan(block, longest[start : start + reach] + shift, before.state)["alarm"] > 0.5)
         delays.append(float(alarms[0] + 1) if len(alarms) else np.inf)
+    if not delays:
+        raise InputError("the detector is in alarm wherever a shift is put in; allow fewer false alarms")
     return np.array(delays)

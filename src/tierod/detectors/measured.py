@@ -41,7 +41,8 @@ class MeasuredDesign:
         deviation: standard deviation of the residual [unit of the residual]
         threshold: in these deviations, or as evidence
         wanted: samples between false alarms
-        low, high: 95 % interval of the run length at this threshold [samples]
+        low, high: 95 % interval of the run length at this threshold [samples]; beyond what was observed it holds only
+            as far as the line does, which nothing tests
         observed: healthy samples that it rests on
         points: thresholds that were tried
     """
@@ -67,12 +68,14 @@ class MeasuredDesign:
             rate: of the residuals [Hz]
         """
         hours = self.observed / rate / 3600.0
+        unit, name = (3600.0, "h") if self.low / rate > 3600.0 else (1.0, "s")
+        span = f"{self.low / rate / unit:.3g} to {self.high / rate / unit:.3g} {name}"
         if not self.extrapolated:
-            return f"measured: 95 % interval {self.low / rate:.3g} to {self.high / rate:.3g} s between false alarms"
+            return f"measured: 95 % interval {span} between false alarms"
         bound = 3.0 / hours
         return (
-            f"carried on from shorter run lengths ({self.low / rate:.3g} to {self.high / rate:.3g} s at 95 % if the "
-            f"line goes on); {hours:.3g} h without an alarm would show fewer than {bound:.3g} per hour at 95 %, no more"
+            f"carried on from shorter run lengths ({span} at 95 % if the line goes on); {hours:.3g} h without an alarm "
+            f"would show fewer than {bound:.3g} per hour at 95 %, no more"
         )
 
 
@@ -131,7 +134,7 @@ def _ladder(
 ) -> list[MeasuredPoint]:
     """Thresholds that rise until hardly an alarm is left, or well beyond the wanted run length."""
     points: list[MeasuredPoint] = []
-    low, high = 0.05, 1.0
+    low, high = 0.05 * rule.unit, rule.unit
     while len(points) < _STEPS and _measured(rule, high, records, deviation, count).alarms >= FEWEST:
         low, high = high, 1.5 * high
     for threshold in np.linspace(0.25 * low, high, _STEPS):

@@ -56,6 +56,10 @@ class StoppingRule(ABC):
     def block(self, threshold: float, deviation: float, restart: bool = False) -> Any:
         """The block that does it on residuals of a standard deviation; `restart` makes every alarm one sample."""
 
+    def scale(self, deviation: float) -> float:
+        """What a threshold is multiplied by for residuals of a standard deviation [their unit]; 1 if it is evidence."""
+        return deviation
+
     def growth(self, threshold: float) -> float:
         """What the logarithm of a long run length grows with in proportion, for thresholds beyond what is solved."""
         return threshold
@@ -250,6 +254,10 @@ class SequentialRule(StoppingRule):
         """In a word or two, with its constant."""
         return f"sequential test, shift {self.shift:.3g}"
 
+    def scale(self, deviation: float) -> float:
+        """1: the threshold is evidence."""
+        return 1.0
+
     def run_length(self, threshold: float, change: float = 0.0) -> float:
         """Expected samples until the alarm."""
         drifts = [self.shift * (way * change - 0.5 * self.shift) for way in WAYS[self.sides]]
@@ -282,6 +290,10 @@ class LikelihoodRatioRule(StoppingRule):
     def name(self) -> str:
         """In a word or two, with its constant."""
         return f"likelihood ratio over {self.windows[0]} to {self.windows[-1]} samples"
+
+    def scale(self, deviation: float) -> float:
+        """1: the threshold is evidence."""
+        return 1.0
 
     def run_length(self, threshold: float, change: float = 0.0) -> float:
         """Not known.

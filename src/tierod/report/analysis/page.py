@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from tierod.report.analysis.subjects import Analysis
 from tierod.report.html import chart_script, library, looks, moment, template
 from tierod.report.study_page import sections
 from tierod.vehicles import Vehicle
+
+Facts = Sequence[tuple[str, str]]
+"""What an analysis rests on, (name, text) each."""
 
 
 @dataclass(frozen=True)
@@ -16,26 +20,45 @@ class Origin:
 
     Args:
         created, version, command: when, by which version, and how
-        recording: file that was measured; empty where there was none
     """
 
     created: str = ""
     version: str = ""
     command: str = ""
-    recording: str = ""
 
 
-def render_analysis(analysis: Analysis, vehicle: Vehicle, origin: Origin) -> str:
-    """The page as text."""
-    parts = sections(analysis.items)
-    charts = [part for section in parts for kind, part in section.parts if kind == "chart"]
+def facts_of(vehicle: Vehicle, recording: str = "") -> Facts:
+    """What an analysis of a vehicle rests on.
+
+    Args:
+        vehicle: whose parameters they are
+        recording: file that was measured; empty where there was none
+    """
     facts = [("vehicle", vehicle.name), ("described as", vehicle.description), ("source", vehicle.source)]
+    return facts + ([("recording", recording)] if recording else [])
+
+
+def render_analysis(
+    analysis: Analysis, facts: Facts, origin: Origin, not_good_for: Sequence[str] = (), kind: str = "analysis"
+) -> str:
+    """The page as text.
+
+    Args:
+        analysis: what was found
+        facts: what it rests on
+        origin: how the page came about
+        not_good_for: what the parameters are not good for
+        kind: of the page, in a word
+    """
+    parts = sections(analysis.items)
+    charts = [part for section in parts for what, part in section.parts if what == "chart"]
     return template("analysis.html.j2").render(
         analysis=analysis,
+        kind=kind,
         origin=origin,
         created=moment(origin.created),
-        facts_of=facts + ([("recording", origin.recording)] if origin.recording else []),
-        not_good_for=vehicle.not_good_for,
+        facts_of=facts,
+        not_good_for=not_good_for,
         sections=parts,
         charts=[chart_script(figure) for figure in charts],
         library=library() if charts else "",

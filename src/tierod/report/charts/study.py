@@ -50,7 +50,7 @@ def study_figure(chart: Chart) -> Figure:
         for mark in panel.marks:
             shown = {"showlegend": mark.name not in told, "legendgroup": mark.name}
             told.add(mark.name)
-            drawn_mark = _drawn(mark, colours[mark.name], _SMALL if panel.logarithmic else _DIGITS)
+            drawn_mark = _drawn(mark, colours[mark.name], panel)
             drawn_mark |= {"x": drawn_mark["y"], "y": drawn_mark["x"]} if panel.sideways else {}
             data.append(drawn_mark | shown | {"xaxis": f"x{suffix}", "yaxis": f"y{suffix}"})
         drawn, named = _rules(replace(panel, levels=(), uprights=panel.levels) if panel.sideways else panel, suffix)
@@ -89,11 +89,12 @@ def _colours(chart: Chart) -> dict[str, str]:
     return {name: _COLOURS[index % len(_COLOURS)] for index, name in enumerate(names)}
 
 
-def _drawn(mark: Mark, colour: str, digits: int) -> dict[str, Any]:
+def _drawn(mark: Mark, colour: str, panel: Panel) -> dict[str, Any]:
     match mark:
         case Lines():
             line = {"color": colour, "width": 1.5, "dash": "dash" if mark.dashed else "solid"}
-            points = {"x": rounded(mark.x, 6), "y": rounded(mark.y, digits), "connectgaps": False}
+            along, up = _SMALL if panel.logarithmic_along else 6, _SMALL if panel.logarithmic else _DIGITS
+            points = {"x": rounded(mark.x, along), "y": rounded(mark.y, up), "connectgaps": False}
             return {"type": "scatter", "mode": "lines", "name": mark.name, "line": line} | points
         case Bars():
             edges = np.asarray(mark.edges, float)

@@ -3,44 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Annotated
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from tierod.detectors.comparison import Designed
 from tierod.detectors.measured import MeasuredDesign
+from tierod.report.detector.wish import Wish
 from tierod.report.display import duration, number
-from tierod.studies.content import Chart, Item, Lines, Panel, Points, Table
+from tierod.studies.content import Chart, Lines, Panel, Points, Table
 
 
-@dataclass(frozen=True)
-class Wish:
-    """What a detector must do.
-
-    Args:
-        deviation: of the residual [its unit]
-        shift: that must be found [same unit]
-        interval: between false alarms [s]
-        rate: of the residual [Hz]
-        sides: "both", "upper" or "lower"
-    """
-
-    deviation: Annotated[float, "unit of the signal"]
-    shift: Annotated[float, "unit of the signal"]
-    interval: Annotated[float, "s"]
-    rate: Annotated[float, "Hz"]
-    sides: str = "both"
-
-    @property
-    def samples(self) -> float:
-        """Between false alarms."""
-        return self.interval * self.rate
-
-
-def of_rules(wish: Wish, found: dict[str, Designed]) -> list[Item]:
-    """Rules for white residuals: thresholds, delays, and what each costs.
+def rules_beside(wish: Wish, found: Mapping[str, Designed]) -> Table:
+    """Rules for white residuals: thresholds and delays.
 
     Args:
         wish: what was asked for
@@ -48,20 +23,20 @@ def of_rules(wish: Wish, found: dict[str, Designed]) -> list[Item]:
     """
     rows = []
     for name, each in found.items():
-        unit = each.threshold if name == "sequential" else each.threshold * wish.deviation
+        threshold = each.threshold * each.rule.scale(wish.deviation)
         delays = [each.delay_at(scale * wish.shift / wish.deviation) / wish.rate for scale in (1.0, 0.5, 2.0)]
-        rows.append((name, each.rule.name, number(unit), *(_time(delay) for delay in delays)))
+        rows.append((name, each.rule.name, number(threshold), *(time_in_words(delay) for delay in delays)))
     header = ("rule", "with its constant", "threshold", "delay at the shift", "at half of it", "at twice")
-    table = Table(
-        f"Rules with {_time(wish.interval)} between false alarms",
+    return Table(
+        f"Rules with {time_in_words(wish.interval)} between false alarms",
         header,
         tuple(rows),
-        "Thresholds in the unit of the residual, of the sequential test as evidence. Mean delays from the start on.",
+        "Thresholds in the unit of the residual, of the sequential test as evidence. Mean delays of a shift that is "
+        "there from the start on.",
     )
-    return [table, _against_false_alarms(wish, found), _against_shift(wish, found)]
 
 
-def of_measurement(wish: Wish, found: MeasuredDesign, delays: Sequence[float]) -> list[Item]:
+def measurement(wish: Wish, found: MeasuredDesign, delays: Sequence[float]) -> list[Table | Chart]:
     """A threshold measured on healthy residuals.
 
     Args:
@@ -69,16 +44,16 @@ def of_measurement(wish: Wish, found: MeasuredDesign, delays: Sequence[float]) -
         found: the threshold
         delays: from a shift put into the healthy residuals to the alarm [s]; infinite where it was not found
     """
-    unit = 1.0 if "likelihood" in found.rule.name or "sequential" in found.rule.name else found.deviation
-    median, late = (float(np.quantile(delays, share)) for share in (0.5, 0.95))
+    unit = found.rule.scale(found.deviation)
+    median, late = (float(np.quantile(delays, share, method="higher")) for share in (0.5, 0.95))
     rows = (
         ("rule", found.rule.name),
         ("threshold", number(found.threshold * unit)),
         ("deviation of the residual", number(found.deviation)),
-        ("wanted between false alarms", _time(wish.interval)),
+        ("wanted between false alarms", time_in_words(wish.interval)),
         ("claim", found.claim(wish.rate)),
-        ("delay, median of shifts put in", _time(median)),
-        ("delay, 95 % of them", _time(late)),
+        ("delay, median of shifts put in", time_in_words(median)),
+        ("delay, 95 % of them", time_in_words(late)),
     )
     measured = [point for point in found.points if point.alarms]
     lengths = [point.run_length / wish.rate for point in measured]
@@ -87,7 +62,7 @@ def of_measurement(wish: Wish, found: MeasuredDesign, delays: Sequence[float]) -
         "run-length",
         "Time between false alarms, measured",
         "Each mark is a threshold tried on the healthy residuals, with the 95 % range of its count.",
-        f"Run length over threshold, from {_time(lengths[0])} to {_time(lengths[-1])}.",
+        f"Run length over threshold, from {time_in_words(lengths[0])} to {time_in_words(lengths[-1])}.",
         (
             Panel(
                 "",
@@ -116,24 +91,36 @@ def of_measurement(wish: Wish, found: MeasuredDesign, delays: Sequence[float]) -
     return [Table("Threshold from healthy residuals", ("what", "figure"), rows), chart]
 
 
-def _against_false_alarms(wish: Wish, found: dict[str, Designed]) -> Chart:
+def against_false_alarms(wish: Wish, found: Mapping[str, Designed]) -> Chart:
+    """Mean delay of rules over the time between false alarms, up to what was asked for."""
     change = wish.shift / wish.deviation * (-1.0 if wish.sides == "lower" else 1.0)
     marks = []
     for name, each in found.items():
         thresholds = [float(share) * each.threshold for share in np.linspace(0.4, 1.0, 9)]
-        lengths = np.array([each.rule.run_length(threshold) for threshold in thresholds])
+        hours = [each.rule.run_length(threshold) / wish.rate / 3600.0 for threshold in thresholds]
         delays = [each.rule.run_length(threshold, change) / wish.rate for threshold in thresholds]
-        marks.append(Lines(name, np.log10(lengths / wish.rate / 3600.0), _drawable(delays)))
+        marks.append(Lines(name, [hour if math.isfinite(hour) else math.nan for hour in hours], _drawable(delays)))
     return Chart(
         "delay-against-false-alarms",
         "What fewer false alarms cost",
         "Mean delay at the shift, against the time between false alarms, with the constants of the table.",
         "Mean delay of every rule over the time between false alarms.",
-        (Panel("", "hours between false alarms, power of ten", "mean delay [s]", tuple(marks), logarithmic=True),),
+        (
+            Panel(
+                "",
+                "between false alarms [h]",
+                "mean delay [s]",
+                tuple(marks),
+                uprights=(("asked for", wish.interval / 3600.0),),
+                logarithmic=True,
+                logarithmic_along=True,
+            ),
+        ),
     )
 
 
-def _against_shift(wish: Wish, found: dict[str, Designed]) -> Chart:
+def against_shift(wish: Wish, found: Mapping[str, Designed]) -> Chart:
+    """Mean delay of rules over the size of the shift."""
     scales = np.geomspace(0.25, 4.0, 13)
     marks = [
         Lines(
@@ -166,7 +153,8 @@ def _drawable(values: Sequence[float]) -> list[float]:
     return [value if value < 2.6e6 else math.nan for value in values]
 
 
-def _time(seconds: float) -> str:
+def time_in_words(seconds: float) -> str:
+    """A time in words; "never" beyond a century."""
     if not math.isfinite(seconds) or seconds > 3.2e9:
         return "never"
     if seconds < 1.0:

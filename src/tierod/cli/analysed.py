@@ -1,0 +1,63 @@
+"""What commands do with an analysis: show it in the terminal, write its page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from tierod.report.analysis.page import Facts
+    from tierod.report.analysis.subjects import Analysis
+
+
+def refuse_to_overwrite(target: Path | None, given: Iterable[Path | None]) -> None:
+    """See that a page does not go where something lies that was given.
+
+    Raises:
+        OutputError: it would
+    """
+    from tierod.errors import OutputError
+
+    if target is not None and any(path is not None and path.resolve() == target.resolve() for path in given):
+        raise OutputError(f"the page would overwrite {target}, which was given; name another place with --output")
+
+
+def write_page(
+    found: Analysis, facts: Facts, target: Path, not_good_for: Sequence[str] = (), kind: str = "analysis"
+) -> None:
+    """Write the page of an analysis; for its arguments see `tierod.report.analysis.page.render_analysis`.
+
+    Raises:
+        OutputError: it cannot be written
+    """
+    import shlex
+    import sys
+    from datetime import UTC, datetime
+
+    from tierod import __version__
+    from tierod.files import write_text
+    from tierod.report.analysis.page import Origin, render_analysis
+
+    created = datetime.now(UTC).isoformat(timespec="seconds")
+    origin = Origin(created, __version__, shlex.join(["tierod", *sys.argv[1:]]))
+    write_text(target, render_analysis(found, facts, origin, not_good_for, kind))
+
+
+def show(found: Analysis) -> None:
+    """Summary and tables in the terminal."""
+    from rich.text import Text
+
+    from tierod.cli.terminal import output, rows
+    from tierod.studies.content import Table
+
+    console = output()
+    console.print(Text(found.title, style="bold"))
+    for paragraph in (*found.summary, *(f"To know: {remark}" for remark in found.remarks)):
+        console.print(Text(paragraph))
+    for item in found.items:
+        if isinstance(item, Table):
+            console.print(Text(f"\n{item.title}", style="bold"))
+            console.print(rows(item.header, item.rows, right=item.numeric))
+            if item.note:
+                console.print(Text(item.note))

@@ -1,0 +1,146 @@
+"""The design of a detector as an analysis: by calculation for white residuals, by measurement for all others."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, Any
+
+import numpy as np
+
+from tierod.detectors.comparison import RULES, designed
+from tierod.detectors.delays import delays_of
+from tierod.detectors.measured import threshold_from_records
+from tierod.detectors.stopping_rules import LikelihoodRatioRule, StoppingRule
+from tierod.errors import InputError
+from tierod.report.analysis.subjects import Analysis
+from tierod.report.detector.tables import against_false_alarms, against_shift, measurement, rules_beside, time_in_words
+from tierod.report.detector.wish import Wish
+from tierod.studies.content import Chart, Table
+
+LIKELIHOOD_RATIO = "likelihood-ratio"
+"""The rule whose run length is known by measurement only."""
+
+ALL_RULES = (*RULES, LIKELIHOOD_RATIO)
+"""Rules by the name that a user gives."""
+
+SIMULATED = 2_000_000
+"""White residuals that are drawn where a rule has to be measured and none are given."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Residuals on which a threshold is measured.
+
+    Args:
+        records: (n,) each [unit of the residual]; NaN where missing
+        told: what they are
+        simulated: whether they were drawn
+    """
+
+    records: Sequence[np.ndarray]
+    told: str
+    simulated: bool = False
+
+    @property
+    def deviation(self) -> Annotated[float, "unit of the signal"]:
+        """Root mean square of what is there; zero where nothing is."""
+        whole = np.concatenate(self.records)
+        return float(np.sqrt(np.nanmean(whole**2))) if np.isfinite(whole).any() else 0.0
+
+
+def drawn(deviation: float, seed: int = 0) -> Measured:
+    """White Gaussian residuals of a standard deviation."""
+    residual = deviation * np.random.default_rng(seed).normal(size=SIMULATED)
+    return Measured([residual], f"{SIMULATED / 1e6:g} million white residuals, simulated", True)
+
+
+def of_white(wish: Wish, rule: str | None = None) -> Analysis:
+    """Thresholds for white residuals, by calculation.
+
+    Args:
+        wish: what the detector must do
+        rule: one of `RULES`; all of them where None
+
+    Raises:
+        ParameterError: no threshold is needed, or the shift is too small
+    """
+    change = wish.shift / wish.deviation
+    found = {name: designed(name, change, wish.samples, wish.sides) for name in ([rule] if rule else RULES)}
+    best = min(found.values(), key=lambda each: each.delay)
+    summary = (
+        f"For white Gaussian residuals of standard deviation {wish.deviation:g}, with {time_in_words(wish.interval)} "
+        f"between false alarms, a shift of {wish.shift:g} is found soonest by: {best.rule.name}, threshold "
+        f"{best.threshold * best.rule.scale(wish.deviation):.4g}, after {time_in_words(best.delay / wish.rate)} on "
+        "average.",
+        "Residuals with a memory alarm far more often than these; measure the threshold on a healthy recording then "
+        "(--residual).",
+    )
+    rows = [
+        {
+            "rule": name,
+            "constant": each.rule.name,
+            "threshold": each.threshold * each.rule.scale(wish.deviation),
+            "delay_s": each.delay / wish.rate,
+            "seconds_between_false_alarms": wish.interval,
+        }
+        for name, each in found.items()
+    ]
+    items: list[Table | Chart] = [
+        rules_beside(wish, found),
+        against_false_alarms(wish, found),
+        against_shift(wish, found),
+    ]
+    return Analysis("Design of a detector", summary, items, {"rules": rows})
+
+
+def of_measured(wish: Wish, rule: str | None, given: Measured) -> Analysis:
+    """A threshold measured on healthy residuals of any colour.
+
+    Args:
+        wish: what the detector must do; its deviation is measured
+        rule: one of `ALL_RULES`; the cumulative sum where None
+        given: the residuals
+
+    Raises:
+        InputError: they are too few, or tell nothing
+        ParameterError: no threshold is needed, or the shift is too small
+    """
+    deviation = given.deviation
+    if not deviation > 0.0:
+        raise InputError("the healthy residual is zero or missing throughout; check --signal")
+    wish = replace(wish, deviation=deviation)
+    chosen = _chosen(rule or "cusum", wish)
+    found = threshold_from_records(chosen, given.records, wish.samples)
+    block = chosen.block(found.threshold, deviation)
+    shift = -wish.shift if wish.sides == "lower" else wish.shift
+    delays = delays_of(block, given.records, shift) / wish.rate
+    document: dict[str, Any] = {
+        "rule": chosen.name,
+        "threshold": found.threshold * chosen.scale(deviation),
+        "deviation": deviation,
+        "seconds_between_false_alarms": wish.interval,
+        "interval_s": [found.low / wish.rate, found.high / wish.rate],
+        "extrapolated": found.extrapolated,
+        "simulated": given.simulated,
+        "claim": found.claim(wish.rate),
+        "delay_median_s": _finite(float(np.quantile(delays, 0.5, method="higher"))),
+        "delay_p95_s": _finite(float(np.quantile(delays, 0.95, method="higher"))),
+    }
+    summary = (
+        f"Threshold {document['threshold']:.4g} of the {chosen.name}, measured on {given.told}. Time between false "
+        f"alarms: {found.claim(wish.rate)}.",
+    )
+    remarks = ("White residuals were simulated; real ones remember, and alarm more often.",) if given.simulated else ()
+    return Analysis("Design of a detector", summary, measurement(wish, found, delays.tolist()), document, remarks)
+
+
+def _chosen(rule: str, wish: Wish) -> StoppingRule:
+    if rule == LIKELIHOOD_RATIO:
+        return LikelihoodRatioRule(sides=wish.sides)
+    return designed(rule, wish.shift / wish.deviation, wish.samples, wish.sides).rule
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
