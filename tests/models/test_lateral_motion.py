@@ -103,6 +103,16 @@ def test_by_wire_the_torque_that_holds_a_turn_is_the_aligning_torque_and_the_fri
     assert x.friction_share > 0.9
 
 
+@pytest.mark.parametrize("step", [0.001, 0.01])
+def test_by_wire_sliding_friction_has_its_level_and_adds_no_damping(step):
+    model, car = lateral_motion(steering=True), replace(CAR, mechanical_trail=0.0)
+    rate = -0.3
+    torque = -car.road_wheel_friction + car.road_wheel_damping * rate
+    x, _ = driven(model, car, DrivenByWire(10.0, 0.0, torque, 1.0), 0.3, step)
+    assert x.friction_share == -1.0
+    assert x.road_wheel_rate == pytest.approx(rate, rel=1e-4)
+
+
 def test_by_wire_without_torque_the_road_wheels_keep_their_rate():
     model = lateral_motion(steering=True)
     x = model.State(0.0, 0.0, 0.0, 0.0, 0.01, 0.2, 0.0)

@@ -244,21 +244,28 @@ class _LateralMotion:
 
     @classmethod
     def _steered(cls, seen: _Seen, forces: Forces, u: Any, p: Sampled) -> Steering:
-        """A sample of the steering: damping taken at its end, friction an elastic stop over its path (Prandtl).
+        """A sample of the steering: damping and friction taken at its end, friction an elastic stop (Prandtl).
 
-        The stop, unlike Dahl's law, does not slip away under the trembling of an estimated angle.
+        The stop, unlike Dahl's law, does not slip away under the trembling of an estimated angle. Its stiffness counts
+        only until it yields: the rate is found as if it did not, then again with what the stop can hold (return
+        mapping).
         """
         if not cls.steering:
             return seen.steering
         car, step, steering = p.car, p.sample_time, seen.steering
         level = car.road_wheel_friction * _factor(seen.unknown["log_steering_friction"])
-        driving = u.road_wheel_torque - forces.self_aligning_torque - level * steering.friction_share
-        damped = car.road_wheel_inertia + step * (car.road_wheel_damping + step * level / car.road_wheel_friction_angle)
-        by_torque = (car.road_wheel_inertia * steering.road_wheel_rate + step * driving) / damped
-        rate = where(u.torque_known > 0.5, by_torque, steering.road_wheel_rate)
-        turned = step * rate
-        share = limit(steering.friction_share + turned / car.road_wheel_friction_angle, -1.0, 1.0)
-        return Steering(steering.road_wheel_angle + turned, rate, share)
+        driving = u.road_wheel_torque - forces.self_aligning_torque
+        damped = car.road_wheel_inertia + step * car.road_wheel_damping
+        stopped = damped + step * step * level / car.road_wheel_friction_angle
+
+        def rate(share: Any, inertia: Any) -> Any:
+            moving = (car.road_wheel_inertia * steering.road_wheel_rate + step * (driving - level * share)) / inertia
+            return where(u.torque_known > 0.5, moving, steering.road_wheel_rate)
+
+        held = step * rate(steering.friction_share, stopped)
+        share = limit(steering.friction_share + held / car.road_wheel_friction_angle, -1.0, 1.0)
+        after = rate(share, damped)
+        return Steering(steering.road_wheel_angle + step * after, after, share)
 
 
 def _factor(logarithm: Any) -> Any:

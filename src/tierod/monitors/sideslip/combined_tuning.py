@@ -49,7 +49,7 @@ class Noises:
     lateral_speed: Annotated[float, "m/s**1.5", NOT_NEGATIVE] = 0.02
     yaw_rate: Annotated[float, "rad/s**1.5", NOT_NEGATIVE] = 0.005
     roll_rate: Annotated[float, "rad/s**1.5", NOT_NEGATIVE] = 0.002
-    road_wheel_rate: Annotated[float, "rad/s**1.5", NOT_NEGATIVE] = 0.7
+    road_wheel_rate: Annotated[float, "rad/s**1.5", NOT_NEGATIVE] = 1.4
     free_road_wheel_rate: Annotated[float, "rad/s**1.5", NOT_NEGATIVE] = 2.0
     yaw_rate_reading: Annotated[float, "rad/s", POSITIVE] = 0.003
     lateral_acceleration_reading: Annotated[float, "m/s**2", POSITIVE] = 0.15
