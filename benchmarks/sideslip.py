@@ -1,7 +1,8 @@
-"""The sideslip observers against filterpy: the same filters at one speed, the same numbers, measured in one run.
+"""The sideslip observers against filterpy: the same filters over a changing speed, the same numbers, in one run.
 
-Ours follow the speed at every sample, hold where nothing can be estimated and give standard deviations; the peer does
-none of that. Friction of the steering is left out, since filterpy's linear filter has no place for it.
+The peer makes its matrices anew at every sample from eqs (9), (13) and (18) in NumPy, and reads the placed gains from a
+table over the speed, as ours do. Ours also hold where nothing can be estimated and give standard deviations. Friction
+of the steering is left out, since filterpy's linear filter has no place for it.
 """
 
 from __future__ import annotations
@@ -16,14 +17,15 @@ import numpy as np
 from benchmarks.observer_peers import filled
 from tierod.block import Block
 from tierod.estimators.kalman import KalmanFilter
-from tierod.models.linear import LinearSystem, linearise
+from tierod.models.linear import LinearSystem
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.sideslip.conventional import conventional_kalman, conventional_poles
+from tierod.monitors.sideslip.schedule import HALF, SPEEDS
 from tierod.monitors.sideslip.two_stage import two_stage_kalman, two_stage_poles
 from tierod.vehicles import load
 
-SPEED = 20.0
-"""[m/s]."""
+SPEED, SWING = 20.0, 5.0
+"""Mean of the speed, and how far it swings [m/s]."""
 
 STEPS = 40_000
 """Samples of one run: 40 s at 1 kHz."""
@@ -39,14 +41,14 @@ def observers() -> list[tuple[str, Block, np.ndarray, Any, tuple[str, ...]]]:
     free = dataclasses.replace(p, road_wheel_friction=0.0)
     one, fixed = conventional_kalman(free, RATE), conventional_poles(free, RATE)
     two, placed = two_stage_kalman(free, RATE), two_stage_poles(free, RATE)
-    gains = (_gain(fixed.observer), np.array(placed.steering.gain), _gain(placed.vehicle))
+    steering, vehicle, whole = Steering(free), Vehicle(free), Whole(free)
     peers = {
-        "sideslip-conventional-kalman": (one, [_learning(one.filter, (0.0, SPEED))]),
-        "sideslip-conventional-poles": (fixed, [_constant(fixed.observer, (0.0, SPEED), gains[0])]),
-        "sideslip-two-stage-kalman": (two, [_learning(two.steering, (0.0,)), _learning(two.vehicle, (0.0, SPEED))]),
+        "sideslip-conventional-kalman": (one, [_Learning(whole, one.filter)]),
+        "sideslip-conventional-poles": (fixed, [_Placed(whole, _table(fixed.observer))]),
+        "sideslip-two-stage-kalman": (two, [_Learning(steering, two.steering), _Learning(vehicle, two.vehicle)]),
         "sideslip-two-stage-poles": (
             placed,
-            [_constant(placed.steering, (0.0,), gains[1]), _constant(placed.vehicle, (0.0, SPEED), gains[2])],
+            [_Placed(steering, np.array(placed.steering.gain)[None]), _Placed(vehicle, _table(placed.vehicle))],
         ),
     }
     samples = _samples()
@@ -64,83 +66,150 @@ class Stages:
         for each in self.stages:
             each.start()
         found = np.empty((len(samples), 1))
+        speed = samples[:, 0].tolist()
         torque, measured, steer = samples[:, 3:4, None], samples[:, 1:3, None], samples[:, ANGLE : ANGLE + 1, None]
         start = time.perf_counter()
         if len(self.stages) == 1:
             (whole,) = self.stages
             for k in range(len(samples)):
-                found[k] = whole.step(torque[k], measured[k])[0]
+                found[k] = whole.step(speed[k], torque[k], measured[k])[0]
         else:
             steering, vehicle = self.stages
             for k in range(len(samples)):
-                aligning = steering.step(torque[k], steer[k])[2:3]
-                found[k] = vehicle.step(steer[k], np.vstack([measured[k][:1], aligning]))[0]
+                aligning = steering.step(speed[k], torque[k], steer[k])[2:3]
+                found[k] = vehicle.step(speed[k], steer[k], np.vstack([measured[k][:1], aligning]))[0]
         return found, time.perf_counter() - start
+
+
+class Steering:
+    """Eq (18), whatever the speed; sampled once."""
+
+    def __init__(self, p: Any):
+        J, b = p.road_wheel_inertia, p.road_wheel_damping
+        A = np.array([[0.0, 1.0, 0.0], [0.0, -b / J, -1.0 / J], [0.0, 0.0, 0.0]])
+        self.C, self.D = np.array([[1.0, 0.0, 0.0]]), np.zeros((1, 1))
+        self.A, self.B = sampled(A, np.array([[0.0], [1.0 / J], [0.0]]))
+
+    def at(self, speed: float) -> tuple[np.ndarray, ...]:
+        """F, B, H, D."""
+        return self.A, self.B, self.C, self.D
+
+
+class Vehicle:
+    """Eqs (9) and (23) at a speed."""
+
+    def __init__(self, p: Any):
+        front, rear = p.front_cornering_stiffness, p.rear_cornering_stiffness
+        a, b, m, inertia = p.front_distance, p.rear_distance, p.mass, p.yaw_inertia
+        trail = p.mechanical_trail + p.pneumatic_trail
+        one = rear * b - front * a
+        self.constant = np.array([[0.0, -1.0], [one / inertia, 0.0]])
+        self.over_speed = np.array([[-(front + rear) / m, 0.0], [0.0, -(front * a * a + rear * b * b) / inertia]])
+        self.over_square = np.array([[0.0, one / m], [0.0, 0.0]])
+        self.steer, self.steer_over_speed = np.array([[0.0], [front * a / inertia]]), np.array([[front / m], [0.0]])
+        self.shown = np.array([[0.0, 1.0], [-trail * front, 0.0]])
+        self.shown_over_speed = np.array([[0.0, 0.0], [0.0, -trail * front * a]])
+        self.through = np.array([[0.0], [trail * front]])
+
+    def at(self, speed: float) -> tuple[np.ndarray, ...]:
+        """F, B, H, D."""
+        A = self.constant + self.over_speed / speed + self.over_square / (speed * speed)
+        F, B = sampled(A, self.steer + self.steer_over_speed / speed)
+        return F, B, self.shown + self.shown_over_speed / speed, self.through
+
+
+class Whole:
+    """Eq (13) at a speed."""
+
+    def __init__(self, p: Any):
+        self.vehicle, self.inertia, self.damping = Vehicle(p), p.road_wheel_inertia, p.road_wheel_damping
+        self.B = np.array([[0.0], [0.0], [0.0], [1.0 / p.road_wheel_inertia]])
+        self.C, self.D = np.array([[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]), np.zeros((2, 1))
+
+    def at(self, speed: float) -> tuple[np.ndarray, ...]:
+        """F, B, H, D."""
+        v, A = self.vehicle, np.zeros((4, 4))
+        A[:2, :2] = v.constant + v.over_speed / speed + v.over_square / (speed * speed)
+        A[:2, 2:3] = v.steer + v.steer_over_speed / speed
+        A[2, 3] = 1.0
+        shown = v.shown[1] + v.shown_over_speed[1] / speed
+        A[3] = [-shown[0] / self.inertia, -shown[1] / self.inertia, -v.through[1, 0] / self.inertia, 0.0]
+        A[3, 3] = -self.damping / self.inertia
+        F, B = sampled(A, self.B)
+        return F, B, self.C, self.D
+
+
+def sampled(A: np.ndarray, B: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """One sample on by the midpoint rule."""
+    half = np.eye(len(A)) + 0.5 * RATE * A
+    return np.eye(len(A)) + RATE * A @ half, RATE * half @ B
 
 
 class _Learning:
     """Predict, update."""
 
-    def __init__(self, peer: Any, covariance: np.ndarray, feedthrough: np.ndarray):
-        self.peer, self.covariance, self.feedthrough = peer, covariance, feedthrough
+    def __init__(self, model: Any, block: KalmanFilter):
+        from filterpy.kalman import KalmanFilter as Peer
+
+        self.model, self.covariance = model, np.diag(block.initial_variance)
+        F, B, H, _ = model.at(SPEED)
+        system = LinearSystem.of(F, H, B)
+        self.peer = filled(Peer, system, block.process_noise, block.measurement_noise, self.covariance)
 
     def start(self) -> None:
         """From the beginning."""
         self.peer.x = np.zeros_like(self.peer.x)
         self.peer.P = self.covariance.copy()
 
-    def step(self, inputs: np.ndarray, measured: np.ndarray) -> np.ndarray:
+    def step(self, speed: float, inputs: np.ndarray, measured: np.ndarray) -> np.ndarray:
         """One sample on."""
-        self.peer.predict(inputs)
-        self.peer.update(measured - self.feedthrough @ inputs)
-        return self.peer.x
+        peer = self.peer
+        peer.F, peer.B, peer.H, feedthrough = self.model.at(speed)
+        peer.predict(inputs)
+        peer.update(measured - feedthrough @ inputs)
+        return peer.x
 
 
-class _Constant(_Learning):
-    """Predict, correct by a gain that stays."""
+class _Placed:
+    """Predict, correct by a gain that is read from a table over the speed."""
 
-    def step(self, inputs: np.ndarray, measured: np.ndarray) -> np.ndarray:
+    def __init__(self, model: Any, table: np.ndarray):
+        from filterpy.kalman import KalmanFilter as Peer
+
+        self.model, self.table = model, table
+        F, B, H, _ = model.at(SPEED)
+        self.peer = filled(Peer, LinearSystem.of(F, H, B), [0.0] * len(F), [1.0] * len(H), np.eye(len(F)))
+
+    def start(self) -> None:
+        """From the beginning."""
+        self.peer.x = np.zeros_like(self.peer.x)
+
+    def step(self, speed: float, inputs: np.ndarray, measured: np.ndarray) -> np.ndarray:
         """One sample on."""
-        self.peer.predict_steadystate(inputs)
-        self.peer.update_steadystate(measured - self.feedthrough @ inputs)
-        return self.peer.x
+        peer, table = self.peer, self.table
+        peer.F, peer.B, peer.H, feedthrough = self.model.at(speed)
+        if len(table) == 1:
+            peer.K = table[0]
+        else:
+            row = int(np.searchsorted(SPEEDS, speed)) - 1
+            low, high = (each / (each + HALF) for each in SPEEDS[row : row + 2])
+            share = (speed / (speed + HALF) - low) / (high - low)
+            peer.K = table[row] + share * (table[row + 1] - table[row])
+        peer.predict_steadystate(inputs)
+        peer.update_steadystate(measured - feedthrough @ inputs)
+        return peer.x
 
 
-def _learning(block: KalmanFilter, at: tuple[float, ...]) -> _Learning:
-    from filterpy.kalman import KalmanFilter as Peer
-
-    start = np.diag(block.initial_variance)
-    system = _system(block, at)
-    return _Learning(filled(Peer, system, block.process_noise, block.measurement_noise, start), start, system.D)
-
-
-def _constant(block: Any, at: tuple[float, ...], gain: np.ndarray) -> _Constant:
-    from filterpy.kalman import KalmanFilter as Peer
-
-    system = _system(block, at)
-    n, m = system.B.shape[0], len(system.C)
-    peer = filled(Peer, system, [0.0] * n, [1.0] * m, np.eye(n))
-    peer.K_steady_state = peer.K = gain
-    return _Constant(peer, np.eye(n), system.D)
-
-
-def _system(block: Any, at: tuple[float, ...]) -> LinearSystem:
-    """Matrices of the sampled model with its first input alone; the measurement of the torque has a feed-through."""
-    model = block.model
-    found = linearise(model, block.parameters, (0.0,) * len(model.State._fields), at)
-    return dataclasses.replace(found, B=found.B[:, :1], D=found.D[:, :1], inputs=found.inputs[:1])
-
-
-def _gain(observer: Any) -> np.ndarray:
-    values = observer.schedule.at(SPEED)
+def _table(observer: Any) -> np.ndarray:
+    """Gains at each of `SPEEDS`, (rows, n, m)."""
     n, m = len(observer.model.State._fields), len(observer.model.Output._fields)
-    return np.array(values[: n * m], float).reshape(n, m)
+    return np.array([observer.schedule.at(speed)[: n * m] for speed in SPEEDS], float).reshape(-1, n, m)
 
 
 def _samples() -> np.ndarray:
-    """Speed, yaw rate, angle and torque: a sine of the steering with noise, (n, 4)."""
+    """Speed, yaw rate, angle and torque: a sine of the steering with noise at a speed that swings, (n, 4)."""
     chance, time_ = np.random.default_rng(0), np.arange(STEPS) * RATE
     sine = np.sin(2.0 * np.pi * 0.3 * time_)
     noise = chance.normal(size=(3, STEPS))
     columns = (0.12 * sine + 0.003 * noise[0], 0.02 * sine + 2e-4 * noise[1], 90.0 * sine + noise[2])
-    return np.column_stack([np.full(STEPS, SPEED), *columns])
+    return np.column_stack([SPEED + SWING * np.sin(2.0 * np.pi * 0.05 * time_), *columns])
