@@ -119,6 +119,27 @@ def test_missing_samples_never_reach_the_state():
     assert rms(error(found, signals)[5_000:]) < 0.02
 
 
+def test_a_gap_of_the_sensor_is_no_speed():
+    signals = {name: values[:60_000] for name, values in drive(20).items()}
+    slow = np.abs(signals["truth_speed"]) < 5.0
+    runs = [
+        at for at in range(10_000, 59_000, 50) if slow[at - 20 : at + 60].all() and abs(signals["truth_speed"][at]) > 2
+    ]
+    assert runs
+    sensor = signals["sensor"].copy()
+    for at in runs[::3]:
+        sensor[at : at + 30] = np.nan
+    found = observed(OBSERVER, signals, sensor)
+    # Three measurements: beyond 20 in one of 6000 samples. Thirty increments taken for one give hundreds.
+    assert np.median(found["nis"][[at + 30 for at in runs[::3]]]) < 20.0
+
+
+def test_before_it_has_begun_it_tells_no_difference():
+    rows = np.array([[np.nan, 1.0, 0.0, 0.0, 2.0]] * 3 + [[0.0, 1.0, 0.0, 0.0, 2.0]])
+    found = scan(OBSERVER, rows)["angle_residual_electrical"]
+    np.testing.assert_allclose(found, 0.0, atol=1e-3)
+
+
 def test_floats_and_compiled_code_agree():
     signals = {name: values[:40] for name, values in drive(20).items()}
     found = observed(OBSERVER, signals)

@@ -64,15 +64,16 @@ class MotorAngleObserver:
         motor_angle_mechanical: Annotated[float, "rad"]
 
     class State(NamedTuple):
-        """Belief of the filter, whether it has begun, the last angle of the sensor, and the pace."""
+        """Belief of the filter, whether it has begun, the last angle of the sensor, whether the last sample told it."""
 
         belief: Any
         begun: Any
         sensed: Any
+        told: Any
         pace: Pace
 
     class Output(NamedTuple):
-        """The estimate, and how the sensor differs from it: electrical, within half a turn."""
+        """The estimate, and how the sensor differs from it: electrical, within half a turn; zero until it has begun."""
 
         motor_angle: Annotated[float, "rad"]
         motor_angle_standard_deviation: Annotated[float, "rad"]
@@ -115,7 +116,7 @@ class MotorAngleObserver:
 
     def init(self) -> State:
         """Nothing seen."""
-        return self.State(self.filter.init(), 0.0, 0.0, Pace(0.0, 0.0, 1.0, 0.0))
+        return self.State(self.filter.init(), 0.0, 0.0, 0.0, Pace(0.0, 0.0, 1.0, 0.0))
 
     def step(self, state: State, sample: Any) -> tuple[State, Output]:
         """One sample on."""
@@ -128,7 +129,9 @@ class MotorAngleObserver:
         given = StatorFrameMotor.Input(
             sample.motor_voltage_alpha, sample.motor_voltage_beta, where(known, increment, 0.0), standing
         )
-        rate = where(all_of(known, pace.slow, state.begun), increment / self.parameters.sample_time, math.inf)
+        # After a gap the increment is that of several samples: it still moves a standing angle, but tells no speed.
+        recent = all_of(known, state.told, pace.slow, state.begun)
+        rate = where(recent, increment / self.parameters.sample_time, math.inf)
         measured = StatorFrameMotor.Output(sample.motor_current_alpha, sample.motor_current_beta, rate)
         enabled = get_type_hints(filter_.Sample)["enabled"](where(standing, 0.0, 1.0))
         after, estimate = filter_.step(
@@ -137,10 +140,11 @@ class MotorAngleObserver:
             process_noise=self._process_noise(filter_, standing, sample),
         )
         after = self._kept(belief, after, begun)
-        sensed = where(present(sample.motor_angle_mechanical), sample.motor_angle_mechanical, state.sensed)
-        advanced = self._pace(pace, after, estimate, sample)
-        output = self._output(after, sample, standing, estimate.nis)
-        return self.State(after, begun, sensed, advanced), output
+        told = where(present(sample.motor_angle_mechanical), 1.0, 0.0)
+        sensed = where(told, sample.motor_angle_mechanical, state.sensed)
+        advanced = self._pace(pace, after, estimate)
+        output = self._output(after, sample, standing, begun, estimate.nis)
+        return self.State(after, begun, sensed, told, advanced), output
 
     def _begun(self, state: State, sample: Any) -> tuple[Belief, Any]:
         """The belief, begun by the first sample that tells currents and angle."""
@@ -182,7 +186,7 @@ class MotorAngleObserver:
         kept = [where(begun, new, old) for new, old in pairs]
         return Belief(StatorFrameMotor.State(*kept[:7]), tuple(kept[7:]))
 
-    def _pace(self, pace: Pace, after: Belief, estimate: Any, sample: Any) -> Pace:
+    def _pace(self, pace: Pace, after: Belief, estimate: Any) -> Pace:
         """Standing below the speed at which the drop of an uncertain resistance is as large as the back-EMF."""
         t, p = self.tuning, self.parameters
         share = -expm1(-p.sample_time / t.lag)
@@ -199,7 +203,7 @@ class MotorAngleObserver:
         slow = where(where(pace.slow, size < 1.5 * t.slow_speed, size < t.slow_speed), 1.0, 0.0)
         return Pace(speed, standing, slow, where(turns, 0.0, against))
 
-    def _output(self, after: Belief, sample: Any, standing: Any, nis: Any) -> Output:
+    def _output(self, after: Belief, sample: Any, standing: Any, begun: Any, nis: Any) -> Output:
         p, mean = self.parameters, after.mean
         residual = p.motor_pole_pairs * (sample.motor_angle_mechanical - mean.angle)
         residual = residual - 2.0 * math.pi * floor(residual / (2.0 * math.pi) + 0.5)
@@ -211,7 +215,7 @@ class MotorAngleObserver:
             mean.load_torque,
             p.motor_resistance * exp(mean.log_resistance),
             p.motor_flux * exp(mean.log_flux),
-            residual,
+            where(begun, residual, 0.0),
             where(standing, 1.0, 0.0),
             nis,
         )
