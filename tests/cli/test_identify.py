@@ -98,3 +98,19 @@ def test_a_shipped_vehicle_is_never_written_over(folder, capsys):
 def test_a_vehicle_without_a_column_is_refused(folder, capsys):
     assert main(["identify", "column", str(folder / "multisine.parquet"), "--vehicle", "rav4"]) == 3
     assert "motor_friction" in capsys.readouterr().err
+
+
+def test_a_wheel_held_by_hands_is_seen_and_nothing_is_written(folder, capsys):
+    text = 'name = "held"\ndescription = "Held."\ncar = "column-bench"\nseconds = 4\n'
+    text += '[course]\nname = "bench-multisine"\nwheel = "held"\n[sensors]\npreset = "bench"\n'
+    (folder / "held.toml").write_text(text, encoding="utf-8")
+    assert main(["simulate", str(folder / "held.toml"), "-o", str(folder / "held.parquet"), "--json"]) == 0
+    capsys.readouterr()
+    target = folder / "held-found.toml"
+    arguments = [str(folder / "held.parquet"), "--vehicle", "column-bench", "-o", str(target), "--json"]
+    assert main(["identify", "column", *arguments]) == 2
+    told = json.loads(capsys.readouterr().out)
+    assert not told["explained"]
+    assert any("are there hands on it?" in remark for remark in told["remarks"])
+    assert told["vehicle_file"] is None
+    assert not target.exists()

@@ -37,6 +37,7 @@ def test_what_the_bench_adds_is_nil(result):
     assert result.estimate["motor_torque_gain"] == pytest.approx(1.0, abs=0.002)
     assert result.estimate.input_deviation[0] < 1e-3
     assert result.remarks == ()
+    assert result.explained
 
 
 def test_every_experiment_is_left_out_once(result):

@@ -33,7 +33,8 @@ def identify(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
-    """Fit parameters to recordings: a table before and after, leave-one-out figures, the vehicle file written back."""
+    """Fit parameters to recordings and write them back: done (0), recordings not explained (2), bad input (3)."""
+    from tierod.cli.app import HEALTHY, NOT_JUDGED
     from tierod.cli.terminal import messages, print_json, progress
     from tierod.errors import ParameterError, nearest
     from tierod.vehicles import load
@@ -48,6 +49,9 @@ def identify(
         result = _column(car, known, _names(free), advance)
     if report is not None:
         _write_page(result, car, known, recordings, report)
+    if target is not None and not result.explained:
+        messages().print(f"{target} is not written: the model does not explain these recordings", soft_wrap=True)
+        target = None
     if target is not None:
         _write_vehicle(result, car, recordings, target)
     if as_json:
@@ -57,7 +61,7 @@ def identify(
     for what, path in (("vehicle file", target), ("page", report)):
         if path is not None:
             messages().print(f"{what}: {path}", soft_wrap=True, markup=False)
-    return 0
+    return HEALTHY if result.explained else NOT_JUDGED
 
 
 def _names(free: str | None) -> tuple[str, ...]:
@@ -221,6 +225,7 @@ def _document(
             for each in result.left_out
         ],
         "whiteness": {name: each._asdict() for name, each in result.whiteness.items()},
+        "explained": result.explained,
         "remarks": list(result.remarks),
         "vehicle_file": None if target is None else str(target),
         "page": None if report is None else str(report),

@@ -19,6 +19,7 @@ from tierod.identification.column_fit import (
     WHEEL_SIDE,
     ColumnFit,
     Fitted,
+    is_unexplained,
     known_free,
     search_of,
 )
@@ -93,6 +94,7 @@ def identify_column(
         shown,
         {name: whiteness([r[:, k] for r in whole.estimate.residuals]) for k, name in enumerate(OUTPUTS)},
         (*remarks, *whole.remarks),
+        whole.estimate.converged and not is_unexplained(whole.estimate, [row.experiment for row in rows]),
     )
 
 

@@ -90,6 +90,7 @@ class ColumnIdentification:
         shown: every experiment with its simulation
         whiteness: of the innovations, by output
         remarks: what was noticed
+        explained: whether the model explains the recordings, so that the values may be used
     """
 
     found: tuple[Found, ...]
@@ -98,3 +99,4 @@ class ColumnIdentification:
     shown: tuple[Shown, ...]
     whiteness: Mapping[str, Whiteness]
     remarks: tuple[str, ...]
+    explained: bool = True

@@ -87,24 +87,14 @@ def found_table(found: Sequence[Found]) -> Table:
 
 def left_out_table(result: ColumnIdentification) -> Table:
     """What is found without each experiment, and how well that foretells it."""
-    names = [each.name for each in result.found]
-    rows = tuple(
-        (
-            each.name,
-            *(number(each.values.get(name), 5) for name in names),
-            *(_percent(each.errors.get(output)) for output in OUTPUTS),
-        )
-        for each in result.left_out
-    )
-    header = (
-        "left out",
-        *(n.replace("_", " ") for n in names),
-        *(f"error, {_TITLES[output][0]}" for output in OUTPUTS),
-    )
+    left = result.left_out
+    rows = [(each.name, *(number(out.values.get(each.name), 5) for out in left)) for each in result.found]
+    rows += [(f"error, {_TITLES[o][0]}", *(_percent(out.errors.get(o)) for out in left)) for o in OUTPUTS]
+    header = ("", *(f"without {out.name}" for out in left))
     return Table(
         "Leave-one-out: fitted to all other experiments, and simulated against the one left out",
         header,
-        rows,
+        tuple(rows),
         "The error is the root mean square of simulated less measured output, over the standard deviation of the "
         "latter. A simulation knows nothing of unrecorded torques: with them the angle of a free wheel drifts.",
     )
