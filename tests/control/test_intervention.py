@@ -78,6 +78,11 @@ def test_control_is_not_given_to_whoever_holds_the_wheel():
     assert not run(0.0 * since(0.0), since(0.5))["allowed"].any()
 
 
+def test_single_values_above_the_quiet_torque_do_not_keep_control_away():
+    twitch = 0.6 * (np.arange(6000) % 100 == 0)
+    assert run(twitch, since(1.5))["allowed"][-1] == 1.0
+
+
 def test_what_is_forgiven_never_ends_control_and_what_must_be_found_always_does():
     torque = np.where(since(1.5) > 0.5, 0.7, 0.0)
     assert run(torque, since(1.2))["allowed"][-1] == 1.0

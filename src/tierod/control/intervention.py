@@ -62,7 +62,7 @@ class Takeover:
             are allowed in all, the other half for the observer's lag and for a torque that turns round meanwhile
         hours: at least between false ends of control while `forgiven` is seen all the time, on average: once in the
             life of a car
-        quiet_torque: below it the hands have let go again; half of `torque`, so that the two never alternate
+        quiet_torque: at most so much are hands that have let go; half of `torque`, so that the two never alternate
         quiet_time: that they must be still before control may come back; longer than one turn of a slalom
     """
 
@@ -99,14 +99,14 @@ class DriverIntervention:
 
     Args:
         cusum: stopping rule on the size of the torque, `design`
+        restless: the same above the quiet torque: at its alarm the hands are not still, which noise alone never says
         quiet: how long the hands must be still
-        quiet_torque: below it they are
         inertia_uncertainty: of the steering wheel's inertia, whose torque is forgiven besides
     """
 
     cusum: Cusum
+    restless: Cusum
     quiet: Debounce
-    quiet_torque: Annotated[float, "N*m"]
     inertia_uncertainty: Annotated[float, "kg*m**2", NOT_NEGATIVE] = 0.0
 
     class Sample(NamedTuple):
@@ -117,9 +117,10 @@ class DriverIntervention:
         request: Annotated[float, ""]
 
     class State(NamedTuple):
-        """Of the stopping rule and the stillness, whether control is allowed, and the request of the sample before."""
+        """Of both sums and the stillness, whether control is allowed, and the request of the sample before."""
 
         cusum: Cusum.State
+        restless: Cusum.State
         quiet: Debounce.State
         allowed: float
         request: float
@@ -132,12 +133,12 @@ class DriverIntervention:
         sum: Annotated[float, "N*m"]
 
     def __post_init__(self) -> None:
-        if self.cusum.sides != "upper":
-            raise ParameterError(f"the sides of the stopping rule are '{self.cusum.sides}'; expected 'upper'")
-        if not self.quiet_torque > 0.0 or not 0.0 <= self.inertia_uncertainty < math.inf:
+        for name in ("cusum", "restless"):
+            if (sides := getattr(self, name).sides) != "upper":
+                raise ParameterError(f"the sides of {name} are '{sides}'; expected 'upper'")
+        if not 0.0 <= self.inertia_uncertainty < math.inf:
             raise ParameterError(
-                f"quiet_torque is {self.quiet_torque} N m and inertia_uncertainty {self.inertia_uncertainty} kg m^2; "
-                "expected one above zero and one that is not negative"
+                f"inertia_uncertainty is {self.inertia_uncertainty} kg m^2; expected a number that is not negative"
             )
 
     @classmethod
@@ -175,23 +176,24 @@ class DriverIntervention:
                 f"expected at most delay, {takeover.delay} s: allow more of it, or give an observer with less noise"
             )
         cusum = Cusum(takeover.forgiven + margin, threshold, 2.0 * threshold, "upper")
-        quiet = Debounce(takeover.quiet_time, 0.0, sample_time)
-        return cls(cusum, quiet, takeover.quiet_torque, inertia_uncertainty)
+        restless = Cusum(takeover.quiet_torque, threshold, 2.0 * threshold, "upper")
+        return cls(cusum, restless, Debounce(takeover.quiet_time, 0.0, sample_time), inertia_uncertainty)
 
     def init(self) -> State:
         """Nobody found, nothing asked for, hands not yet known to be still."""
-        return self.State(self.cusum.init(), self.quiet.init(), 0.0, 0.0)
+        return self.State(self.cusum.init(), self.restless.init(), self.quiet.init(), 0.0, 0.0)
 
     def step(self, state: State, sample: Any) -> tuple[State, Output]:
         """One sample on."""
         torque, acceleration = absolute(sample.hand_torque), absolute(sample.steering_wheel_acceleration)
         feigned = self.inertia_uncertainty * where(present(acceleration), acceleration, 0.0)
         cusum, sums = self.cusum.step(state.cusum, torque - feigned)
-        quiet, still = self.quiet.step(state.quiet, where(torque - feigned < self.quiet_torque, 1.0, 0.0))
+        restless, moving = self.restless.step(state.restless, torque - feigned)
+        quiet, still = self.quiet.step(state.quiet, 1.0 - moving.alarm)
         asked = where(present(sample.request), sample.request, 0.0) > 0.5
         anew = all_of(asked, negated(state.request > 0.5), still.active > 0.5, negated(sums.alarm > 0.5))
         stays = all_of(asked, state.allowed > 0.5, negated(sums.alarm > 0.5))
         allowed = where(either(anew, stays), 1.0, 0.0)
         found = both(state.allowed > 0.5, sums.alarm > 0.5)
-        after = self.State(cusum, quiet, allowed, where(asked, 1.0, 0.0))
+        after = self.State(cusum, restless, quiet, allowed, where(asked, 1.0, 0.0))
         return after, self.Output(allowed, where(found, 1.0, 0.0), sums.up)

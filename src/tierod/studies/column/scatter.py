@@ -20,6 +20,9 @@ SCATTERED = (
 )
 """Parameters of the bench that scatter, and its friction."""
 
+FRESH = 1000
+"""First seed of the columns that are reported; the control was chosen on those before."""
+
 
 def scattered(deviation: float, seed: int) -> ColumnBench:
     """A bench whose parameters are off by some standard deviation, each by itself.

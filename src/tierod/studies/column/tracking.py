@@ -22,7 +22,7 @@ from tierod.monitors.driver_torque.printed import PrintedObserver
 from tierod.studies.claims import Claim, at_least, at_most
 from tierod.studies.column.closed_loop import SAMPLE_TIME, Belief, ClosedLoop
 from tierod.studies.column.followed import Followed, sine, sweep
-from tierod.studies.column.scatter import scattered
+from tierod.studies.column.scatter import FRESH, scattered
 from tierod.studies.content import Chart, Item, Lines, Panel, Table
 from tierod.studies.registry import Effort
 
@@ -39,6 +39,9 @@ CHOSEN = MECHANICAL
 
 SHARES = (0.02, 0.1)
 """Standard deviations of the column's parameters, relative."""
+
+GOAL = 0.25
+"""Error that the shaft may have, rms [deg]."""
 
 SOURCE = "tierod; Raffone, section 6 and figure 10, gives no figure"
 
@@ -59,17 +62,18 @@ def items(loops: Mapping[str, ClosedLoop], known: Belief, effort: Effort) -> Ite
     """Tables of sines, of observers, of margins, and their claims."""
     yield from _sines(loops[CHOSEN], known, effort)
     swept = {name: sweep(deaf(loop), 4, effort.quick)[1] for name, loop in loops.items()}
-    wrong = {name: tuple(_worst(loop, share, effort) for share in SHARES) for name, loop in loops.items()}
+    wrong = {name: tuple(_failing(loop, share, effort) for share in SHARES) for name, loop in loops.items()}
     far = {name: margins_of(loop, known) for name, loop in loops.items()}
     yield _table(swept, wrong, far)
     yield _chart({name: loops[name] for name in (MECHANICAL, FULL)}, known)
     yield from _claims(swept, far)
 
 
-def _worst(loop: ClosedLoop, share: float, effort: Effort) -> float:
-    """Largest rms error over columns that are wrong [deg]."""
-    seeds = range(3 if effort.quick else 20)
-    return max(sweep(replace(deaf(loop), bench=scattered(share, seed)), seed, effort.quick)[1].rms for seed in seeds)
+def _failing(loop: ClosedLoop, share: float, effort: Effort) -> str:
+    """How many columns that are wrong are followed worse than the goal."""
+    seeds = range(3 if effort.quick else 50)
+    found = [sweep(replace(deaf(loop), bench=scattered(share, FRESH + seed)), seed, quick=True)[1] for seed in seeds]
+    return f"{sum(each.rms > GOAL for each in found)} of {len(found)}"
 
 
 def deaf(loop: ClosedLoop) -> ClosedLoop:
@@ -120,7 +124,7 @@ def _sines(loop: ClosedLoop, known: Belief, effort: Effort) -> Iterator[Item]:
             SOURCE,
             None,
             found["all of it"][f].rms,
-            at_most(0.25),
+            at_most(GOAL),
             "deg",
             f"Without feed-forward {plain.rms:.2f}°.",
         )
@@ -144,20 +148,19 @@ def changed(loop: ClosedLoop, **fields: Any) -> ClosedLoop:
 
 def _table(
     swept: Mapping[str, Followed],
-    wrong: Mapping[str, tuple[float, ...]],
+    wrong: Mapping[str, tuple[str, ...]],
     far: Mapping[str, Margins | None],
 ) -> Table:
     rows = []
     for name, row in swept.items():
-        scatter = [f"{value:.2f}" for value in wrong[name]]
-        rows.append((name, f"{row.rms:.3f}", f"{row.largest:.2f}", *scatter, *_margins(far[name])))
+        rows.append((name, f"{row.rms:.3f}", f"{row.largest:.2f}", *wrong[name], *_margins(far[name])))
     return Table(
         "The sweep of 30° from 0.1 to 3 Hz with each observer, and the margins of the loop",
         (
             "observer",
             "rms in °",
             "largest in °",
-            *(f"rms in °, column wrong by {100.0 * share:g} %, worst" for share in SHARES),
+            *(f"worse than {GOAL:g}° with a column wrong by {100.0 * share:g} %" for share in SHARES),
             "gain margin in dB",
             "phase margin in °",
             "delay margin in ms",
@@ -216,7 +219,7 @@ def _claims(swept: Mapping[str, Followed], far: Mapping[str, Margins | None]) ->
         SOURCE,
         None,
         swept[CHOSEN].rms,
-        at_most(0.25),
+        at_most(GOAL),
         "deg",
         f"Largest error {swept[CHOSEN].largest:.2f}°.",
     )
@@ -226,7 +229,7 @@ def _claims(swept: Mapping[str, Followed], far: Mapping[str, Margins | None]) ->
         "Raffone, section 7",
         "interchangeable",
         max(swept[name].rms for name in PRINTED),
-        at_most(0.25),
+        at_most(GOAL),
         "deg",
         "Larger rms error of the sweep of the two.",
     )
