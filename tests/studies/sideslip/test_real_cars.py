@@ -37,9 +37,19 @@ def test_the_claims_on_the_car_park_hold(monkeypatch):
     claims = {item.id: item for item in items if isinstance(item, Claim)}
     assert claims["cars.passenger-car-rms"].unit == "deg"
     for claim in claims.values():
-        assert claim.goal.holds(claim.measured)
+        assert claim.goal is None or claim.goal.holds(claim.measured)
+    assert claims["cars.passenger-car-any-noises"].measured >= claims["cars.passenger-car-rms"].measured
     (table,) = (item for item in items if isinstance(item, Table))
     assert car_park.COMBINED in [row[0] for row in table.rows]
+
+
+def test_noises_that_are_tried_are_those_of_the_other_car_and_about_them():
+    car, laps = load("revsted-car"), load("ferrari-250lm")
+    tried = car_park.settings(car)
+    assert len(tried) == 3 ** len(car_park.TRIED)
+    assert {each["yaw_rate_noise"] for each in tried} == {laps["yaw_rate_noise"]}
+    assert {each["yaw_rate_drift"] / laps["yaw_rate_drift"] for each in tried} == {0.5, 1.0, 2.0}
+    assert {each["rear_distance"] for each in tried} == {car["rear_distance"]}
 
 
 @pytest.mark.slow
