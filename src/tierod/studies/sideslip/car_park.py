@@ -72,8 +72,8 @@ def items(drive: Recording | None) -> Iterator[Item]:
         tuple(rows),
         "At this speed sideslip is geometry: the rear distance times the curvature of the path, whatever the tyres. "
         "The combined estimator can gain nothing over it, nor the rear wheels over the gyroscope, and the recording "
-        "says nothing of any estimator at speed. The optical sensor is 40 ms late and scatters by 0.1 degrees. The noises "
-        "of this car's own file were chosen with the whole recording in view.",
+        "says nothing of any estimator at speed. The optical sensor is 40 ms late and scatters by 0.1 degrees. The "
+        "noises of this car's own file were chosen with the whole recording in view.",
     )
     note = (
         "Last 15 s. Steering ratio, its zero and place of the optical sensor are from the first 5 s; the noises are "
