@@ -105,6 +105,16 @@ def test_a_recording_that_says_nothing_is_refused(place, bench, capsys, change, 
     assert not (place / "column-bench-column.html").exists()
 
 
+def test_a_recording_too_slow_for_a_frequency_response_is_refused(place, capsys):
+    time, random = np.arange(400.0), np.random.default_rng(1)
+    torques = {name: Channel(name, time, random.normal(size=400), "N*m") for name in ("motor_torque", "driver_torque")}
+    write(Recording(torques), "slow.parquet")
+    assert analyse("column", "--vehicle", "column-bench", "--recording", "slow.parquet") == 3
+    error = capsys.readouterr().err
+    assert "come at 1 Hz" in error
+    assert "record at 200 Hz" in error
+
+
 def test_unknown_subjects_and_lacking_parameters_are_named(place, capsys):
     assert analyse("colum", "--vehicle", "column-bench") == 3
     assert "did you mean 'column'?" in capsys.readouterr().err

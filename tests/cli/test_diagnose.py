@@ -67,6 +67,9 @@ def test_a_report_is_never_written_over_what_was_given(place, healthy, capsys):
     assert diagnose("drive.parquet", "--vehicle", "midsize-eps", "--output", place / "drive.parquet") == 3
     assert "would overwrite drive.parquet" in capsys.readouterr().err
     assert (place / "drive.parquet").read_bytes() == before
+    new = ("--memory", "memory.json", "--output", "memory.json")
+    assert diagnose("drive.parquet", "--vehicle", "midsize-eps", *new) == 3
+    assert not (place / "memory.json").exists()
 
 
 def test_names_with_brackets_and_tags_are_text(place, healthy, capsys):

@@ -11,16 +11,17 @@ if TYPE_CHECKING:
     from tierod.report.analysis.subjects import Analysis
 
 
-def refuse_to_overwrite(target: Path | None, given: Iterable[Path | None]) -> None:
-    """See that a page does not go where something lies that was given.
+def refuse_to_overwrite(target: Path | None, given: Iterable[Path | str | None]) -> None:
+    """See that a page does not go where something lies, or will be written, that was given.
 
     Raises:
         OutputError: it would
     """
     from tierod.errors import OutputError
 
-    if target is not None and any(path is not None and path.resolve() == target.resolve() for path in given):
-        raise OutputError(f"the page would overwrite {target}, which was given; name another place with --output")
+    for path in given:
+        if path and target is not None and Path(path).resolve() == target.resolve():
+            raise OutputError(f"the page would overwrite {path}, which was given; name another place with --output")
 
 
 def write_page(

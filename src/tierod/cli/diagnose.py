@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
@@ -47,6 +46,7 @@ def diagnose(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
     """Judge a recording of a drive: healthy (0), fault (1), could not judge (2), bad input (3)."""
+    from tierod.cli.analysed import refuse_to_overwrite
     from tierod.cli.terminal import messages, progress
     from tierod.cli.terminal import output as console
     from tierod.monitors.named_vehicle import vehicle_named_in
@@ -58,7 +58,7 @@ def diagnose(
             f"vehicle: {vehicle}, as the recording names it; --vehicle takes another", soft_wrap=True, markup=False
         )
     target = output or Path(f"{recording.stem}-{monitor}.html") if report else None
-    _refuse_to_overwrite(target, [recording, vehicle, *(dbc or []), channel_map, own_level, memory])
+    refuse_to_overwrite(target, [recording, vehicle, *(dbc or []), channel_map, own_level, memory])
     with progress(f"reading {recording.name}") as advance:
         diagnosis = run(
             recording,
@@ -74,14 +74,6 @@ def diagnose(
         )
     show(diagnosis, as_json, target, console, messages)
     return diagnosis.findings[0].status.exit_code
-
-
-def _refuse_to_overwrite(target: Path | None, given: Iterable[Path | str | None]) -> None:
-    from tierod.errors import OutputError
-
-    for path in given:
-        if path and target is not None and Path(path).exists() and target.resolve() == Path(path).resolve():
-            raise OutputError(f"the report would overwrite {path}, which was given; name another place with --output")
 
 
 def show(diagnosis, as_json: bool, path: Path | None, console, messages) -> None:  # type: ignore[no-untyped-def]

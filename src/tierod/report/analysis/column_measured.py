@@ -22,6 +22,7 @@ LOWEST = 0.5
 
 _GAP = 3.5
 _MORE = 1.5
+_FEWEST, _USUAL = 5, 200.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +71,7 @@ def measured_column(recording: Recording, system: LinearSystem) -> Measured:
         system: linear column
 
     Raises:
-        InputError: no torque of the motor, one that does not move, or no sensor
+        InputError: no torque of the motor, one that does not move, no sensor, or hardly a frequency that they tell of
     """
     given = next((name for name in INPUTS if name in recording), None)
     outputs = [name for name in system.outputs if name in recording]
@@ -88,6 +89,11 @@ def measured_column(recording: Recording, system: LinearSystem) -> Measured:
     highest = min(_MORE * max(_highest(each) for each in responses.values()), 0.4 * rate)
     responses = {name: each.between(LOWEST, highest) for name, each in responses.items()}
     frequency = next(iter(responses.values())).frequency
+    if len(frequency) < _FEWEST:
+        raise InputError(
+            f"the recording tells of hardly a frequency above {LOWEST:g} Hz: its signals come at {rate:.4g} Hz, or do "
+            f"not follow the motor; record at {_USUAL:g} Hz or more, and sweep the motor's torque"
+        )
     model = frequency_response(system, frequency)
     return Measured(
         given,
