@@ -78,9 +78,8 @@ def observed_column(
     extended = with_outputs(with_disturbance_states(column, orders), outputs)
     if offset is not None:
         if offset not in OFFSETS or offset not in outputs:
-            raise ParameterError(
-                f"offset is '{offset}'; expected None or one of {', '.join(set(OFFSETS) & set(outputs))}"
-            )
+            known = ", ".join(name for name in OFFSETS if name in outputs) or "no other: none of them is measured"
+            raise ParameterError(f"offset is '{offset}'; expected None or {known}")
         extended = with_offset_state(extended, offset, OFFSETS[offset][0])
     discrete = sampled(extended, sample_time)
     linear = as_model(discrete, _state_class(extended.states), MotorTorque, _output_class(outputs))

@@ -8,8 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import tanh
-from tierod.physics.friction import viscous
+from tierod.physics.friction import smooth_coulomb, viscous
 
 
 @dataclass(frozen=True)
@@ -140,6 +139,6 @@ def steering_acceleration(rate: Any, road_wheel_torque: Any, self_aligning_torqu
 
     Source: Yih, Ryu, Gerdes, eq (1) with the friction of eq (5) smoothed.
     """
-    friction = p.road_wheel_friction * tanh(rate / p.friction_rate)
+    friction = smooth_coulomb(rate, p.road_wheel_friction, p.friction_rate)
     resistance = viscous(rate, p.road_wheel_damping) + friction + self_aligning_torque
     return (road_wheel_torque - resistance) / p.road_wheel_inertia

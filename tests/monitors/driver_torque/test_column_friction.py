@@ -24,6 +24,14 @@ def test_friction_and_level_are_found(level):
     assert abs(found["friction_level"][-1] - 0.1) < 3.0 * found["friction_level_deviation"][-1]
 
 
+def test_the_torque_is_surer_than_a_level_that_is_not_known_yet():
+    measured, true = run("ramps")
+    found = scan(ColumnFrictionObserver.of_parameters(KNOWN, 0.05), measured)
+    early = (true["time"] > 0.2) & (true["time"] < 2.0)
+    error, said = (found["disturbance_torque"] - true["disturbance_torque"])[early], "disturbance_torque_deviation"
+    assert rms(error) < rms(found[said][early]) < 4.0 * rms(error)
+
+
 def test_a_wrong_angle_still_beats_a_walk():
     measured, true = run("ramps")
     found = scan(ColumnFrictionObserver.of_parameters(KNOWN, 0.1), measured)

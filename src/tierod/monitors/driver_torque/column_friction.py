@@ -7,6 +7,7 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.errors import ParameterError
 from tierod.estimators.kalman import KalmanFilter
+from tierod.estimators.linear_algebra import congruence
 from tierod.graph.maths import both, sqrt, where
 from tierod.models.column_observation import MotorTorque
 from tierod.models.rubbing_observation import RubbingObservationParameters, with_dahl_friction
@@ -176,21 +177,34 @@ class ColumnFrictionObserver:
         return FrictionMemory(belief, start), self._estimate(start, belief, estimate, phase)
 
     def _estimate(self, start: StartState, belief: Any, estimate: Any, phase: Any) -> FrictionEstimate:
-        mean, variance = belief.mean, estimate.variance
+        mean = belief.mean
         friction = mean.normalised_friction * mean.friction_level
-        spread = variance.disturbance_torque + variance.normalised_friction * mean.friction_level**2
+        spread, level_spread = self._spreads(belief)
         unknown = where(both(start.started > 0.5, start.settling <= 0.0), 0.0, UNKNOWN**2)
         return FrictionEstimate(
             mean.disturbance_torque + friction,
             sqrt(spread + unknown + self.starting.layout.disturbance_torque_growth * start.missing),
             friction,
             mean.friction_level,
-            sqrt(variance.friction_level + unknown),
+            sqrt(level_spread + unknown),
             mean.hand_torque,
             where(phase.following, estimate.nis, 0.0),
             where(phase.following, estimate.present, 0.0),
             phase.ready,
         )
+
+    def _spreads(self, belief: Any) -> tuple[Any, Any]:
+        """Variance of friction and what remains together, and of the level."""
+        mean = belief.mean
+        total = {
+            "disturbance_torque": 1.0,
+            "normalised_friction": mean.friction_level,
+            "friction_level": mean.normalised_friction,
+        }
+        rows = (total, {"friction_level": 1.0})
+        matrix = [[row.get(name, 0.0) for name in type(mean)._fields] for row in rows]
+        both_spread, _, level_spread = congruence(matrix, belief.covariance)
+        return both_spread, level_spread
 
 
 def _initial_variance(model: Any, ratio: float, friction: FrictionTuning) -> tuple[float, ...]:
