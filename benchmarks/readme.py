@@ -18,6 +18,16 @@ SAID = {
     "can-decode": "CAN messages decoded",
     "diagnose-1h": "`tierod diagnose` on an hour at 100 Hz, process start to JSON and report",
     "simulate-eps-car": "virtual EPS car, two-track, 1 kHz, with its sensors",
+    "observer-printed": "column observer as printed, six states",
+    "observer-bank": "torque of the hands, bank of three constant gains",
+    "observer-interacting": "torque of the hands, interacting filters with their covariances",
+    "observer-20-ms-later": "torque of the hands 20 ms later",
+    "observer-friction": "column with Dahl friction, extended filter",
+    "sideslip-conventional-kalman": "sideslip, conventional observer, Kalman gains",
+    "sideslip-conventional-poles": "sideslip, conventional observer, placed poles",
+    "sideslip-two-stage-kalman": "sideslip, two-stage observer, Kalman gains",
+    "sideslip-two-stage-poles": "sideslip, two-stage observer, placed poles",
+    "fault-memory": "test results into the fault memory, ten codes",
 }
 
 
@@ -45,7 +55,8 @@ def main() -> int:
     rows = json.loads(measured.read_text(encoding="utf-8"))
     said = (
         "Measured by `make bench` on one core of a virtual machine, each against its peer in the same run;\n"
-        "`make study` prints the accuracies of [docs/friction.md](docs/friction.md)."
+        "`make study` measures what papers and tierod claim, claim by claim: see [friction](docs/friction.md),\n"
+        "[column](docs/column.md) and [sideslip](docs/sideslip.md)."
     )
     readme.write_text(f"{before}{BEGIN}\n{said}\n\n{table(rows)}\n{END}{after}", encoding="utf-8")
     print("wrote the figures of README.md")

@@ -41,6 +41,7 @@ def blocks(text, language):
 @pytest.fixture(scope="session")
 def drives(tmp_path_factory):
     """A folder with the recordings that the pages speak of."""
+    from tierod.diagnosis.fault_memory import FaultMemory
     from tierod.proving_ground import FrictionCourse, drive
     from tierod.writers import write
 
@@ -48,6 +49,11 @@ def drives(tmp_path_factory):
     recording = drive(minutes=4.0, friction=FrictionCourse.step(4.0, 8.0, at=120.0), seed=1)
     for ending in ("parquet", "mf4", "csv"):
         write(recording, folder / f"drive.{ending}")
+    for scenario, name in (("column-bench-hands", "hands"), ("steer-by-wire-sideslip", "sideslip")):
+        assert main(["simulate", scenario, "--seconds", "20", "-o", str(folder / f"{name}.parquet")]) == 0
+    memory = FaultMemory.opened(folder / "memory.json", "midsize-eps")
+    memory.begin_cycle()
+    memory.end_cycle()
     return folder
 
 
