@@ -11,7 +11,8 @@ from tierod.filters.delay import Delay
 from tierod.monitors.driver_torque.starting import ColumnSample
 from tierod.studies.claims import Claim
 from tierod.studies.column.driver_torque import items
-from tierod.studies.column.observer_runs import drive, errors
+from tierod.studies.column.observer_runs import SIGNALS, drive, errors, samples
+from tierod.studies.column.observer_sensitivity import SENSORS
 from tierod.studies.column.swept_bench import AMPLITUDE, HANDS, NOISE, demands, swept
 from tierod.studies.content import Chart, Table
 from tierod.studies.registry import Effort
@@ -96,3 +97,15 @@ def test_the_part_is_whole_and_its_goals_are_met():
     assert all(claim.met is not False for claim in claims)
     assert sum(isinstance(item, Table) for item in found) == 5
     assert sum(isinstance(item, Chart) for item in found) == 1
+
+
+def test_sensors_that_are_not_as_believed_change_their_own_column():
+    given = drive("free", 11)
+    before = samples(given)
+    for what, change in SENSORS.items():
+        after = change(before)
+        column = SIGNALS.index("driver_torque" if "bar" in what else "motor_torque")
+        np.testing.assert_array_equal(np.delete(after, column, 1), np.delete(before, column, 1))
+        assert np.any(after[:, column] != before[:, column])
+    late = SENSORS["bar's torque 1 ms late"](before)[:, 3]
+    np.testing.assert_array_equal(late[1:], before[:-1, 3])

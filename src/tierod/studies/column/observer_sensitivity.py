@@ -11,13 +11,16 @@ from tierod.models.steering_column import ColumnParameters
 from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.tuning import ColumnTuning
 from tierod.studies.claims import Claim, at_most
-from tierod.studies.column.observer_runs import Errors, over_hands
+from tierod.studies.column.observer_runs import SIGNALS, Change, Errors, over_hands
 from tierod.studies.column.observers_compared import GOAL, believed
 from tierod.studies.content import Heading, Item, Table
 from tierod.studies.registry import Effort
 
 OFFSET = 0.05
 """Of the bar's torque [N m]."""
+
+MOTOR_NOISE = 0.01
+"""On the torque of the motor, at its shaft [N m]: 0.18 at the wheel."""
 
 _INERTIA = "steering_wheel_inertia"
 _WRONG = (
@@ -36,6 +39,8 @@ TEXT = (
     "An offset of the bar looks like a twist that the angles do not confirm. It is learnt where the angles are known "
     "to be zero on the unloaded bar (tuning with offset='driver_torque'). Where they are not, the same misfit is put "
     "down to the angles: that leaves the offset of the bar in the torque of the hands but keeps it out of the rest.",
+    "Everywhere else in this part the torque of the motor is known exactly and all signals are of one instant; what "
+    "sensors cost of which gain, noise or time is not as believed is at the end of the table.",
 )
 
 
@@ -80,6 +85,8 @@ def _found(effort: Effort) -> dict[str, dict[str, Errors]]:
     found["inertia of the wheel +2 %, linear sweep"] = over_hands(slightly, effort, pace="linear")
     for what, tuning in _OFFSETS.items():
         found[what] = over_hands(ColumnObserver.of_parameters(known, tuning=tuning), effort, change=_with_offset)
+    for what, change in SENSORS.items():
+        found[what] = over_hands(ColumnObserver.of_parameters(known), effort, change=change)
     return found
 
 
@@ -92,6 +99,31 @@ _OFFSETS = {
 
 def _with_offset(samples: np.ndarray) -> np.ndarray:
     return samples + np.array([0.0, 0.0, 0.0, OFFSET])
+
+
+def _scaled(column: int, factor: float) -> Change:
+    return lambda samples: samples * np.where(np.arange(samples.shape[1]) == column, factor, 1.0)
+
+
+def _noisy_motor(samples: np.ndarray) -> np.ndarray:
+    noise = np.random.default_rng(19).normal(0.0, MOTOR_NOISE, len(samples))
+    return samples + noise[:, None] * np.array([1.0, 0.0, 0.0, 0.0])
+
+
+def _late_bar(samples: np.ndarray) -> np.ndarray:
+    late = samples.copy()
+    late[1:, _BAR] = samples[:-1, _BAR]
+    return late
+
+
+_MOTOR, _BAR = SIGNALS.index("motor_torque"), SIGNALS.index("driver_torque")
+SENSORS: dict[str, Change] = {
+    "gain of the bar's sensor +2 %": _scaled(_BAR, 1.02),
+    "bar's torque 1 ms late": _late_bar,
+    "torque of the motor +2 %": _scaled(_MOTOR, 1.02),
+    f"noise of {MOTOR_NOISE} N·m on the torque of the motor": _noisy_motor,
+}
+"""Sensors that are not as believed."""
 
 
 def _wrong(known: ColumnParameters, name: str, factor: float) -> ColumnParameters:
