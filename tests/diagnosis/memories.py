@@ -9,7 +9,7 @@ from tierod.diagnosis.trouble_codes import TroubleCode, TroubleCodes
 
 
 def table(**codes: TroubleCode) -> TroubleCodes:
-    return TroubleCodes(codes, {"vehicle_speed": 0xD001, "yaw_rate": 0xD006}, "table-of-tests")
+    return TroubleCodes(codes, {"vehicle_speed": 0xD001, "yaw_rate": 0xD006})
 
 
 def code(number: int, **fields) -> TroubleCode:

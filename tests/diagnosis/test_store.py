@@ -57,7 +57,7 @@ def spoilt(path, how):
     elif how == "version":
         path.write_text(json.dumps({**document, "schema": "tierod.fault-memory/99"}))
     elif how == "table":
-        path.write_text(json.dumps({**document, "codes": "another"}))
+        path.write_text(json.dumps({**document, "codes": {**document["codes"], "c1": 5}}))
     elif how == "foreign":
         path.write_text('{"speed": 3}')
     elif how in ("entry", "names"):
@@ -102,6 +102,18 @@ def test_the_memory_of_another_vehicle_is_refused_and_left_alone(tmp_path):
     with pytest.raises(InputError, match="of the vehicle 'car', not 'truck'.*name that of this vehicle"):
         FaultMemory.opened(path, "truck", CODES)
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_table_that_has_grown_reads_what_was_written_before(tmp_path):
+    path = tmp_path / "memory.json"
+    small = table(**{name: CODES.codes[name] for name in ("c1", "c2")})
+    drive(FaultMemory.opened(path, "car", small), {"c1": 1.0})
+    grown = FaultMemory.opened(path, "car", CODES)
+    assert confirmed(grown) == {"c1"}
+    drive(grown, {"c5": 1.0})
+    assert confirmed(FaultMemory.opened(path, "car", CODES)) == {"c1", "c5"}
+    with pytest.raises(InputError, match="another table"):
+        FaultMemory.opened(path, "car", small)
 
 
 def test_a_damaged_file_is_told_of_even_where_no_copy_can_be_kept(tmp_path, monkeypatch):

@@ -9,7 +9,7 @@ from tierod.errors import ParameterError
 
 WEIGHTS = (0.5, 0.3, 0.2, 0.12, 0.08, 0.05, 0.03, 0.02, 0.01, 0.005)
 HOLDS = (2, 3, 5, 8, 12, 20, 30)
-"""Constants that are tried; between two of them the delay changes by a few per cent."""
+"""Constants that are tried; near the best one the delay changes by a few per cent from one to the next."""
 
 RULES = ("cusum", "average", "sequential", "hold", "threshold")
 """Rules by the name that a user gives."""

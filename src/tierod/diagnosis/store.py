@@ -29,7 +29,7 @@ class Kept:
 
     Args:
         content: of the memory
-        entries: by the name of their code
+        entries: by the name of their code, those of the table when it was written
         digest: of the content
         vehicle: whose memory it is
     """
@@ -45,7 +45,7 @@ def load(path: Path, codes: TroubleCodes, vehicle: str | None = None) -> Kept:
 
     Args:
         path: of the file
-        codes: the table it must have been written with
+        codes: the table; it may have codes that it had not when the file was written
         vehicle: whose memory it must be; anyone's where None
 
     Raises:
@@ -97,11 +97,12 @@ def _checked(raw: bytes, codes: TroubleCodes) -> Kept:
     content = document.get("content")
     if not isinstance(content, dict) or document.get("digest") != digest_of(content, document.get("vehicle")):
         raise ValueError("is damaged: its content does not fit its digest")
-    if document.get("codes") != codes.fingerprint:
+    table = document.get("codes")
+    if not isinstance(table, dict) or not table.items() <= codes.numbers.items():
         raise ValueError("was written with another table of trouble codes")
     if any(not isinstance(content.get(name), kind) for name, kind in _FIELDS.items()):
         raise ValueError("is damaged: a field is missing")
-    if set(content["entries"]) != set(codes.codes):
+    if set(content["entries"]) != set(table):
         raise ValueError("is damaged: its codes are not those of its table")
     try:
         entries = {name: Entry.of(each) for name, each in content["entries"].items()}
@@ -126,7 +127,7 @@ def save(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, An
     # A link is followed once: lock, temporary file and new name belong into one folder.
     path = path.resolve()
     digest = digest_of(content, vehicle)
-    document = {"schema": SCHEMA, "vehicle": vehicle, "codes": codes.fingerprint, "digest": digest, "content": content}
+    document = {"schema": SCHEMA, "vehicle": vehicle, "codes": codes.numbers, "digest": digest, "content": content}
     with _alone(path.parent):
         if _digest_in(path) != before:
             raise OutputError(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -105,12 +104,10 @@ class TroubleCodes:
     Args:
         codes: by name, in the order of the table
         identifiers: data identifier of each signal that a freeze frame keeps, 0 to 65535, by canonical name
-        fingerprint: of what the memory depends on; another table reads another memory
     """
 
     codes: Mapping[str, TroubleCode]
     identifiers: Mapping[str, int]
-    fingerprint: str
 
     def __post_init__(self) -> None:
         for name, code in self.codes.items():
@@ -124,6 +121,11 @@ class TroubleCodes:
         for what, given in (("code", displayed), ("identifier", numbers)):
             if twice := [each for each in given if given.count(each) > 1]:
                 raise ParameterError(f"the {what} {twice[0]} stands twice in the table; every one is given once")
+
+    @property
+    def numbers(self) -> dict[str, int]:
+        """The three bytes of every code, by its name."""
+        return {name: code.number for name, code in self.codes.items()}
 
     def of_monitor(self, monitor: str) -> dict[str, TroubleCode]:
         """The codes that a monitor feeds, by name."""
@@ -172,8 +174,7 @@ def load_trouble_codes(path: str | Path = SHIPPED) -> TroubleCodes:
     identifiers = {
         name: _identifier(number, name, document) for name, number in document.content.get("freeze_frame", {}).items()
     }
-    told = "\n".join(f"{name} {code.number}" for name, code in sorted(codes.items()))
-    return TroubleCodes(codes, identifiers, hashlib.sha256(told.encode()).hexdigest()[:16])
+    return TroubleCodes(codes, identifiers)
 
 
 def _identifier(number: object, name: str, document: Document) -> int:
