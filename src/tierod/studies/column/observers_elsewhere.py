@@ -34,9 +34,9 @@ LAWS: Mapping[str, Law] = {
 """Friction of the plant, all of 0.1 N·m."""
 
 TEXT = (
-    "The three columns have the eigenvalues of the paper's table 3 and differ in wheel, bar and ratio; each observer has "
-    "the numbers of its column, the noises stay those tuned on S1. The friction laws are all of 0.1 N·m: the default "
-    "knows none of them, the observer that knows Dahl's law believes in the one of the bench.",
+    "The three columns have the eigenvalues of the paper's table 3 and differ in wheel, bar and ratio; each observer "
+    "has the numbers of its column, the noises stay those tuned on S1. The friction laws are all of 0.1 N·m: the "
+    "default knows none of them, the observer that knows Dahl's law believes in the one of the bench.",
 )
 _COLUMNS_HEADER = ("column", "steps", "ramps", "no hands", "steps, 20 ms later", "ramps, 20 ms later")
 _LAWS_HEADER = ("friction of the bench", "torque of the hands", "disturbance torque", "by Dahl's law", "level found")
