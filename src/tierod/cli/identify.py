@@ -12,9 +12,6 @@ if TYPE_CHECKING:
     from tierod.recording import Recording
     from tierod.vehicles import Vehicle
 
-SUBJECTS = {"column": "the column of an electric power steering, from recordings of a bench"}
-"""What can be identified; more subjects come here."""
-
 
 def identify(
     subject: Annotated[str, typer.Argument(help="What to identify: column.")],
@@ -46,7 +43,7 @@ def identify(
     _refuse_to_overwrite(car, recordings, channel_map, target if not in_place else None, report)
     known = _read(recordings, channel_map or car.channel_map)
     with progress(f"identifying the {subject} of {car.name}") as advance:
-        result = _column(car, known, _names(free), advance)
+        result = SUBJECTS[subject](car, known, _names(free), advance)
     if report is not None:
         _write_page(result, car, known, recordings, report)
     if target is not None and not result.explained:
@@ -230,3 +227,7 @@ def _document(
         "vehicle_file": None if target is None else str(target),
         "page": None if report is None else str(report),
     }
+
+
+SUBJECTS = {"column": _column}
+"""What can be identified, and the function of vehicle, recordings, free names and progress that does it."""
