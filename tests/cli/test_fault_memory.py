@@ -40,6 +40,21 @@ def test_read_gives_the_resource_and_the_answer_of_an_ecu(path, capsys):
     assert capsys.readouterr().out.strip() == "59 02 FF 5A 01 92 AF"
 
 
+def test_a_request_that_suppresses_its_answer_gets_a_word(path, capsys):
+    assert main(["faults", "read", str(path), "--uds", "1982FF"]) == 0
+    assert "no answer" in capsys.readouterr().out
+
+
+def test_names_with_brackets_are_text(tmp_path, capsys):
+    path = tmp_path / "memory.json"
+    drive(FaultMemory.opened(path, "[bold]car[/bold]"), {"friction-fault": 1.0}, date="[red]today")
+    assert main(["faults", "read", str(path)]) == 0
+    assert main(["faults", "snapshot", str(path), "friction-fault"]) == 0
+    printed = capsys.readouterr().out
+    assert "of [bold]car[/bold]," in printed
+    assert "begun [red]today" in printed
+
+
 def test_snapshot_shows_the_signals_around_the_failure(path, capsys):
     assert main(["faults", "snapshot", str(path), "C1A01-92"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
@@ -82,6 +97,7 @@ def test_a_damaged_memory_is_refused_and_can_be_cleared(path, capsys):
         (["read", "PATH", "--uds", "14FFFFFF"], "tierod faults clear"),
         (["clear", "PATH", "--uds", "1902FF"], "--uds goes with 'read'"),
         (["read", "PATH", "--toml"], "no meaning"),
+        (["read", "PATH", "--uds", "1902FF", "--json"], "leave the rest out"),
         (["yaw-rate-offset", "PATH"], "none of read, clear, snapshot"),
     ],
 )

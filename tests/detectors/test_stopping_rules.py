@@ -109,9 +109,12 @@ def test_a_likelihood_ratio_finds_shifts_of_every_size():
         (lambda: CusumRule(1e-5).threshold_for(1e10), "look for a larger shift"),
         (lambda: LikelihoodRatioRule().threshold_for(1e3), "measure it"),
         (lambda: LikelihoodRatioRule(sides="upper"), "say both"),
-        (lambda: AverageRule(0.0).block(1.0, 1.0), "weight is 0"),
-        (lambda: HoldRule(0).block(1.0, 1.0), "1 or more"),
-        (lambda: SequentialRule(1.0, lower=1.0).block(2.0, 1.0), "lower below 0"),
+        (lambda: CusumRule(-0.5), "drift is -0.5"),
+        (lambda: AverageRule(0.0), "weight is 0"),
+        (lambda: HoldRule(0), "1 or more"),
+        (lambda: SequentialRule(-1.0), "a shift above zero"),
+        (lambda: SequentialRule(1.0, lower=1.0), "lower below 0"),
+        (lambda: CusumRule(0.5, sides="left"), "sides is 'left'"),
     ],
 )
 def test_wrong_requests_are_refused(call, says):

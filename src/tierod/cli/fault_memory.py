@@ -29,7 +29,7 @@ def on_memory(verb: str, path: Path | None, code: str | None, uds: str | None, j
     """
     if path is None:
         raise ParameterError(f"'tierod faults {verb}' needs the file of a memory: tierod faults {verb} memory.json")
-    if uds is not None and (verb != "read" or code is not None):
+    if uds is not None and (verb != "read" or code is not None or json):
         raise ParameterError("--uds goes with 'read' and a memory alone; leave the rest out")
     {"read": _read, "clear": _clear, "snapshot": _snapshot}[verb](path, code, uds, json)
 

@@ -134,6 +134,11 @@ class CusumRule(StoppingRule):
 
     drift: float
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0.0 <= self.drift < math.inf:
+            raise ParameterError(f"drift is {self.drift}; expected a number that is not negative")
+
     @property
     def name(self) -> str:
         """In a word or two, with its constant."""
@@ -159,6 +164,11 @@ class AverageRule(StoppingRule):
     """
 
     weight: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0.0 < self.weight <= 1.0:
+            raise ParameterError(f"weight is {self.weight}; expected more than 0 and at most 1")
 
     @property
     def name(self) -> str:
@@ -209,6 +219,11 @@ class HoldRule(StoppingRule):
 
     hold: int
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not (isinstance(self.hold, int) and self.hold >= 1):
+            raise ParameterError(f"hold is {self.hold}; expected a whole number of samples, 1 or more")
+
     @property
     def name(self) -> str:
         """In a word or two, with its constant."""
@@ -248,6 +263,13 @@ class SequentialRule(StoppingRule):
 
     shift: float
     lower: float = math.log(0.01)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not (0.0 < self.shift < math.inf and -math.inf < self.lower < 0.0):
+            raise ParameterError(
+                f"shift is {self.shift} and lower {self.lower}; expected a shift above zero and lower below 0"
+            )
 
     @property
     def name(self) -> str:

@@ -28,6 +28,12 @@ def failed(entry: Entry, code: TroubleCode) -> Entry:
     )
 
 
+def displaced(entry: Entry) -> Entry:
+    """The entry after it made room for another: no longer kept, but what its test says now still stands."""
+    gone = CodeStatus.PENDING | CodeStatus.CONFIRMED | CodeStatus.WARNING_REQUESTED
+    return Entry(status=entry.status & ~gone, counter=entry.counter, verdict=entry.verdict)
+
+
 def begun(entry: Entry) -> Entry:
     """The entry at the beginning of an operation cycle: tests start anew, what was found before stays."""
     return entry.with_(status=at_cycle_start(entry.status), counter=0, verdict=0)

@@ -272,8 +272,7 @@ class FaultMemory:
         failing = {name for name in stored if self.entries[name].status & CodeStatus.TEST_FAILED}
         # The least important goes; among equals one that is not failing now, then the one that is not the newest.
         least = max(stored, key=lambda name: (self.codes.codes[name].priority, name not in failing, name != newest))
-        kept = self.entries[least].status & ~(CodeStatus.PENDING | CodeStatus.CONFIRMED | CodeStatus.WARNING_REQUESTED)
-        self.entries[least] = Entry(status=kept, verdict=self.entries[least].verdict)
+        self.entries[least] = cycle.displaced(self.entries[least])
         self._waiting.pop(least, None)
         self.overflowed = True
 
