@@ -45,6 +45,15 @@ def test_a_likelihood_ratio_is_measured_too():
     assert 2e6 / alarms == pytest.approx(10_000.0, rel=0.3)
 
 
+@pytest.mark.parametrize("samples", [5000.0, 200_000.0])
+def test_the_interval_holds_the_true_run_length_as_often_as_it_says(samples):
+    rule, held = CusumRule(0.5), 0
+    for seed in range(40):
+        found = threshold_from_records(rule, [np.random.default_rng([seed, 5]).normal(size=100_000)], samples)
+        held += found.low <= rule.run_length(found.threshold) <= found.high
+    assert held >= 35  # 38 of 40 are expected; fewer than 35 happen once in 70 times
+
+
 def test_more_than_was_observed_is_not_claimed():
     found = threshold_from_records(CusumRule(0.5), [np.random.default_rng(2).normal(size=360_000)], 3.6e10)
     assert found.extrapolated

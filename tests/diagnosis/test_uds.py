@@ -93,12 +93,25 @@ def test_a_debounce_counter_below_zero_is_told_in_two_s_complement(memory):
         ("19 04 00 00 00 01", "7F 19 31"),
         ("19 04 5A 01 62 07", "7F 19 31"),
         ("19 06 5A 01 62 09", "7F 19 31"),
+        ("19 02 FF FF", "7F 19 13"),
+        ("19 04 5A 01 62", "7F 19 13"),
+        ("19 0A 00", "7F 19 13"),
         ("14 FF FF", "7F 14 13"),
+        ("14 FF FF FF 00", "7F 14 13"),
         ("14 00 00 01", "7F 14 31"),
     ],
 )
 def test_what_cannot_be_answered_is_refused_with_its_reason(memory, request_, refused):
     assert answer(memory, bytes.fromhex(request_)) == bytes.fromhex(refused)
+
+
+def test_a_code_without_a_freeze_frame_answers_with_its_status_alone(memory):
+    assert answer(memory, bytes.fromhex("19 04 5A 03 62 01")) == bytes.fromhex("59 04 5A 03 62 50")
+
+
+def test_no_code_fits_an_empty_mask(memory):
+    assert answer(memory, bytes.fromhex("19 02 00")) == bytes.fromhex("59 02 FF")
+    assert answer(memory, bytes.fromhex("19 01 00")) == bytes.fromhex("59 01 FF 01 00 00")
 
 
 def test_a_request_can_suppress_the_positive_answer_only(memory):
