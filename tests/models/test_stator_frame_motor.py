@@ -1,0 +1,62 @@
+"""The sampled motor against closed forms: a winding alone, a rotor that is driven, and one under torque."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tierod.models.stator_frame_motor import SampledMotorParameters, StatorFrameMotor
+
+MOTOR = SampledMotorParameters(0.05, 1e-4, 0.01, 4.0, 1e-4, 1e-4, 1e-4)
+HEAVY = replace(MOTOR, motor_inertia=1e9, motor_damping=0.0)
+REST = StatorFrameMotor.State(*[0.0] * 7)
+NOTHING = StatorFrameMotor.Input(0.0, 0.0, 0.0, 0.0)
+
+
+def after(state, steps, p, given=NOTHING):
+    for _ in range(steps):
+        state = StatorFrameMotor.transition(state, given, p)
+    return state
+
+
+def test_the_current_of_a_winding_decays_with_its_time_constant():
+    begun = REST._replace(current_alpha=10.0, current_beta=-4.0)
+    found = after(begun, 40, HEAVY)
+    expected = math.exp(-40 * 1e-4 * 0.05 / 1e-4)
+    assert found.current_alpha / 10.0 == pytest.approx(expected, rel=1e-3)
+    assert found.current_beta / -4.0 == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_voltage_drives_its_current_and_a_warm_winding_a_smaller_one():
+    given = NOTHING._replace(voltage_alpha=0.5)
+    assert after(REST, 400, HEAVY, given).current_alpha == pytest.approx(10.0, rel=1e-6)
+    warm = REST._replace(log_resistance=math.log(1.25))
+    assert after(warm, 400, HEAVY, given).current_alpha == pytest.approx(8.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(("speed", "error"), [(100.0, 2e-4), (750.0, 0.02)])
+def test_a_driven_rotor_sends_the_current_of_its_back_emf_through_a_short(speed, error):
+    """i = -j w psi e^(j theta) / (R + j w L), w the electrical speed; 750 rad/s are 0.3 rad per sample."""
+    found = after(REST._replace(speed=speed), 2000, HEAVY)
+    rate = 4.0 * speed
+    rotor = np.exp(4j * found.angle)
+    expected = -1j * rate * 0.01 * rotor / (0.05 + 1j * rate * 1e-4)
+    assert found.angle == pytest.approx(speed * 0.2, rel=1e-6)
+    assert abs(found.current_alpha + 1j * found.current_beta - expected) < error * abs(expected)
+
+
+def test_current_across_the_flux_turns_the_rotor_against_its_load():
+    begun = REST._replace(current_beta=10.0, load_torque=0.2)
+    slow = replace(MOTOR, sample_time=1e-7)
+    found = after(begun, 1, slow)
+    # 3/2 z_p psi i_q less the load, over the inertia.
+    assert found.speed / 1e-7 == pytest.approx((1.5 * 4.0 * 0.01 * 10.0 - 0.2) / 1e-4, rel=1e-4)
+
+
+def test_standing_the_angle_goes_on_by_what_is_given_alone():
+    begun = REST._replace(speed=50.0, angle=1.0)
+    standing = StatorFrameMotor.transition(begun, NOTHING._replace(angle_increment=0.01, standing=1.0), MOTOR)
+    turning = StatorFrameMotor.transition(begun, NOTHING._replace(angle_increment=0.01), MOTOR)
+    assert standing.angle == pytest.approx(1.01)
+    assert turning.angle == pytest.approx(1.0 + 50.0 * 1e-4, rel=1e-4)
