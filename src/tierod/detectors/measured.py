@@ -69,7 +69,8 @@ class MeasuredDesign:
         """
         hours = self.observed / rate / 3600.0
         unit, name = (3600.0, "h") if self.low / rate > 3600.0 else (1.0, "s")
-        span = f"{self.low / rate / unit:.3g} to {self.high / rate / unit:.3g} {name}"
+        low, high = (float(f"{length / rate / unit:.3g}") for length in (self.low, self.high))
+        span = f"{low:,g} to {high:,g} {name}".replace(",", " ")
         if not self.extrapolated:
             return f"measured: 95 % interval {span} between false alarms"
         bound = 3.0 / hours
