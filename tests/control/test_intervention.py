@@ -96,6 +96,20 @@ def test_what_a_wrong_inertia_feigns_is_forgiven():
     assert run(torque, since(1.2), 0.0)["allowed"][-1] == 0.0
 
 
+def test_hands_that_are_not_seen_end_control_after_the_delay():
+    blind = np.where(since(2.0) > 0.5, np.nan, 0.0)
+    allowed = run(blind, since(1.2))["allowed"]
+    gone = np.nonzero(allowed[2000:] < 0.5)[0][0] * STEP
+    assert gone == pytest.approx(Takeover().delay, abs=2.0 * STEP)
+    assert not allowed[2100:].any()
+    assert not run(np.full(6000, np.nan), since(1.5))["allowed"].any()
+
+
+def test_a_few_samples_that_are_missing_do_not_end_control():
+    gaps = np.where(np.arange(6000) % 100 < 5, np.nan, 0.0)
+    assert run(gaps, since(1.5))["allowed"][1600:].all()
+
+
 @pytest.mark.parametrize(
     "wrong",
     [

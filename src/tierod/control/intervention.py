@@ -95,19 +95,22 @@ class DriverIntervention:
 
     A cumulative sum of |hand torque| above what is forgiven, less what a wrong inertia of the wheel would feign at the
     planned acceleration. Control ends at its alarm. It comes back at the next new request (off, then on) that finds
-    the hands still for a while.
+    the hands still for a while. Hands that are not seen (NaN) count as hands that take over: blind for longer than the
+    delay there is no control.
 
     Args:
         cusum: stopping rule on the size of the torque, `design`
         restless: the same above the quiet torque: at its alarm the hands are not still, which noise alone never says
         quiet: how long the hands must be still
         inertia_uncertainty: of the steering wheel's inertia, whose torque is forgiven besides
+        unseen_torque: that stands for a missing one; the torque that must be found
     """
 
     cusum: Cusum
     restless: Cusum
     quiet: Debounce
     inertia_uncertainty: Annotated[float, "kg*m**2", NOT_NEGATIVE] = 0.0
+    unseen_torque: Annotated[float, "N*m"] = Takeover.torque
 
     class Sample(NamedTuple):
         """Observed torque of the hands, planned acceleration of the wheel, whether control is asked for (1.0, 0.0)."""
@@ -177,7 +180,8 @@ class DriverIntervention:
             )
         cusum = Cusum(takeover.forgiven + margin, threshold, 2.0 * threshold, "upper")
         restless = Cusum(takeover.quiet_torque, threshold, 2.0 * threshold, "upper")
-        return cls(cusum, restless, Debounce(takeover.quiet_time, 0.0, sample_time), inertia_uncertainty)
+        quiet = Debounce(takeover.quiet_time, 0.0, sample_time)
+        return cls(cusum, restless, quiet, inertia_uncertainty, takeover.torque)
 
     def init(self) -> State:
         """Nobody found, nothing asked for, hands not yet known to be still."""
@@ -185,10 +189,12 @@ class DriverIntervention:
 
     def step(self, state: State, sample: Any) -> tuple[State, Output]:
         """One sample on."""
-        torque, acceleration = absolute(sample.hand_torque), absolute(sample.steering_wheel_acceleration)
+        acceleration = absolute(sample.steering_wheel_acceleration)
         feigned = self.inertia_uncertainty * where(present(acceleration), acceleration, 0.0)
-        cusum, sums = self.cusum.step(state.cusum, torque - feigned)
-        restless, moving = self.restless.step(state.restless, torque - feigned)
+        seen = absolute(sample.hand_torque) - feigned
+        torque = where(present(seen), seen, self.unseen_torque)
+        cusum, sums = self.cusum.step(state.cusum, torque)
+        restless, moving = self.restless.step(state.restless, torque)
         quiet, still = self.quiet.step(state.quiet, 1.0 - moving.alarm)
         asked = where(present(sample.request), sample.request, 0.0) > 0.5
         anew = all_of(asked, negated(state.request > 0.5), still.active > 0.5, negated(sums.alarm > 0.5))
