@@ -65,7 +65,8 @@ class CombinedTuning:
 
     Args:
         log_front_stiffness, log_rear_stiffness: a fifth wrong at first, and changing over an hour
-        log_friction: of both axles. Returns to the usual value: as a random walk it runs away where tyres are not used
+        log_friction: of both axles. Returns to the usual value: as a random walk it runs away where tyres are not used,
+            and with a return within 30 s, which takes eight times the noise, gentle bends on a dry road look like ice
         bank_angle: of the road
         side_force, side_moment: of wind, at the centre of gravity and about it
         lateral_acceleration_bias, yaw_rate_bias, road_wheel_angle_offset: of the sensors
@@ -81,7 +82,7 @@ class CombinedTuning:
 
     log_front_stiffness: Wandering | None = field(default_factory=lambda: Wandering(0.2, 3600.0))
     log_rear_stiffness: Wandering | None = field(default_factory=lambda: Wandering(0.2, 3600.0))
-    log_friction: Wandering | None = field(default_factory=lambda: Wandering(0.6, 30.0))
+    log_friction: Wandering | None = field(default_factory=lambda: Wandering(0.6, 240.0))
     bank_angle: Wandering | None = field(default_factory=lambda: Wandering(0.03, 10.0))
     side_force: Wandering | None = field(default_factory=lambda: Wandering(100.0, 60.0))
     side_moment: Wandering | None = field(default_factory=lambda: Wandering(50.0, 60.0))

@@ -41,6 +41,10 @@ FALSE = 0.6
 """Share of the front axle's grip below which an announcement is false."""
 QUIET = ("random steering", "mixed drive from standstill", "low friction, 0.35")
 """Drives on which the front axle does not come near its peak, but for the last one's."""
+ICE = 0.6
+"""Share of the road's friction below which the friction that is told is false ice."""
+DRY = tuple(range(201, 209))
+"""Dry mixed drives on which false ice is looked for; the wander of the friction was chosen on twelve below 200."""
 GRIP = 7900.0
 """Greatest force of the front axle [N] over the road's friction, as the ramps show it: 2790 at a friction of 0.35. On a
 dry road the load transfer lessens it to 7500, so that the share in use there is taken 5 % too small."""
@@ -109,6 +113,19 @@ def false_seconds(seeds: tuple[int, ...], readings: str) -> tuple[float, float]:
             wrong += step * float(np.sum(ahead & (used < FALSE)))
             total += step * len(ahead)
     return wrong, total
+
+
+def false_ice(seeds: tuple[int, ...], readings: str) -> tuple[float, float, float]:
+    """Least friction that is told over the road's, seconds below 60 % of it, seconds driven: dry mixed drives."""
+    least, below, total = np.inf, 0.0, 0.0
+    for seed in seeds:
+        drive = on("mixed drive from standstill", seed)
+        step = float(drive.time[1] - drive.time[0])
+        share = estimated(drive, readings=readings)["friction"] / drive.truth("road_friction")
+        least = min(least, float(share.min()))
+        below += step * float(np.sum(share < ICE))
+        total += step * len(share)
+    return least, below, total
 
 
 def _grip(drive: Driven) -> np.ndarray:
@@ -182,6 +199,22 @@ def _claims(found: dict[str, dict[str, Ramp]], seeds: tuple[int, ...]) -> Iterat
         None,
         "percent",
         f"Of {total:.0f} s on dry and slippery roads {wrong:.1f}; without the steering's torque {without:.1f}.",
+    )
+    yield _false_ice(seeds if len(seeds) == 1 else DRY)
+
+
+def _false_ice(seeds: tuple[int, ...]) -> Claim:
+    least, below, total = false_ice(seeds, WITH)
+    poorer, longer, _ = false_ice(seeds, WITHOUT_TORQUE)
+    return Claim(
+        "combined.false-ice",
+        "Share of the time on dry mixed drives in which the friction told is below 60 % of the road's.",
+        GOAL,
+        None,
+        100.0 * below / total,
+        None,
+        "percent",
+        f"{below:.1f} s of {total:.0f}, least {least:.2f}; without the steering's torque {longer:.1f} s, {poorer:.2f}.",
     )
 
 
