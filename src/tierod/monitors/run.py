@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import datetime
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from tierod import __version__
 from tierod.decimation import Decimator
@@ -18,22 +16,13 @@ from tierod.findings import Diagnosis
 from tierod.monitors.into_memory import MemoryFeed
 from tierod.monitors.named_vehicle import vehicle_named_in
 from tierod.monitors.own_level import OwnLevel, load_own_level, refuse_foreign, store_own_level
+from tierod.monitors.pieces import CHUNK, OVERLAP, joined, pieces_of, refuse_leap, share_read
 from tierod.monitors.quality_over_chunks import QualityOverChunks
 from tierod.monitors.session import Conclusion, Monitor, Session, StatusChange, Variant
+from tierod.monitors.suitable import refuse_unsuitable
 from tierod.readers import SHARE_READ
 from tierod.recording import Aligned, Recording
-from tierod.signals import SIGNALS
-from tierod.units import COUNT
 from tierod.vehicles import Vehicle, load
-
-CHUNK = 600.0
-"""Seconds of recording in memory at a time."""
-
-LEAP = 86400.0
-"""Seconds that a recording may be silent, a night between two drives; a clock that leaps further was set."""
-
-OVERLAP = 1.0
-"""Seconds kept of the piece before: longer than any sample may be old and any derived signal looks back."""
 
 
 def diagnose(
@@ -76,12 +65,12 @@ def diagnose(
     definition, chosen = find(monitor, variant)
     known = own_level if isinstance(own_level, OwnLevel) else _stored(own_level)
     run = Run(definition, chosen, car, known, memory)
-    for place, piece in enumerate(_pieces(source, run.needs, car, dbc, channel_map)):
+    for place, piece in enumerate(pieces_of(source, run.needs, car, dbc, channel_map)):
         if place == 0 and (suited := definition.suited_to(piece)) != definition:
             run = Run(suited, chosen, car, known, memory)
         run.add(piece)
         if progress:
-            progress(_share(piece))
+            progress(share_read(piece))
     diagnosis = run.finish(command)
     if isinstance(own_level, str | Path) and known is None and run.learnt:
         store_own_level(dataclasses.replace(run.learnt, learnt=diagnosis.created), own_level)
@@ -152,23 +141,24 @@ class Run:
             InputError: the piece lacks a signal that the monitor needs, or brings it too slowly
         """
         begin, last = piece.span
-        _refuse_leap(begin if self._start is None else self._start + self._steps / self.monitor.rate, last)
-        joined = complete(_joined(self._before, piece), [*self.monitor.required, *self.monitor.optional])
-        complete_piece = joined.slice(begin) if self._before else joined
+        refuse_leap(begin if self._start is None else self._start + self._steps / self.monitor.rate, last)
+        whole = complete(joined(self._before, piece), [*self.monitor.required, *self.monitor.optional])
+        complete_piece = whole.slice(begin) if self._before else whole
         self._quality.add(complete_piece)
         self._metadata |= {k: v for k, v in piece.metadata.items() if k != SHARE_READ}
         if self._start is None:
-            self._check(complete_piece)
+            refuse_unsuitable(self.monitor, self.vehicle, complete_piece)
+            self._quality.refuse_slow(self.monitor.required, self.monitor.minimum_rate)
             self._start = begin
         self._before = piece.slice(last - OVERLAP)
-        while len((aligned := self._aligned(joined, last)).time):
+        while len((aligned := self._aligned(whole, last)).time):
             self._absorb(aligned)
 
-    def _aligned(self, joined: Recording, last: float) -> Aligned:
+    def _aligned(self, whole: Recording, last: float) -> Aligned:
         """What follows on what was judged already, no more than CHUNK of it: a gap of days must fit into memory."""
         assert self._start is not None
         start = self._start + self._steps / self.monitor.rate
-        return joined.align(
+        return whole.align(
             self.session.signals,
             self.monitor.rate,
             maximum_age=self.monitor.maximum_age,
@@ -229,87 +219,12 @@ class Run:
             self.feed.finish(diagnosis, self.course)
         return diagnosis
 
-    def _check(self, piece: Recording) -> None:
-        missing = [name for name in self.monitor.required if name not in piece]
-        if missing:
-            strangers = [name for name in piece.names if name not in SIGNALS]
-            near = nearest(missing[0], strangers) if strangers else "."
-            raise InputError(
-                f"the monitor '{self.monitor.name}' needs {', '.join(map(_with_ingredients, missing))}, which the "
-                f"recording does not have{near} Give a channel map that names it; "
-                "'tierod inspect' shows what the recording has"
-            )
-        self._refuse_counts(piece)
-        self._quality.refuse_slow(self.monitor.required, self.monitor.minimum_rate)
-
-    def _refuse_counts(self, piece: Recording) -> None:
-        """Raw counts are judged only as torques of a vehicle whose file says so: taken as N*m, any verdict is wrong."""
-        for name in self.monitor.required:
-            torque = SIGNALS[name].unit == "N*m"
-            if piece[name].unit == COUNT and (self.vehicle.calibrated or not torque):
-                other = ', or torque_unit = "count" in the vehicle file' if torque else ""
-                raise InputError(
-                    f"{name} is in raw counts, but the vehicle '{self.vehicle.name}' needs {SIGNALS[name].unit}; "
-                    f"give unit and factor (the {SIGNALS[name].unit} of one count) in the channel map{other}"
-                )
-
 
 def _opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: OwnLevel | None) -> Session:
     try:
         return variant.open(vehicle, monitor.rate, own_level)
     except ParameterError as error:
         raise ParameterError(f"the monitor '{monitor.name}' cannot run as '{variant.name}': {error}") from None
-
-
-def _with_ingredients(name: str) -> str:
-    """The signal, and what it could be made from."""
-    made_from = ingredients([name])[1:]
-    return f"{name} (or {' and '.join(made_from)})" if made_from else name
-
-
-def _pieces(
-    source: Recording | str | Path, needs: Iterable[str], vehicle: Vehicle, dbc: Any, channel_map: Any
-) -> Iterator[Recording]:
-    if isinstance(source, Recording):
-        yield source
-        return
-    from tierod.readers import open_chunks
-
-    yield from open_chunks(
-        source,
-        seconds=CHUNK,
-        names=needs,
-        dbc=vehicle.database if dbc is None else dbc,
-        channel_map=vehicle.channel_map if channel_map is None else channel_map,
-    )
-
-
-def _refuse_leap(now: float, last: float) -> None:
-    if last - now > LEAP:
-        raise InputError(
-            f"the time leaps ahead from about {now:.6g} s by {(last - now) / 86400.0:.3g} days; "
-            "cut the recording there and judge the parts one by one"
-        )
-
-
-def _share(piece: Recording) -> float:
-    return float(piece.metadata.get(SHARE_READ, 1.0))
-
-
-def _joined(before: Recording | None, piece: Recording) -> Recording:
-    """The piece with the end of the one before in front of it."""
-    if before is None:
-        return piece
-    channels = dict(piece.channels)
-    for name, old in before.channels.items():
-        new = channels.get(name)
-        if new is None:
-            channels[name] = old
-        else:
-            channels[name] = dataclasses.replace(
-                new, time=np.concatenate([old.time, new.time]), values=np.concatenate([old.values, new.values])
-            )
-    return Recording(channels, piece.metadata)
 
 
 def _with_warnings(conclusion: Conclusion, warnings: Iterable[str]) -> Any:

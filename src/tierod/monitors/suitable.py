@@ -1,0 +1,52 @@
+"""What a recording must have before a monitor may judge it."""
+
+from __future__ import annotations
+
+from tierod.derive import ingredients
+from tierod.errors import InputError, nearest
+from tierod.monitors.session import Monitor
+from tierod.recording import Recording
+from tierod.signals import SIGNALS
+from tierod.units import COUNT
+from tierod.vehicles import Vehicle
+
+
+def refuse_unsuitable(monitor: Monitor, vehicle: Vehicle, piece: Recording) -> None:
+    """Refuse a recording without a signal that the monitor needs, or with one in counts where a torque is needed.
+
+    Args:
+        monitor: what judges
+        vehicle: whose torques may be counts
+        piece: the first one of the recording, with all derived signals
+
+    Raises:
+        InputError: the signal is named, and what to do
+    """
+    missing = [name for name in monitor.required if name not in piece]
+    if missing:
+        strangers = [name for name in piece.names if name not in SIGNALS]
+        near = nearest(missing[0], strangers) if strangers else "."
+        raise InputError(
+            f"the monitor '{monitor.name}' needs {', '.join(map(_with_ingredients, missing))}, which the "
+            f"recording does not have{near} Give a channel map that names it; "
+            "'tierod inspect' shows what the recording has"
+        )
+    _refuse_counts(monitor, vehicle, piece)
+
+
+def _refuse_counts(monitor: Monitor, vehicle: Vehicle, piece: Recording) -> None:
+    """Raw counts are judged only as torques of a vehicle whose file says so: taken as N*m, any verdict is wrong."""
+    for name in monitor.required:
+        torque = SIGNALS[name].unit == "N*m"
+        if piece[name].unit == COUNT and (vehicle.calibrated or not torque):
+            other = ', or torque_unit = "count" in the vehicle file' if torque else ""
+            raise InputError(
+                f"{name} is in raw counts, but the vehicle '{vehicle.name}' needs {SIGNALS[name].unit}; "
+                f"give unit and factor (the {SIGNALS[name].unit} of one count) in the channel map{other}"
+            )
+
+
+def _with_ingredients(name: str) -> str:
+    """The signal, and what it could be made from."""
+    made_from = ingredients([name])[1:]
+    return f"{name} (or {' and '.join(made_from)})" if made_from else name
