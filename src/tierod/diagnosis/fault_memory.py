@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import datetime
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tierod.diagnosis import cycle, store
-from tierod.diagnosis.debounce import DebounceCounters
+from tierod.diagnosis.counting import Counting
 from tierod.diagnosis.entry import Entry
 from tierod.diagnosis.frames import AFTER, BEFORE, Window
 from tierod.diagnosis.status import CodeStatus, after_test
 from tierod.diagnosis.trouble_codes import REACTIONS, TroubleCodes, load_trouble_codes
 from tierod.errors import InputError, ParameterError, nearest
-from tierod.graph import scan
 from tierod.signals import SIGNALS
 
 CAUSE_DELAY = 2.0
@@ -53,14 +51,7 @@ class FaultMemory:
         self.vehicle, self.path, self.places = vehicle, Path(path).expanduser() if path else None, places
         self.entries: dict[str, Entry] = {name: Entry() for name in self.codes.codes}
         self.cycles, self.open, self.date, self.overflowed = 0, False, "", False
-        self._names = tuple(self.codes.codes)
-        places_of = {name: k for k, name in enumerate(self._names)}
-        self._causes = {name: self.codes.causes(name) for name in self._names}
-        self._bank = DebounceCounters(
-            tuple(code.debounce for code in self.codes.codes.values()),
-            tuple(tuple(sorted(places_of[cause] for cause in self._causes[name])) for name in self._names),
-        )
-        self._counting: Any = None
+        self._counting = Counting(self.codes)
         self._window = Window()
         self._waiting: dict[str, float] = {}
         self._before: dict[str, tuple[float, Entry]] = {}
@@ -106,7 +97,8 @@ class FaultMemory:
         self.open, self.cycles = True, self.cycles + 1
         self.date = date or datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
         self.entries = {name: cycle.begun(entry) for name, entry in self.entries.items()}
-        self._counting, self._window = None, Window()
+        self._counting.restart()
+        self._window = Window()
         self._waiting, self._before = {}, {}
         self.save()
 
@@ -131,28 +123,20 @@ class FaultMemory:
             raise ParameterError("no operation cycle is open; begin one before results come")
         time = np.asarray(time, float)
         self._check(time, results, signals or {})
-        table = np.zeros((len(time), len(self._names)))
-        for name, values in results.items():
-            table[:, self._names.index(name)] = values
-        done = scan(self._bank, table, self._counting)
-        self._counting = done.state
-        kept = {
-            name: np.asarray(each, float) for name, each in (signals or {}).items() if name in self.codes.identifiers
-        }
-        self._window.add(time, kept)
-        changes = self._changes(time, np.column_stack([done[name] for name in done.names]))
-        for instant, name, verdict in changes:
-            self._apply(instant, name, verdict)
-        counted = np.asarray(done.state.values).reshape(-1, 2)
-        for k, name in enumerate(self._names):
-            counter, verdict = (int(number) for number in counted[k])
-            self.entries[name] = self.entries[name].with_(counter=counter, verdict=verdict)
+        listed = [name for name in signals or {} if name in self.codes.identifiers]
+        self._window.add(time, {name: np.asarray((signals or {})[name], float) for name in listed})
+        changes = self._counting.add(time, results)
+        for change in changes:
+            self._apply(*change)
+        for name, entry in self.entries.items():
+            counter, verdict = self._counting.of(name)
+            self.entries[name] = entry.with_(counter=counter, verdict=verdict)
         if len(time):
             framed = self._frames(float(time[-1]))
             self._window.forget(float(time[-1]) - BEFORE - AFTER)
             if changes or framed:
                 self.save()
-        return tuple((instant, name, "failed" if verdict > 0 else "passed") for instant, name, verdict in changes)
+        return tuple((each.time, each.name, "failed" if each.verdict > 0 else "passed") for each in changes)
 
     def end_cycle(self) -> None:
         """The operation cycle ends: pending codes, healing and aging move on."""
@@ -175,17 +159,13 @@ class FaultMemory:
             ParameterError: no such code
             OutputError: the file cannot be written
         """
-        chosen = self._names if name is None else (self.codes.named(name),)
+        chosen = tuple(self.entries) if name is None else (self.codes.named(name),)
         self.overflowed = self.overflowed and name is not None
         for each in chosen:
             self.entries[each] = Entry()
             self._waiting.pop(each, None)
             self._before.pop(each, None)
-        if self._counting is not None:
-            # What counts on would otherwise not tell again of a fault that is still there.
-            counted = np.array(self._counting.values).reshape(-1, 2)
-            counted[[self._names.index(each) for each in chosen]] = 0.0
-            self._counting = replace(self._counting, values=counted.ravel())
+        self._counting.forget(chosen)
         self.save()
 
     @property
@@ -235,20 +215,13 @@ class FaultMemory:
         if not (np.isfinite(time).all() and (np.diff(np.concatenate([before, time])) > 0.0).all()):
             raise InputError("the times of the results do not rise from one to the next; sort them, and leave none out")
 
-    def _changes(self, time: np.ndarray, verdicts: np.ndarray) -> list[tuple[float, str, int]]:
-        """Verdicts that are new, in the order of time; causes before consequences."""
-        held = np.array([[self.entries[name].verdict for name in self._names]], float)
-        rows, columns = np.nonzero(verdicts * np.diff(np.concatenate([held, verdicts]), axis=0))
-        found = [(float(time[r]), self._names[c], int(verdicts[r, c])) for r, c in zip(rows, columns, strict=True)]
-        return sorted(found, key=lambda change: (change[0], len(self._causes[change[1]])))
-
     def _apply(self, instant: float, name: str, verdict: int) -> None:
         entry, code = self.entries[name], self.codes.codes[name]
         if verdict < 0:
             passed = after_test(entry.status, failed=False)
             self.entries[name] = entry.with_(status=passed, verdict=-1, consequence_of="")
             return
-        causes = sorted(cause for cause in self._causes[name] if self.entries[cause].verdict > 0)
+        causes = sorted(cause for cause in self._counting.causes[name] if self.entries[cause].verdict > 0)
         if causes:
             self.entries[name] = entry.with_(verdict=1, consequence_of=causes[0])
             return
@@ -261,7 +234,11 @@ class FaultMemory:
     def _take_back(self, instant: float, cause: str) -> None:
         """Consequences that failed shortly before their cause stand again as they stood."""
         for name, (since, entry) in list(self._before.items()):
-            if cause in self._causes[name] and instant - since <= CAUSE_DELAY and self.entries[name].verdict > 0:
+            if (
+                cause in self._counting.causes[name]
+                and instant - since <= CAUSE_DELAY
+                and self.entries[name].verdict > 0
+            ):
                 self.entries[name] = entry.with_(verdict=1, consequence_of=cause)
                 self._waiting.pop(name, None)
 
