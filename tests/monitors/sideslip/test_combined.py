@@ -111,6 +111,14 @@ def test_without_a_forward_speed_the_last_estimate_is_held_and_its_variance_grow
     assert error(result, truth, 25.0) < 0.05
 
 
+def test_nothing_is_announced_while_held(drive):
+    samples, _ = drive
+    easily = dataclasses.replace(estimator(), limit_share=1e-6, limit_certainty=0.0)
+    result = scan(easily, gone(samples, 1500, 1600, vehicle_speed=0.0))
+    assert (result["limit_ahead"][1400:1500] == 1.0).all()
+    assert not result["limit_ahead"][1500:1600].any()
+
+
 def test_it_begins_with_nothing():
     empty = np.full((50, len(COLUMN)), np.nan)
     result = scan(estimator(), empty)

@@ -207,7 +207,7 @@ class CombinedSideslip:
         share = told["front_friction_used"] - self.limit_certainty * told["front_friction_used_deviation"]
         return CombinedEstimate(
             **told,
-            limit_ahead=where(share > self.limit_share, 1.0, 0.0),
+            limit_ahead=where(both(running, share > self.limit_share), 1.0, 0.0),
             nis=estimate.nis,
             readings=estimate.present,
             held=where(running, 0.0, 1.0),

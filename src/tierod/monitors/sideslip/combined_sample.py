@@ -34,7 +34,7 @@ class CombinedEstimate(NamedTuple):
         front_lateral_force, rear_lateral_force: of the axles, across the wheels
         self_aligning_torque: of the front axle, opposes positive steer
         front_friction_used, rear_friction_used: lateral force over the greatest that the axle can make now
-        limit_ahead: 1 where the front axle is certain to be near its greatest force
+        limit_ahead: 1 where `front_friction_used` is above the tuning's share by its standard deviations, and not held
         front_stiffness, rear_stiffness: true over given cornering stiffness
         friction: true over given friction coefficient
         bank_angle: of the road
