@@ -151,6 +151,21 @@ def test_a_better_start_is_taken():
     assert far._best_start(far.start(), [recorded(9, DRIVE)])[0] == pytest.approx(np.log(0.01) + 4.4)
 
 
+class Stuck(MaximumLikelihood):
+    """Finds no place that is better than the one where it is."""
+
+    def cost(self, place, experiments):
+        return np.inf
+
+
+def test_a_search_that_is_stuck_far_off_has_not_converged():
+    recordings = [recorded(3, DRIVE)]
+    stuck = Stuck(FirstOrder, Lag(0.8, 0.7), FREE, (0.1,), (0.5,))
+    assert not stuck.fit(recordings, start=stuck.start()).converged
+    end = search().place_of(search().fit(recordings))
+    assert stuck.fit(recordings, start=end).converged
+
+
 def test_a_positive_parameter_cannot_start_at_zero():
     with pytest.raises(ParameterError, match="above zero"):
         Free("decay").coordinate(0.0)

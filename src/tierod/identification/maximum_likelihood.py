@@ -76,6 +76,9 @@ class MaximumLikelihood:
     than its standard deviation, and are still a million times the rounding of a run."""
     ENOUGH = 0.01
     """A step that lowers the cost by less ends the search."""
+    NEAR = 0.125
+    """Fall of the cost that an undamped step would still promise where the search has converged: then the end is nearer
+    than half a standard deviation in every direction. A search that is stuck far off has not come to an end."""
     LEAST_NOISE = 1e-2
     """Share of the noises at the start below which none is looked for."""
     FARTHEST = 1.0
@@ -223,11 +226,13 @@ class MaximumLikelihood:
                 damping = damping / 10.0 if gained > 0.5 * hoped else damping
             else:
                 damping = max(10.0 * damping, 1e-4)
-            if (gained > 0.0 and gained < enough) or hoped < enough:
-                return place, now, steps, True
-            if damping > 1e8:
-                return place, now, steps, False
+            if 0.0 < gained < enough or hoped < enough or damping > 1e8:
+                return place, now, steps, self._is_near(place, now, moving)
         return place, now, self.most_steps, False
+
+    def _is_near(self, place: np.ndarray, now: Likelihood, moving: Sequence[int]) -> bool:
+        """Whether the parabola through this place has its lowest point close by."""
+        return float(-0.5 * now.gradient @ self._step(place, now, moving, 0.0)) < self.NEAR
 
     def _step(self, place: np.ndarray, now: Likelihood, moving: Sequence[int], damping: float) -> np.ndarray:
         """A damped step of Fisher scoring; noises that are nil already and want to fall further stay."""
