@@ -20,7 +20,7 @@ UNKNOWN = 10.0
 
 
 class ColumnEstimate(NamedTuple):
-    """What an observer says of a column; a deviation is one standard deviation.
+    """What an observer says of a column; a deviation is one standard deviation, of a column that is as believed.
 
     Args:
         hand_torque: that the driver's hands put on the steering wheel
