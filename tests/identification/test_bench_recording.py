@@ -37,11 +37,21 @@ def test_missing_channels_are_named_with_what_is_needed():
         ({"motor_torque": lambda t, v: (1e3 * t, v)}, "in milliseconds"),
         ({"driver_torque": lambda t, v: (t[:1500], v[:1500])}, "holds 1.5 s"),
         ({"motor_torque": lambda t, v: (t, np.where((t > 1.0) & (t < 2.0), np.nan, v))}, "is missing in"),
+        ({"driver_torque": lambda t, v: (t, np.where(t > 0.2, np.nan, v))}, "'driver_torque' is missing in 9"),
+        ({"steering_wheel_angle": lambda t, v: (t, np.full_like(v, np.nan))}, "is missing in 100 %"),
     ],
 )
 def test_recordings_that_cannot_be_used(change, words):
     with pytest.raises(InputError, match=words):
         row(FREE, changed(recordings()[FREE], **change))
+
+
+def test_a_channel_with_every_second_sample_tells_noise_and_first_state_all_the_same():
+    whole = changed(recordings()[SINES], motor_angle_mechanical=lambda t, v: (t, v + 5.0))
+    half = changed(whole, motor_angle_mechanical=lambda t, v: (t, np.where(np.arange(len(v)) % 2 > 0, np.nan, v)))
+    found, right = row(SINES, half), row(SINES, whole)
+    assert found.deviation == pytest.approx(right.deviation, rel=0.1)
+    np.testing.assert_allclose(found.experiment.initial_mean[4], right.experiment.initial_mean[4], atol=5e-3)
 
 
 def test_a_sensor_at_its_limit_is_taken_as_missing_there():

@@ -3,9 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.bench import FREE, LOCKED, RAMPS, SINES, TRUTH, recordings
+from identification.bench import FREE, LOCKED, RAMPS, SINES, TRUTH, changed, recordings, row
 from tierod.errors import InputError, ParameterError
 from tierod.identification.column import identify_column, known_free
+from tierod.identification.column_fit import ColumnFit
 from tierod.identification.experiment import Estimate, Free
 from tierod.identification.fit_quality import normalised_error, whiteness
 from tierod.identification.identifiability import blind_directions, refusal
@@ -107,5 +108,14 @@ def test_normalised_error_and_whiteness():
     white = random.standard_normal(20_000)
     assert normalised_error(white + 0.1, white) == pytest.approx(0.1, rel=0.02)
     assert whiteness([white]).outside < 0.25
+    assert whiteness([np.zeros(100)]) == (0.0, 0.0)
     coloured = np.convolve(white, [1.0, 0.8], "valid")
     assert whiteness([coloured]).largest == pytest.approx(0.8 / 1.64, abs=0.03)
+
+
+def test_a_gap_does_not_pass_for_motion_of_the_wheel():
+    gap = changed(recordings()[FREE], driver_torque=lambda t, v: (t, np.where((t > 1.3) & (t < 1.8), np.nan, v)))
+    fit = ColumnFit(TRUTH, ("steering_wheel_inertia", "steering_wheel_damping"))
+    values, _ = fit._wheel([row(FREE, gap)])
+    for name, (value, deviation) in values.items():
+        assert value == pytest.approx(getattr(TRUTH, name), abs=4.0 * deviation, rel=0.01)

@@ -27,6 +27,8 @@ _STILL = 5.0
 """A wheel whose angle spreads by less than so many times its noise does not turn."""
 _COARSE, _LEVELS = 0.05, 20
 """Steps of a recorded torque that are coarse, over the friction; fewer levels are those of a test in steps."""
+_LEAST_KNOWN = 0.25
+"""Share of the samples of an output that must be there: every fourth sample, or the first quarter of a test."""
 _RUN, _SHARE = 20, 0.002
 """A channel is cut off where it stays at its extreme for so many samples in a row, in more than such a share of all."""
 
@@ -58,8 +60,13 @@ class BenchRecording:
         return self.experiment.setting["sample_time"]
 
     def part(self, name: str, start: int, stop: int, parameters: BenchParameters) -> BenchRecording:
-        """Some of the samples, as an experiment of its own."""
+        """Some of the samples, as an experiment of its own.
+
+        Raises:
+            InputError: an output is missing there
+        """
         inputs, measured = self.experiment.inputs[start:stop], self.experiment.measured[start:stop]
+        _require_known(name, measured)
         experiment = _experiment(name, inputs, measured, self.locked, self.sample_time, self.deviation, parameters)
         return replace(self, experiment=experiment, time=self.time[start:stop], remarks=())
 
@@ -86,6 +93,7 @@ def bench_recording(name: str, recording: Recording, parameters: BenchParameters
     step = max(_step(name, recording, each) for each in names)
     grid = _aligned(name, recording, names, step)
     inputs, measured = _without_gaps(name, driving, grid[:, 0]), grid[:, 1:].copy()
+    _require_known(name, measured)
     remarks = [_rounded(name, driving, inputs, parameters.motor_friction)]
     remarks += [_cut_off(name, each, measured[:, k]) for k, each in enumerate(OUTPUTS)]
     deviation = tuple(white_noise(measured[:, k]) for k in range(len(OUTPUTS)))
@@ -136,6 +144,21 @@ def _without_gaps(name: str, channel: str, values: np.ndarray) -> np.ndarray:
             "column has to be known throughout: cut the recording, or record again"
         )
     return values[np.maximum.accumulate(np.where(known, np.arange(len(values)), 0))]
+
+
+def _require_known(name: str, measured: np.ndarray) -> None:
+    for each, share in zip(OUTPUTS, np.isfinite(measured).mean(axis=0), strict=True):
+        if share < _LEAST_KNOWN:
+            raise InputError(
+                f"{name}: '{each}' is missing in {100.0 * (1.0 - share):.3g} % of the time; cut the recording to where "
+                "it is there, or record again"
+            )
+
+
+def bridged(values: np.ndarray) -> np.ndarray:
+    """Values without gaps, straight over them."""
+    index, known = np.arange(len(values)), np.isfinite(values)
+    return np.interp(index, index[known], values[known])
 
 
 def _rounded(name: str, channel: str, values: np.ndarray, friction: float) -> str:
@@ -202,7 +225,7 @@ def _experiment(
 ) -> Experiment:
     """With the first state as the first samples tell it, and how well they do."""
     first = np.arange(_FIRST) - 0.5 * (_FIRST - 1)
-    known = np.nan_to_num(measured[:_FIRST], nan=0.0)
+    known = np.column_stack([bridged(values)[:_FIRST] for values in measured.T])
     slopes = first @ known / (first @ first) / step
     angles = known.mean(axis=0) - slopes * step * 0.5 * (_FIRST - 1)
     wheel, motor, torque = float(angles[0]), float(angles[1]), float(angles[2])

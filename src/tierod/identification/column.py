@@ -61,22 +61,17 @@ def identify_column(
         InputError: recordings that cannot be used, or do not tell a parameter
     """
     wanted = tuple(free) or DEFAULT_FREE
-    for name in wanted:
-        if name not in known_free():
-            hint = f"{name} is counted, not measured" if name in DESIGN else nearest(name, known_free()).lstrip("; ")
-            raise ParameterError(f"'{name}' cannot be looked for: {hint}")
+    _refuse_unknown(wanted)
     whole_rows = [bench_recording(name, each, parameters) for name, each in recordings.items()]
     for each in whole_rows:
         refuse_slips(each, search_of(parameters, FRICTION, [each], widened=True))
     rows, remarks = _parted(whole_rows, parameters), [remark for each in whole_rows for remark in each.remarks]
-    if all(each.locked for each in rows) and any(name in WHEEL_SIDE for name in wanted):
-        refused = [name for name in wanted if name in WHEEL_SIDE]
-        if free:
-            raise InputError(
-                f"with the wheel locked {' and '.join(refused)} cannot be told; record {CURES[refused[0]]}"
-            )
-        remarks.append(f"{' and '.join(refused)} stays as it is: the wheel was locked; record {CURES[refused[0]]}")
-        wanted = tuple(name for name in wanted if name not in refused)
+    untold = [name for name in wanted if name in WHEEL_SIDE] if all(each.locked for each in rows) else []
+    if untold and free:
+        raise InputError(f"with the wheel locked {' and '.join(untold)} cannot be told; record {CURES[untold[0]]}")
+    if untold:
+        remarks.append(f"{' and '.join(untold)} stays as it is: the wheel was locked; record {CURES[untold[0]]}")
+        wanted = _unlocked(wanted)
     progress(0.05)
     fit = ColumnFit(parameters, wanted)
     whole = fit.run(rows, lambda share: progress(0.05 + 0.5 * share))
@@ -96,6 +91,13 @@ def identify_column(
         (*remarks, *whole.remarks),
         whole.estimate.converged and not is_unexplained(whole.estimate, [row.experiment for row in rows]),
     )
+
+
+def _refuse_unknown(wanted: Sequence[str]) -> None:
+    for name in wanted:
+        if name not in known_free():
+            hint = f"{name} is counted, not measured" if name in DESIGN else nearest(name, known_free()).lstrip("; ")
+            raise ParameterError(f"'{name}' cannot be looked for: {hint}")
 
 
 def _parted(rows: list[BenchRecording], parameters: BenchParameters) -> list[BenchRecording]:

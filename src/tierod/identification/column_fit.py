@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from tierod.errors import InputError
-from tierod.identification.bench_recording import BenchRecording
+from tierod.identification.bench_recording import BenchRecording, bridged
 from tierod.identification.column_result import Found
 from tierod.identification.experiment import INTERVAL, Estimate, Experiment, Free
 from tierod.identification.identifiability import blind_directions, refusal
@@ -40,6 +40,9 @@ friction makes a tenth, hands on the wheel more than half."""
 LEAST_SHARE = 0.3
 """Torque of the motor's damping, over the torque that nobody recorded, below which the damping counts as not told: what
 is unknown is never quite white, and what of it goes with the speed would pass for damping."""
+LONGEST_GAP, SHORTEST_STRETCH = 0.01, 1.0
+"""Gap over which a signal of the wheel is taken as straight, a third of what smooths it [s]; stretch between longer
+gaps that is used [s], some times the 0.36 s that the smoothing takes."""
 
 CURES = {
     "steering_wheel_inertia": "a sweep with the wheel free and nobody touching it",
@@ -166,7 +169,7 @@ class ColumnFit:
 
     def _wheel(self, rows: Sequence[BenchRecording]) -> tuple[dict[str, tuple[float, float]], list[str]]:
         """Value and deviation of what the wheel's side tells, and what was noticed there."""
-        motions = [_motion(row, self.parameters.motor_ratio) for row in rows if not row.locked]
+        motions = [each for row in rows if not row.locked for each in _motions(row, self.parameters.motor_ratio)]
         if not motions:
             return {}, []
         both = wheel_side(motions)
@@ -193,7 +196,7 @@ def _require_speed(estimate: Estimate, rows: Sequence[BenchRecording]) -> None:
     """Refuse a damping whose torque is lost in what nobody recorded."""
     smooth = np.full(10, 0.1)
     turned = [
-        np.diff(np.convolve(_whole(row.experiment.measured[:, 1]), smooth, "valid")) / row.sample_time for row in rows
+        np.diff(np.convolve(bridged(row.experiment.measured[:, 1]), smooth, "valid")) / row.sample_time for row in rows
     ]
     speed = float(np.sqrt(np.mean(np.concatenate(turned) ** 2)))
     likely = min(estimate["motor_damping"], estimate.start[estimate.index("motor_damping")])
@@ -206,15 +209,16 @@ def _require_speed(estimate: Estimate, rows: Sequence[BenchRecording]) -> None:
         )
 
 
-def _whole(values: np.ndarray) -> np.ndarray:
-    """Without gaps, straight over them."""
-    index, known = np.arange(len(values)), np.isfinite(values)
-    return np.interp(index, index[known], values[known])
-
-
-def _motion(row: BenchRecording, ratio: float) -> WheelMotion:
-    wheel, motor, torque = (_whole(values) for values in row.experiment.measured.T)
-    return WheelMotion(wheel, motor / ratio, torque, row.sample_time)
+def _motions(row: BenchRecording, ratio: float) -> list[WheelMotion]:
+    """A recording with a free wheel, cut where it has gaps that are longer than what the smoothing bridges."""
+    measured, step = row.experiment.measured, row.sample_time
+    there = np.flatnonzero(np.isfinite(measured).all(axis=1))
+    found = []
+    for part in np.split(there, np.flatnonzero(np.diff(there) * step > LONGEST_GAP) + 1):
+        if len(part) and (part[-1] - part[0]) * step > SHORTEST_STRETCH:
+            wheel, motor, torque = (bridged(values) for values in measured[part[0] : part[-1] + 1].T)
+            found.append(WheelMotion(wheel, motor / ratio, torque, step))
+    return found
 
 
 def _driving(experiments: Sequence[Experiment]) -> float:

@@ -7,8 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tierod.identification.experiment import INTERVAL
+
 LAGS = 25
 """Of the correlation of residuals with themselves."""
+
+
+LEAST = 100
+"""Third differences of neighbours that tell a noise, within a tenth."""
 
 
 class Whiteness(NamedTuple):
@@ -36,10 +42,13 @@ def white_noise(values: np.ndarray) -> float:
     """Standard deviation of the white noise on a signal, from its third differences, which motion hardly reaches.
 
     Args:
-        values: sampled far above the frequencies of the motion; missing ones are left out
+        values: sampled far above the frequencies of the motion; missing ones are left out, and passed over where no
+            four neighbours are there
     """
     third = np.diff(values, 3)
     third = third[np.isfinite(third)]
+    if len(third) < LEAST:
+        third = np.diff(values[np.isfinite(values)], 3)
     return max(float(np.sqrt(np.mean(third**2) / 20.0)) if len(third) else 0.0, 1e-7)
 
 
@@ -47,6 +56,8 @@ def whiteness(residuals: Sequence[np.ndarray]) -> Whiteness:
     """Of the residuals of one output over several experiments, each (n,); missing ones are left out."""
     power = sum(float(np.nansum(each**2)) for each in residuals)
     count = sum(int(np.isfinite(each).sum()) for each in residuals)
+    if not power > 0.0:
+        return Whiteness(0.0, 0.0)
     found = [sum(float(np.nansum(e[lag:] * e[:-lag])) for e in residuals) / power for lag in range(1, LAGS + 1)]
-    bound = 1.96 / np.sqrt(count)
+    bound = INTERVAL / np.sqrt(count)
     return Whiteness(float(max(found, key=abs)), float(np.mean(np.abs(found) > bound)))
