@@ -41,3 +41,15 @@ def test_offsets_and_missing_samples_do_not_matter():
 def test_rest_is_not_judged():
     samples = np.random.default_rng(0).normal(size=(3_000, 4)) * 1e-3
     assert not scan(BLOCK, samples).values.any()
+
+
+@pytest.mark.parametrize("late", [1, 3, 5, 10, 20])
+def test_a_late_angle_of_the_motor_is_not_taken_for_a_reversed_torque(late):
+    samples = run("free")[0].copy()
+    samples[late:, 2] = samples[:-late, 2]
+    assert not scan(BLOCK, samples)["driver_torque"].any()
+
+
+@pytest.mark.parametrize("ratio", [17.0, 19.0])
+def test_a_wrong_ratio_is_not_taken_for_a_reversed_torque(ratio):
+    assert not scan(ColumnSigns(ratio), run("free")[0])["driver_torque"].any()

@@ -47,7 +47,9 @@ def _opener(name: str, observer: Observer, untold: tuple[str, ...] = ()) -> Open
 
         def build(noise: SensorNoise, with_motor: bool) -> DriverTorqueMonitor:
             hands = HandsMonitor.of_vehicle(vehicle, 1.0 / rate, noise=noise)
-            signs = ColumnSigns(vehicle["motor_ratio"], 1.0 / rate)
+            signs = ColumnSigns(
+                vehicle["motor_ratio"], 1.0 / rate, torsion_bar_stiffness=vehicle["torsion_bar_stiffness"]
+            )
             return DriverTorqueMonitor(observer(vehicle, rate, noise, with_motor), hands, signs)
 
         usual = FINE if rate >= FAST else PRODUCTION

@@ -60,6 +60,9 @@ class ColumnSigns:
     a motor that seems to draw more work from it than the bar gives or takes has its torque reversed. Of two wrong
     signs the verdict may name another; all of them reversed together look right.
 
+    An angle that is late, or a wrong ratio, makes a twist against the torque too, but one that follows the torque
+    loosely or is of another size than the bar allows; then the torque's sign is not blamed.
+
     Args:
         motor_ratio: turns of the motor per turn of the shaft []
         sample_time: [s]
@@ -68,6 +71,10 @@ class ColumnSigns:
         least_torque: of the bar's torque, twice the noise of the twist as the angles show it [N m]
         least_work: of the motor: five times what the noise of its angle makes [J]
         least_correlation: beyond which a sign is judged; chance stays below 0.1
+        torsion_bar_stiffness: as the vehicle has it [N m/rad]
+        least_blame: correlation of twist and torque beyond which the torque is blamed: a reversed one has 0.9 to 1,
+            a motor angle that is 3 to 5 ms late mostly below 0.75
+        greatest_twist: over that which the torque makes; a motor angle that is 7 ms late or more makes more []
     """
 
     motor_ratio: Annotated[float, ""]
@@ -77,6 +84,9 @@ class ColumnSigns:
     least_torque: Annotated[float, "N*m"] = 0.3
     least_work: Annotated[float, "J"] = 2.0
     least_correlation: Annotated[float, ""] = 0.3
+    torsion_bar_stiffness: Annotated[float, "N*m/rad"] = 140.0
+    least_blame: Annotated[float, ""] = 0.8
+    greatest_twist: Annotated[float, ""] = 2.0
 
     Sample = ColumnSample
 
@@ -123,6 +133,8 @@ class ColumnSigns:
         twist = where(opposite, wheel + gear + 2.0 * together, wheel + gear - 2.0 * together)
         enough = self.least_correlation**2 * bar * maximum(twist, 0.0)
         torque = all_of(angles, bar > self.least_torque**2, with_bar**2 > enough)
+        follows = with_bar**2 > self.least_blame**2 * bar * maximum(twist, 0.0)
+        sized = twist * self.torsion_bar_stiffness**2 < self.greatest_twist**2 * bar
         motor, by_bar = state.work
         judged = all_of(same, torque, absolute(motor) > maximum(absolute(by_bar), self.least_work))
         return SignVerdict(
@@ -131,7 +143,7 @@ class ColumnSigns:
                 for flag in (
                     all_of(opposite, torque, with_bar < 0.0),
                     all_of(opposite, torque, with_bar > 0.0),
-                    all_of(same, torque, with_bar < 0.0),
+                    all_of(same, torque, follows, sized, with_bar < 0.0),
                     both(judged, motor < 0.0),
                     angles,
                     torque,
