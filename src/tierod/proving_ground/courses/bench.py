@@ -129,7 +129,7 @@ class BenchSteps(BenchTorque):
 
 @dataclass(frozen=True)
 class BenchMultisine(BenchTorque):
-    """Sines of one size at frequencies an even number of octaves apart, with phases that keep their sum low.
+    """Sines of one size at frequencies of one ratio to the next, with phases that keep their sum low.
 
     Args:
         lowest, highest: frequencies

@@ -24,6 +24,19 @@ def chart(done: Run, loops: Mapping[str, ClosedLoop]) -> Chart:
         done: the sweep under control
         loops: those whose observers are shown in the fourth graph, by name; they see what was measured
     """
+    return Chart(
+        "figure-10",
+        "Figure 10 anew",
+        "The sweep of the output shaft, 30° from 0.1 to 3 Hz, on the simulated bench. Differences are averaged over "
+        f"{WINDOW} ms without delay, afterwards; the filtered and estimated curves are what the controller had.",
+        "Six graphs of the sweep. Reference and shaft lie on each other; estimated curves lie on those from "
+        "differences; the observers see torques of hands of some tenths of a newton metre where there are none.",
+        tuple(Panel(title, "time in s", unit, marks) for (title, unit), marks in _marks(done, loops).items()),
+    )
+
+
+def _marks(done: Run, loops: Mapping[str, ClosedLoop]) -> dict[tuple[str, str], tuple[Lines, ...]]:
+    """Curves by title and unit of their graph."""
     signals, ratio = done.signals, next(iter(loops.values())).controller.position.column.motor_ratio
     wheel, motor = signals["measured.steering_wheel_angle"], signals["measured.motor_angle_mechanical"] / ratio
 
@@ -34,7 +47,7 @@ def chart(done: Run, loops: Mapping[str, ClosedLoop]) -> Chart:
         return curve(name, np.degrees(values), dashed)
 
     angle, rate = "angle in °", "rate in °/s"
-    panels = {
+    return {
         ("Output shaft", angle): (
             degrees("reference", done.reference.angle, True),
             degrees("output shaft", signals["plant.truth_gear_angle"]),
@@ -61,15 +74,6 @@ def chart(done: Run, loops: Mapping[str, ClosedLoop]) -> Chart:
             degrees("steering wheel, estimated", signals["observed.steering_wheel_rate"]),
         ),
     }
-    return Chart(
-        "figure-10",
-        "Figure 10 anew",
-        "The sweep of the output shaft, 30° from 0.1 to 3 Hz, on the simulated bench. Differences are averaged over "
-        f"{WINDOW} ms without delay, afterwards; the filtered and estimated curves are what the controller had.",
-        "Six graphs of the sweep. Reference and shaft lie on each other; estimated curves lie on those from "
-        "differences; the observers see torques of hands of some tenths of a newton metre where there are none.",
-        tuple(Panel(title, "time in s", unit, marks) for (title, unit), marks in panels.items()),
-    )
 
 
 def differences(values: np.ndarray) -> np.ndarray:

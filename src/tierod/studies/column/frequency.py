@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +16,7 @@ from tierod.models.column_observation import linear_column
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.steering_column import SteeringColumn
 from tierod.proving_ground.cars.column_bench import Acting, BenchPorts, ColumnBench
+from tierod.proving_ground.courses.bench import BenchSweep
 from tierod.proving_ground.parts import SOUND
 from tierod.studies.claims import Claim, at_least, at_most, between
 from tierod.studies.column.bode import measured_chart
@@ -144,7 +145,11 @@ def _with_friction(column: LinearSystem, found: dict[float, MeasuredResponse]) -
         f"{decibels(_model(column, np.array([_peak_of(column)])))[0]:.1f} dB. A sweep that hardly overcomes the "
         "friction finds a column with another gain and more damping: a frequency response is that of one amplitude.",
     )
-    misses = {amplitude: abs(_gain_error(column, response, low)) for amplitude, response in found.items()}
+    yield from _amplitude_claims({amplitude: abs(_gain_error(column, each, low)) for amplitude, each in found.items()})
+
+
+def _amplitude_claims(misses: Mapping[float, float]) -> Iterator[Item]:
+    """From errors of the gain [dB] by amplitude [N m]."""
     yield Claim(
         "frequency.strong-sweep",
         "A strong sweep gives the gain of the linear column also with friction.",
@@ -175,10 +180,9 @@ def _shaken(bench: ColumnBench, deviation: float, seconds: float, seed: int) -> 
 
 def _swept(bench: ColumnBench, amplitude: float, seconds: float, seed: int) -> Run:
     """A sine that rises from 0.5 to 40 Hz by as many octaves in every second."""
-    time = np.arange(round(seconds / _STEP)) * _STEP
-    octaves = math.log(40.0 / SWEPT)
-    angle = 2.0 * math.pi * SWEPT * seconds / octaves * np.expm1(time / seconds * octaves)
-    return _run(bench, amplitude * np.sin(angle), np.random.default_rng([seed, 6]))
+    sweep = BenchSweep(amplitude=amplitude, settle=0.0, time=seconds, lowest=SWEPT, highest=40.0)
+    torque = sweep.torque_at(np.arange(round(seconds / _STEP)) * _STEP)
+    return _run(bench, torque, np.random.default_rng([seed, 6]))
 
 
 def _run(bench: ColumnBench, torque: np.ndarray, random: np.random.Generator) -> Run:

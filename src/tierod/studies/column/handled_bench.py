@@ -14,20 +14,11 @@ from tierod.graph.kernel import kernel
 from tierod.monitors.driver_torque.hands import UNCERTAIN, HandsMonitor
 from tierod.proving_ground.cars.column_bench import ColumnBench
 from tierod.proving_ground.courses.bench_hands import BenchHands
+from tierod.studies.column.scatter import SCATTERED
 
 PIECE = 60.0
 """Seconds at a time: more would not fit into the cache."""
 STEP = 1e-3
-VARIED = (
-    "wheel_inertia",
-    "wheel_damping",
-    "bar_stiffness",
-    "gear_stiffness",
-    "gear_inertia",
-    "motor_inertia",
-    "motor_damping",
-)
-"""Parameters of the bench that differ from the vehicle file, and the gain of the torque sensor besides."""
 ANGLE_NOISE, ANGLE_STEP, TORQUE_NOISE = math.radians(0.005), math.radians(0.01), 0.01
 """Of the sensors of a bench, as the proving ground has them [rad, rad, N m]."""
 
@@ -89,8 +80,8 @@ def drawn(seed: int, share: float, seconds: float, tremor: float = 0.03) -> Benc
     """
     draw = np.random.default_rng([seed, 7])
     plant = ColumnBench()
-    ways = draw.choice([-1.0, 1.0], len(VARIED) + 1)
-    off = {name: getattr(plant, name) * (1.0 + share * way) for name, way in zip(VARIED, ways[:-1], strict=True)}
+    ways = draw.choice([-1.0, 1.0], len(SCATTERED) + 1)
+    off = {name: getattr(plant, name) * (1.0 + share * way) for name, way in zip(SCATTERED, ways[:-1], strict=True)}
     gain, offset = 1.0 + share * float(ways[-1]), float(draw.normal(0.0, 0.03))
     return Bench(replace(plant, **off), gain, offset, BenchHands(time=seconds, seed=seed, tremor=tremor), seed)
 

@@ -31,8 +31,9 @@ _STATES = ("steering_wheel_angle", "motor_angle")
 TEXT = (
     "The virtual bench makes four experiments of 6 s: a sweep and many sines with the wheel free, a sweep and slow "
     "ramps with the wheel locked. Noise of 0.05° on the wheel's angle, 0.2° on the motor's, 0.02 N·m on the bar's "
-    "torque; 1 kHz. The search starts from damping 30 % too high, friction 20 % and its stiffness 25 % too low. The "
-    "bench has a code of its own and shares no model with the identification.",
+    "torque; 1 kHz. The search starts from damping 30 % too high, friction 20 % and its stiffness 25 % too low; for "
+    "the intervals it starts where it ended on another recording. The bench has a code of its own and shares no model "
+    "with the identification.",
     "The wheel's side is found by instruments, the rest by the likelihood of the recordings with a torque at the motor "
     "that nobody recorded. Least squares of simulated against measured output, as in the paper, stands beside it.",
 )

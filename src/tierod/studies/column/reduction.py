@@ -136,6 +136,10 @@ def _balanced(found: ColumnAnalysis) -> Iterator[Item]:
         "",
         "Largest entry: torque of the bar over torque of the motor.",
     )
+    yield from _balanced_errors(found)
+
+
+def _balanced_errors(found: ColumnAnalysis) -> Iterator[Item]:
     errors = {row.name: row.errors for row in found.reductions}
     yield Claim(
         "reduction.steady-state",

@@ -18,7 +18,7 @@ SCATTERED = (
     "motor_inertia",
     "motor_damping",
 )
-"""Parameters of the bench that scatter, and its friction."""
+"""Parameters of the bench that scatter; for control its friction does besides, for hands the gain of the sensor."""
 
 FRESH = 1000
 """First seed of the columns that are reported; the control was chosen on those before."""

@@ -117,7 +117,7 @@ def _claims(firm: Mapping[float, list[Taken]]) -> Iterator[Item]:
     )
     yield Claim(
         "position.control-gone",
-        "The motor's torque is gone soon after the grip.",
+        "The motor's torque is gone soon after a firm grip at 1 and 3 Hz.",
         "tierod",
         None,
         1e3 * float(np.max(soon)),
