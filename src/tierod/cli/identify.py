@@ -47,7 +47,9 @@ def identify(
     if report is not None:
         _write_page(result, car, known, recordings, report)
     if target is not None and not result.explained:
-        messages().print(f"{target} is not written: the model does not explain these recordings", soft_wrap=True)
+        messages().print(
+            f"{target} is not written: the model does not explain these recordings", soft_wrap=True, markup=False
+        )
         target = None
     if target is not None:
         _write_vehicle(result, car, recordings, target)

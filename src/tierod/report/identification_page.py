@@ -188,7 +188,7 @@ def _matching(each: Shown, place: int) -> Chart:
 
 def _friction(shown: Sequence[Shown]) -> Chart:
     level = max(float(np.ptp(each.friction)) for each in shown)
-    sliding = [each for each in shown if np.ptp(each.friction) > 0.9 * level]
+    sliding = [each for each in shown if np.ptp(each.friction) >= 0.9 * level]
     best = min(sliding, key=lambda each: float(np.sum(np.abs(np.diff(each.simulated[:, 1])))))
     step = max(len(best.time) // _POINTS, 1)
     angle = np.degrees(best.simulated[::step, 1])
