@@ -1,0 +1,171 @@
+"""The printed observers of a motor's angle in the rotor's axes: a speed, integrated from the sensor's first value."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.errors import ParameterError, nearest
+from tierod.graph.maths import either, present, where
+from tierod.models.dq_motor import DqMotorParameters
+from tierod.models.q_axis_motor import q_axis_motor, with_load
+from tierod.monitors.motor_angle.printed_kalman import KalmanSpeed, speed_filter
+from tierod.monitors.motor_angle.printed_linear import LinearSpeed
+from tierod.monitors.motor_angle.printed_signals import AXES, Sample, fresh, output_class, residual
+from tierod.monitors.motor_angle.reduced import full_observer, reduced_observer
+from tierod.monitors.motor_angle.tuning import MotorAngleTuning
+from tierod.physics.clarke_park import StatorVector, direction, electrical_angle, park
+from tierod.ranges import POSITIVE
+from tierod.vehicles import Vehicle
+
+FULL_POLES = (-600.0, -700.0)
+"""Of the error of current and speed [1/s]: above the 500 1/s of the current itself, below a tenth of 10 kHz."""
+REDUCED_POLES = (-300.0,)
+"""Of the error of the speed [1/s]: slower, since the current passes unfiltered."""
+LOAD_POLE = -300.0
+"""Of the error of the load [1/s]: it may reverse within some 10 ms."""
+
+
+class RotorFrameState(NamedTuple):
+    """Memory of the speed's observer, the angle, the speed, and whether the sensor has told the beginning."""
+
+    inner: Any
+    angle: Any
+    speed: Any
+    begun: Any
+
+
+@dataclass(frozen=True)
+class RotorFrameObserver:
+    """A motor's angle as the integral of an estimated speed, begun by the sensor.
+
+    Nothing corrects the angle afterwards: what the speed errs adds up.
+
+    Args:
+        inner: estimates the speed in the rotor's axes
+        pole_pairs: electrical turns per turn
+        sample_time: between two samples
+        axes: "own" turns by the estimated angle; "measured" by the sensor's as printed, so that a fault of the sensor
+            enters the voltages and currents that should find it
+
+    Source: Reinelt et al., eqs (8), (9), (19) to (45), where the theta of (8) and (9) is electrical.
+    """
+
+    inner: LinearSpeed | KalmanSpeed
+    pole_pairs: Annotated[float, ""]
+    sample_time: Annotated[float, "s", POSITIVE]
+    axes: str = "own"
+
+    Sample = Sample
+
+    def __post_init__(self) -> None:
+        if self.axes not in AXES:
+            raise ParameterError(f"axes is '{self.axes}'{nearest(self.axes, AXES)}; expected {' or '.join(AXES)}")
+
+    def init(self) -> RotorFrameState:
+        """Nothing seen."""
+        return RotorFrameState(self.inner.start(), 0.0, 0.0, 0.0)
+
+    def step(self, state: RotorFrameState, sample: Any) -> tuple[RotorFrameState, Any]:
+        """One sample on."""
+        first = fresh(state.begun, sample)
+        begun = where(either(state.begun, first), 1.0, 0.0)
+        before = where(first, sample.motor_angle_mechanical, state.angle)
+        travel = where(state.begun, self.sample_time * state.speed, 0.0)
+        inner, (speed, *extras) = self.inner.advance(state.inner, *self._turned(before + travel, travel, sample, begun))
+        angle = where(state.begun, before + 0.5 * (travel + self.sample_time * speed), before)
+        away = residual(begun, sample, angle, self.pole_pairs)
+        output = output_class(*self.inner.tells)(angle, speed, *extras, away)
+        return RotorFrameState(inner, angle, speed, begun), output
+
+    def _turned(self, predicted: Any, travel: Any, sample: Any, begun: Any) -> tuple[Any, Any]:
+        """Voltage and current in the rotor's axes; the voltage is a mean, so it is turned by the angle halfway."""
+        sensed = sample.motor_angle_mechanical
+        at = predicted if self.axes == "own" else where(present(sensed), sensed, predicted)
+        rotor = direction(electrical_angle(at, self.pole_pairs))
+        halfway = direction(electrical_angle(at - 0.5 * travel, self.pole_pairs))
+        voltage = StatorVector(sample.motor_voltage_alpha, sample.motor_voltage_beta)
+        current = StatorVector(sample.motor_current_alpha, sample.motor_current_beta)
+        return park(voltage, halfway), park(current, rotor)
+
+
+def luenberger(
+    vehicle: Vehicle,
+    sample_time: float,
+    *,
+    load: bool = True,
+    poles: tuple[float, ...] = FULL_POLES,
+    axes: str = "own",
+    torque_constant: str = "corrected",
+) -> RotorFrameObserver:
+    """Luenberger observer of a vehicle's motor, (19) to (24).
+
+    Args:
+        vehicle: with the parameters of `MotorParameters`
+        sample_time: [s]
+        load: whether the load is a state; without, it makes the speed wrong
+        poles: of the error of current and speed [1/s]
+        axes: "own" or "measured"
+        torque_constant: "corrected" or "printed"
+
+    Raises:
+        ParameterError: a parameter is missing or cannot be
+    """
+    return _linear(full_observer, vehicle, sample_time, load, poles, axes, torque_constant)
+
+
+def reduced_luenberger(
+    vehicle: Vehicle,
+    sample_time: float,
+    *,
+    load: bool = True,
+    poles: tuple[float, ...] = REDUCED_POLES,
+    axes: str = "own",
+    torque_constant: str = "corrected",
+) -> RotorFrameObserver:
+    """Reduced Luenberger observer of a vehicle's motor, (25) to (33) corrected; arguments as `luenberger`."""
+    return _linear(reduced_observer, vehicle, sample_time, load, poles, axes, torque_constant)
+
+
+def extended_kalman(
+    vehicle: Vehicle,
+    sample_time: float,
+    *,
+    load: bool = True,
+    tuning: MotorAngleTuning | None = None,
+    axes: str = "own",
+    jacobian: str = "corrected",
+) -> RotorFrameObserver:
+    """Extended Kalman filter of a vehicle's motor in the rotor's axes, (34) to (45).
+
+    Args:
+        vehicle: with the parameters of `MotorParameters`
+        sample_time: [s]
+        load: whether the load is a state; without, it makes the speed wrong
+        tuning: noises; the usual ones where None
+        axes: "own" or "measured"
+        jacobian: "corrected" or "printed"
+
+    Raises:
+        ParameterError: a parameter is missing or cannot be
+    """
+    p = vehicle.parameters_for(DqMotorParameters)
+    inner = KalmanSpeed(speed_filter(p, sample_time, tuning or MotorAngleTuning(), load, jacobian))
+    return RotorFrameObserver(inner, p.motor_pole_pairs, sample_time, axes)
+
+
+def _linear(
+    design: Any,
+    vehicle: Vehicle,
+    sample_time: float,
+    load: bool,
+    poles: tuple[float, ...],
+    axes: str,
+    torque_constant: str,
+) -> RotorFrameObserver:
+    p = vehicle.parameters_for(DqMotorParameters)
+    motor = q_axis_motor(p, torque_constant)
+    if load:
+        motor, poles = with_load(motor, p.motor_inertia), (*poles, LOAD_POLE)
+    inner = LinearSpeed.of(design(motor, poles), sample_time)
+    return RotorFrameObserver(inner, p.motor_pole_pairs, sample_time, axes)
