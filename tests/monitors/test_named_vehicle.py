@@ -35,5 +35,12 @@ def test_a_file_that_is_not_there_is_told_as_such(tmp_path):
         vehicle_named_in(tmp_path / "absent.parquet")
 
 
+def test_a_file_that_cannot_be_read_is_told_as_such(tmp_path):
+    path = tmp_path / "empty.mf4"
+    path.touch()
+    with pytest.raises(InputError, match="empty.mf4 is empty"):
+        vehicle_named_in(path)
+
+
 def test_some_virtual_cars_have_a_vehicle():
     assert {"midsize-eps", "column-bench"} <= set(cars()) & set(shipped())

@@ -223,3 +223,12 @@ def test_a_file_that_is_no_text(tmp_path):
 def test_a_folder_is_no_vehicle(tmp_path):
     with pytest.raises(ParameterError, match="there is no vehicle file"):
         load(tmp_path)
+
+
+def test_a_value_without_a_unit_is_told_without_gaps(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(WHOLE + '\n[parameters.motor_ratio]\nvalue = -18.0\nunit = ""\nsource = "counted"\n')
+    with pytest.raises(
+        ParameterError, match=r"motor_ratio is -18, but a road vehicle lies between 0\.5 and 200; check"
+    ):
+        load(path)

@@ -26,6 +26,7 @@ def vehicle_named_in(source: Recording | str | Path, dbc: Any = None, channel_ma
         channel_map: path of a channel map
 
     Raises:
+        InputError: it cannot be read, as it is or without the databases of a vehicle
         ParameterError: it names none that is shipped, so that the user must
     """
     metadata = source.metadata if isinstance(source, Recording) else _metadata(source, dbc, channel_map)
@@ -45,7 +46,10 @@ def _metadata(path: str | Path, dbc: Any, channel_map: Any) -> Mapping[str, Any]
 
     try:
         return next(iter(open_chunks(path, seconds=SHORT, dbc=dbc, channel_map=channel_map))).metadata
-    except InputError:
+    except InputError as error:
         if not Path(path).is_file():
             raise
-        return {}
+        raise InputError(
+            f"no vehicle is given, and none can be read from the recording: {error}; or give --vehicle (in Python: "
+            "vehicle=...), whose file may name databases and channel map"
+        ) from None

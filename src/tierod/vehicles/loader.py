@@ -139,7 +139,8 @@ class _Reader:
         if unit != COUNT and not low <= value <= high:
             raise self.error(
                 ("parameters", quantity.name, "value"),
-                f"{quantity.name} is {value:g} {unit}, but a road vehicle lies between {low:g} and {high:g} {unit}; "
+                f"{quantity.name} is {f'{value:g} {unit}'.strip()}, but a road vehicle lies between "
+                f"{low:g} and {f'{high:g} {unit}'.strip()}; "
                 "check the value and its unit",
             )
 
