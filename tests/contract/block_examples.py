@@ -37,6 +37,7 @@ from tierod.filters.play import Play
 from tierod.identification.innovations import Innovations
 from tierod.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
 from tierod.identification.simulation import Simulation
+from tierod.models.dq_motor import DqMotorParameters
 from tierod.models.friction_estimation import FrictionEstimation as EstimatedFriction
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.models.steered_vehicle import SteeredVehicle
@@ -60,17 +61,17 @@ from tierod.monitors.friction.rolling_variance import RollingVariance
 from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.monitors.friction.unscented import unscented
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
+from tierod.monitors.motor_angle.detector import MotorAngleMonitor
+from tierod.monitors.motor_angle.electrical import ElectricalChecks
 from tierod.monitors.motor_angle.feedforward import FeedforwardAngle
 from tierod.monitors.motor_angle.feedforward_load import FeedforwardWithLoad
 from tierod.monitors.motor_angle.flux_observer import FluxObserver
-from tierod.monitors.motor_angle.detector import MotorAngleMonitor
-from tierod.monitors.motor_angle.electrical import ElectricalChecks
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition
-from tierod.monitors.motor_angle.residual import ResidualGate
-from tierod.monitors.motor_angle.second_tests import Backwards, Increments, NotFollowing, Stuck
 from tierod.monitors.motor_angle.printed_kalman import PrintedJacobianFilter
 from tierod.monitors.motor_angle.printed_observers import RotorFrameObserver, extended_kalman
+from tierod.monitors.motor_angle.residual import ResidualGate
+from tierod.monitors.motor_angle.second_tests import Backwards, Increments, NotFollowing, Stuck
 from tierod.monitors.sideslip.car_signals import FromCarSignals
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.conventional import (
@@ -100,6 +101,7 @@ PARTS = {"AngleObserver"}
 
 MOTOR = load("motor-bench").parameters_for(SampledMotorParameters)
 """Of the bench, sampled at 10 kHz."""
+DQ_MOTOR = load("motor-bench").parameters_for(DqMotorParameters)
 
 BY_WIRE = load("steer-by-wire").parameters_for(SteeredVehicle.Parameters)
 
@@ -171,9 +173,17 @@ def examples() -> dict[type, Callable[[], Any]]:
         FeedforwardAngle: lambda: FeedforwardAngle(MOTOR),
         FeedforwardWithLoad: lambda: FeedforwardWithLoad.of(MOTOR, slow="increments"),
         FluxObserver: lambda: FluxObserver(MOTOR),
-        PrintedJacobianFilter: lambda: extended_kalman(load("motor-bench"), 1e-4, jacobian="printed").inner.filter,
-        RotorFrameObserver: lambda: extended_kalman(load("motor-bench"), 1e-4),
+        PrintedJacobianFilter: lambda: extended_kalman(DQ_MOTOR, 1e-4, jacobian="printed").inner.filter,
+        RotorFrameObserver: lambda: extended_kalman(DQ_MOTOR, 1e-4),
         MotorAngleObserver: lambda: MotorAngleObserver.of_vehicle(load("motor-bench"), 1e-4),
+        MotorAngleMonitor: lambda: MotorAngleMonitor.of_vehicle(load("motor-bench"), 1e-4),
+        ResidualGate: lambda: ResidualGate(4.0, 0.0085),
+        ElectricalChecks: lambda: ElectricalChecks(4.0),
+        AnglePlausibility: lambda: AnglePlausibility(Superposition(22.5, 1.0, 140.0)),
+        Increments: Increments,
+        Backwards: Backwards,
+        Stuck: Stuck,
+        NotFollowing: NotFollowing,
         ColumnObserver: lambda: ColumnObserver.of_vehicle(load("column-bench")),
         ColumnFrictionObserver: lambda: ColumnFrictionObserver.of_vehicle(load("column-bench")),
         ColumnSigns: lambda: ColumnSigns(18.0),

@@ -1,0 +1,212 @@
+"""Checks of a motor's electrical signals that need no model of the motor."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+from tierod.detectors.threshold import Debounce
+from tierod.fields import check_ranges
+from tierod.graph.maths import (
+    absolute,
+    all_of,
+    any_of,
+    both,
+    cos,
+    hypot,
+    maximum,
+    minimum,
+    negated,
+    present,
+    sin,
+    where,
+)
+from tierod.monitors.motor_angle.residual import wrapped
+from tierod.ranges import POSITIVE
+
+LEARNT = 0.2
+"""The amplitude of sine and cosine is taken over so long from the start [s]."""
+
+
+class ElectricalSample(NamedTuple):
+    """What is measured at one instant, NaN where it is not; and whether the motor turns by its observer."""
+
+    motor_angle_mechanical: Annotated[float, "rad"]
+    motor_current_alpha: Annotated[float, "A"]
+    motor_current_beta: Annotated[float, "A"]
+    motor_voltage_alpha: Annotated[float, "V"]
+    motor_voltage_beta: Annotated[float, "V"]
+    motor_current_a: Annotated[float, "A"]
+    motor_current_b: Annotated[float, "A"]
+    motor_current_c: Annotated[float, "A"]
+    resolver_sine: Annotated[float, "V"]
+    resolver_cosine: Annotated[float, "V"]
+    supply_voltage: Annotated[float, "V"]
+    turning: Annotated[float, ""]
+
+
+class ElectricalAlarms(NamedTuple):
+    """1 while a check fails, 0 while it does not, or what it needs is missing.
+
+    Args:
+        supply_low: of the controller
+        angle_timeout: no reading of the angle for too long
+        angle_gradient: a step that no motor can make
+        resolver_amplitude: sine and cosine do not lie on the circle that they began on
+        resolver_mismatch: the angle is not that of its sine and cosine
+        current_sum: phase currents do not add up to zero
+        current_saturated, voltage_saturated: a signal stands still at its peak while the motor turns
+    """
+
+    supply_low: Annotated[float, ""]
+    angle_timeout: Annotated[float, ""]
+    angle_gradient: Annotated[float, ""]
+    resolver_amplitude: Annotated[float, ""]
+    resolver_mismatch: Annotated[float, ""]
+    current_sum: Annotated[float, ""]
+    current_saturated: Annotated[float, ""]
+    voltage_saturated: Annotated[float, ""]
+
+
+class Clipped(NamedTuple):
+    """A signal and for how many samples it has stood still, away from zero."""
+
+    last: Any
+    same: Any
+
+
+@dataclass(frozen=True)
+class ElectricalChecks:
+    """Range, gradient, timeout, amplitude, sums and saturation.
+
+    Args:
+        pole_pairs: of the motor []
+        sample_time: [s]
+        least_supply: below it the inverter of a 12 V system is not sure to make its voltage [V]
+        longest_gap: of the angle: ten frames of a millisecond [s]
+        greatest_speed: of the motor: twice that at which the back-EMF equals the supply [rad/s]
+        step_margin: of the angle over that, noise and resolution [rad]
+        amplitude_margin: share by which the amplitude may change []
+        greatest_mismatch: of the electrical angle: noise of both, and half a sample at full speed [rad]
+        greatest_sum: of the phase currents, ten times the noise of one [A]
+        least_peak_current, least_peak_voltage: below these nothing saturates [A], [V]
+        same_samples: with noise, no signal stays equal for so many samples []
+        hold: for so long a check must fail [s]
+    """
+
+    pole_pairs: Annotated[float, "", POSITIVE]
+    sample_time: Annotated[float, "s", POSITIVE] = 1e-4
+    least_supply: Annotated[float, "V", POSITIVE] = 9.0
+    longest_gap: Annotated[float, "s", POSITIVE] = 0.01
+    greatest_speed: Annotated[float, "rad/s", POSITIVE] = 600.0
+    step_margin: Annotated[float, "rad", POSITIVE] = 0.02
+    amplitude_margin: Annotated[float, "", POSITIVE] = 0.15
+    greatest_mismatch: Annotated[float, "rad", POSITIVE] = 0.06
+    greatest_sum: Annotated[float, "A", POSITIVE] = 3.0
+    least_peak_current: Annotated[float, "A", POSITIVE] = 2.0
+    least_peak_voltage: Annotated[float, "V", POSITIVE] = 1.0
+    same_samples: Annotated[float, "", POSITIVE] = 20.0
+    hold: Annotated[float, "s", POSITIVE] = 0.01
+    holding: Debounce = field(init=False, repr=False)
+
+    Sample = ElectricalSample
+    Output = ElectricalAlarms
+
+    class State(NamedTuple):
+        """Last angle and its age, whether there is one; amplitude, its weight; clipped signals; holds."""
+
+        angle: Any
+        age: Any
+        begun: Any
+        amplitude: Any
+        learnt: Any
+        clipped: tuple[Clipped, ...]
+        held: tuple[Any, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "holding", Debounce(self.hold, self.hold, self.sample_time))
+        check_ranges(self)
+
+    def init(self) -> State:
+        """Nothing seen."""
+        fresh = Clipped(0.0, 0.0)
+        return self.State(0.0, 0.0, 0.0, 0.0, 0.0, (fresh,) * 7, (self.holding.init(),) * 4)
+
+    def step(self, state: State, sample: Any) -> tuple[State, ElectricalAlarms]:
+        """One sample on."""
+        age, timeout, gradient = self._angle(state, sample)
+        amplitude, learnt, strange, mismatched = self._resolver(state, sample)
+        total = sample.motor_current_a + sample.motor_current_b + sample.motor_current_c
+        conditions = (
+            (sample.supply_voltage < self.least_supply, present(sample.supply_voltage)),
+            strange,
+            mismatched,
+            (absolute(total) > self.greatest_sum, present(total)),
+        )
+        steps = [
+            self.holding.step(held, where(fails, 1.0, 0.0), enabled=told)
+            for held, (fails, told) in zip(state.held, conditions, strict=True)
+        ]
+        low, strange_now, mismatch_now, sum_now = (out.active for _, out in steps)
+        clipped, current, voltage = self._saturation(state, sample)
+        fresh = present(sample.motor_angle_mechanical)
+        after = self.State(
+            where(fresh, sample.motor_angle_mechanical, state.angle),
+            age,
+            where(fresh, 1.0, state.begun),
+            amplitude,
+            learnt,
+            clipped,
+            tuple(held for held, _ in steps),
+        )
+        alarms = ElectricalAlarms(low, timeout, gradient, strange_now, mismatch_now, sum_now, current, voltage)
+        return after, alarms
+
+    def _angle(self, state: State, sample: Any) -> tuple[Any, Any, Any]:
+        """Age of the last reading, and whether it is too old, or the new one too far."""
+        fresh = present(sample.motor_angle_mechanical)
+        waited = minimum(state.age + self.sample_time, 1.0)
+        age = where(fresh, 0.0, waited)
+        timeout = both(state.begun, age > self.longest_gap)
+        step = absolute(wrapped(where(fresh, sample.motor_angle_mechanical, state.angle) - state.angle))
+        far = step > minimum(self.greatest_speed * waited, 0.5 * math.pi) + self.step_margin
+        return age, where(timeout, 1.0, 0.0), where(all_of(fresh, state.begun, far), 1.0, 0.0)
+
+    def _resolver(self, state: State, sample: Any) -> tuple[Any, Any, tuple[Any, Any], tuple[Any, Any]]:
+        """Amplitude as learnt and for how long; whether the present one is strange; whether the angle is another."""
+        told = both(present(sample.resolver_sine), present(sample.resolver_cosine))
+        sine, cosine = where(told, sample.resolver_sine, 0.0), where(told, sample.resolver_cosine, 0.0)
+        size = hypot(sine, cosine)
+        learning = both(told, state.learnt < LEARNT)
+        learnt = state.learnt + where(learning, self.sample_time, 0.0)
+        share = self.sample_time / maximum(learnt, self.sample_time)
+        amplitude = state.amplitude + where(learning, share * (size - state.amplitude), 0.0)
+        strange = absolute(size - amplitude) > self.amplitude_margin * amplitude
+        known = both(told, present(sample.motor_angle_mechanical))
+        angle = self.pole_pairs * where(known, sample.motor_angle_mechanical, 0.0)
+        across = sine * cos(angle) - cosine * sin(angle)
+        along = sine * sin(angle) + cosine * cos(angle)
+        mismatch = any_of(along < 0.0, absolute(across) > self.greatest_mismatch * size)
+        return amplitude, learnt, (strange, both(told, negated(learning))), (mismatch, known)
+
+    def _saturation(self, state: State, sample: Any) -> tuple[tuple[Clipped, ...], Any, Any]:
+        names = (
+            "current_alpha",
+            "current_beta",
+            "current_a",
+            "current_b",
+            "current_c",
+            "voltage_alpha",
+            "voltage_beta",
+        )
+        clipped, flags = [], []
+        for old, name in zip(state.clipped, names, strict=True):
+            value = getattr(sample, f"motor_{name}")
+            told = present(value)
+            least = self.least_peak_current if name.startswith("current") else self.least_peak_voltage
+            here = all_of(told, sample.turning, absolute(value) > least, absolute(value - old.last) < 1e-9)
+            same = where(told, where(here, minimum(old.same + 1.0, self.same_samples), 0.0), old.same)
+            clipped.append(Clipped(where(told, value, old.last), same))
+            flags.append(same > self.same_samples - 0.5)
+        return tuple(clipped), where(any_of(*flags[:5]), 1.0, 0.0), where(any_of(*flags[5:]), 1.0, 0.0)

@@ -1,0 +1,199 @@
+"""Whether the angles of motor, steering wheel and pinion fit each other, and which of them does not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+from tierod.detectors.threshold import Debounce
+from tierod.fields import check_ranges
+from tierod.graph.maths import absolute, all_of, both, maximum, minimum, present, where
+from tierod.monitors.motor_angle.residual import wrapped
+from tierod.physics.gear import superposed_angle
+from tierod.ranges import POSITIVE
+
+NONE, MOTOR, WHEEL, PINION = 0.0, 1.0, 2.0, 3.0
+"""Codes of the angle that is suspected."""
+
+
+@dataclass(frozen=True)
+class Superposition:
+    """The gear of an active front steering, named as in a vehicle file.
+
+    Args:
+        superposition_motor_ratio: turns of the motor per turn of the pinion, i_M []
+        superposition_input_ratio: turns of the steering wheel's shaft per turn of the pinion, i_D []
+        torsion_bar_stiffness: between gear and pinion, which twists under the driver's torque [N m/rad]
+    """
+
+    superposition_motor_ratio: Annotated[float, ""]
+    superposition_input_ratio: Annotated[float, ""]
+    torsion_bar_stiffness: Annotated[float, "N*m/rad"]
+
+
+class Angles(NamedTuple):
+    """What is measured of the superposition at one instant, NaN where it is not."""
+
+    motor_angle_mechanical: Annotated[float, "rad"]
+    steering_wheel_angle: Annotated[float, "rad"]
+    pinion_angle: Annotated[float, "rad"]
+    driver_torque: Annotated[float, "N*m"]
+
+
+class Moved(NamedTuple):
+    """An angle in turns of the pinion: last reading, last step, travel since the angles last agreed."""
+
+    last: Any
+    step: Any
+    travel: Any
+
+
+@dataclass(frozen=True)
+class AnglePlausibility:
+    """Alarm when the pinion is not where motor and steering wheel put it.
+
+    The angle that stood still while the disagreement grew, or that jumped with it, is named. Where neither tells,
+    whoever has a fourth opinion of the motor's angle decides between it and the other two. What the three disagree in
+    at the start is taken as their zeros.
+
+    Args:
+        gear: ratios and stiffness
+        sample_time: [s]
+        greatest: disagreement at the pinion: resolution of the slow angles and their different age while turning [rad]
+        hold: for so long [s]
+        learning: readings from which the zeros are taken []
+        longest_gap: angles older than this are not compared [s]
+
+    Source: Reinelt et al., eq (1); the twist of the torsion bar, which the paper leaves out, is added: under 4 N m it
+    turns the pinion by more than the motor does at 13 degrees.
+    """
+
+    gear: Superposition
+    sample_time: Annotated[float, "s", POSITIVE] = 1e-4
+    greatest: Annotated[float, "rad", POSITIVE] = 0.02
+    hold: Annotated[float, "s", POSITIVE] = 0.05
+    learning: Annotated[float, "", POSITIVE] = 50.0
+    longest_gap: Annotated[float, "s", POSITIVE] = 0.05
+    holding: Debounce = field(init=False, repr=False)
+
+    Sample = Angles
+
+    class State(NamedTuple):
+        """Motor's last reading, travel and age; torque; all three angles; wheel and its age; zero; suspect; hold."""
+
+        motor_last: Any
+        motor_turned: Any
+        motor_age: Any
+        torque: Any
+        motor: Moved
+        wheel: Moved
+        pinion: Moved
+        wheel_held: Any
+        wheel_age: Any
+        zero: Any
+        readings: Any
+        mismatch: Any
+        jumped: Any
+        held: Any
+
+    class Output(NamedTuple):
+        """Pinion less what the other two tell, whether that is too far, and the angle that is suspected (code)."""
+
+        mismatch: Annotated[float, "rad"]
+        alarm: Annotated[float, ""]
+        suspect: Annotated[float, ""]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "holding", Debounce(self.hold, self.hold, self.sample_time))
+        check_ranges(self)
+
+    def init(self) -> State:
+        """Nothing seen."""
+        none = Moved(0.0, 0.0, 0.0)
+        return self.State(0.0, 0.0, 1.0, 0.0, none, none, none, 0.0, 1.0, 0.0, 0.0, 0.0, NONE, self.holding.init())
+
+    def step(self, state: State, sample: Any) -> tuple[State, Output]:
+        """One sample on; angles are compared where the pinion's brings a reading."""
+        fresh, begun = present(sample.motor_angle_mechanical), state.motor_age < 1.0
+        motor_last = where(fresh, sample.motor_angle_mechanical, state.motor_last)
+        turned = state.motor_turned + where(both(fresh, begun), wrapped(motor_last - state.motor_last), 0.0)
+        motor_age = where(fresh, 0.0, _aged(state.motor_age, self.sample_time, state.motor_age < 1.0))
+        torque = where(present(sample.driver_torque), sample.driver_torque, state.torque)
+        told = present(sample.steering_wheel_angle)
+        wheel_age = where(told, 0.0, _aged(state.wheel_age, self.sample_time, state.wheel_age < 1.0))
+        wheel = where(told, sample.steering_wheel_angle, state.wheel_held)
+        compares = all_of(present(sample.pinion_angle), motor_age < self.longest_gap, wheel_age < self.longest_gap)
+        pinion = where(compares, sample.pinion_angle, state.pinion.last)
+        raw = pinion - self._told(turned, wheel, torque)
+        learning = both(compares, state.readings < self.learning)
+        readings = state.readings + where(learning, 1.0, 0.0)
+        zero = state.zero + where(learning, (raw - state.zero) / maximum(readings, 1.0), 0.0)
+        ready = both(compares, readings > self.learning - 0.5)
+        mismatch = where(ready, raw - zero, state.mismatch)
+        far = absolute(mismatch) > self.greatest
+        agrees = absolute(mismatch) < 0.25 * self.greatest
+        motor = _moved(state.motor, turned, compares, agrees)
+        hands = _moved(state.wheel, wheel, compares, agrees)
+        below = _moved(state.pinion, pinion, compares, agrees)
+        now = (motor, hands, below)
+        jumped = self._jumped(state, now, where(ready, mismatch - state.mismatch, 0.0), agrees)
+        held, out = self.holding.step(state.held, where(far, 1.0, 0.0), enabled=ready)
+        suspect = where(out.active, where(jumped > 0.5, jumped, self._still(now)), NONE)
+        after = self.State(
+            motor_last,
+            turned,
+            motor_age,
+            torque,
+            motor,
+            hands,
+            below,
+            wheel,
+            wheel_age,
+            zero,
+            readings,
+            mismatch,
+            jumped,
+            held,
+        )
+        return after, self.Output(mismatch, out.active, suspect)
+
+    def _told(self, motor: Any, wheel: Any, torque: Any) -> Any:
+        """Where motor and steering wheel put the pinion [rad]."""
+        g = self.gear
+        superposed = superposed_angle(motor, wheel, g.superposition_motor_ratio, g.superposition_input_ratio)
+        return superposed - torque * g.superposition_input_ratio / g.torsion_bar_stiffness
+
+    def _still(self, now: tuple[Moved, ...]) -> Any:
+        """The one angle that has not moved since all agreed, while another has."""
+        sizes = [m.travel / ratio for m, ratio in zip(now, self._ratios(), strict=True)]
+        still = [size < 0.1 * self.greatest for size in sizes]
+        alone = [all_of(still[k], *(sizes[j] > 0.5 * self.greatest for j in range(3) if j != k)) for k in range(3)]
+        return where(alone[0], MOTOR, where(alone[1], WHEEL, where(alone[2], PINION, NONE)))
+
+    def _jumped(self, state: State, now: tuple[Moved, ...], change: Any, agrees: Any) -> Any:
+        """The angle whose step changed by as much as the disagreement did, if that was a jump."""
+        befores = (state.motor, state.wheel, state.pinion)
+        kinks = [
+            absolute(new.step - old.step) / ratio for new, old, ratio in zip(now, befores, self._ratios(), strict=True)
+        ]
+        most = maximum(kinks[0], maximum(kinks[1], kinks[2]))
+        which = where(kinks[0] >= most, MOTOR, where(kinks[1] >= most, WHEEL, PINION))
+        jumps = absolute(change) > 0.6 * self.greatest
+        return where(jumps, which, where(agrees, NONE, state.jumped))
+
+    def _ratios(self) -> tuple[Any, Any, Any]:
+        return self.gear.superposition_motor_ratio, self.gear.superposition_input_ratio, 1.0
+
+
+def _aged(age: Any, time: Any, begun: Any) -> Any:
+    return where(begun, minimum(age + time, 0.999), age)
+
+
+def _moved(old: Moved, value: Any, compares: Any, agrees: Any) -> Moved:
+    step = value - old.last
+    travel = where(agrees, 0.0, old.travel + absolute(step))
+    return _chosen(compares, Moved(value, step, travel), old)
+
+
+def _chosen(condition: Any, new: Moved, old: Moved) -> Moved:
+    return Moved(*(where(condition, a, b) for a, b in zip(new, old, strict=True)))
