@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks import sideslip
+from benchmarks import combined_sideslip, sideslip
 from benchmarks.observer_peers import (
     AugmentedLag,
     BankOfConstantGains,
@@ -54,6 +54,7 @@ class Comparison:
         peer: from some samples to its estimates, (m, states), the time of building it left out
         states: names of our outputs that the peer's estimates are compared with
         tolerance: relative, of the comparison
+        compared: samples of it; where friction sticks and slides, differences and derivatives part sooner or later
     """
 
     name: str
@@ -62,6 +63,7 @@ class Comparison:
     peer: Callable[[np.ndarray], tuple[np.ndarray, float]]
     states: tuple[str, ...]
     tolerance: float = 1e-6
+    compared: int = PEER_STEPS
 
 
 def column_comparisons() -> list[Comparison]:
@@ -113,7 +115,8 @@ def _interacting(bank: StationaryBank, noises: Sequence[np.ndarray], tuning: Col
 
 def sideslip_comparisons() -> list[Comparison]:
     """Those of the sideslip."""
-    return [Comparison(*each) for each in sideslip.observers()]
+    placed = [Comparison(*each) for each in sideslip.observers()]
+    return [*placed, *(Comparison(*each, tolerance=1e-5, compared=100) for each in combined_sideslip.observers())]
 
 
 COMPARISONS: list[Callable[[], Sequence[Comparison]]] = [column_comparisons, sideslip_comparisons]
@@ -136,7 +139,7 @@ def _row(each: Comparison) -> dict:
         runner.scan(memory, each.samples, outputs, 0)
         ours = min(ours, (time.perf_counter() - start) / len(each.samples) * 1e9)
     theirs, seconds = each.peer(each.samples[:PEER_STEPS])
-    mine = outputs[:PEER_STEPS, columns]
+    mine, theirs = outputs[: each.compared, columns], theirs[: each.compared]
     scale = np.abs(theirs).max(axis=0)
     difference = float((np.abs(mine - theirs) / np.where(scale > 0.0, scale, 1.0)).max())
     if not difference < each.tolerance:

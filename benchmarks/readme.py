@@ -27,6 +27,8 @@ SAID = {
     "sideslip-conventional-poles": "sideslip, conventional observer, placed poles",
     "sideslip-two-stage-kalman": "sideslip, two-stage observer, Kalman gains",
     "sideslip-two-stage-poles": "sideslip, two-stage observer, placed poles",
+    "sideslip-combined-torque": "sideslip, combined estimator with the steering's torque, 17 states",
+    "sideslip-combined": "sideslip, combined estimator, 12 states",
     "fault-memory": "test results into the fault memory, ten codes",
 }
 
