@@ -52,3 +52,24 @@ def test_the_margins_are_where_the_loop_becomes_unstable():
 def test_a_loop_that_is_unstable_is_refused_with_its_eigenvalue():
     with pytest.raises(ParameterError, match="unstable: eigenvalue .* of size 1"):
         margins(delayed_integrator(500.0, 4), STEP)
+
+
+def test_a_peak_that_is_narrower_than_any_grid_is_seen():
+    turning, damping, height = math.tau * 112.3, 1e-6, 1.5
+    width = 2.0 * damping * turning
+    ringing = LinearSystem.of([[0.0, 1.0], [-(turning**2), -width]], [[0.0, height * width]], [[0.0], [1.0]])
+    found = margins(sampled(ringing, STEP), STEP)
+    assert found.crossover == pytest.approx(112.3, rel=1e-4)
+    # Sampled and held it is half a sample late, and smaller by the sine of that lag over the lag.
+    lag = 0.5 * turning * STEP
+    beside = math.acos(lag / (height * math.sin(lag)))
+    assert found.phase == pytest.approx(math.pi - beside - lag, abs=1e-3)
+
+
+def test_an_eigenvalue_without_damping_is_passed_by():
+    turning, rate = math.tau * 20.0, 2.0
+    swinging = LinearSystem.of([[0.0, 1.0], [-(turning**2), 0.0]], [[0.0, rate]], [[0.0], [1.0]])
+    found = margins(sampled(swinging, STEP), STEP)
+    # |L| is one where w rate = |w^2 - turning^2|, above and below the eigenvalue.
+    assert found.crossover == pytest.approx((0.5 * rate + math.hypot(0.5 * rate, turning)) / math.tau, rel=1e-3)
+    assert found.phase == pytest.approx(0.5 * math.pi - 0.5 * turning * STEP, abs=0.01)

@@ -45,23 +45,37 @@ def margins(loop: LinearSystem, sample_time: float) -> Margins:
         ParameterError: the loop is unstable when it is closed: its eigenvalue is named
     """
     require_stable_when_closed(loop)
-    half = 0.5 / sample_time
-    frequencies = np.geomspace(1e-5 * half, half, 40_000)
-    response = frequency_response(loop, frequencies, sample_time).gain[:, 0, 0]
-    size, phase = np.abs(response), np.unwrap(np.angle(response))
-    at_one = _crossings(np.log(size))
-    real = np.concatenate([response.real[_crossings(response.imag)], _ends(loop)])
+    frequencies = _frequencies(loop, sample_time)
+    response = _response(loop, frequencies, sample_time)
+    at_one = _crossings(frequencies, np.log(np.abs(response)))
+    at_axis = _crossings(frequencies, response.imag)
+    real = np.concatenate([_response(loop, at_axis, sample_time).real, _ends(loop)])
     returns = -real[real < 0.0]
-    left = np.array([_to_minus_one(phase[k]) for k in at_one])
-    late = np.array([np.mod(phase[k] + math.pi, math.tau) for k in at_one])
+    phase = np.angle(_response(loop, at_one, sample_time))
+    left = np.array([_to_minus_one(each) for each in phase])
+    late = np.mod(phase + math.pi, math.tau)
     return Margins(
         float((1.0 / returns[returns < 1.0]).min(initial=math.inf)),
         float((1.0 / returns[returns > 1.0]).max(initial=0.0)),
         float(np.abs(left).min(initial=math.inf)),
-        float((late / (math.tau * frequencies[at_one])).min(initial=math.inf)),
-        float(frequencies[at_one].max(initial=0.0)),
+        float((late / (math.tau * at_one)).min(initial=math.inf)),
+        float(at_one.max(initial=0.0)),
         float(np.abs(1.0 + response).min()),
     )
+
+
+def _frequencies(loop: LinearSystem, sample_time: float) -> np.ndarray:
+    """Up to half the rate, a constant ratio apart, and closer where an eigenvalue rings: its peak is narrow [Hz]."""
+    half = 0.5 / sample_time
+    parts = [np.geomspace(1e-5 * half, half, 40_000)]
+    for eigenvalue in np.linalg.eigvals(loop.A):
+        if eigenvalue.imag > 0.0:
+            exponent = np.log(eigenvalue) / (math.tau * sample_time)
+            width = max(abs(exponent.real), 1e-9 * exponent.imag)
+            # An even number of points leaves out the eigenvalue itself, where the gain may be infinite.
+            parts.append(exponent.imag + width * np.sinh(np.linspace(-12.0, 12.0, 2000)))
+    whole = np.unique(np.concatenate(parts))
+    return whole[(whole >= 1e-5 * half) & (whole <= half)]
 
 
 def require_stable_when_closed(loop: LinearSystem) -> None:
@@ -92,9 +106,17 @@ def _ends(loop: LinearSystem) -> np.ndarray:
     return np.array(ends)
 
 
-def _crossings(values: np.ndarray) -> np.ndarray:
-    """Indices before which a curve changes its sign."""
-    return np.nonzero(np.diff(np.signbit(values)))[0]
+def _response(loop: LinearSystem, frequencies: np.ndarray, sample_time: float) -> np.ndarray:
+    return (
+        frequency_response(loop, frequencies, sample_time).gain[:, 0, 0] if len(frequencies) else np.zeros(0, complex)
+    )
+
+
+def _crossings(frequencies: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Frequencies at which a curve changes its sign, straight between two of its points."""
+    before = np.nonzero(np.diff(np.signbit(values)))[0]
+    share = values[before] / (values[before] - values[before + 1])
+    return frequencies[before] + share * (frequencies[before + 1] - frequencies[before])
 
 
 def _to_minus_one(phase: float) -> float:
