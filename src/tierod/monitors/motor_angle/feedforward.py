@@ -7,7 +7,7 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.errors import ParameterError, nearest
 from tierod.fields import check_ranges
-from tierod.graph.maths import all_of, arctan2, both, either, expm1, hypot, limit, present, where
+from tierod.graph.maths import all_of, arctan2, both, either, expm1, hypot, limit, present, sqrt, where
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.printed_signals import Sample, fresh, output_class, residual, within_half_a_turn
 from tierod.physics.clarke_park import StatorVector, direction, park
@@ -163,12 +163,14 @@ class FeedforwardAngle:
     def _lag(self, filtered: Any) -> tuple[Any, Any]:
         """Angle by which the filtered back-EMF is behind, and the speed, from the speed that its length shows.
 
-        A first-order filter, H = s/(1 - (1 - s)/z), shortens by the cosine and delays by the same angle: both are exact
-        for a steady speed but for the square of the angle per sample. Half a sample more is the voltage's mean.
+        A first-order filter s/(1 - a/z), a = 1 - s, shortens by sqrt(1 + a x^2/s^2) and delays by
+        atan2(a x, s + a x^2/2) at an angle x per sample, to its third power. Half of x more is the voltage's mean.
         """
         p = self.parameters
         share = -expm1(-p.sample_time * self.bandwidth)
-        time = p.sample_time * (1.0 - share) / share
-        sine = limit(filtered * time, 0.0, 0.8)
-        speed = filtered * (1.0 - sine * sine) ** -0.5
-        return arctan2(speed * time, 1.0) + 0.5 * p.sample_time * speed, speed
+        kept = 1.0 - share
+        shortened = limit(filtered * p.sample_time * kept**0.5 / share, 0.0, 0.8)
+        speed = filtered / sqrt(1.0 - shortened * shortened)
+        per_sample = p.sample_time * speed
+        behind = arctan2(kept * per_sample, share + 0.5 * kept * per_sample * per_sample)
+        return behind + 0.5 * per_sample, speed

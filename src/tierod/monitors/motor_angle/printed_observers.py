@@ -16,7 +16,6 @@ from tierod.monitors.motor_angle.reduced import full_observer, reduced_observer
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
 from tierod.physics.clarke_park import StatorVector, direction, electrical_angle, park
 from tierod.ranges import POSITIVE
-from tierod.vehicles import Vehicle
 
 FULL_POLES = (-600.0, -700.0)
 """Of the error of current and speed [1/s]: above the 500 1/s of the current itself, below a tenth of 10 kHz."""
@@ -90,7 +89,7 @@ class RotorFrameObserver:
 
 
 def luenberger(
-    vehicle: Vehicle,
+    p: DqMotorParameters,
     sample_time: float,
     *,
     load: bool = True,
@@ -98,10 +97,10 @@ def luenberger(
     axes: str = "own",
     torque_constant: str = "corrected",
 ) -> RotorFrameObserver:
-    """Luenberger observer of a vehicle's motor, (19) to (24).
+    """Luenberger observer of a motor, (19) to (24).
 
     Args:
-        vehicle: with the parameters of `MotorParameters`
+        p: of the motor; a vehicle file gives them
         sample_time: [s]
         load: whether the load is a state; without, it makes the speed wrong
         poles: of the error of current and speed [1/s]
@@ -109,13 +108,13 @@ def luenberger(
         torque_constant: "corrected" or "printed"
 
     Raises:
-        ParameterError: a parameter is missing or cannot be
+        ParameterError: a parameter cannot be
     """
-    return _linear(full_observer, vehicle, sample_time, load, poles, axes, torque_constant)
+    return _linear(full_observer, p, sample_time, load, poles, axes, torque_constant)
 
 
 def reduced_luenberger(
-    vehicle: Vehicle,
+    p: DqMotorParameters,
     sample_time: float,
     *,
     load: bool = True,
@@ -123,12 +122,12 @@ def reduced_luenberger(
     axes: str = "own",
     torque_constant: str = "corrected",
 ) -> RotorFrameObserver:
-    """Reduced Luenberger observer of a vehicle's motor, (25) to (33) corrected; arguments as `luenberger`."""
-    return _linear(reduced_observer, vehicle, sample_time, load, poles, axes, torque_constant)
+    """Reduced Luenberger observer of a motor, (25) to (33) corrected; arguments as `luenberger`."""
+    return _linear(reduced_observer, p, sample_time, load, poles, axes, torque_constant)
 
 
 def extended_kalman(
-    vehicle: Vehicle,
+    p: DqMotorParameters,
     sample_time: float,
     *,
     load: bool = True,
@@ -136,10 +135,10 @@ def extended_kalman(
     axes: str = "own",
     jacobian: str = "corrected",
 ) -> RotorFrameObserver:
-    """Extended Kalman filter of a vehicle's motor in the rotor's axes, (34) to (45).
+    """Extended Kalman filter of a motor in the rotor's axes, (34) to (45).
 
     Args:
-        vehicle: with the parameters of `MotorParameters`
+        p: of the motor; a vehicle file gives them
         sample_time: [s]
         load: whether the load is a state; without, it makes the speed wrong
         tuning: noises; the usual ones where None
@@ -147,23 +146,21 @@ def extended_kalman(
         jacobian: "corrected" or "printed"
 
     Raises:
-        ParameterError: a parameter is missing or cannot be
+        ParameterError: a parameter cannot be
     """
-    p = vehicle.parameters_for(DqMotorParameters)
     inner = KalmanSpeed(speed_filter(p, sample_time, tuning or MotorAngleTuning(), load, jacobian))
     return RotorFrameObserver(inner, p.motor_pole_pairs, sample_time, axes)
 
 
 def _linear(
     design: Any,
-    vehicle: Vehicle,
+    p: DqMotorParameters,
     sample_time: float,
     load: bool,
     poles: tuple[float, ...],
     axes: str,
     torque_constant: str,
 ) -> RotorFrameObserver:
-    p = vehicle.parameters_for(DqMotorParameters)
     motor = q_axis_motor(p, torque_constant)
     if load:
         motor, poles = with_load(motor, p.motor_inertia), (*poles, LOAD_POLE)
