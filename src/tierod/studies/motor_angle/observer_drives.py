@@ -1,0 +1,95 @@
+"""Drives of the motor bench for its observers: to and fro against a spring, or at one speed with steps of load."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from tierod.graph import Result, scan
+from tierod.graph.trace import trace
+from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.physics.pm_motor import REFERENCE_TEMPERATURE
+from tierod.proving_ground.cars.motor_bench import MotorBench
+from tierod.proving_ground.motor import AFS_MOTOR, Warming
+from tierod.studies.motor_angle.fault_drives import ANGLE_NOISE, CURRENT_NOISE, RATE, SUBSTEPS, VOLTAGE_NOISE, course
+
+SAMPLE_TIME = 1.0 / RATE
+NOISE = (CURRENT_NOISE, CURRENT_NOISE, VOLTAGE_NOISE, VOLTAGE_NOISE, ANGLE_NOISE)
+"""Standard deviations, in the order of a sample."""
+
+
+@dataclass(frozen=True)
+class ObserverDrive:
+    """A drive as an observer sees it, and the truth.
+
+    Args:
+        samples: of `MotorAngleObserver.Sample`, (n, 5), at `RATE`
+        angle, speed: of the shaft [rad], [rad/s], (n,)
+        load: all that opposes the rotor but its viscous friction [N*m], (n,)
+    """
+
+    samples: np.ndarray
+    angle: np.ndarray
+    speed: np.ndarray
+    load: np.ndarray
+
+    @property
+    def time(self) -> np.ndarray:
+        """From the first sample [s]."""
+        return np.arange(len(self.angle)) / RATE
+
+    def observed(self, observer: Any) -> Result:
+        """Outputs of an observer."""
+        return scan(observer, self.samples)
+
+
+def bench(temperature: float = REFERENCE_TEMPERATURE, stiffness: float = 0.05) -> MotorBench:
+    """A bench whose motor keeps one temperature.
+
+    Args:
+        temperature: of winding and magnets [K]; at 20 degrees the vehicle file is right
+        stiffness: of the spring [N*m/rad]
+    """
+    constant = Warming(winding_capacity=1e9, housing_capacity=1e9, ambient_temperature=temperature)
+    return MotorBench(motor=replace(AFS_MOTOR, warming=constant), load_stiffness=stiffness)
+
+
+@lru_cache(maxsize=8)
+def to_and_fro(seed: int, seconds: float, temperature: float = REFERENCE_TEMPERATURE) -> ObserverDrive:
+    """A superposition at work against a spring.
+
+    Args:
+        seed: of course and noises
+        seconds: how long
+        temperature: of the motor [K]
+    """
+    time = np.arange(round(seconds * RATE / SUBSTEPS)) * SUBSTEPS / RATE
+    return drive(bench(temperature), course(time, seed), np.zeros(len(time)), seed)
+
+
+def drive(plant: MotorBench, target: np.ndarray, load: np.ndarray, seed: int) -> ObserverDrive:
+    """A drive of a bench under control of its angle.
+
+    Args:
+        plant: the bench
+        target: angle, a value per step of the bench [rad]
+        load: torque that opposes besides the spring, likewise [N*m]
+        seed: of the noises
+    """
+    inputs = {name: np.full(len(target), 1.0 if name.endswith(".gain") else 0.0) for name in trace(plant).sample}
+    inputs["control"][:] = 1.0
+    inputs["target_motor_angle"], inputs["load_torque"] = target, load
+    found = scan(plant, np.column_stack(list(inputs.values())))
+
+    def fine(name: str) -> np.ndarray:
+        return np.column_stack([found[f"motor.fine.{name}.{k}"] for k in range(SUBSTEPS)]).ravel()
+
+    true = np.column_stack([fine(name) for name in MotorAngleObserver.Sample._fields])
+    noise = np.random.default_rng([seed, 5]).normal(size=true.shape) * NOISE
+    opposing = found["motor.truth_load_torque"] + found["motor.truth_motor_friction_torque"]
+    return ObserverDrive(
+        true + noise, fine("motor_angle_mechanical"), fine("motor_speed"), np.repeat(opposing, SUBSTEPS)
+    )
