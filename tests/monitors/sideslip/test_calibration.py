@@ -9,7 +9,8 @@ import pytest
 from tierod.errors import InputError, ParameterError
 from tierod.monitors.sideslip.beside_truth import BesideTruth, beside_truth
 from tierod.monitors.sideslip.calibration import calibrated, with_parameters
-from tierod.monitors.sideslip.vehicle_tuning import tuning_of
+from tierod.monitors.sideslip.combined_tuning import CombinedTuning
+from tierod.monitors.sideslip.vehicle_tuning import THROUGH_A_COLUMN, tuning_of
 from tierod.recording import Channel, Recording
 from tierod.vehicles import load
 
@@ -81,6 +82,9 @@ def test_a_vehicle_file_names_the_noises_of_its_estimator():
 
 
 def test_a_vehicle_file_without_noises_has_the_usual_ones():
-    from tierod.monitors.sideslip.combined_tuning import CombinedTuning
+    assert tuning_of(load("steer-by-wire")) == CombinedTuning()
 
-    assert tuning_of(load("midsize-eps")) == CombinedTuning()
+
+def test_an_angle_that_comes_through_a_column_is_unsure():
+    assert tuning_of(load("midsize-eps")) == CombinedTuning(road_wheel_angle_offset=THROUGH_A_COLUMN)
+    assert tuning_of(load("ferrari-250lm")).road_wheel_angle_offset is None

@@ -12,6 +12,7 @@ from tierod.findings import Status
 from tierod.monitors.run import diagnose
 from tierod.proving_ground import SensorSet, run
 from tierod.proving_ground.cars.catalogue import load
+from tierod.proving_ground.courses.catalogue import load as course_called
 from tierod.proving_ground.courses.conditions import Adhesion
 from tierod.proving_ground.courses.open_loop import AngleRamp, SineSteer
 from tierod.recording import Recording
@@ -53,3 +54,11 @@ def test_a_car_that_the_parameters_do_not_fit_is_not_judged(drive):
     found = diagnose(Recording(channels), "steer-by-wire", "sideslip").findings[0]
     assert found.status is Status.NOT_IDENTIFIABLE
     assert "do not fit" in found.headline
+
+
+def test_an_angle_that_comes_through_a_column_does_not_soften_the_tyres():
+    car = load("midsize-eps").block
+    drive = run(car, course_called("country"), 60.0, seed=1, sensors=SensorSet.production())
+    found = diagnose(drive.recording, "midsize-eps", "sideslip").findings[0]
+    assert found.evidence["error_against_truth_rms_rad"] < math.radians(0.2)
+    assert found.evidence["limit_announced_s"] == 0.0
