@@ -5,7 +5,7 @@ import stat
 import pytest
 
 from tierod.errors import OutputError
-from tierod.files import replacing, write_text
+from tierod.files import replacing, require_folder, write_text
 
 
 def half_write(target, error):
@@ -73,3 +73,9 @@ def test_a_link_stays_and_its_file_is_replaced(tmp_path):
     write_text(link, "new")
     assert link.is_symlink()
     assert real.read_text() == "new"
+
+
+def test_a_missing_folder_is_told_of_beforehand(tmp_path):
+    with pytest.raises(OutputError, match="there is no folder .*absent; create the folder first"):
+        require_folder(tmp_path / "absent" / "page.html")
+    require_folder(tmp_path / "page.html")

@@ -63,6 +63,19 @@ def write_text(path: str | Path, text: str) -> Path:
     return Path(path).expanduser()
 
 
+def require_folder(path: str | Path) -> None:
+    """See that a file can be written where it shall be, before work is done whose result goes there.
+
+    Raises:
+        OutputError: its folder is missing or cannot be written
+    """
+    folder = Path(path).expanduser().resolve().parent
+    if not folder.is_dir():
+        raise OutputError(f"{path} cannot be written: there is no folder {folder}; {_REMEDIES[errno.ENOENT]}")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise OutputError(f"{path} cannot be written: you may not write in {folder}; {_REMEDIES[errno.EACCES]}")
+
+
 def _final(target: Path) -> Path:
     """Where a link leads: the file is replaced there, and the link stays; devices and pipes are never replaced."""
     target = target.resolve() if target.is_symlink() else target

@@ -72,6 +72,14 @@ def test_a_report_is_never_written_over_what_was_given(place, healthy, capsys):
     assert not (place / "memory.json").exists()
 
 
+def test_a_memory_takes_nothing_where_the_report_cannot_be_written(place, healthy, capsys):
+    write(healthy, "drive.parquet")
+    new = ("--memory", "memory.json", "--output", "absent/page.html")
+    assert diagnose("drive.parquet", "--vehicle", "midsize-eps", *new) == 3
+    assert "create the folder first" in capsys.readouterr().err
+    assert not (place / "memory.json").exists()
+
+
 def test_names_with_brackets_and_tags_are_text(place, healthy, capsys):
     evil = "<script>alert(1)</script>"
     channel = dataclasses.replace(healthy["yaw_rate"], source=f"{evil}[/bold]")

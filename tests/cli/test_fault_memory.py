@@ -151,7 +151,7 @@ def test_recordings_that_are_judged_side_by_side_are_all_kept(tmp_path):
 
 
 def test_a_missing_folder_is_told_of_before_the_recording_is_judged(tmp_path):
-    with pytest.raises(OutputError, match="create it first"):
+    with pytest.raises(OutputError, match="create the folder first"):
         MemoryFeed(tmp_path / "absent" / "memory.json", "midsize-eps", "friction")
 
 

@@ -72,9 +72,10 @@ def test_without_places_nothing_is_written(folder, capsys):
     ("arguments", "words"),
     [
         (["-o", "{folder}/eps.toml"], "say --in-place"),
-        (["-o", "{folder}/multisine.parquet"], "would be written over"),
+        (["-o", "{folder}/multisine.parquet"], "the vehicle file would overwrite"),
         (["-o", "{folder}/x.toml", "--in-place"], "two places"),
-        (["-o", "{folder}/x.toml", "--report", "{folder}/x.toml"], "name two places"),
+        (["-o", "{folder}/x.toml", "--report", "{folder}/x.toml"], "the page would overwrite"),
+        (["--report", "{folder}/absent/x.html"], "create the folder first"),
         (["--free", "motor_frcition"], "motor_friction"),
         (["{folder}/multisine.parquet"], "given twice"),
     ],

@@ -11,7 +11,7 @@ import pytest
 from diagnosis.memories import code, drive, table
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.diagnosis.status import CodeStatus
-from tierod.diagnosis.store import digest_of, require_folder
+from tierod.diagnosis.store import digest_of
 from tierod.errors import InputError, OutputError
 
 CODES = table(**{f"c{k}": code(k) for k in range(16)})
@@ -164,11 +164,6 @@ def test_what_could_not_be_written_is_written_once_there_is_room(tmp_path, monke
             memory.absorb(np.arange(3.0), {"c1": np.ones(3)})
     memory.end_cycle()
     assert confirmed(FaultMemory.opened(path, "car", CODES)) == {"c1"}
-
-
-def test_a_missing_folder_is_told_of_beforehand(tmp_path):
-    with pytest.raises(OutputError, match="there is no folder.*create it first"):
-        require_folder(tmp_path / "absent" / "memory.json")
 
 
 def test_two_programs_do_not_overwrite_each_other(tmp_path):

@@ -48,3 +48,9 @@ def test_a_parameter_written_in_line_is_refused_with_the_cure():
     entry = '[parameters]\nmotor_friction = { value = 0.1, unit = "N*m", source = "a note" }\n'
     with pytest.raises(ParameterError, match=r"\[parameters.motor_friction\]"):
         changed(entry, {"motor_friction": FOUND})
+
+
+def test_line_ends_of_windows_stay():
+    after = changed(TEXT.replace("\n", "\r\n"), {"motor_damping": FOUND})
+    assert after.replace("\r\n", "\n") == changed(TEXT, {"motor_damping": FOUND})
+    assert after.count("\r\n") == after.count("\n")

@@ -11,8 +11,16 @@ if TYPE_CHECKING:
     from tierod.report.analysis.subjects import Analysis
 
 
-def refuse_to_overwrite(target: Path | None, given: Iterable[Path | str | None]) -> None:
-    """See that a page does not go where something lies, or will be written, that was given.
+def refuse_to_overwrite(
+    target: Path | None, given: Iterable[Path | str | None], what: str = "page", cure: str = "--output"
+) -> None:
+    """See that an output does not go where something lies, or will be written, that was given.
+
+    Args:
+        target: of the output
+        given: what must stay
+        what: the output is
+        cure: option that names another place
 
     Raises:
         OutputError: it would
@@ -21,7 +29,7 @@ def refuse_to_overwrite(target: Path | None, given: Iterable[Path | str | None])
 
     for path in given:
         if path and target is not None and Path(path).resolve() == target.resolve():
-            raise OutputError(f"the page would overwrite {path}, which was given; name another place with --output")
+            raise OutputError(f"the {what} would overwrite {path}, which was given; name another place with {cure}")
 
 
 def write_page(

@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import shlex
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from tierod.findings import Diagnosis
 
 
 def diagnose(
@@ -49,6 +55,7 @@ def diagnose(
     from tierod.cli.analysed import refuse_to_overwrite
     from tierod.cli.terminal import messages, progress
     from tierod.cli.terminal import output as console
+    from tierod.files import require_folder
     from tierod.monitors.named_vehicle import vehicle_named_in
     from tierod.monitors.run import diagnose as run
 
@@ -59,6 +66,9 @@ def diagnose(
         )
     target = output or Path(f"{recording.stem}-{monitor}.html") if report else None
     refuse_to_overwrite(target, [recording, vehicle, *(dbc or []), channel_map, own_level, memory])
+    # Before the memory takes the recording: judged once more, it would count twice.
+    for path in filter(None, (target, own_level)):
+        require_folder(path)
     with progress(f"reading {recording.name}") as advance:
         diagnosis = run(
             recording,
@@ -76,7 +86,13 @@ def diagnose(
     return diagnosis.findings[0].status.exit_code
 
 
-def show(diagnosis, as_json: bool, path: Path | None, console, messages) -> None:  # type: ignore[no-untyped-def]
+def show(
+    diagnosis: Diagnosis,
+    as_json: bool,
+    path: Path | None,
+    console: Callable[[], Console],
+    messages: Callable[[], Console],
+) -> None:
     """Report file first, so that a failure to write it comes before the verdict; then table or JSON."""
     from tierod.report import print_table, to_json, write_html
 

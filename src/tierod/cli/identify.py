@@ -40,7 +40,7 @@ def identify(
         raise ParameterError(f"'{subject}' cannot be identified{nearest(subject, SUBJECTS)}")
     car = load(vehicle)
     target = _target(car, output, in_place)
-    _refuse_to_overwrite(car, recordings, channel_map, target if not in_place else None, report)
+    _require_places(car, recordings, channel_map, target, in_place, report)
     known = _read(recordings, channel_map or car.channel_map)
     with progress(f"identifying the {subject} of {car.name}") as advance:
         result = SUBJECTS[subject](car, known, _names(free), advance)
@@ -81,20 +81,25 @@ def _target(car: Vehicle, output: Path | None, in_place: bool) -> Path | None:
     return car.path if in_place else output
 
 
-def _refuse_to_overwrite(
-    car: Vehicle, recordings: list[Path], channel_map: Path | None, target: Path | None, report: Path | None
+def _require_places(
+    car: Vehicle,
+    recordings: list[Path],
+    channel_map: Path | None,
+    target: Path | None,
+    in_place: bool,
+    report: Path | None,
 ) -> None:
-    from tierod.errors import OutputError
+    """See, before the search, that vehicle file and page can be written and write over nothing that was given."""
+    from tierod.cli.analysed import refuse_to_overwrite
+    from tierod.files import require_folder
 
-    given = [car.path, *recordings, *([channel_map] if channel_map else [])]
+    given = [*recordings, channel_map]
+    refuse_to_overwrite(report, [*given, car.path, target], "page", "--report")
+    if not in_place:
+        refuse_to_overwrite(target, [car.path], "vehicle file", "--output, or say --in-place")
+    refuse_to_overwrite(target, given, "vehicle file")
     for path in filter(None, (target, report)):
-        if any(path.resolve() == each.resolve() for each in given):
-            raise OutputError(
-                f"{path} was given and would be written over; name another place"
-                + (", or say --in-place" if path.resolve() == car.path.resolve() else "")
-            )
-    if target is not None and report is not None and target.resolve() == report.resolve():
-        raise OutputError(f"vehicle file and page cannot both be {target}; name two places")
+        require_folder(path)
 
 
 def _read(paths: list[Path], channel_map: Path | None) -> dict[str, Recording]:
@@ -146,7 +151,7 @@ def _write_vehicle(result: ColumnIdentification, car: Vehicle, recordings: list[
     created, version, command = _origin()
     source = f"identified from {', '.join(_sources(recordings))} on {created[:10]} by tierod {version}: {command}"
     changes = {each.name: Change(each.value, each.deviation, source) for each in result.found}
-    write_text(target, changed(car.path.read_text(encoding="utf-8"), changes))
+    write_text(target, changed(car.path.read_bytes().decode("utf-8"), changes))
 
 
 def _write_page(

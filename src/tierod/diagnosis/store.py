@@ -141,21 +141,6 @@ def save(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, An
     return digest
 
 
-def require_folder(path: Path) -> None:
-    """See that a file can be written where it shall be, before work is done whose result goes there.
-
-    Raises:
-        OutputError: its folder is missing or cannot be written
-    """
-    folder = path.resolve().parent
-    if not folder.is_dir():
-        raise OutputError(f"the fault memory {path} cannot be written: there is no folder {folder}; create it first")
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise OutputError(
-            f"the fault memory {path} cannot be written: you may not write in {folder}; check its permissions"
-        )
-
-
 def digest_of(content: Mapping[str, Any], vehicle: Any) -> str:
     """A digest of content and vehicle."""
     told = json.dumps([vehicle, content], sort_keys=True, ensure_ascii=False)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from tierod.diagnosis import store
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.diagnosis.trouble_codes import load_trouble_codes
+from tierod.files import require_folder
 from tierod.findings import Diagnosis, Status
 from tierod.monitors.session import StatusChange
 from tierod.recording import Aligned
@@ -33,7 +33,7 @@ class MemoryFeed:
 
     def __init__(self, path: str | Path, vehicle: str, monitor: str):
         memory = FaultMemory.opened(path, vehicle, load_trouble_codes())
-        store.require_folder(Path(path).expanduser())
+        require_folder(path)
         self.path, self.vehicle = path, vehicle
         self.codes, self.identifiers = memory.codes.of_monitor(monitor), memory.codes.identifiers
         self._pieces: list[tuple[np.ndarray, dict[str, np.ndarray]]] = []
@@ -48,8 +48,18 @@ class MemoryFeed:
         columns = {name: aligned.values[kept, aligned.names.index(name)] for name in names}
         self._pieces.append((aligned.time[kept], columns))
 
-    def finish(self, diagnosis: Diagnosis, course: Sequence[StatusChange]) -> None:
+    def finish(
+        self,
+        diagnosis: Diagnosis,
+        course: Sequence[StatusChange],
+        code_courses: Mapping[str, Sequence[StatusChange]] | None = None,
+    ) -> None:
         """One operation cycle of the memory: every status of the run as a result, and the verdict as the last one.
+
+        Args:
+            diagnosis: of the run
+            course: its running verdict
+            code_courses: running verdicts of single codes by name, in place of it
 
         Raises:
             InputError: the memory's file was damaged meanwhile
@@ -57,11 +67,14 @@ class MemoryFeed:
         """
         time = np.concatenate([piece[0] for piece in self._pieces])
         signals = {name: np.concatenate([piece[1][name] for piece in self._pieces]) for name in self._pieces[0][1]}
-        status = _statuses(time, course, diagnosis.findings[0].status)
-        results = {
-            name: np.select([np.isin(status, code.failed_by), np.isin(status, code.passed_by)], [1.0, -1.0], 0.0)
-            for name, code in self.codes.items()
-        }
+        last = diagnosis.findings[0].status
+        results = {}
+        for name, code in self.codes.items():
+            own = (code_courses or {}).get(name)
+            status = _statuses(time, course, last) if own is None else _statuses(time, own, own[-1].status)
+            results[name] = np.select(
+                [np.isin(status, code.failed_by), np.isin(status, code.passed_by)], [1.0, -1.0], 0.0
+            )
         # Opened here, not kept since the beginning: other recordings of the vehicle may have been judged meanwhile.
         memory = FaultMemory.opened(self.path, self.vehicle, load_trouble_codes())
         memory.begin_cycle(diagnosis.created)

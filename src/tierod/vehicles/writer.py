@@ -45,12 +45,15 @@ def changed(text: str, changes: Mapping[str, Change]) -> str:
         ParameterError: a parameter that is written in a way that this cannot change
     """
     before = tomllib.loads(text)
+    # Lines may end as on Windows; they all stay so.
+    windows = "\r\n" in text
+    text = text.replace("\r\n", "\n")
     for name, change in changes.items():
         entry = before.get("parameters", {}).get(name)
         wanted = _entry(name, change, entry)
         text = _added(text, name, wanted) if entry is None else _replaced(text, name, wanted, entry)
     _require_same(before, text, changes)
-    return text
+    return text.replace("\n", "\r\n") if windows else text
 
 
 def _entry(name: str, change: Change, entry: Mapping[str, Any] | None) -> dict[str, str]:
