@@ -66,6 +66,7 @@ def test_every_variant_judges_the_bench(bench, variant):
     finding, _ = judged(bench, variant=variant)
     assert finding.status is Status.HEALTHY
     assert finding.evidence["error_against_truth_rms_Nm"] < 0.2
+    assert finding.estimate is None or finding.estimate.standard_deviation > 0.0
 
 
 def test_at_a_hundred_readings_per_second_it_runs_on_their_grid(drive):
@@ -91,6 +92,19 @@ def test_a_wrong_sign_is_named(bench, name):
     assert finding.status is Status.NOT_TESTABLE
     assert finding.cause.startswith(f"{name} has the wrong sign")
     assert "hand_torque" not in diagnosis.traces
+
+
+def test_the_motor_torque_that_was_asked_for_is_named_as_such(bench):
+    finding, _ = judged(changed(bench, motor_target_torque=-1.0))
+    assert finding.status is Status.NOT_TESTABLE
+    assert finding.cause.startswith("motor_target_torque has the wrong sign")
+
+
+def test_shares_are_of_the_same_time(drive):
+    finding, _ = judged(drive, load("midsize-eps"))
+    share = finding.evidence["hands_on_s"] / finding.evidence["ready_s"]
+    assert finding.evidence["hands_uncertain_s"] > 2.0
+    assert finding.headline.startswith(f"Hands on the wheel {share:.0%} of the time")
 
 
 @pytest.mark.parametrize(

@@ -132,7 +132,7 @@ class _OverDrive:
         self.states = dict.fromkeys((OFF, UNCERTAIN, ON), 0)
         self.spans = {name: [math.inf, -math.inf] for name in ("driver_torque", "steering_wheel_angle")}
         self.inertia_error = self.torque_offset = 0.0
-        self.judged, self.turned = 0, dict.fromkeys(SIGNED, 0)
+        self.judged, self.turned, self.motor = 0, dict.fromkeys(SIGNED, 0), "motor_target_torque"
 
     def add(self, ready: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         """The next piece: where the torque is known, signals and outputs."""
@@ -148,6 +148,8 @@ class _OverDrive:
                 np.fmin(span[0], np.nanmin(signals[name], initial=math.inf)),
                 np.fmax(span[1], np.nanmax(signals[name], initial=-math.inf)),
             )
+        if np.isfinite(signals["motor_torque"]).any():
+            self.motor = "motor_torque"
         self.judged += int(np.count_nonzero(result["turned.torque_judged"]))
         for name in self.turned:
             self.turned[name] += int(np.count_nonzero(result[f"turned.{name}"]))
@@ -181,6 +183,8 @@ class _OverDrive:
             inertia_error=self.inertia_error,
             torque_offset=self.torque_offset,
             geometry=None,
-            turned=wrong_signs(SignVerdict(**turned, angles_judged=1.0, torque_judged=1.0, motor_judged=1.0)),
+            turned=wrong_signs(
+                SignVerdict(**turned, angles_judged=1.0, torque_judged=1.0, motor_judged=1.0), self.motor
+            ),
             stretches=(),
         )

@@ -161,14 +161,16 @@ _REASONS = {
 }
 
 
-def wrong_signs(verdict: SignVerdict) -> tuple[str, ...]:
+def wrong_signs(verdict: SignVerdict, motor: str = "motor_torque") -> tuple[str, ...]:
     """A sentence for every signal with the wrong sign.
 
     Args:
         verdict: of `ColumnSigns`, its last one of a drive
+        motor: the signal that told the motor's torque
     """
+    named = {"motor_torque": motor}
     return tuple(
-        f"{name} has the wrong sign: {reason}; correct it in the channel map (factor -1)"
+        f"{named.get(name, name)} has the wrong sign: {reason}; correct it in the channel map (factor -1)"
         for name, reason in _REASONS.items()
         if getattr(verdict, name) > 0.5
     )

@@ -73,7 +73,9 @@ def judge(drive: Drive, vehicle: Vehicle, name: str) -> Finding:
         status, cause, action = reason
         headline = f"Torque of the driver's hands: {status.value}; {cause}."
         return Finding(name, status, headline, evidence=evidence, cause=cause, action=action)
-    estimate = Estimate("torque of the driver's hands, rms", drive.hand_rms, drive.hand_deviation, "N*m")
+    estimate = None  # what has no deviation has no interval
+    if drive.hand_deviation > 0.0:
+        estimate = Estimate("torque of the driver's hands, rms", drive.hand_rms, drive.hand_deviation, "N*m")
     if wrong := _misfits(drive, vehicle):
         cause = "; ".join(wrong)
         action = "correct the vehicle file, or identify the column; if it is right, look for a sensor's gain or delay"
@@ -83,8 +85,7 @@ def judge(drive: Drive, vehicle: Vehicle, name: str) -> Finding:
 
 
 def _told(drive: Drive) -> str:
-    known = drive.on + drive.off
-    share = drive.on / known if known > 0.0 else 0.0
+    share = drive.on / drive.ready if drive.ready > 0.0 else 0.0
     longest = max((each.duration for each in drive.stretches), default=0.0)
     unsure = f", {drive.uncertain / drive.ready:.0%} uncertain" if drive.uncertain > 0.005 * drive.ready else ""
     off = f"off for {longest:.1f} s at the longest" if longest > 0.0 else "never off"
@@ -101,6 +102,7 @@ def _evidence(drive: Drive) -> dict[str, float]:
         "hands_uncertain_s": drive.uncertain,
         "longest_hands_off_s": max((each.duration for each in drive.stretches), default=0.0),
         "hands_off_stretches": float(len(drive.stretches)),
+        "hand_torque_rms_Nm": drive.hand_rms,
         "hand_torque_peak_Nm": drive.peak,
         "torsion_bar_torque_span_Nm": drive.torque_span,
         "steering_wheel_angle_span_rad": drive.angle_span,
