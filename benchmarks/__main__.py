@@ -9,9 +9,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks import can_decode, diagnose_hour, fault_memory, filters, observers, simulate_eps_car
+from benchmarks import can_decode, diagnose_hour, fault_memory, filters, motor_observers, observers, simulate_eps_car
 
-MODULES = (filters, observers, can_decode, diagnose_hour, simulate_eps_car, fault_memory)
+MODULES = (filters, observers, motor_observers, can_decode, diagnose_hour, simulate_eps_car, fault_memory)
 
 
 def main() -> int:
