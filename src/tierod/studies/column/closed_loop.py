@@ -20,12 +20,13 @@ from tierod.models.steering_column import ColumnOutput, ColumnParameters
 from tierod.models.two_inertia_column import without_gear
 from tierod.proving_ground.cars.column_bench import Acting, Arms, BenchPorts, BenchSignals, BenchState, ColumnBench
 from tierod.proving_ground.parts import SOUND
+from tierod.studies.column import swept_bench
 from tierod.vehicles import load
 
 SAMPLE_TIME = 1e-3
 """Of sensors, observer and controller [s]."""
 
-NOISE = ColumnOutput(math.radians(0.05), math.radians(0.2), 0.02)
+NOISE = ColumnOutput(**swept_bench.NOISE)
 """Standard deviations of the sensors: both angles [rad], torque of the bar [N m]."""
 
 REQUEST = 1.5

@@ -15,7 +15,8 @@ from tierod.identification.output_error import OutputError
 from tierod.identification.sampled_column import SampledColumn
 from tierod.identification.wheel_side import WheelMotion, wheel_side
 from tierod.studies.claims import Claim, Goal, at_least, at_most
-from tierod.studies.column.identified_bench import LAWS, NOISE, bench, experiments, recorded, truth
+from tierod.studies.column.identified_bench import LAWS, bench, experiments, recorded, truth
+from tierod.studies.column.swept_bench import NOISE
 from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.studies.registry import Effort
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -17,15 +16,10 @@ from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.friction_laws import Dahl, DahlPower, Law, LuGre, MaxwellSlip, Stribeck
 from tierod.proving_ground.steering.motor import Ripple
 from tierod.recording import Channel, Recording
+from tierod.studies.column.swept_bench import NOISE
 from tierod.vehicles import load
 
 SAMPLE_TIME = 1e-3
-NOISE = {
-    "steering_wheel_angle": math.radians(0.05),
-    "motor_angle_mechanical": math.radians(0.2),
-    "driver_torque": 0.02,
-}
-"""Standard deviations of the sensors: angles [rad], torque of the bar [N m]."""
 
 EXPERIMENTS: dict[str, BenchTorque] = {
     "sweep, wheel free": BenchSweep(amplitude=0.3, lowest=0.3, highest=20.0, settle=0.2, time=6.2, wheel="free"),
