@@ -100,6 +100,12 @@ def test_the_motor_torque_that_was_asked_for_is_named_as_such(bench):
     assert finding.cause.startswith("motor_target_torque has the wrong sign")
 
 
+def test_where_the_wheel_moves_too_little_to_name_a_sign_one_is_suspected(drive):
+    finding, _ = judged(changed(drive, steering_wheel_angle=-1.0), load("midsize-eps"))
+    assert finding.status is Status.SUSPECT
+    assert "the wrong sign" in finding.cause
+
+
 def test_shares_are_of_the_same_time(drive):
     finding, _ = judged(drive, load("midsize-eps"))
     share = finding.evidence["hands_on_s"] / finding.evidence["ready_s"]

@@ -155,9 +155,9 @@ def _misfits(drive: Drive, vehicle: Vehicle) -> list[str]:
         if abs(math.log(drive.geometry.stiffness / bar)) > STIFFNESS_MARGIN:
             found = drive.geometry.stiffness
             wrong.append(f"torsion_bar_stiffness is {bar:.3g} N·m/rad, but the bar twists as with {found:.3g}")
-    if drive.nis > FITTING and not wrong:
+    if drive.nis > FITTING and (drive.geometry is None or not wrong):
         wrong.append(
             f"the innovations are {math.sqrt(drive.nis):.0f} times as large as the observer expects; a signal may be "
-            "late or have an offset, or motor_inertia, gear_stiffness or the sensors' noise be off"
+            "late, have an offset or the wrong sign, or motor_inertia, gear_stiffness or the sensors' noise be off"
         )
     return wrong
