@@ -108,6 +108,7 @@ def _require_slow(
         raise ParameterError(
             f"{what} is too fast for its rate: eigenvalue {_number(value)} 1/s ({abs(value) / math.tau:.3g} Hz) in "
             f"{_where(vectors[:, k], system)}; {trouble}. Step it at most {longest:.2g} s"
+            f" ({math.ceil(1.0 / longest)} Hz or faster)"
             + ("" if method == EXACT else ", sample it exactly (zero_order_hold)")
             + ", or leave that mode out"
         )
