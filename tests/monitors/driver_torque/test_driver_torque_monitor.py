@@ -63,8 +63,9 @@ def test_it_tells_hands_and_torque_of_a_bench(bench):
 
 @pytest.mark.parametrize("variant", [name for name in DRIVER_TORQUE.variants if name != DRIVER_TORQUE.default])
 def test_every_variant_judges_the_bench(bench, variant):
-    finding, _ = judged(bench, variant=variant)
+    finding, diagnosis = judged(bench, variant=variant)
     assert finding.status is Status.HEALTHY
+    assert {"hand_torque", "hands_on", "true_hand_torque"} <= set(diagnosis.traces)
     assert finding.evidence["error_against_truth_rms_Nm"] < 0.2
     assert finding.estimate is None or finding.estimate.standard_deviation > 0.0
 

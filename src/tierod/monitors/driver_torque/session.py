@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from tierod.analysis.consistency import ConsistencyAccumulator
+from tierod.findings import Status
 from tierod.graph import Result
 from tierod.monitors.driver_torque.geometry import GeometryOverDrive
 from tierod.monitors.driver_torque.hands import OFF, ON, UNCERTAIN
@@ -110,7 +111,8 @@ class DriverTorqueSession(BlockSession):
             stretches=tuple(self._stretches.found()),
         )
         finding = judge(drive, self.vehicle, self.name)
-        withheld = (TRUTH,) if finding.estimate is not None else (TRUTH, *self.traces)
+        told = finding.status in (Status.HEALTHY, Status.SUSPECT)
+        withheld = (TRUTH,) if told else (TRUTH, *self.traces)
         if found is None:
             return Conclusion(finding, withheld=withheld)
         figures = {
