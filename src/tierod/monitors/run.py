@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import datetime
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -125,6 +125,7 @@ class Run:
         self.feed = MemoryFeed(memory, vehicle.name, monitor.name) if memory else None
         self.learnt: OwnLevel | None = None
         self.course: tuple[StatusChange, ...] = ()
+        self.code_courses: Mapping[str, tuple[StatusChange, ...]] = {}
         self.needs = ingredients([*monitor.required, *monitor.optional])
         self._quality = QualityOverChunks(self.needs)
         self._before: Recording | None = None
@@ -185,6 +186,7 @@ class Run:
         self._quality.refuse_unusable(self.monitor.required)
         conclusion = self.session.conclude()
         self.learnt, self.course = conclusion.own_level, conclusion.course
+        self.code_courses = conclusion.code_courses
         units = self._quality.units
         traces = {name: each.trace() for name, each in self._traces.items() if name not in conclusion.withheld}
         for name in self.session.signals:
@@ -216,7 +218,7 @@ class Run:
             created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         )
         if self.feed:
-            self.feed.finish(diagnosis, self.course)
+            self.feed.finish(diagnosis, self.course, self.code_courses)
         return diagnosis
 
 

@@ -38,6 +38,7 @@ class Conclusion:
         remarks: how to read a part of the report: "estimate" or "consistency" -> a sentence or two
         withheld: traces that a report must not show, since the value they tell was withheld
         course: the running verdict from change to change; empty for a monitor that judges a recording as a whole
+        code_courses: the same for single trouble codes by name, of a monitor that tells several faults apart
     """
 
     finding: Finding
@@ -49,6 +50,7 @@ class Conclusion:
     remarks: Mapping[str, str] = field(default_factory=dict)
     withheld: tuple[str, ...] = ()
     course: tuple[StatusChange, ...] = ()
+    code_courses: Mapping[str, tuple[StatusChange, ...]] = field(default_factory=dict)
 
 
 class Session(Protocol):

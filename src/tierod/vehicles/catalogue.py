@@ -90,6 +90,10 @@ _CATALOGUE = (
     Quantity("motor_inductance", "H", "of a phase of the motor, the same in both axes", (1e-6, 0.1)),
     Quantity("motor_flux", "V*s", "linkage of the rotor's magnets at 20 °C", (1e-4, 2.0)),
     Quantity("motor_pole_pairs", "", "electrical turns per turn of the motor", (1.0, 40.0)),
+    Quantity("superposition_motor_ratio", "", "turns of a superposition's motor per turn of the pinion", (1.0, 200.0)),
+    Quantity(
+        "superposition_input_ratio", "", "turns of the steering wheel's shaft per turn of the pinion", (0.1, 10.0)
+    ),
     Quantity("motor_torque_constant", "N*m/A", "torque of the assist motor per ampere", (1e-3, 2.0)),
     Quantity("maximum_assist_torque", "N*m", "largest assist at the steering wheel axis", (1.0, 500.0), torque=True),
     Quantity("nominal_friction", "N*m", "friction of the sound steering at the wheel axis", (0.1, 50.0), torque=True),

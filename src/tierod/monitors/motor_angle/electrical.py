@@ -114,13 +114,14 @@ class ElectricalChecks:
     Output = ElectricalAlarms
 
     class State(NamedTuple):
-        """Last angle and its age, whether there is one; amplitude, its weight; clipped signals; holds."""
+        """Last angle, its age, whether there is one; amplitude, time learnt; last mismatch; clipped signals; holds."""
 
         angle: Any
         age: Any
         begun: Any
         amplitude: Any
         learnt: Any
+        mismatched: Any
         clipped: tuple[Clipped, ...]
         held: tuple[Any, ...]
 
@@ -131,7 +132,7 @@ class ElectricalChecks:
     def init(self) -> State:
         """Nothing seen."""
         fresh = Clipped(0.0, 0.0)
-        return self.State(0.0, 0.0, 0.0, 0.0, 0.0, (fresh,) * 7, (self.holding.init(),) * 4)
+        return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, (fresh,) * 7, (self.holding.init(),) * 4)
 
     def step(self, state: State, sample: Any) -> tuple[State, ElectricalAlarms]:
         """One sample on."""
@@ -141,7 +142,7 @@ class ElectricalChecks:
         conditions = (
             (sample.supply_voltage < self.least_supply, present(sample.supply_voltage)),
             strange,
-            mismatched,
+            (mismatched, 1.0),
             (absolute(total) > self.greatest_sum, present(total)),
         )
         steps = [
@@ -157,6 +158,7 @@ class ElectricalChecks:
             where(fresh, 1.0, state.begun),
             amplitude,
             learnt,
+            mismatched,
             clipped,
             tuple(held for held, _ in steps),
         )
@@ -173,7 +175,7 @@ class ElectricalChecks:
         far = step > minimum(self.greatest_speed * waited, 0.5 * math.pi) + self.step_margin
         return age, where(timeout, 1.0, 0.0), where(all_of(fresh, state.begun, far), 1.0, 0.0)
 
-    def _resolver(self, state: State, sample: Any) -> tuple[Any, Any, tuple[Any, Any], tuple[Any, Any]]:
+    def _resolver(self, state: State, sample: Any) -> tuple[Any, Any, tuple[Any, Any], Any]:
         """Amplitude as learnt and for how long; whether the present one is strange; whether the angle is another."""
         told = both(present(sample.resolver_sine), present(sample.resolver_cosine))
         sine, cosine = where(told, sample.resolver_sine, 0.0), where(told, sample.resolver_cosine, 0.0)
@@ -188,7 +190,7 @@ class ElectricalChecks:
         across = sine * cos(angle) - cosine * sin(angle)
         along = sine * sin(angle) + cosine * cos(angle)
         mismatch = any_of(along < 0.0, absolute(across) > self.greatest_mismatch * size)
-        return amplitude, learnt, (strange, both(told, negated(learning))), (mismatch, known)
+        return amplitude, learnt, (strange, both(told, negated(learning))), where(known, mismatch, state.mismatched)
 
     def _saturation(self, state: State, sample: Any) -> tuple[tuple[Clipped, ...], Any, Any]:
         names = (

@@ -7,7 +7,7 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.detectors.threshold import Debounce
 from tierod.fields import check_ranges
-from tierod.graph.maths import absolute, all_of, both, maximum, minimum, present, where
+from tierod.graph.maths import absolute, all_of, both, maximum, minimum, negated, present, where
 from tierod.monitors.motor_angle.residual import wrapped
 from tierod.physics.gear import superposed_angle
 from tierod.ranges import POSITIVE
@@ -137,7 +137,7 @@ class AnglePlausibility:
         below = _moved(state.pinion, pinion, compares, agrees)
         now = (motor, hands, below)
         jumped = self._jumped(state, now, where(ready, mismatch - state.mismatch, 0.0), agrees)
-        held, out = self.holding.step(state.held, where(far, 1.0, 0.0), enabled=ready)
+        held, out = self.holding.step(state.held, where(far, 1.0, 0.0))
         suspect = where(out.active, where(jumped > 0.5, jumped, self._still(now)), NONE)
         after = self.State(
             motor_last,
@@ -179,7 +179,8 @@ class AnglePlausibility:
         most = maximum(kinks[0], maximum(kinks[1], kinks[2]))
         which = where(kinks[0] >= most, MOTOR, where(kinks[1] >= most, WHEEL, PINION))
         jumps = absolute(change) > 0.6 * self.greatest
-        return where(jumps, which, where(agrees, NONE, state.jumped))
+        first = both(jumps, state.jumped < 0.5)
+        return where(first, which, where(both(agrees, negated(jumps)), NONE, state.jumped))
 
     def _ratios(self) -> tuple[Any, Any, Any]:
         return self.gear.superposition_motor_ratio, self.gear.superposition_input_ratio, 1.0

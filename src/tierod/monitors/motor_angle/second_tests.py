@@ -138,11 +138,12 @@ class Stuck:
     Sample = Turning
 
     class State(NamedTuple):
-        """Where the sensor was when it last moved, and where the observer was then; whether there is such a place."""
+        """Where the sensor was when it last moved, and the observer then; whether there is such a place; the alarm."""
 
         sensor: Any
         observer: Any
         begun: Any
+        alarm: Any
 
     class Output(NamedTuple):
         """What the observer has turned meanwhile, and whether that is too far (1.0, 0.0)."""
@@ -155,10 +156,10 @@ class Stuck:
 
     def init(self) -> State:
         """Nothing seen."""
-        return self.State(0.0, 0.0, 0.0)
+        return self.State(0.0, 0.0, 0.0, 0.0)
 
     def step(self, state: State, sample: Any) -> tuple[State, Output]:
-        """One sample on; a standing motor begins anew, since its observer only follows the sensor."""
+        """One sample on, judged where it brings a reading; a standing motor begins anew: its observer knows nothing."""
         fresh = present(sample.motor_angle_mechanical)
         away = where(fresh, sample.motor_angle_mechanical, state.sensor) - state.sensor
         moved = all_of(fresh, absolute(wrapped(away)) > self.still)
@@ -166,8 +167,8 @@ class Stuck:
         sensor = where(both(anew, fresh), sample.motor_angle_mechanical, state.sensor)
         observer = where(anew, sample.motor_angle, state.observer)
         turned = where(state.begun, sample.motor_angle - observer, 0.0)
-        after = self.State(sensor, observer, where(fresh, 1.0, state.begun))
-        return after, self.Output(turned, where(absolute(turned) > self.travel, 1.0, 0.0))
+        alarm = where(anew, 0.0, where(both(fresh, absolute(turned) > self.travel), 1.0, state.alarm))
+        return self.State(sensor, observer, where(fresh, 1.0, state.begun), alarm), self.Output(turned, alarm)
 
 
 class Following(NamedTuple):
@@ -192,22 +193,26 @@ class NotFollowing:
         widest: following error of a sound drive, with a margin [rad]
         hold: for so long [s]
         sample_time: [s]
+        least_course: a target that has never changed by so much is told to nobody, as under control of torque [rad]
     """
 
     sample_time: Annotated[float, "s", POSITIVE] = 1e-4
     widest: Annotated[float, "rad", POSITIVE] = 1.0
     hold: Annotated[float, "s", POSITIVE] = 0.02
+    least_course: Annotated[float, "rad", POSITIVE] = 0.5
     holding: Debounce = field(init=False, repr=False)
 
     Sample = Following
 
     class State(NamedTuple):
-        """Target, sensor, whether each was seen, and the hold."""
+        """Target, sensor, whether each was seen, the first target, whether it has moved since, and the hold."""
 
         target: Any
         sensor: Any
         seen_target: Any
         seen_sensor: Any
+        first: Any
+        moved: Any
         held: Any
 
     class Output(NamedTuple):
@@ -222,7 +227,7 @@ class NotFollowing:
 
     def init(self) -> State:
         """Nothing seen."""
-        return self.State(0.0, 0.0, 0.0, 0.0, self.holding.init())
+        return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, self.holding.init())
 
     def step(self, state: State, sample: Any) -> tuple[State, Output]:
         """One sample on."""
@@ -230,6 +235,8 @@ class NotFollowing:
         target = where(told, sample.target_motor_angle_mechanical, state.target)
         sensor = where(fresh, sample.motor_angle_mechanical, state.sensor)
         seen = where(told, 1.0, state.seen_target), where(fresh, 1.0, state.seen_sensor)
-        error = where(both(*seen), target - sensor, 0.0)
+        first = where(both(told, state.seen_target < 0.5), target, state.first)
+        moved = where(both(seen[0], absolute(target - first) > self.least_course), 1.0, state.moved)
+        error = where(all_of(*seen, moved), target - sensor, 0.0)
         held, out = self.holding.step(state.held, where(absolute(error) > self.widest, 1.0, 0.0))
-        return self.State(target, sensor, *seen, held), self.Output(error, out.active)
+        return self.State(target, sensor, *seen, first, moved, held), self.Output(error, out.active)

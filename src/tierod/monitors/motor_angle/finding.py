@@ -1,0 +1,207 @@
+"""What a drive says of the sensor of a motor's angle, and of what was recorded with it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, NamedTuple
+
+from tierod.findings import Estimate, Finding, Status
+from tierod.monitors.motor_angle.plausibility import MOTOR, PINION, WHEEL
+from tierod.vehicles import Vehicle
+
+NAME = "motor-angle, stator-frame"
+
+LEAST_KNOWN = 1.0
+"""Time for which the motor must turn before its sensor is called sound [s]."""
+
+LEAST_WINDOWS = 30
+"""Windows of 10 ms from which the scale of the angle is told."""
+
+AGREEMENT = 0.98
+"""Correlation of what sensor and observer gain, from which a wrong scale is that of the numbers, not of a fault."""
+
+SCALE_MARGIN = 0.1
+"""Share by which a scale may be off and still be called by name: pole pairs are whole numbers."""
+
+FIVE_DEGREES = math.radians(5.0)
+
+TOGETHER = 1.0
+"""Alarms that begin within this have one root [s]."""
+
+CAUSES: Mapping[str, tuple[str, str]] = {
+    "electrical.supply_low": ("the supply of the controller is too low", "check battery, wiring and generator"),
+    "electrical.angle_timeout": ("readings of the motor's angle fail to come", "check the sensor and its line"),
+    "electrical.resolver_amplitude": (
+        "sine and cosine of the angle sensor have left their circle",
+        "check sensor, magnet and wiring: one of the two has lost amplitude or gained an offset",
+    ),
+    "electrical.current_sum": (
+        "the phase currents do not add up to zero",
+        "check the current sensors; an offset or gain of one, or a leak to ground, does this",
+    ),
+    "electrical.current_saturated": (
+        "a current stands still at its peak while the motor turns: its measurement is saturated",
+        "widen the range of the current measurement",
+    ),
+    "electrical.voltage_saturated": (
+        "a voltage stands still at its peak while the motor turns: its measurement is saturated",
+        "widen the range of the voltage measurement",
+    ),
+    "model": (
+        "currents and voltages are not those of one motor",
+        "check sign and order of the phases of currents and voltages, the sampling time, and the motor's parameters",
+    ),
+    "stuck": ("the motor turns and its angle sensor stands still", "replace the sensor"),
+    "backwards": (
+        "the angle sensor turns against the motor: sine and cosine, or two phases, are swapped",
+        "check wiring and channel map",
+    ),
+    "electrical.resolver_mismatch": (
+        "the angle is not that of the sensor's own sine and cosine",
+        "check the zero of the angle, its calibration, and the software between sensor and control",
+    ),
+    "angle": (
+        "the angle sensor differs from the angle that currents and voltages tell",
+        "check the sensor's magnet and its zero",
+    ),
+    "speed": (
+        "the angle sensor turns at another speed than currents and voltages tell",
+        "check the sensor: its gain, or what it lost meanwhile",
+    ),
+    "electrical.angle_gradient": ("the motor's angle leaps further than a motor can turn", "check sensor and line"),
+    "not_following": (
+        "the motor's angle stays away from its target: sensor, a phase, or the motor itself stands still",
+        "check whether the motor turns; if it does, the sensor is stuck or its sine and cosine are swapped",
+    ),
+    "plausibility": (
+        "the angles of motor, steering wheel and pinion do not fit each other",
+        "check the sensors of these angles, and the gear's ratios in the vehicle file",
+    ),
+}
+"""Alarms from root to consequence: what it means, what to do."""
+
+SUSPECTS = {MOTOR: "the motor's angle", WHEEL: "the steering wheel's angle", PINION: "the pinion's angle"}
+
+
+class Drive(NamedTuple):
+    """What was collected over a drive.
+
+    Args:
+        seconds, known: of the drive, and of these with a known angle
+        counted: values that counted
+        offset, offset_deviation: electrical difference: while the sum alarmed, or over all
+        rms: of all that counted
+        windows, slope, agreement: of the gains of sensor and observer, gain over gain, and their correlation
+        nis: mean of the normalised innovations
+        resistance, flux: over those of the vehicle file
+        suspect: code of the angle that plausibility suspects
+        starts: first instants of alarms
+    """
+
+    seconds: Annotated[float, "s"]
+    known: Annotated[float, "s"]
+    counted: int
+    offset: Annotated[float, "rad"]
+    offset_deviation: Annotated[float, "rad"]
+    rms: Annotated[float, "rad"]
+    windows: int
+    slope: float
+    agreement: float
+    nis: float
+    resistance: float
+    flux: float
+    suspect: float
+    starts: dict[str, float]
+
+
+def judge(drive: Drive, vehicle: Vehicle) -> Finding:
+    """The finding over a drive.
+
+    Args:
+        drive: what was collected
+        vehicle: whose motor it is
+    """
+    evidence = _evidence(drive)
+    if wrong := _wrong_scale(drive, vehicle["motor_pole_pairs"]):
+        cause, action = wrong
+        headline = f"The motor's angle cannot be judged: {cause}."
+        return Finding(NAME, Status.NOT_TESTABLE, headline, evidence=evidence, cause=cause, action=action)
+    estimate = None
+    if drive.counted:
+        estimate = Estimate(
+            "difference of the motor's angle sensor from the angle that its currents tell, electrical",
+            drive.offset,
+            drive.offset_deviation,
+            "rad",
+            {"five degrees": FIVE_DEGREES},
+        )
+    if drive.starts:
+        return _fault(drive, estimate, evidence)
+    if drive.known < LEAST_KNOWN:
+        cause = f"the motor turned fast enough for {drive.known:.1f} s, {LEAST_KNOWN:g} s are needed"
+        headline = f"The sensor of the motor's angle was not judged: {cause}."
+        action = "record faster or longer steering; below about 10 rad/s of the shaft the currents tell no angle"
+        return Finding(NAME, Status.NOT_ENABLED, headline, None, estimate, evidence, cause, action)
+    headline = (
+        f"The sensor of the motor's angle is sound: over {drive.known:.1f} s of turning it differs by "
+        f"{math.degrees(drive.rms):.1f}° electrical rms from what currents and voltages tell."
+    )
+    return Finding(NAME, Status.HEALTHY, headline, None, estimate, evidence, action="none")
+
+
+def _fault(drive: Drive, estimate: Estimate | None, evidence: dict[str, float]) -> Finding:
+    first = min(drive.starts.values())
+    root = next(name for name in CAUSES if drive.starts.get(name, math.inf) <= first + TOGETHER)
+    cause, action = CAUSES[root]
+    if root == "plausibility":
+        cause += f"; {SUSPECTS.get(drive.suspect, 'which of them is wrong')}" + (
+            " is the wrong one" if drive.suspect else " cannot be told"
+        )
+    if root == "model":
+        cause += f"; as if resistance and flux were {drive.resistance:.2f} and {drive.flux:.2f} of the vehicle file's"
+    size = ""
+    if root == "angle":
+        size = f" by {math.degrees(drive.offset):+.1f}° electrical"
+    since = drive.starts[root]
+    headline = f"{cause[0].upper()}{cause[1:]}{size}, since {since:.2f} s."
+    return Finding(NAME, Status.FAULT, headline, since, estimate, evidence, cause, action)
+
+
+def _wrong_scale(drive: Drive, pole_pairs: float) -> tuple[str, str] | None:
+    """A scale that is wrong throughout: the error turns with the angle."""
+    if drive.windows < LEAST_WINDOWS or drive.agreement < AGREEMENT:
+        return None
+    slope = drive.slope
+
+    def near(value: float) -> bool:
+        return abs(slope / value - 1.0) < SCALE_MARGIN / max(pole_pairs, 2.0)
+
+    if pole_pairs > 1.5 and near(pole_pairs):
+        cause = f"the angle gains {slope:.2f} turns per turn of the shaft: it is electrical, given as mechanical"
+        return cause, "name the channel motor_angle_electrical in the channel map, or divide by the pole pairs"
+    for pairs in range(1, 41):
+        if abs(pairs - pole_pairs) > 0.5 and near(pole_pairs / pairs):
+            cause = (
+                f"the error turns with the angle: the sensor gains {slope:.3f} of what the observer gains, as with "
+                f"{pairs} pole pairs, and motor_pole_pairs is {pole_pairs:g}"
+            )
+            return cause, "correct motor_pole_pairs in the vehicle file"
+    return None
+
+
+def _evidence(drive: Drive) -> dict[str, float]:
+    found = {
+        "turning_s": drive.known,
+        "turning_share": drive.known / max(drive.seconds, 1e-9),
+        "angle_residual_rms_electrical_rad": drive.rms,
+        "nis_mean": drive.nis,
+        "sensor_turns_per_observed_turn": drive.slope,
+        "resistance_over_nominal": drive.resistance,
+        "flux_over_nominal": drive.flux,
+    }
+    found = {name: value for name, value in found.items() if math.isfinite(value)}
+    for name in CAUSES:
+        if name in drive.starts:
+            found[f"{name.removeprefix('electrical.')}_alarm_from_s"] = drive.starts[name]
+    return found

@@ -1,0 +1,144 @@
+"""The monitor of the motor's angle over one recording: what it collects on the way, and its finding at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from tierod.findings import Status
+from tierod.graph import Result, scan
+from tierod.monitors.motor_angle.alarm_courses import AlarmCourses
+from tierod.monitors.motor_angle.detector import NOT_READY, MotorAngleMonitor
+from tierod.monitors.motor_angle.finding import Drive, judge
+from tierod.monitors.session import BlockSession, Conclusion
+from tierod.recording import Aligned
+from tierod.vehicles import Vehicle
+
+SLICE = 200_000
+"""Samples that are judged at once, lest all outputs of a long piece lie in memory together."""
+
+TRACES = {
+    "residual": ("angle_residual_electrical", "rad"),
+    "angle_sum": ("angle_residual_sum", "rad"),
+    "motor_angle": ("estimated_motor_angle", "rad"),
+    "motor_angle_standard_deviation": ("estimated_motor_angle_standard_deviation", "rad"),
+    "estimated_motor_speed": ("estimated_motor_speed", "rad/s"),
+    "speed_residual": ("motor_speed_residual", "rad/s"),
+    "motor_resistance": ("estimated_motor_resistance", "ohm"),
+    "motor_flux": ("estimated_motor_flux", "V*s"),
+    "mismatch": ("pinion_angle_mismatch", "rad"),
+    "known": ("angle_known", ""),
+    "nis": ("nis", ""),
+}
+"""Outputs of the block that a report shows."""
+
+
+class MotorAngleSession(BlockSession):
+    """Runs the block, and tells whether the sensor of the motor's angle can be trusted.
+
+    Args:
+        block: the monitor
+        vehicle: whose motor it is
+        rate: of the samples [Hz]
+    """
+
+    def __init__(self, block: MotorAngleMonitor, vehicle: Vehicle, rate: float):
+        super().__init__(block, TRACES)
+        self.monitor, self.vehicle, self.rate = block, vehicle, rate
+        self._courses, self._over = AlarmCourses(rate), _OverDrive()
+
+    def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
+        """Take in one more piece and give the traces over it, (n,) each."""
+        parts = [self._slice(aligned, start) for start in range(0, len(aligned.time), SLICE)]
+        return {name: np.concatenate([part[name] for part in parts]) for name in self.traces}
+
+    def _slice(self, aligned: Aligned, start: int) -> dict[str, np.ndarray]:
+        """The traces of one slice; differences are shown where they count."""
+        time, values = aligned.time[start : start + SLICE], aligned.values[start : start + SLICE]
+        result = scan(self.block, Aligned(time, values, aligned.names), self._memory)
+        self._memory = result.state
+        self.collect(time, {}, result)
+        shown = {name: result[output] for name, output in self._outputs.items()}
+        known, windows = result["known"] > 0.5, result["tells"] > 0.5
+        shown["angle_residual_electrical"] = np.where(known, shown["angle_residual_electrical"], np.nan)
+        shown["motor_speed_residual"] = np.where(windows, shown["motor_speed_residual"], np.nan)
+        return shown
+
+    def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
+        """Alarms and figures of one piece."""
+        self._courses.add(time, result)
+        self._over.add(result)
+
+    def conclude(self) -> Conclusion:
+        """The finding, and the course of every trouble code."""
+        drive = self._over.drive(self.rate, self._courses.starts, self.monitor)
+        finding = judge(drive, self.vehicle)
+        # What was not the sensor's fault but the user's must fill no fault memory.
+        told = finding.status is not Status.NOT_TESTABLE
+        return Conclusion(
+            finding,
+            course=tuple(self._courses.course) if told else (),
+            code_courses={name: tuple(course) for name, course in self._courses.codes.items()} if told else {},
+        )
+
+
+class _OverDrive:
+    """Figures over the pieces of a recording."""
+
+    def __init__(self) -> None:
+        self.seen = self.known = self.counted = self.windows = self.ready = 0
+        self.sum = self.squares = self.together = self.observed = self.sensed = self.nis = 0.0
+        self.after = [0, 0.0, 0.0]
+        self.suspect = 0.0
+        self.resistance = self.flux = np.nan
+        self.alarmed = False
+
+    def add(self, result: Result) -> None:
+        """The next piece."""
+        counts, tells, known = (result[name] > 0.5 for name in ("counts", "tells", "known"))
+        residual = result["residual"]
+        self.seen += len(residual)
+        self.ready += int(np.count_nonzero(result["verdict"] > NOT_READY + 0.5))
+        self.known += int(known.sum())
+        self.counted += int(counts.sum())
+        self.sum += float(residual[counts].sum())
+        self.squares += float((residual[counts] ** 2).sum())
+        sensor, observer = result["sensor_gain"][tells], result["observer_gain"][tells]
+        self.windows += int(tells.sum())
+        self.together += float(sensor @ observer)
+        self.observed += float(observer @ observer)
+        self.sensed += float(sensor @ sensor)
+        self.nis += float(result["nis"].sum())
+        late = counts & (result["alarms.angle"] > 0.5)
+        self.after[0] += int(late.sum())
+        self.after[1] += float(residual[late].sum())
+        self.after[2] += float((residual[late] ** 2).sum())
+        suspects = result["suspect"][result["suspect"] > 0.5]
+        self.suspect = self.suspect or (float(suspects[-1]) if len(suspects) else 0.0)
+        if known.any():
+            self.resistance, self.flux = (float(result[f"motor_{name}"][known][-1]) for name in ("resistance", "flux"))
+
+    def drive(self, rate: float, starts: Mapping[str, float], monitor: MotorAngleMonitor) -> Drive:
+        """The figures so far."""
+        count, total, squares = self.after if self.after[0] else (self.counted, self.sum, self.squares)
+        mean = total / max(count, 1)
+        deviation = max(squares / max(count, 1) - mean * mean, 0.0) ** 0.5
+        energy = (self.observed * self.sensed) ** 0.5
+        return Drive(
+            seconds=self.seen / rate,
+            known=self.known / rate,
+            counted=self.counted,
+            offset=mean,
+            offset_deviation=deviation,
+            rms=(self.squares / max(self.counted, 1)) ** 0.5,
+            windows=self.windows,
+            slope=self.together / self.observed if self.observed else np.nan,
+            agreement=abs(self.together) / energy if energy else 0.0,
+            nis=self.nis / max(self.seen, 1),
+            resistance=self.resistance / monitor.observer.parameters.motor_resistance,
+            flux=self.flux / monitor.observer.parameters.motor_flux,
+            suspect=self.suspect,
+            starts=dict(starts),
+        )
+

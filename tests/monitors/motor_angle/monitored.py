@@ -1,0 +1,52 @@
+"""The monitor of the motor's angle over drives of the bench."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from tierod.graph import scan
+from tierod.monitors.motor_angle.detector import MotorAngleMonitor, MotorAngleSample
+from tierod.recording import Channel, Recording
+from tierod.signals import SIGNALS
+from tierod.studies.motor_angle.fault_drives import RATE, drive
+from tierod.vehicles import load
+
+MONITOR = MotorAngleMonitor.of_vehicle(load("motor-bench"), 1.0 / RATE)
+SOUND = lru_cache(maxsize=8)(lambda seed=3, seconds=9.0: drive(seed, seconds))
+COLUMN = {name: column for column, name in enumerate(MotorAngleSample._fields)}
+
+
+def alarms_of(samples, monitor=MONITOR):
+    """First sample of every alarm, by name."""
+    found = scan(monitor, samples)
+    names = [name for name in found.names if name.startswith("alarms.") and (found[name] > 0.5).any()]
+    return {name.removeprefix("alarms."): int(np.argmax(found[name] > 0.5)) for name in names}
+
+
+def changed(**columns):
+    """A sound drive with other columns."""
+    samples = SOUND().samples.copy()
+    for name, values in columns.items():
+        samples[:, COLUMN[name]] = values
+    return samples
+
+
+def recording(samples, **metadata):
+    """As a recording: every channel with the samples that it has."""
+    time = np.arange(len(samples)) / RATE
+    channels = {}
+    for name, column in COLUMN.items():
+        there = np.isfinite(samples[:, column])
+        if there.any():
+            channels[name] = Channel(name, time[there], samples[there, column], SIGNALS[name].unit)
+    return Recording(channels, metadata)
+
+
+def vehicle_with(name="motor-bench", **parameters):
+    """A vehicle with other values."""
+    vehicle = load(name)
+    own = {key: replace(vehicle.parameters[key], value=value) for key, value in parameters.items()}
+    return replace(vehicle, parameters={**vehicle.parameters, **own})

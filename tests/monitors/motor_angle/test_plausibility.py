@@ -1,0 +1,55 @@
+import numpy as np
+import pytest
+
+from tierod.graph import scan
+from tierod.monitors.motor_angle.plausibility import MOTOR, NONE, PINION, WHEEL, AnglePlausibility, Superposition
+
+TIME = np.arange(60_000) / 1e4
+TORQUE = 4.0 * np.sin(3.0 * TIME)
+WHEEL_ANGLE = 1.2 * np.sin(2.0 * TIME)
+MOTOR_ANGLE = 9.0 * np.sin(2.5 * TIME + 0.3)
+PINION_ANGLE = MOTOR_ANGLE / 22.5 + WHEEL_ANGLE - TORQUE / 140.0
+LATE = TIME > 3.0
+
+
+def judged(motor=MOTOR_ANGLE, wheel=WHEEL_ANGLE, pinion=PINION_ANGLE, torque=TORQUE):
+    """Sampled as in a car: the motor's angle every millisecond, the others every ten with their resolution."""
+    columns = [
+        np.where(np.arange(len(TIME)) % 10 == 0, motor, np.nan),
+        *(np.where(np.arange(len(TIME)) % 100 == 0, each, np.nan) for each in (np.round(wheel, 3), pinion, torque)),
+    ]
+    return scan(AnglePlausibility(Superposition(22.5, 1.0, 140.0)), np.column_stack(columns))
+
+
+def test_angles_that_fit_pass_with_any_zero_and_wrapped():
+    assert judged()["alarm"].max() == 0.0
+    assert judged(motor=(MOTOR_ANGLE + 100.0) % (2.0 * np.pi), pinion=PINION_ANGLE - 0.3)["alarm"].max() == 0.0
+
+
+def test_without_the_twist_of_the_bar_they_would_not_fit():
+    assert judged(torque=np.zeros(len(TIME)))["alarm"].max() == 1.0
+
+
+@pytest.mark.parametrize(
+    ("name", "angle", "code"),
+    [("motor", MOTOR_ANGLE, MOTOR), ("wheel", WHEEL_ANGLE, WHEEL), ("pinion", PINION_ANGLE, PINION)],
+)
+@pytest.mark.parametrize("kind", ["stuck", "jump"])
+def test_the_wrong_one_is_named(name, angle, code, kind):
+    size = 1.5 if name == "motor" else 0.1
+    wrong = np.where(LATE, angle[30_000], angle) if kind == "stuck" else angle + size * LATE
+    found = judged(**{name: wrong})
+    first = int(np.argmax(found["alarm"]))
+    assert 3.0 < TIME[first] < 3.5
+    assert found["suspect"][first] == code
+
+
+def test_where_none_stands_out_none_is_named():
+    found = judged(wheel=WHEEL_ANGLE + 0.05 * np.maximum(TIME - 3.0, 0.0))
+    assert found["alarm"].max() == 1.0
+    assert found["suspect"][int(np.argmax(found["alarm"]))] == NONE
+
+
+def test_angles_that_do_not_come_are_not_compared():
+    assert judged(motor=np.where(LATE, np.nan, MOTOR_ANGLE))["alarm"].max() == 0.0
+    assert judged(pinion=np.full(len(TIME), np.nan))["alarm"].max() == 0.0

@@ -1,0 +1,96 @@
+import math
+
+import numpy as np
+import pytest
+
+from monitors.motor_angle.monitored import COLUMN, SOUND, changed, recording, vehicle_with
+from tierod.diagnosis.fault_memory import FaultMemory
+from tierod.findings import Status
+from tierod.monitors.run import diagnose
+from tierod.studies.motor_angle.fault_drives import FIVE_DEGREES
+
+ANGLE = SOUND().samples[:, COLUMN["motor_angle_mechanical"]]
+LATE = np.arange(len(ANGLE)) >= 62_000
+
+
+def diagnosed(samples, vehicle="motor-bench", **more):
+    return diagnose(recording(samples), vehicle, "motor-angle", **more)
+
+
+def finding(samples, vehicle="motor-bench"):
+    return diagnosed(samples, vehicle).findings[0]
+
+
+def test_a_sound_drive():
+    diagnosis = diagnosed(SOUND().samples)
+    found = diagnosis.findings[0]
+    assert found.status is Status.HEALTHY
+    assert found.evidence["turning_s"] > 1.0
+    assert found.evidence["sensor_turns_per_observed_turn"] == pytest.approx(1.0, abs=0.002)
+    assert abs(found.estimate.value) < 0.01
+    assert np.nanmax(np.abs(diagnosis.traces["angle_residual_electrical"].upper)) < 0.1
+
+
+def test_an_offset_with_its_size_and_its_beginning():
+    found = finding(changed(motor_angle_mechanical=ANGLE + FIVE_DEGREES * LATE))
+    assert found.status is Status.FAULT
+    assert found.since == pytest.approx(6.22, abs=0.02)
+    assert found.estimate.value == pytest.approx(math.radians(5.0), abs=0.02)
+    assert "differs from the angle that currents and voltages tell" in found.headline
+
+
+def test_a_drive_too_slow_is_not_judged():
+    samples = SOUND().samples[:52_000]
+    assert finding(samples).status is Status.NOT_ENABLED
+
+
+def test_an_electrical_angle_given_as_mechanical_is_named():
+    found = finding(changed(motor_angle_mechanical=4.0 * ANGLE))
+    assert found.status is Status.NOT_TESTABLE
+    assert "electrical, given as mechanical" in found.cause
+
+
+@pytest.mark.parametrize("pairs", [3.0, 5.0])
+def test_a_wrong_pole_pair_number_is_named(pairs):
+    found = finding(SOUND().samples, vehicle_with(motor_pole_pairs=pairs))
+    assert found.status is Status.NOT_TESTABLE
+    assert "as with 4 pole pairs" in found.cause
+
+
+def test_currents_of_the_wrong_sign_are_named():
+    names = ("motor_current_alpha", "motor_current_beta")
+    found = finding(changed(**{name: -SOUND().samples[:, COLUMN[name]] for name in names}))
+    assert found.status is Status.FAULT
+    assert "not those of one motor" in found.cause
+
+
+def test_a_low_supply_is_the_root_of_what_it_does():
+    supply = np.where(LATE, 7.0, 13.0)
+    found = finding(changed(supply_voltage=supply, motor_angle_mechanical=ANGLE + FIVE_DEGREES * LATE))
+    assert found.cause == "the supply of the controller is too low"
+    assert "angle_alarm_from_s" in found.evidence
+
+
+def test_pieces_give_what_the_whole_gives(monkeypatch):
+    samples = changed(motor_angle_mechanical=ANGLE + FIVE_DEGREES * LATE)
+    whole = finding(samples)
+    monkeypatch.setattr("tierod.monitors.motor_angle.session.SLICE", 7_777)
+    pieces = finding(samples)
+    assert (pieces.status, pieces.headline, pieces.since) == (whole.status, whole.headline, whole.since)
+    assert pieces.evidence == pytest.approx(whole.evidence, rel=1e-9)
+
+
+def test_one_root_fills_one_code_of_the_memory(tmp_path):
+    path = tmp_path / "memory.json"
+    supply = np.where(LATE, 7.0, 13.0)
+    diagnosed(changed(supply_voltage=supply, motor_angle_mechanical=ANGLE + FIVE_DEGREES * LATE), memory=path)
+    memory = FaultMemory.opened(path, "motor-bench")
+    raised = [name for name, entry in memory.entries.items() if entry.status & 0x08]
+    assert raised == ["motor-supply-low"]
+
+
+def test_what_the_user_got_wrong_fills_no_memory(tmp_path):
+    path = tmp_path / "memory.json"
+    diagnosed(changed(motor_angle_mechanical=4.0 * ANGLE), memory=path)
+    memory = FaultMemory.opened(path, "motor-bench")
+    assert not any(entry.status & 0x08 for entry in memory.entries.values())
