@@ -87,7 +87,10 @@ _CATALOGUE = (
         "motor_friction_stiffness", "N*m/rad", "with which dry friction at the motor builds up from rest", (1e-3, 1e5)
     ),
     Quantity("motor_resistance", "ohm", "of a phase of the motor at 20 °C", (1e-3, 10.0)),
-    Quantity("motor_inductance", "H", "of a phase of the motor, the same in both axes", (1e-6, 0.1)),
+    Quantity(
+        "motor_inductance", "H", "of a phase of the motor; along the flux where motor_saliency is given", (1e-6, 0.1)
+    ),
+    Quantity("motor_saliency", "", "inductance of the motor across the flux over that along it", (0.3, 10.0)),
     Quantity("motor_flux", "V*s", "linkage of the rotor's magnets at 20 °C", (1e-4, 2.0)),
     Quantity("motor_pole_pairs", "", "electrical turns per turn of the motor", (1.0, 40.0)),
     Quantity("superposition_motor_ratio", "", "turns of a superposition's motor per turn of the pinion", (1.0, 200.0)),

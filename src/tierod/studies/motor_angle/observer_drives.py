@@ -79,9 +79,23 @@ def drive(plant: MotorBench, target: np.ndarray, load: np.ndarray, seed: int) ->
         load: torque that opposes besides the spring, likewise [N*m]
         seed: of the noises
     """
-    inputs = {name: np.full(len(target), 1.0 if name.endswith(".gain") else 0.0) for name in trace(plant).sample}
-    inputs["control"][:] = 1.0
-    inputs["target_motor_angle"], inputs["load_torque"] = target, load
+    return _run(plant, seed, target_motor_angle=target, load_torque=load, control=np.ones(len(target)))
+
+
+def locked(plant: MotorBench, torque: np.ndarray, seed: int) -> ObserverDrive:
+    """A bench whose shaft is held still.
+
+    Args:
+        plant: the bench
+        torque: asked of the drive, a value per step of the bench [N*m]
+        seed: of the noises
+    """
+    return _run(plant, seed, motor_torque=torque, locked=np.ones(len(torque)))
+
+
+def _run(plant: MotorBench, seed: int, **given: np.ndarray) -> ObserverDrive:
+    steps = len(next(iter(given.values())))
+    inputs = {name: np.full(steps, 1.0 if name.endswith(".gain") else 0.0) for name in trace(plant).sample} | given
     found = scan(plant, np.column_stack(list(inputs.values())))
 
     def fine(name: str) -> np.ndarray:
