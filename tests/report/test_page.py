@@ -8,9 +8,12 @@ from report_pages import Page, charts
 from tierod.errors import OutputError
 from tierod.findings import Status
 from tierod.report import write_html
+from tierod.report.charts.over_time import signal_figure
+from tierod.report.display import words
 from tierod.report.html import breakable
 from tierod.report.page import render
 from tierod.report.status import appearance
+from tierod.signals import SIGNALS
 
 
 @pytest.fixture(scope="module")
@@ -171,3 +174,14 @@ def test_an_all_missing_estimate_is_drawn_without_warnings():
 def test_a_page_that_cannot_be_written_says_so(tmp_path):
     with pytest.raises(OutputError, match="create the folder first"):
         write_html(EXAMPLES["nothing"](), tmp_path / "absent" / "report.html")
+
+
+def test_a_signal_that_was_not_recorded_gets_no_strip():
+    known = friction_fault()
+    missing = [name for name in known.traces if name in SIGNALS][-1]
+    empty = dict.fromkeys(("lower", "upper", "mean"), np.full(len(known.traces[missing].time), np.nan))
+    without = dataclasses.replace(
+        known, traces={**known.traces, missing: dataclasses.replace(known.traces[missing], **empty)}
+    )
+    assert words(missing) in signal_figure(known).alternative
+    assert words(missing) not in signal_figure(without).alternative

@@ -55,10 +55,11 @@ def estimate_figures(diagnosis: Diagnosis) -> list[Figure]:
 
 
 def signal_figure(diagnosis: Diagnosis) -> Figure | None:
-    """All signals of the drive, one strip each above a common time axis."""
+    """All signals of the drive, one strip each above a common time axis; none of what was not recorded."""
+    recorded = [name for name, trace in diagnosis.traces.items() if name in SIGNALS and np.isfinite(trace.mean).any()]
     return _strips(
         diagnosis,
-        [name for name in diagnosis.traces if name in SIGNALS and name not in main_names(diagnosis)],
+        [name for name in recorded if name not in main_names(diagnosis)],
         "signals",
         "The drive",
         "Line: mean of each bin. Shading: lowest to highest value, so that no peak is hidden. Gaps: missing samples.",
