@@ -51,6 +51,13 @@ def test_it_keeps_the_angle_over_reversals(slow):
     assert np.abs(error).max() < 0.5
 
 
+def test_it_turns_on_while_samples_are_missing():
+    samples = steady(60.0, 12.0)
+    samples[3000:3200, 0] = np.nan
+    found = scan(FeedforwardAngle(P), samples)
+    np.testing.assert_allclose(found["motor_angle"][3000:], samples[3000:, 4], atol=2e-3)
+
+
 def test_with_the_rotor_it_knows_the_load_too():
     samples = steady(60.0, 12.0)
     found = scan(FeedforwardWithLoad.of(P), samples)

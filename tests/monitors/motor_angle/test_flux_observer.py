@@ -28,6 +28,13 @@ def test_a_wrong_beginning_is_forgotten():
     assert abs(error[-1]) < 1e-3
 
 
+def test_it_turns_on_while_samples_are_missing():
+    samples = steady(60.0, 12.0)
+    samples[3000:3200, 2] = np.nan
+    found = scan(FluxObserver(P), samples)
+    np.testing.assert_allclose(found["motor_angle"][3000:], samples[3000:, 4], atol=2e-3)
+
+
 def test_it_follows_a_drive_with_reversals():
     signals = drive(20)
     error = observed(FluxObserver(P), signals)["motor_angle"] - signals["truth_angle"]

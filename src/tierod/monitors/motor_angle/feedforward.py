@@ -9,8 +9,15 @@ from tierod.errors import ParameterError, nearest
 from tierod.fields import check_ranges
 from tierod.graph.maths import all_of, arctan2, both, either, expm1, hypot, limit, present, sqrt, where
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.monitors.motor_angle.printed_signals import Sample, fresh, output_class, residual, within_half_a_turn
-from tierod.physics.clarke_park import StatorVector, direction, park
+from tierod.monitors.motor_angle.printed_signals import (
+    WIDEST,
+    Sample,
+    fresh,
+    output_class,
+    residual,
+    within_half_a_turn,
+)
+from tierod.physics.clarke_park import Direction, StatorVector, direction, park, turned
 from tierod.physics.pm_motor import stator_flux_rate
 from tierod.ranges import POSITIVE
 
@@ -26,6 +33,7 @@ class FeedforwardState(NamedTuple):
         emf: filtered [V]
         current: of the sample before [A]
         known: whether that is known
+        speed: electrical [rad/s]
         lagging: electrical angle of the filtered back-EMF [rad], unbounded
         sensed: last angle of the sensor [rad]
         begun: whether the sensor has told the beginning
@@ -34,6 +42,7 @@ class FeedforwardState(NamedTuple):
     emf: StatorVector
     current: StatorVector
     known: Any
+    speed: Any
     lagging: Any
     sensed: Any
     begun: Any
@@ -94,7 +103,7 @@ class FeedforwardAngle:
     def init(self) -> FeedforwardState:
         """Nothing seen."""
         none = StatorVector(0.0, 0.0)
-        return FeedforwardState(none, none, 0.0, 0.0, 0.0, 0.0)
+        return FeedforwardState(none, none, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def step(self, state: FeedforwardState, sample: Any) -> tuple[FeedforwardState, Any]:
         """One sample on."""
@@ -116,14 +125,14 @@ class FeedforwardAngle:
         current, tells = StatorVector(sample.motor_current_alpha, sample.motor_current_beta), self._tells(sample)
         kept = StatorVector(*(where(tells, new, old) for new, old in zip(current, state.current, strict=True)))
         sensed = where(present(sample.motor_angle_mechanical), sample.motor_angle_mechanical, state.sensed)
-        known = where(tells, 1.0, state.known)
-        return FeedforwardState(emf, kept, known, turning.lagging, sensed, begun), turning
+        known, speed = where(tells, 1.0, 0.0), turning.electrical_speed
+        return FeedforwardState(emf, kept, known, speed, turning.lagging, sensed, begun), turning
 
     def _tells(self, sample: Any) -> Any:
         return both(present(sample.motor_current_alpha), present(sample.motor_current_beta))
 
     def _emf(self, state: FeedforwardState, sample: Any) -> StatorVector:
-        """The filtered back-EMF; held where anything is missing."""
+        """The filtered back-EMF; turned on where anything is missing."""
         p = self.parameters
         mean = StatorVector(
             0.5 * (sample.motor_current_alpha + state.current.alpha),
@@ -135,10 +144,11 @@ class FeedforwardAngle:
         alpha = rest.alpha + slope * (sample.motor_current_alpha - state.current.alpha)
         beta = rest.beta + slope * (sample.motor_current_beta - state.current.beta)
         whole = all_of(present(alpha), present(beta), state.known)
-        share = where(whole, -expm1(-p.sample_time * self.bandwidth), 0.0)
+        share = -expm1(-p.sample_time * self.bandwidth)
+        carried = turned(Direction(*state.emf), limit(p.sample_time * state.speed, -WIDEST, WIDEST))
         return StatorVector(
-            state.emf.alpha + share * where(whole, alpha - state.emf.alpha, 0.0),
-            state.emf.beta + share * where(whole, beta - state.emf.beta, 0.0),
+            where(whole, state.emf.alpha + share * (alpha - state.emf.alpha), carried.cosine),
+            where(whole, state.emf.beta + share * (beta - state.emf.beta), carried.sine),
         )
 
     def _increment(self, state: FeedforwardState, sample: Any) -> Any:

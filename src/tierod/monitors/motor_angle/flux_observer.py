@@ -8,8 +8,8 @@ from typing import Annotated, Any, NamedTuple
 from tierod.fields import check_ranges
 from tierod.graph.maths import absolute, all_of, both, either, limit, present, where
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.monitors.motor_angle.printed_signals import Sample, fresh, output_class, residual
-from tierod.physics.clarke_park import Direction, StatorVector, direction, electrical_angle, park
+from tierod.monitors.motor_angle.printed_signals import WIDEST, Sample, fresh, output_class, residual
+from tierod.physics.clarke_park import Direction, StatorVector, direction, electrical_angle, park, turned
 from tierod.physics.pm_motor import stator_flux_rate
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
@@ -99,8 +99,12 @@ class FluxObserver:
             StatorVector(sample.motor_voltage_alpha, sample.motor_voltage_beta), mean, p.motor_resistance
         )
         whole = all_of(present(rate.alpha), present(rate.beta), state.known)
-        gained = [where(whole, p.sample_time * each, 0.0) for each in rate]
-        return StatorVector(state.flux.alpha + gained[0], state.flux.beta + gained[1])
+        travel = limit(p.sample_time * state.speed, -WIDEST, WIDEST)
+        carried = turned(Direction(*state.flux), travel)
+        return StatorVector(
+            where(whole, state.flux.alpha + p.sample_time * rate.alpha, carried.cosine),
+            where(whole, state.flux.beta + p.sample_time * rate.beta, carried.sine),
+        )
 
     def _less_leakage(self, flux: StatorVector, current: StatorVector) -> StatorVector:
         """The magnets' part of the stator's flux: what the current has not made."""
@@ -121,5 +125,5 @@ class FluxObserver:
         current = [where(tells, new, old) for new, old in zip(after.current, state.current, strict=True)]
         angle = where(first, at, where(state.begun, after.angle, state.angle))
         speed = where(state.begun, after.speed, state.speed)
-        known = where(tells, 1.0, state.known)
+        known = where(tells, 1.0, 0.0)
         return FluxState(StatorVector(*flux), StatorVector(*current), known, angle, speed, begun)

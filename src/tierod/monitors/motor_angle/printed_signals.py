@@ -24,6 +24,9 @@ UNITS = {
     "nis": "",
 }
 
+WIDEST = 0.3
+"""Electrical angle between two samples [rad], up to which a vector is carried on while samples are missing."""
+
 
 @lru_cache(maxsize=32)
 def output_class(*extras: str) -> type:
