@@ -134,7 +134,7 @@ def judge(drive: Drive, vehicle: Vehicle) -> Finding:
             drive.offset,
             drive.offset_deviation,
             "rad",
-            {"five degrees": FIVE_DEGREES},
+            {"smallest offset worth an alarm": FIVE_DEGREES},
         )
     if drive.starts:
         return _fault(drive, estimate, evidence)

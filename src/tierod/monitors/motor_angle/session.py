@@ -20,9 +20,9 @@ SLICE = 200_000
 
 TRACES = {
     "residual": ("angle_residual_electrical", "rad"),
+    "motor_angle_standard_deviation": ("angle_residual_electrical_standard_deviation", "rad"),
     "angle_sum": ("angle_residual_sum", "rad"),
     "motor_angle": ("estimated_motor_angle", "rad"),
-    "motor_angle_standard_deviation": ("estimated_motor_angle_standard_deviation", "rad"),
     "estimated_motor_speed": ("estimated_motor_speed", "rad/s"),
     "speed_residual": ("motor_speed_residual", "rad/s"),
     "motor_resistance": ("estimated_motor_resistance", "ohm"),
@@ -44,7 +44,8 @@ class MotorAngleSession(BlockSession):
     """
 
     def __init__(self, block: MotorAngleMonitor, vehicle: Vehicle, rate: float):
-        super().__init__(block, TRACES)
+        bare = () if block.plausibility is not None else ("mismatch",)
+        super().__init__(block, {output: shown for output, shown in TRACES.items() if output not in bare})
         self.monitor, self.vehicle, self.rate = block, vehicle, rate
         self._courses, self._over = AlarmCourses(rate), _OverDrive()
 
@@ -62,6 +63,8 @@ class MotorAngleSession(BlockSession):
         shown = {name: result[output] for name, output in self._outputs.items()}
         known, windows = result["known"] > 0.5, result["tells"] > 0.5
         shown["angle_residual_electrical"] = np.where(known, shown["angle_residual_electrical"], np.nan)
+        deviation = self.monitor.observer.parameters.motor_pole_pairs * result["motor_angle_standard_deviation"]
+        shown["angle_residual_electrical_standard_deviation"] = np.where(known, deviation, np.nan)
         shown["motor_speed_residual"] = np.where(windows, shown["motor_speed_residual"], np.nan)
         return shown
 
@@ -141,4 +144,3 @@ class _OverDrive:
             suspect=self.suspect,
             starts=dict(starts),
         )
-

@@ -45,12 +45,19 @@ def constant(value: float) -> Callable[[np.ndarray], np.ndarray]:
     return lambda time: np.full_like(time, value)
 
 
+def _noise(samples: int) -> np.ndarray:
+    """White, of standard deviation one."""
+    return np.random.default_rng(5).normal(size=samples)
+
+
 FAULTS = (
     Fault("offset of 5° electrical", offset=constant(FIVE_DEGREES)),
     Fault("offset of -5° electrical", offset=constant(-FIVE_DEGREES)),
     Fault("offset of 20° electrical", offset=constant(4.0 * FIVE_DEGREES)),
     Fault("drift of 20°/s electrical", offset=lambda time: 4.0 * FIVE_DEGREES * time, size=0.25),
     Fault("gain 2 % too large", gain=constant(1.02)),
+    Fault("noise of 10° electrical", offset=lambda time: 2.0 * FIVE_DEGREES * _noise(len(time))),
+    Fault("20° electrical for 5 ms, ten times a second", offset=lambda time: 4.0 * FIVE_DEGREES * (time % 0.1 < 5e-3)),
     Fault("stuck", held=True),
     Fault("sine and cosine swapped", gain=constant(-1.0), offset=constant(0.5 * math.pi / POLE_PAIRS)),
     Fault("current phases b and c swapped", gain=constant(-1.0), signal="motor_current_beta"),
