@@ -7,7 +7,7 @@ from monitors.motor_angle.monitored import COLUMN, SOUND, changed, recording, ve
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.findings import Status
 from tierod.monitors.run import diagnose
-from tierod.studies.motor_angle.fault_drives import FIVE_DEGREES
+from tierod.studies.motor_angle.fault_drives import FAULTS, FIVE_DEGREES, drive
 
 ANGLE = SOUND().samples[:, COLUMN["motor_angle_mechanical"]]
 LATE = np.arange(len(ANGLE)) >= 62_000
@@ -87,6 +87,24 @@ def test_one_root_fills_one_code_of_the_memory(tmp_path):
     memory = FaultMemory.opened(path, "motor-bench")
     raised = [name for name, entry in memory.entries.items() if entry.status & 0x08]
     assert raised == ["motor-supply-low"]
+
+
+@pytest.mark.parametrize(
+    ("name", "cause", "code"),
+    [
+        ("stuck", "stands still", "motor-angle-stuck"),
+        ("current phases b and c swapped", "not those of one motor", "motor-currents"),
+    ],
+)
+@pytest.mark.parametrize("begin", [3.0, 6.2])
+def test_a_stalled_drive_has_the_right_root(tmp_path, name, cause, code, begin):
+    fault = next(fault for fault in FAULTS if fault.name == name)
+    diagnosis = diagnosed(drive(3, 8.0, fault, begin).samples, memory=tmp_path / "memory.json")
+    assert cause in diagnosis.findings[0].cause
+    memory = FaultMemory.opened(tmp_path / "memory.json", "motor-bench")
+    raised = {each for each, entry in memory.entries.items() if entry.status & 0x08}
+    assert code in raised
+    assert not raised & ({"motor-angle-stuck", "motor-currents"} - {code})
 
 
 def test_what_the_user_got_wrong_fills_no_memory(tmp_path):

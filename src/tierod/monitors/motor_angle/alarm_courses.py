@@ -61,6 +61,18 @@ class AlarmCourses:
             flags = np.any([result[f"alarms.{name}"] > 0.5 for name in alarms], axis=0)
             self._follow(self.codes[code], code, time, flags, sound)
 
+    def of_code(self, name: str, mute: bool = False) -> tuple[StatusChange, ...]:
+        """The course of one trouble code.
+
+        Args:
+            name: of the code
+            mute: whether its alarms are consequences of another fault, and tell nothing
+        """
+        if not mute:
+            return tuple(self.codes[name])
+        untold = Status.NOT_ENABLED
+        return tuple(each._replace(status=untold) if each.status is Status.FAULT else each for each in self.codes[name])
+
     def _follow(
         self, course: list[StatusChange], name: str, time: np.ndarray, flags: np.ndarray, sound: np.ndarray
     ) -> None:

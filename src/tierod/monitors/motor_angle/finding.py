@@ -81,6 +81,12 @@ CAUSES: Mapping[str, tuple[str, str]] = {
 }
 """Alarms from root to consequence: what it means, what to do."""
 
+STALLS = ("stuck", "backwards", "not_following")
+"""A sensor that does these lets the drive stall; swapped currents do too."""
+
+SURPRISING = 20.0
+"""An innovation beyond this comes in one of 6000 samples by chance: three measurements have a mean of three."""
+
 SUSPECTS = {MOTOR: "the motor's angle", WHEEL: "the steering wheel's angle", PINION: "the pinion's angle"}
 
 
@@ -93,7 +99,7 @@ class Drive(NamedTuple):
         offset, offset_deviation: electrical difference: while the sum alarmed, or over all
         rms: of all that counted
         windows, slope, agreement: of the gains of sensor and observer, gain over gain, and their correlation
-        nis: mean of the normalised innovations
+        nis, surprised: mean of the normalised innovations, and share of surprising ones since `model` alarmed
         resistance, flux: over those of the vehicle file
         suspect: code of the angle that plausibility suspects
         starts: first instants of alarms
@@ -109,6 +115,7 @@ class Drive(NamedTuple):
     slope: float
     agreement: float
     nis: float
+    surprised: float
     resistance: float
     flux: float
     suspect: float
@@ -150,9 +157,24 @@ def judge(drive: Drive, vehicle: Vehicle) -> Finding:
     return Finding(NAME, Status.HEALTHY, headline, None, estimate, evidence, action="none")
 
 
-def _fault(drive: Drive, estimate: Estimate | None, evidence: dict[str, float]) -> Finding:
+def root_of(drive: Drive) -> str | None:
+    """The alarm from which the others follow; None without any.
+
+    Currents that do not fit their voltages never do; a sensor that stalls the drive only startles the observer once.
+    """
+    if not drive.starts:
+        return None
     first = min(drive.starts.values())
-    root = next(name for name in CAUSES if drive.starts.get(name, math.inf) <= first + TOGETHER)
+    together = [name for name in CAUSES if drive.starts.get(name, math.inf) <= first + TOGETHER]
+    stalls = [name for name in together if name in STALLS]
+    if together[0] == "model" and stalls and drive.surprised < 0.5:
+        return stalls[0]
+    return together[0]
+
+
+def _fault(drive: Drive, estimate: Estimate | None, evidence: dict[str, float]) -> Finding:
+    root = root_of(drive)
+    assert root is not None
     cause, action = CAUSES[root]
     if root == "plausibility":
         cause += f"; {SUSPECTS.get(drive.suspect, 'which of them is wrong')}" + (

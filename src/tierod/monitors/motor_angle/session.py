@@ -10,7 +10,7 @@ from tierod.findings import Status
 from tierod.graph import Result, scan
 from tierod.monitors.motor_angle.alarm_courses import AlarmCourses
 from tierod.monitors.motor_angle.detector import NOT_READY, MotorAngleMonitor
-from tierod.monitors.motor_angle.finding import Drive, judge
+from tierod.monitors.motor_angle.finding import STALLS, SURPRISING, Drive, judge, root_of
 from tierod.monitors.session import BlockSession, Conclusion
 from tierod.recording import Aligned
 from tierod.vehicles import Vehicle
@@ -78,12 +78,12 @@ class MotorAngleSession(BlockSession):
         drive = self._over.drive(self.rate, self._courses.starts, self.monitor)
         finding = judge(drive, self.vehicle)
         # What was not the sensor's fault but the user's must fill no fault memory.
-        told = finding.status is not Status.NOT_TESTABLE
-        return Conclusion(
-            finding,
-            course=tuple(self._courses.course) if told else (),
-            code_courses={name: tuple(course) for name, course in self._courses.codes.items()} if told else {},
-        )
+        if finding.status is Status.NOT_TESTABLE:
+            return Conclusion(finding)
+        root = root_of(drive)
+        mute = "motor-angle-stuck" if root == "model" else "motor-currents" if root in STALLS else ""
+        codes = {name: self._courses.of_code(name, mute=name == mute) for name in self._courses.codes}
+        return Conclusion(finding, course=tuple(self._courses.course), code_courses=codes)
 
 
 class _OverDrive:
@@ -92,6 +92,7 @@ class _OverDrive:
     def __init__(self) -> None:
         self.seen = self.known = self.counted = self.windows = self.ready = 0
         self.sum = self.squares = self.together = self.observed = self.sensed = self.nis = 0.0
+        self.surprised = self.since_model = 0
         self.after = [0, 0.0, 0.0]
         self.suspect = 0.0
         self.resistance = self.flux = np.nan
@@ -113,6 +114,10 @@ class _OverDrive:
         self.observed += float(observer @ observer)
         self.sensed += float(sensor @ sensor)
         self.nis += float(result["nis"].sum())
+        from_here = 0 if self.since_model else int(np.argmax(result["alarms.model"] > 0.5))
+        if self.since_model or result["alarms.model"].max() > 0.5:
+            self.since_model += len(residual) - from_here
+            self.surprised += int(np.count_nonzero(result["nis"][from_here:] > SURPRISING))
         late = counts & (result["alarms.angle"] > 0.5)
         self.after[0] += int(late.sum())
         self.after[1] += float(residual[late].sum())
@@ -139,6 +144,7 @@ class _OverDrive:
             slope=self.together / self.observed if self.observed else np.nan,
             agreement=abs(self.together) / energy if energy else 0.0,
             nis=self.nis / max(self.seen, 1),
+            surprised=self.surprised / max(self.since_model, 1),
             resistance=self.resistance / monitor.observer.parameters.motor_resistance,
             flux=self.flux / monitor.observer.parameters.motor_flux,
             suspect=self.suspect,
