@@ -1,12 +1,15 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from monitors.motor_angle.monitored import COLUMN, SOUND, changed, recording, vehicle_with
 from tierod.diagnosis.fault_memory import FaultMemory
+from tierod.errors import InputError
 from tierod.findings import Status
 from tierod.monitors.run import diagnose
+from tierod.recording import Recording
 from tierod.studies.motor_angle.fault_drives import FAULTS, FIVE_DEGREES, drive
 
 ANGLE = SOUND().samples[:, COLUMN["motor_angle_mechanical"]]
@@ -62,6 +65,22 @@ def test_currents_of_the_wrong_sign_are_named():
     found = finding(changed(**{name: -SOUND().samples[:, COLUMN[name]] for name in names}))
     assert found.status is Status.FAULT
     assert "not those of one motor" in found.cause
+
+
+def test_currents_that_come_too_slowly_are_refused():
+    slow = SOUND().samples[::2]
+    channels = recording(slow).channels
+    late = {name: replace(each, time=2.0 * each.time) for name, each in channels.items()}
+    with pytest.raises(InputError, match=r"motor_current_alpha comes at about 5e\+03 Hz"):
+        diagnose(Recording(late), "motor-bench", "motor-angle")
+
+
+def test_a_wrong_sampling_time_is_no_sound_sensor():
+    channels = recording(SOUND().samples).channels
+    fast = {name: replace(each, time=0.5 * each.time) for name, each in channels.items()}
+    found = diagnose(Recording(fast), "motor-bench", "motor-angle").findings[0]
+    assert found.status is Status.FAULT
+    assert "sampling time" in found.action
 
 
 def test_a_low_supply_is_the_root_of_what_it_does():

@@ -58,7 +58,7 @@ CAUSES: Mapping[str, tuple[str, str]] = {
         "check wiring and channel map",
     ),
     "electrical.resolver_mismatch": (
-        "the angle is not that of the sensor's own sine and cosine",
+        "the motor's angle is not that of its sensor's own sine and cosine",
         "check the zero of the angle, its calibration, and the software between sensor and control",
     ),
     "angle": (
@@ -216,7 +216,7 @@ def _evidence(drive: Drive) -> dict[str, float]:
     found = {
         "turning_s": drive.known,
         "turning_share": drive.known / max(drive.seconds, 1e-9),
-        "angle_residual_rms_electrical_rad": drive.rms,
+        "angle_residual_rms_electrical_rad": drive.rms if drive.counted else math.nan,
         "nis_mean": drive.nis,
         "sensor_turns_per_observed_turn": drive.slope,
         "resistance_over_nominal": drive.resistance,

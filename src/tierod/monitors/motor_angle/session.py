@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from tierod.errors import InputError
 from tierod.findings import Status
 from tierod.graph import Result, scan
 from tierod.monitors.motor_angle.alarm_courses import AlarmCourses
@@ -14,6 +15,9 @@ from tierod.monitors.motor_angle.finding import STALLS, SURPRISING, Drive, judge
 from tierod.monitors.session import BlockSession, Conclusion
 from tierod.recording import Aligned
 from tierod.vehicles import Vehicle
+
+LEAST_SHARE = 0.8
+"""Share of the samples that currents and voltages must bring."""
 
 SLICE = 200_000
 """Samples that are judged at once, lest all outputs of a long piece lie in memory together."""
@@ -51,8 +55,22 @@ class MotorAngleSession(BlockSession):
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
+        if not self._over.seen:
+            self._refuse_slow(aligned)
         parts = [self._slice(aligned, start) for start in range(0, len(aligned.time), SLICE)]
         return {name: np.concatenate([part[name] for part in parts]) for name in self.traces}
+
+    def _refuse_slow(self, aligned: Aligned) -> None:
+        """Held currents would be ones that stand still: they must come as fast as the observer runs."""
+        for name in ("motor_current_alpha", "motor_current_beta", "motor_voltage_alpha", "motor_voltage_beta"):
+            there = np.isfinite(aligned.values[:, aligned.names.index(name)])
+            share = float(there.mean()) if there.any() else 1.0
+            if share < LEAST_SHARE:
+                raise InputError(
+                    f"{name} comes at about {share * self.rate:.3g} Hz, or with that many samples lost; the observer "
+                    f"of the motor's angle needs {self.rate:g} Hz: record the motor's signals at the rate of its "
+                    "modulation, and check the unit of time"
+                )
 
     def _slice(self, aligned: Aligned, start: int) -> dict[str, np.ndarray]:
         """The traces of one slice; differences are shown where they count."""
