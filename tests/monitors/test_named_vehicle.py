@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tierod.errors import InputError, ParameterError
-from tierod.monitors.named_vehicle import vehicle_named_in
+from tierod.monitors.named_vehicle import other_vehicle, vehicle_named_in
 from tierod.proving_ground.cars.catalogue import shipped as cars
 from tierod.recording import Channel, Recording
 from tierod.vehicles import shipped
@@ -44,3 +44,20 @@ def test_a_file_that_cannot_be_read_is_told_as_such(tmp_path):
 
 def test_some_virtual_cars_have_a_vehicle():
     assert {"midsize-eps", "column-bench"} <= set(cars()) & set(shipped())
+
+
+@pytest.mark.parametrize(
+    ("metadata", "judged_as", "told"),
+    [
+        ({"virtual_car": "steer-by-wire"}, "midsize-eps", True),
+        ({"vehicle": "steer-by-wire"}, "midsize-eps", True),
+        ({"virtual_car": "steer-by-wire", "vehicle": {"mass": 1640.0}}, "steer-by-wire", False),
+        ({"virtual_car": "my-car"}, "midsize-eps", False),
+        ({}, "midsize-eps", False),
+    ],
+)
+def test_another_vehicle_than_the_recording_names_is_told(metadata, judged_as, told):
+    warning = other_vehicle(metadata, judged_as)
+    assert (warning is not None) == told
+    if told:
+        assert "made with the vehicle 'steer-by-wire', but is judged as 'midsize-eps'" in warning

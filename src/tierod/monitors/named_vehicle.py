@@ -41,6 +41,23 @@ def vehicle_named_in(source: Recording | str | Path, dbc: Any = None, channel_ma
     )
 
 
+def other_vehicle(metadata: Mapping[str, Any], judged_as: str) -> str | None:
+    """A warning where a recording names a shipped vehicle other than the one it is judged as; None where it does not.
+
+    Args:
+        metadata: of the recording
+        judged_as: name of the vehicle whose parameters are used
+    """
+    named = [metadata[key] for key in KEYS if isinstance(metadata.get(key), str)]
+    made_with = next((name for name in named if name in shipped()), None)
+    if made_with is None or judged_as in named:
+        return None
+    return (
+        f"the recording was made with the vehicle '{made_with}', but is judged as '{judged_as}': where these differ, "
+        "the verdict is worth nothing; check --vehicle"
+    )
+
+
 def _metadata(path: str | Path, dbc: Any, channel_map: Any) -> Mapping[str, Any]:
     from tierod.readers import open_chunks
 

@@ -14,7 +14,7 @@ from tierod.derive import complete, ingredients
 from tierod.errors import InputError, ParameterError, nearest
 from tierod.findings import Diagnosis
 from tierod.monitors.into_memory import MemoryFeed
-from tierod.monitors.named_vehicle import vehicle_named_in
+from tierod.monitors.named_vehicle import other_vehicle, vehicle_named_in
 from tierod.monitors.own_level import OwnLevel, load_own_level, refuse_foreign, store_own_level
 from tierod.monitors.pieces import CHUNK, OVERLAP, joined, pieces_of, refuse_leap, share_read
 from tierod.monitors.quality_over_chunks import QualityOverChunks
@@ -192,9 +192,15 @@ class Run:
         for name in self.session.signals:
             if name in traces and name not in self.session.traces:
                 traces[name] = dataclasses.replace(traces[name], unit=units.get(name, ""))
+        other = other_vehicle(self._metadata, self.vehicle.name)
         finding = _with_warnings(
             conclusion,
-            (*self._metadata.get("warnings", ()), *self._quality.contradictions(), *self._quality.range_warnings()),
+            (
+                *((other,) if other else ()),
+                *self._metadata.get("warnings", ()),
+                *self._quality.contradictions(),
+                *self._quality.range_warnings(),
+            ),
         )
         diagnosis = Diagnosis(
             findings=(finding,),
