@@ -41,6 +41,13 @@ def test_what_the_bench_adds_is_nil(result):
     assert result.explained
 
 
+def test_what_is_in_doubt_is_said_with_its_own_reason(result):
+    assert result.doubt == ""
+    stopped = replace(result, estimate=replace(result.estimate, converged=False))
+    assert stopped.doubt == "the search did not come to an end"
+    assert replace(stopped, explained=False).doubt == "the model does not explain these recordings"
+
+
 def test_every_experiment_is_left_out_once(result):
     assert [each.name for each in result.left_out] == [FREE, LOCKED]
     without_free, without_locked = result.left_out

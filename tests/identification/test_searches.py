@@ -166,6 +166,25 @@ def test_a_search_that_is_stuck_far_off_has_not_converged():
     assert stuck.fit(recordings, start=end).converged
 
 
+class Stumbling(MaximumLikelihood):
+    """Runs out of steps on its way from the large noise."""
+
+    def _descend(self, place, experiments, moving, enough):
+        end = super()._descend(place, experiments, moving, enough)
+        descents = self.__dict__.setdefault("descents", [])
+        descents.append(end)
+        return end._replace(converged=False, found=end.found._replace(cost=np.inf)) if len(descents) <= 3 else end
+
+
+def test_a_search_that_stops_on_its_way_begins_again():
+    recordings = [recorded(3, DRIVE)]
+    straight, stumbled = search().fit(recordings), Stumbling(FirstOrder, Lag(0.8, 0.7), FREE, (0.1,), (0.5,))
+    found = stumbled.fit(recordings)
+    assert found.converged
+    assert found.values == pytest.approx(straight.values, rel=1e-3)
+    assert found.cost == pytest.approx(straight.cost, abs=0.02)
+
+
 def test_a_positive_parameter_cannot_start_at_zero():
     with pytest.raises(ParameterError, match="above zero"):
         Free("decay").coordinate(0.0)

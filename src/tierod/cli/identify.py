@@ -30,7 +30,7 @@ def identify(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
-    """Fit parameters to recordings and write them back: done (0), recordings not explained (2), bad input (3)."""
+    """Fit parameters to recordings and write them back: done (0), values of no use (2), bad input (3)."""
     from tierod.cli.app import HEALTHY, NOT_JUDGED
     from tierod.cli.terminal import messages, print_json, progress
     from tierod.errors import ParameterError, nearest
@@ -46,10 +46,8 @@ def identify(
         result = SUBJECTS[subject](car, known, _names(free), advance)
     if report is not None:
         _write_page(result, car, known, recordings, report)
-    if target is not None and not result.explained:
-        messages().print(
-            f"{target} is not written: the model does not explain these recordings", soft_wrap=True, markup=False
-        )
+    if target is not None and result.doubt:
+        messages().print(f"{target} is not written: {result.doubt}", soft_wrap=True, markup=False)
         target = None
     if target is not None:
         _write_vehicle(result, car, recordings, target)
@@ -60,7 +58,7 @@ def identify(
     for what, path in (("vehicle file", target), ("page", report)):
         if path is not None:
             messages().print(f"{what}: {path}", soft_wrap=True, markup=False)
-    return HEALTHY if result.explained else NOT_JUDGED
+    return NOT_JUDGED if result.doubt else HEALTHY
 
 
 def _names(free: str | None) -> tuple[str, ...]:
@@ -230,6 +228,7 @@ def _document(
         ],
         "whiteness": {name: each._asdict() for name, each in result.whiteness.items()},
         "explained": result.explained,
+        "converged": estimate.converged,
         "remarks": list(result.remarks),
         "vehicle_file": None if target is None else str(target),
         "page": None if report is None else str(report),

@@ -89,7 +89,7 @@ def identify_column(
         shown,
         {name: whiteness([r[:, k] for r in whole.estimate.residuals]) for k, name in enumerate(OUTPUTS)},
         (*remarks, *whole.remarks),
-        whole.estimate.converged and not is_unexplained(whole.estimate, [row.experiment for row in rows]),
+        not is_unexplained(whole.estimate, [row.experiment for row in rows]),
     )
 
 

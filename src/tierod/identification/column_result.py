@@ -90,7 +90,7 @@ class ColumnIdentification:
         shown: every experiment with its simulation
         whiteness: of the innovations, by output
         remarks: what was noticed
-        explained: whether the model explains the recordings, so that the values may be used
+        explained: whether the model explains the recordings
     """
 
     found: tuple[Found, ...]
@@ -100,3 +100,10 @@ class ColumnIdentification:
     whiteness: Mapping[str, Whiteness]
     remarks: tuple[str, ...]
     explained: bool = True
+
+    @property
+    def doubt(self) -> str:
+        """Why the values may not be used; empty where they may."""
+        if not self.explained:
+            return "the model does not explain these recordings"
+        return "" if self.estimate.converged else "the search did not come to an end"

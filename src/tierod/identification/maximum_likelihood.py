@@ -36,6 +36,22 @@ class Likelihood(NamedTuple):
     residuals: tuple[np.ndarray, ...]
 
 
+class End(NamedTuple):
+    """Where a search stopped.
+
+    Args:
+        place: of the search
+        found: the likelihood there
+        steps: that it took
+        converged: whether that is the end, and not a stop on the way
+    """
+
+    place: np.ndarray
+    found: Likelihood
+    steps: int
+    converged: bool
+
+
 @dataclass(frozen=True, eq=False)
 class MaximumLikelihood:
     """Parameters of a discrete model, and the noise of its inputs and outputs, from experiments.
@@ -79,6 +95,8 @@ class MaximumLikelihood:
     NEAR = 0.125
     """Fall of the cost that an undamped step would still promise where the search has converged: then the end is nearer
     than half a standard deviation in every direction. A search that is stuck far off has not come to an end."""
+    AGAIN = 2
+    """Searches more that are made at most where one stops before the end: from the start, and on from the lowest."""
     LEAST_NOISE = 1e-2
     """Share of the noises at the start below which none is looked for."""
     FARTHEST = 1.0
@@ -154,7 +172,6 @@ class MaximumLikelihood:
             progress: called with the share that is done, roughly
         """
         place, steps, done = self.start() if start is None else np.array(start, float), 0, 0.0
-        whole = range(len(place))
         if start is None:
             place = self._best_start(place, experiments)
             for factor in self.widened:
@@ -162,10 +179,26 @@ class MaximumLikelihood:
                 place, _, more, _ = self._descend(place, experiments, range(self._count), 1.0)
                 steps, done = steps + more, done + 0.7 / len(self.widened)
                 progress(done)
-        place, found, more, converged = self._descend(place, experiments, whole, self.ENOUGH)
+        end = self._to_the_end(place, experiments)
         progress(1.0)
-        covariance = sandwich(found.information, found.scores, np.diag(self._known_before(place)[2]))
-        return self._estimate(place, found, covariance, steps + more, converged)
+        covariance = sandwich(end.found.information, end.found.scores, np.diag(self._known_before(end.place)[2]))
+        return self._estimate(end, covariance, steps + end.steps)
+
+    def _to_the_end(self, place: np.ndarray, experiments: Sequence[Experiment]) -> End:
+        """The end of the search; where it stopped on its way, begun again and gone on with from the lowest place.
+
+        What the parameters lost to a large noise they win back along a narrow bent valley, down which parameters and
+        noise fall together in many small steps; from the start with its own small noise the way is often short.
+        """
+        whole = range(len(place))
+        best = self._descend(place, experiments, whole, self.ENOUGH)
+        begins, steps = [self._nearest_start(experiments)] if not best.converged else [], best.steps
+        for _ in range(self.AGAIN):
+            if best.converged:
+                break
+            again = self._descend(begins.pop() if begins else best.place, experiments, whole, self.ENOUGH)
+            best, steps = min(best, again, key=lambda each: each.found.cost), steps + again.steps
+        return best._replace(steps=steps)
 
     def place_of(self, estimate: Estimate) -> np.ndarray:
         """Where another search ended; what it did not look for is where this one starts."""
@@ -185,12 +218,15 @@ class MaximumLikelihood:
         noise = np.concatenate([place[: self._count] * 0.0, self._noise_at(self.widened[0]) - place[self._count :]])
         return min(self.places(), key=lambda at: self.cost(at + noise, experiments))
 
+    def _nearest_start(self, experiments: Sequence[Experiment]) -> np.ndarray:
+        """The start with its own noise that is likeliest."""
+        return min(self.places(), key=lambda at: self.cost(at, experiments))
+
     def _noise_at(self, factor: float) -> np.ndarray:
         return np.log([*np.multiply(self.input_deviation, factor), *self.output_deviation])
 
-    def _estimate(
-        self, place: np.ndarray, found: Likelihood, covariance: np.ndarray, steps: int, converged: bool
-    ) -> Estimate:
+    def _estimate(self, end: End, covariance: np.ndarray, steps: int) -> Estimate:
+        place, found = end.place, end.found
         count, inputs = self._count, len(self.input_deviation)
         values = tuple(each.value(float(x)) for each, x in zip(self.free, place[:count], strict=True))
         noise = tuple(np.exp(place[count:]).tolist())
@@ -206,12 +242,12 @@ class MaximumLikelihood:
             noise[:inputs],
             noise[inputs:],
             steps,
-            converged,
+            end.converged,
         )
 
     def _descend(
         self, place: np.ndarray, experiments: Sequence[Experiment], moving: Sequence[int], enough: float
-    ) -> tuple[np.ndarray, Likelihood, int, bool]:
+    ) -> End:
         damping, now = 1e-2, self.likelihood(place, experiments, moving)
         for steps in range(1, self.most_steps + 1):
             step = self._step(place, now, moving, damping)
@@ -227,8 +263,8 @@ class MaximumLikelihood:
             else:
                 damping = max(10.0 * damping, 1e-4)
             if 0.0 < gained < enough or hoped < enough or damping > 1e8:
-                return place, now, steps, self._is_near(place, now, moving)
-        return place, now, self.most_steps, False
+                return End(place, now, steps, self._is_near(place, now, moving))
+        return End(place, now, self.most_steps, False)
 
     def _is_near(self, place: np.ndarray, now: Likelihood, moving: Sequence[int]) -> bool:
         """Whether the parabola through this place has its lowest point close by."""
