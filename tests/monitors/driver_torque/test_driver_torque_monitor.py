@@ -123,6 +123,93 @@ def test_a_parameter_that_does_not_fit_is_named(bench, name, factor):
     assert name in finding.cause
 
 
+def shifted(recording, **offsets):
+    channels = dict(recording.channels)
+    for name, offset in offsets.items():
+        channels[name] = replace(channels[name], values=offset + channels[name].values)
+    return Recording(channels, recording.metadata)
+
+
+def late(recording, name, seconds):
+    channels = dict(recording.channels)
+    channels[name] = replace(channels[name], time=channels[name].time + seconds)
+    return Recording(channels, recording.metadata)
+
+
+def test_what_does_not_fit_withholds_the_torque(bench):
+    finding, diagnosis = judged(bench, with_parameter("motor_ratio", 1.1))
+    assert finding.estimate is None
+    assert finding.headline.startswith("Torque of the driver's hands: withheld")
+    assert "motor_ratio is 19.8, but the angles go by 18" in finding.headline
+    assert not {"hand_torque", "hands_on", "true_hand_torque"} & set(diagnosis.traces)
+    assert not any(name.startswith(("hand_torque", "hands_")) for name in finding.evidence)
+    assert "withheld" in diagnosis.remarks["estimate"]
+    assert "nis" in diagnosis.traces
+
+
+@pytest.mark.parametrize("name", ["steering_wheel_angle", "motor_angle_mechanical"])
+def test_an_angle_in_degrees_is_named(bench, name):
+    finding, _ = judged(changed(bench, **{name: 180.0 / np.pi}))
+    assert finding.status is Status.SUSPECT
+    assert finding.cause.startswith(f"{name} is 57.3 times too large")
+
+
+def test_an_offset_beyond_what_is_learnt_is_named_with_its_size(bench):
+    finding, _ = judged(shifted(bench, driver_torque=-0.5))
+    assert finding.status is Status.SUSPECT
+    assert "driver_torque is 0.50 N·m too low" in finding.cause
+    assert judged(shifted(bench, driver_torque=0.1))[0].status is Status.HEALTHY
+
+
+@pytest.mark.parametrize("name", ["steering_wheel_angle", "driver_torque", "motor_angle_mechanical"])
+def test_a_late_signal_is_named_with_its_lag(bench, name):
+    finding, _ = judged(late(bench, name, 0.02))
+    assert finding.status is Status.SUSPECT
+    assert finding.cause.startswith(f"{name} is some 2")
+    assert finding.evidence[f"{name}_lag_s"] == pytest.approx(
+        0.02, rel=0.2
+    )  # a torque that jumps is no line in its lag
+    assert "stiffness" not in finding.cause
+
+
+def test_with_a_lag_the_torque_is_held_against_the_truth_of_its_time(bench):
+    default, fixed_lag = (judged(bench, variant=name) for name in ("interacting", "fixed-lag"))
+    errors = [finding.evidence["error_against_truth_rms_Nm"] for finding, _ in (default, fixed_lag)]
+    assert errors[1] < 0.6 * errors[0]
+    assert "20 ms after it acted" in fixed_lag[1].remarks["estimate"]
+
+
+def test_figures_text_and_chart_tell_the_same_nis(bench):
+    _, diagnosis = judged(bench)
+    assert np.nanmean(diagnosis.traces["nis"].mean) == pytest.approx(diagnosis.consistency["nis_mean"], rel=0.02)
+    assert "per measurement" in diagnosis.remarks["consistency"]
+    assert "nis_band_low" not in diagnosis.consistency
+
+
+def slower(recording, step):
+    return Recording(
+        {n: replace(c, time=c.time[::step], values=c.values[::step]) for n, c in recording.channels.items()},
+        recording.metadata,
+    )
+
+
+@pytest.mark.parametrize("variant", ["interacting", "fixed-lag"])
+def test_a_gear_that_is_too_fast_for_the_rate_is_left_out(bench, variant):
+    finding, diagnosis = judged(slower(bench, 20), variant=variant)
+    assert finding.status is Status.HEALTHY
+    assert finding.evidence["error_against_truth_rms_Nm"] < 0.1
+    assert "too fast for 50 samples per second" in diagnosis.remarks["estimate"]
+    with pytest.raises(ParameterError, match="take a variant that leaves it out"):
+        judged(slower(bench, 20), variant="full")
+
+
+def test_a_file_with_a_stiff_gear_needs_no_inertia_of_the_column(bench):
+    names = [name for name in BENCH.parameters if name != "gear_stiffness"]
+    finding, _ = judged(bench, replace(BENCH, parameters={name: BENCH.parameters[name] for name in names}))
+    assert finding.status is Status.HEALTHY
+    assert finding.evidence["error_against_truth_rms_Nm"] < 0.06
+
+
 def test_a_wheel_that_stands_still_tells_nothing():
     draw, time = np.random.default_rng(1), np.arange(20_000) * 1e-3
     whole = run(ColumnBench(), BenchHands(time=1.0), sensors=SensorSet.bench()).recording

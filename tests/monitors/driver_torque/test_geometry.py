@@ -43,3 +43,26 @@ def test_too_little_tells_neither():
     still.add(*np.zeros((3, 2000)))
     assert few.found() is None
     assert still.found() is None
+
+
+def test_the_constant_is_the_offset_of_the_torque_where_the_angles_are_set_to_zero():
+    geometry, (wheel, motor, bar) = GeometryOverDrive(), signals()
+    geometry.add(wheel + 0.7, motor, bar + 0.5)
+    assert geometry.found().torque_offset == pytest.approx(0.5, abs=0.01)
+
+
+@pytest.mark.parametrize("late", range(3))
+@pytest.mark.parametrize("lag", [5, 20])
+def test_the_signal_that_is_late_is_named(late, lag):
+    geometry, rows = GeometryOverDrive(), list(signals())
+    rows = [row[lag - lag * (k == late) : len(row) - lag * (k == late)] for k, row in enumerate(rows)]
+    geometry.add(*rows)
+    found = geometry.found()
+    assert found.late == ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque")[late]
+    assert found.lag == pytest.approx(1e-3 * lag, rel=0.1)
+
+
+def test_what_is_on_time_has_next_to_no_lag():
+    geometry = GeometryOverDrive()
+    geometry.add(*signals())
+    assert abs(geometry.found().lag) < 1e-3

@@ -8,7 +8,7 @@ from typing import Any
 
 from tierod.errors import ParameterError
 from tierod.models.steering_column import ColumnParameters
-from tierod.monitors.driver_torque.delayed import DelayedHandTorque
+from tierod.monitors.driver_torque.delayed import DELAY, DelayedHandTorque
 from tierod.monitors.driver_torque.hands import HandsMonitor
 from tierod.monitors.driver_torque.hands_filters import FINE, SensorNoise
 from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor, tuning_at
@@ -16,7 +16,7 @@ from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.printed import PrintedObserver
 from tierod.monitors.driver_torque.session import TRUTH, DriverTorqueSession
 from tierod.monitors.driver_torque.signs import ColumnSigns
-from tierod.monitors.driver_torque.vehicle_column import usual_tuning
+from tierod.monitors.driver_torque.vehicle_column import gear_is_too_fast, usual_tuning
 from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.session import Monitor, Session, Variant
 from tierod.vehicles import Vehicle
@@ -32,12 +32,19 @@ FAST = 500.0
 _BARE = ("hand_torque_deviation", "disturbance_torque_deviation", "nis")
 _DELAYED = ("disturbance_torque", "disturbance_torque_deviation", "nis")
 
+PRINTED = ("mechanical", "balanced", "full")
+LATER = f"The torque is told {1e3 * DELAY:.0f} ms after it acted; truth and error are those of the time when it acted."
+NO_GEAR = (
+    "The gear's vibration is too fast for {rate:g} samples per second, so it is left out: bar and gear are one spring, "
+    "and gear and motor one inertia."
+)
+
 Opener = Callable[[Vehicle, float, OwnLevel | None], Session]
 Observer = Callable[[Vehicle, float, SensorNoise, bool], Any]
 """An observer for a vehicle, a rate [Hz], the noise of its sensors, with the motor's angle or without it."""
 
 
-def _opener(name: str, observer: Observer, untold: tuple[str, ...] = ()) -> Opener:
+def _opener(name: str, observer: Observer, untold: tuple[str, ...] = (), delay: float = 0.0) -> Opener:
     def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
         if not vehicle.calibrated:
             raise ParameterError(
@@ -52,8 +59,13 @@ def _opener(name: str, observer: Observer, untold: tuple[str, ...] = ()) -> Open
             )
             return DriverTorqueMonitor(observer(vehicle, rate, noise, with_motor), hands, signs)
 
+        remark = LATER if delay > 0.0 else ""
+        if name not in PRINTED and gear_is_too_fast(vehicle, 1.0 / rate):
+            remark = f"{remark} {NO_GEAR.format(rate=rate)}".lstrip()
         usual = FINE if rate >= FAST else PRODUCTION
-        return DriverTorqueSession(build, usual, vehicle, rate, f"driver-torque, {name}", untold)
+        return DriverTorqueSession(
+            build, usual, vehicle, rate, f"driver-torque, {name}", untold, round(delay * rate), remark
+        )
 
     return open_
 
@@ -70,6 +82,11 @@ def _delayed(vehicle: Vehicle, rate: float, noise: SensorNoise, with_motor: bool
 
 def _printed(column: str) -> Observer:
     def build(vehicle: Vehicle, rate: float, noise: SensorNoise, with_motor: bool) -> PrintedObserver:
+        if column == "full" and gear_is_too_fast(vehicle, 1.0 / rate):
+            raise ParameterError(
+                f"the gear's vibration is too fast for {rate:g} samples per second; take a variant that leaves it out "
+                "there ('interacting', 'fixed-lag', 'mechanical'), or record faster"
+            )
         return PrintedObserver.of_column(vehicle.parameters_for(ColumnParameters), column, 1.0 / rate)
 
     return build
@@ -78,7 +95,7 @@ def _printed(column: str) -> Observer:
 _VARIANTS = (
     Variant(
         "interacting",
-        "Two filters side by side, for hands whose torque has a rate and for hands that jump.",
+        "Three filters side by side, for hands whose torque has a rate, hands that jump, and friction that reverses.",
         f"beyond {PAPER}; docs/column.md",
         _opener("interacting", _default),
     ),
@@ -86,7 +103,7 @@ _VARIANTS = (
         "fixed-lag",
         "The torque of the hands 20 ms ago, from all samples until now: smoother and closer, for whoever may wait.",
         f"beyond {PAPER}; docs/column.md",
-        _opener("fixed-lag", _delayed, _DELAYED),
+        _opener("fixed-lag", _delayed, _DELAYED, DELAY),
     ),
     Variant(
         "mechanical",

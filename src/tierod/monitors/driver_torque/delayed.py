@@ -15,6 +15,9 @@ from tierod.monitors.driver_torque.tuning import ColumnTuning, design, process_n
 from tierod.monitors.driver_torque.vehicle_column import column_of_vehicle, usual_tuning
 from tierod.vehicles import Vehicle
 
+DELAY = 0.02
+"""Usual lag [s]: at which an edge is seen from both sides."""
+
 RATE_WALK = 40.0
 """Of the torque's rate, tuned on simulated benches with hands that jump and hands that pull within 100 ms: what comes
 after an edge is known here, so it may be larger than without a lag [N m/s^1.5]."""
@@ -69,7 +72,7 @@ class DelayedHandTorque:
 
     @classmethod
     def of_vehicle(
-        cls, vehicle: Vehicle, sample_time: float = 1e-3, delay: float = 0.02, tuning: ColumnTuning | None = None
+        cls, vehicle: Vehicle, sample_time: float = 1e-3, delay: float = DELAY, tuning: ColumnTuning | None = None
     ) -> DelayedHandTorque:
         """The smoother of a vehicle's column, see `ColumnObserver.of_vehicle`.
 
@@ -79,11 +82,13 @@ class DelayedHandTorque:
             delay: at least a sample [s]
             tuning: that of a bench or of the road where None
         """
-        return cls.of_parameters(column_of_vehicle(vehicle), sample_time, delay, tuning or usual_tuning(vehicle))
+        return cls.of_parameters(
+            column_of_vehicle(vehicle, sample_time), sample_time, delay, tuning or usual_tuning(vehicle)
+        )
 
     @classmethod
     def of_parameters(
-        cls, parameters: Any, sample_time: float = 1e-3, delay: float = 0.02, tuning: ColumnTuning | None = None
+        cls, parameters: Any, sample_time: float = 1e-3, delay: float = DELAY, tuning: ColumnTuning | None = None
     ) -> DelayedHandTorque:
         """The smoother of a column.
 

@@ -64,10 +64,10 @@ class ColumnMemory(NamedTuple):
 class ColumnObserver:
     """Torque of the hands and of the disturbance, with the states of a steering column, from angles and torques.
 
-    Two Kalman filters with stationary gains run side by side: one for hands whose torque has a rate, one for hands
-    that jump. The observer starts at its first complete sample as if at rest, and starts again after a long gap; in a
-    gap the standard deviations grow, and they are those of no knowledge while it settles. A missing motor torque is
-    held.
+    Three Kalman filters with stationary gains run side by side: for hands whose torque has a rate, for hands that jump,
+    and for friction that reverses. The observer starts at its first complete sample as if at rest, and starts again
+    after a long gap; in a gap the standard deviations grow, and they are those of no knowledge while it settles. A
+    missing motor torque is held.
 
     Args:
         bank: the filters
@@ -98,7 +98,7 @@ class ColumnObserver:
         Raises:
             ParameterError: parameters are missing, or do not fit, as `require_fit` says
         """
-        return cls.of_parameters(column_of_vehicle(vehicle), sample_time, tuning or usual_tuning(vehicle))
+        return cls.of_parameters(column_of_vehicle(vehicle, sample_time), sample_time, tuning or usual_tuning(vehicle))
 
     @classmethod
     def of_parameters(

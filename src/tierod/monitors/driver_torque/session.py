@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,6 +25,15 @@ from tierod.vehicles import Vehicle
 
 TRUTH = "truth_hand_torque"
 """Channel of a virtual car that tells the torque of the hands."""
+
+WITHHELD = (
+    "The torque of the hands, and whether they are on the wheel, are withheld, since the vehicle file does not fit the "
+    "recording; the normalised innovations show where it fits least."
+)
+SIZED = (
+    "NIS is told per measurement, here and in the chart: 1 where the observer knows its own uncertainty, more where it "
+    "claims to know more than it does. It expects a quarter more noise than was measured, so that two thirds are usual."
+)
 
 TRACES = {
     "hand_torque": ("hand_torque", "N*m"),
@@ -59,6 +69,8 @@ class DriverTorqueSession(BlockSession):
         rate: of the samples [Hz]
         name: of monitor and variant
         untold: outputs that the observer does not tell
+        delay: for which the observer waits before it tells a torque; the truth is compared as late [samples]
+        remark: on the observer, for the report
     """
 
     def __init__(
@@ -69,13 +81,17 @@ class DriverTorqueSession(BlockSession):
         rate: float,
         name: str,
         untold: tuple[str, ...] = (),
+        delay: int = 0,
+        remark: str = "",
     ):
         told = {key: shown for key, shown in TRACES.items() if key not in untold}
         super().__init__(build(usual, True), told)
         self._build, self._usual, self.vehicle, self.rate, self.name = build, usual, vehicle, rate, name
         self.traces = {**self.traces, "true_hand_torque": "N*m"}
         self.signals = (*self.signals, TRUTH)
-        self._geometry, self._stretches, self._over = GeometryOverDrive(), Stretches(1.0 / rate), _OverDrive()
+        self._geometry, self._stretches = GeometryOverDrive(rate), Stretches(1.0 / rate)
+        self._over, self._remark = _OverDrive(), remark
+        self._truth, self._nis = np.full(delay, np.nan), np.empty(0)
         self._consistency = None if "nis" in untold else ConsistencyAccumulator()
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
@@ -83,7 +99,14 @@ class DriverTorqueSession(BlockSession):
         columns = dict(zip(aligned.names, aligned.values.T, strict=True))
         if not self._over.seen:
             self.block = self._suited(columns)
-        return {**super().absorb(aligned), "true_hand_torque": columns[TRUTH]}
+        truth = np.concatenate([self._truth, columns[TRUTH]])
+        kept = len(truth) - len(self._truth)
+        late, self._truth = truth[:kept], truth[kept:]
+        at = aligned.names.index(TRUTH)
+        values = aligned.values.copy()
+        values[:, at] = late
+        shown = {**super().absorb(replace(aligned, values=values)), "true_hand_torque": late}
+        return {name: self._nis if name == "nis" else trace for name, trace in shown.items()}
 
     def _suited(self, columns: Mapping[str, np.ndarray]) -> DriverTorqueMonitor:
         """The block for the sensors of a recording, from its first piece."""
@@ -95,6 +118,7 @@ class DriverTorqueSession(BlockSession):
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         """Torques, states of the hands and innovations of one piece."""
         ready = (result["ready"] > 0.5) & np.isfinite(result["hand_torque"])
+        self._nis = result["nis"] / np.where(result["present"] > 0.0, result["present"], np.nan)
         angles = signals["steering_wheel_angle"], signals["motor_angle_mechanical"]
         self._stretches.add(time, result["hands"])
         self._geometry.add(*angles, signals["driver_torque"])
@@ -111,18 +135,19 @@ class DriverTorqueSession(BlockSession):
             stretches=tuple(self._stretches.found()),
         )
         finding = judge(drive, self.vehicle, self.name)
-        told = finding.status in (Status.HEALTHY, Status.SUSPECT)
-        withheld = (TRUTH,) if told else (TRUTH, *self.traces)
+        told = finding.status is Status.HEALTHY
+        unfit = finding.status is Status.SUSPECT
+        withheld = (TRUTH,) if told else (TRUTH, *(name for name in self.traces if not (unfit and name == "nis")))
+        remarks = {"estimate": WITHHELD if unfit else self._remark if told else ""}
         if found is None:
-            return Conclusion(finding, withheld=withheld)
-        figures = {
-            "enabled_samples": float(found.samples),
-            "nis_mean": found.nis,
-            "nis_band_low": found.nis_band[0],
-            "nis_band_high": found.nis_band[1],
-            "nis_outside_95_share": found.outside,
-        }
-        return Conclusion(finding, consistency=figures, withheld=withheld)
+            return Conclusion(finding, remarks=_given(remarks), withheld=withheld)
+        remarks["consistency"] = SIZED
+        figures = {"enabled_samples": float(found.samples), "nis_mean": found.nis}
+        return Conclusion(finding, consistency=figures, remarks=_given(remarks), withheld=withheld)
+
+
+def _given(remarks: dict[str, str]) -> dict[str, str]:
+    return {part: remark for part, remark in remarks.items() if remark}
 
 
 class _OverDrive:
@@ -182,6 +207,7 @@ class _OverDrive:
             torque_span=torque,
             angle_span=angle,
             nis=math.nan,
+            sample_time=1.0 / rate,
             inertia_error=self.inertia_error,
             torque_offset=self.torque_offset,
             geometry=None,

@@ -8,6 +8,7 @@ from typing import Annotated, NamedTuple
 from tierod.findings import Estimate, Finding, Status
 from tierod.monitors.driver_torque.geometry import ColumnGeometry
 from tierod.monitors.driver_torque.stretches import Stretch
+from tierod.monitors.driver_torque.vehicle_column import usual_tuning
 from tierod.vehicles import Vehicle
 
 LEAST_READY = 5.0
@@ -24,6 +25,14 @@ INERTIA_MARGIN, STIFFNESS_MARGIN, RATIO_MARGIN = 0.1, 0.25, 0.02
 """Share by which a parameter may be off in the vehicle file: as the monitor tolerates; as bars scatter, or a gear in
 series; as gains of angle sensors do, for a design value."""
 
+OFFSET_MARGIN = 0.1
+"""Offset of the torque beyond what was learnt that hands may feign: two thirds of the torque that tells them [N m]."""
+LAG_MARGIN = 0.002
+"""Lag of a signal from which on it is named [s]: one of 1 ms costs a sixth of the accuracy, and at low rates a sample
+may be held for longer."""
+DEGREES, UNIT_MARGIN = math.degrees(1.0), 0.1
+"""An angle in degrees that is read as radians, and how close to that factor, in its logarithm, a ratio must be."""
+
 
 class Drive(NamedTuple):
     """What was collected over a drive.
@@ -35,6 +44,7 @@ class Drive(NamedTuple):
         error: of the torque against the truth of a simulation; NaN where there is none
         torque_span, angle_span: least to greatest of bar and wheel
         nis: mean per measurement; NaN where the observer tells none
+        sample_time: between two samples
         inertia_error, torque_offset: as learnt without hands
         geometry: what angles and torque say of the column
         turned: a sentence for every signal whose sign is wrong
@@ -53,6 +63,7 @@ class Drive(NamedTuple):
     torque_span: Annotated[float, "N*m"]
     angle_span: Annotated[float, "rad"]
     nis: Annotated[float, ""]
+    sample_time: Annotated[float, "s"]
     inertia_error: Annotated[float, "kg*m**2"]
     torque_offset: Annotated[float, "N*m"]
     geometry: ColumnGeometry | None
@@ -68,19 +79,21 @@ def judge(drive: Drive, vehicle: Vehicle, name: str) -> Finding:
         vehicle: whose column it is
         name: of monitor and variant
     """
-    evidence = _evidence(drive)
+    evidence = _evidence(drive, vehicle)
     if reason := _obstacle(drive):
         status, cause, action = reason
         headline = f"Torque of the driver's hands: {status.value}; {cause}."
         return Finding(name, status, headline, evidence=evidence, cause=cause, action=action)
-    estimate = None  # what has no deviation has no interval
-    if drive.hand_deviation > 0.0:
-        estimate = Estimate("torque of the driver's hands, rms", drive.hand_rms, drive.hand_deviation, "N*m")
     if wrong := _misfits(drive, vehicle):
         cause = "; ".join(wrong)
         action = "correct the vehicle file, or identify the column; if it is right, look for a sensor's gain or delay"
-        headline = f"{_told(drive)} But the vehicle file does not fit the recording: {cause}."
-        return Finding(name, Status.SUSPECT, headline, None, estimate, evidence, cause, action)
+        headline = f"Torque of the driver's hands: withheld; vehicle file and recording do not fit: {cause}."
+        notice = ("the torque of the hands, and when they were on the wheel, are withheld",)
+        return Finding(name, Status.SUSPECT, headline, evidence=evidence, cause=cause, action=action, warnings=notice)
+    evidence |= _value(drive)
+    estimate = None  # what has no deviation has no interval
+    if drive.hand_deviation > 0.0:
+        estimate = Estimate("torque of the driver's hands, rms", drive.hand_rms, drive.hand_deviation, "N*m")
     return Finding(name, Status.HEALTHY, _told(drive), None, estimate, evidence, action="none")
 
 
@@ -94,9 +107,9 @@ def _told(drive: Drive) -> str:
     return f"Hands on the wheel {share:.0%} of the time, {off}{unsure}; {torque}."
 
 
-def _evidence(drive: Drive) -> dict[str, float]:
+def _value(drive: Drive) -> dict[str, float]:
+    """What is told of the hands, where it can be believed."""
     found = {
-        "ready_s": drive.ready,
         "hands_on_s": drive.on,
         "hands_off_s": drive.off,
         "hands_uncertain_s": drive.uncertain,
@@ -104,6 +117,20 @@ def _evidence(drive: Drive) -> dict[str, float]:
         "hands_off_stretches": float(len(drive.stretches)),
         "hand_torque_rms_Nm": drive.hand_rms,
         "hand_torque_peak_Nm": drive.peak,
+    }
+    if math.isfinite(drive.error):
+        found["error_against_truth_rms_Nm"] = drive.error
+    long = sorted((each for each in drive.stretches if each.duration > LONG_OFF), key=lambda each: -each.duration)
+    for number, each in enumerate(sorted(long[:MOST_LISTED]), start=1):
+        found[f"hands_off_{number}_from_s"] = each.start
+        found[f"hands_off_{number}_for_s"] = each.duration
+    return found
+
+
+def _evidence(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
+    """What the signals and the innovations show, whether or not the torque of the hands can be told."""
+    found = {
+        "ready_s": drive.ready,
         "torsion_bar_torque_span_Nm": drive.torque_span,
         "steering_wheel_angle_span_rad": drive.angle_span,
         "learnt_torque_offset_Nm": drive.torque_offset,
@@ -111,16 +138,19 @@ def _evidence(drive: Drive) -> dict[str, float]:
     }
     if math.isfinite(drive.nis):
         found["nis_mean"] = drive.nis
-    if math.isfinite(drive.error):
-        found["error_against_truth_rms_Nm"] = drive.error
     if drive.geometry is not None:
         found["motor_ratio_in_recording"] = drive.geometry.ratio
         found["stiffness_in_recording_Nm_per_rad"] = drive.geometry.stiffness
-    long = sorted((each for each in drive.stretches if each.duration > LONG_OFF), key=lambda each: -each.duration)
-    for number, each in enumerate(sorted(long[:MOST_LISTED]), start=1):
-        found[f"hands_off_{number}_from_s"] = each.start
-        found[f"hands_off_{number}_for_s"] = each.duration
+        if _zeroed(vehicle):
+            found["torque_offset_in_recording_Nm"] = drive.geometry.torque_offset
+        if _late(drive):
+            found[f"{drive.geometry.late}_lag_s"] = drive.geometry.lag
     return found
+
+
+def _zeroed(vehicle: Vehicle) -> bool:
+    """Whether somebody has set the angles to zero on the unloaded bar, so that they tell the offset of its torque."""
+    return usual_tuning(vehicle).offset is None
 
 
 def _obstacle(drive: Drive) -> tuple[Status, str, str] | None:
@@ -141,6 +171,10 @@ def _obstacle(drive: Drive) -> tuple[Status, str, str] | None:
 
 def _misfits(drive: Drive, vehicle: Vehicle) -> list[str]:
     """What of the vehicle file the data contradicts."""
+    if unit := _wrong_unit(drive, vehicle):
+        return [unit]
+    if _late(drive):
+        return _misshapen(drive, vehicle)
     wrong = []
     inertia = vehicle["steering_wheel_inertia"]
     if abs(drive.inertia_error) > INERTIA_MARGIN * inertia:
@@ -148,16 +182,57 @@ def _misfits(drive: Drive, vehicle: Vehicle) -> list[str]:
         wrong.append(
             f"steering_wheel_inertia is {inertia:.3g} kg·m², but without hands the wheel moves as with {there:.3g}"
         )
-    if drive.geometry is not None:
-        ratio, bar = vehicle["motor_ratio"], vehicle["torsion_bar_stiffness"]
-        if abs(drive.geometry.ratio / ratio - 1.0) > RATIO_MARGIN:
-            wrong.append(f"motor_ratio is {ratio:.4g}, but the angles go by {drive.geometry.ratio:.4g}")
-        if abs(math.log(drive.geometry.stiffness / bar)) > STIFFNESS_MARGIN:
-            found = drive.geometry.stiffness
-            wrong.append(f"torsion_bar_stiffness is {bar:.3g} N·m/rad, but the bar twists as with {found:.3g}")
+    wrong += _misshapen(drive, vehicle)
     if drive.nis > FITTING and (drive.geometry is None or not wrong):
         wrong.append(
             f"the innovations are {math.sqrt(drive.nis):.0f} times as large as the observer expects; a signal may be "
             "late, have an offset or the wrong sign, or motor_inertia, gear_stiffness or the sensors' noise be off"
         )
     return wrong
+
+
+def _misshapen(drive: Drive, vehicle: Vehicle) -> list[str]:
+    """What angles and torque of the bar contradict; a late one spoils what they say of bar and offset."""
+    found = drive.geometry
+    if found is None:
+        return []
+    wrong = []
+    ratio, bar = vehicle["motor_ratio"], vehicle["torsion_bar_stiffness"]
+    if abs(found.ratio / ratio - 1.0) > RATIO_MARGIN:
+        wrong.append(f"motor_ratio is {ratio:.4g}, but the angles go by {found.ratio:.4g}")
+    if _late(drive):
+        others = "the others" if found.lag > 0.0 else "both others, which may themselves be late"
+        when = "late" if found.lag > 0.0 else "early"
+        return [*wrong, f"{found.late} is some {1e3 * abs(found.lag):.0f} ms {when} against {others}"]
+    if abs(math.log(found.stiffness / bar)) > STIFFNESS_MARGIN:
+        wrong.append(f"torsion_bar_stiffness is {bar:.3g} N·m/rad, but the bar twists as with {found.stiffness:.3g}")
+    elif _zeroed(vehicle) and abs(found.torque_offset - drive.torque_offset) > OFFSET_MARGIN:
+        offset, turn = found.torque_offset, math.degrees(abs(found.torque_offset) / found.stiffness)
+        way = "high" if offset > 0.0 else "low"
+        wrong.append(
+            f"driver_torque is {abs(offset):.2f} N·m too {way} for the twist of the bar (or the angles, which should "
+            f"agree on the unloaded bar, differ by {turn:.2f} degrees); correct the offset in the channel map"
+        )
+    return wrong
+
+
+def _late(drive: Drive) -> bool:
+    """Whether a signal is late beyond its sampling, and the observer does not get along with it."""
+    unfit = not drive.nis <= FITTING
+    return drive.geometry is not None and unfit and abs(drive.geometry.lag) > max(LAG_MARGIN, drive.sample_time)
+
+
+def _wrong_unit(drive: Drive, vehicle: Vehicle) -> str:
+    """The sentence for an angle in degrees that passes for radians, or the other way round; "" for none."""
+    if drive.geometry is None:
+        return ""
+    factor = drive.geometry.ratio / vehicle["motor_ratio"]
+    if abs(abs(math.log(factor)) - math.log(DEGREES)) > UNIT_MARGIN:
+        return ""
+    larger, smaller = "motor_angle_mechanical", "steering_wheel_angle"
+    if factor < 1.0:
+        larger, smaller = smaller, larger
+    return (
+        f"{larger} is {DEGREES:.1f} times too large against {smaller} for a motor_ratio of "
+        f"{vehicle['motor_ratio']:.4g}: one of them has degrees and radians mistaken"
+    )
