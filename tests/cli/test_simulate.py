@@ -1,5 +1,6 @@
 """`tierod simulate`: one run, whole or not at all."""
 
+import contextlib
 import errno
 import json
 import os
@@ -144,3 +145,9 @@ def test_ctrl_c_leaves_nothing_half_written(scenario, monkeypatch, capsys, tmp_p
     assert main(["simulate", name, "-o", "drive.parquet"]) == 130
     assert "stopped; nothing half-written is left behind" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["mine.toml"]
+
+
+def test_the_help_names_the_unit_of_the_duration(capsys):
+    with contextlib.suppress(SystemExit):
+        main(["simulate", "--help"])
+    assert "in seconds" in " ".join(capsys.readouterr().out.replace("│", " ").split())

@@ -63,6 +63,15 @@ def test_angles_are_shown_in_degrees():
     assert interval(Estimate("angle", math.pi, 0.1, "rad"))[::3] == ("180", "°")
 
 
+def test_the_interval_of_a_root_mean_square_begins_at_zero():
+    assert interval(Estimate("torque of the driver's hands, rms", 0.007, 0.017, "N*m"))[:3] == (
+        "0.007",
+        "0.000",
+        "0.040",
+    )
+    assert interval(Estimate("torque", 0.007, 0.017, "N*m"))[1].startswith("−")
+
+
 @pytest.mark.parametrize(
     ("name", "value", "expected"),
     [

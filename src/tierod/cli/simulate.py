@@ -16,7 +16,7 @@ def simulate(
     scenario: Annotated[str, typer.Argument(help="A shipped scenario (see 'tierod scenarios'), or a scenario file.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="File to write: .mf4, .parquet or .csv.")],
     seed: Annotated[int | None, typer.Option(min=0, help="Of all chance, in place of the scenario's.")] = None,
-    seconds: Annotated[float | None, typer.Option(help="Duration [s], in place of the scenario's.")] = None,
+    seconds: Annotated[float | None, typer.Option(help="Duration in seconds, in place of the scenario's.")] = None,
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
 ) -> int:
     """Run a scenario once; measured channels and the truth (channels named truth_...) go into one recording."""

@@ -95,16 +95,19 @@ def time_scale(span: float) -> tuple[float, str]:
 
 
 def interval(estimate: Estimate) -> tuple[str, str, str, str]:
-    """(value, lower end, upper end, unit) of an estimate with its 95 % interval, rounded by its own uncertainty."""
+    """(value, lower end, upper end, unit) of an estimate with its 95 % interval, rounded by its own uncertainty.
+
+    A root mean square is not below zero.
+    """
     factor, label = shown(estimate.unit)
     value, spread = estimate.value * factor, estimate.standard_deviation * factor
     half = INTERVAL * spread
     if not math.isfinite(value):
         return "–", "–", "–", label
+    lowest = max(value - half, 0.0) if estimate.quantity.endswith(", rms") else value - half
     decimals = 2 if not (math.isfinite(half) and half > 0.0) else min(max(1 - math.floor(math.log10(half)), 0), 4)
     ends = [
-        f"{end:z.{decimals}f}".replace("-", "−") if math.isfinite(end) else "–"
-        for end in (value, value - half, value + half)
+        f"{end:z.{decimals}f}".replace("-", "−") if math.isfinite(end) else "–" for end in (value, lowest, value + half)
     ]
     return ends[0], ends[1], ends[2], label
 
