@@ -53,7 +53,8 @@ def test_a_car_that_the_parameters_do_not_fit_is_not_judged(drive):
     channels["yaw_rate"] = dataclasses.replace(channels["yaw_rate"], values=nonsense)
     found = diagnose(Recording(channels), "steer-by-wire", "sideslip").findings[0]
     assert found.status is Status.NOT_IDENTIFIABLE
-    assert "do not fit" in found.headline
+    assert "the filter was lost" in found.headline
+    assert "the yaw rate has an offset" in found.cause
 
 
 def test_an_angle_that_comes_through_a_column_does_not_soften_the_tyres():

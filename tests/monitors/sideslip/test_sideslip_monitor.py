@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 
+from tierod.errors import ParameterError
 from tierod.findings import Status
 from tierod.monitors.run import diagnose
 from tierod.monitors.sideslip.car_signals import FromCarSignals
@@ -106,9 +107,65 @@ def test_a_car_that_hardly_rolls_is_not_enabled(drive):
 
 
 def test_parameters_that_do_not_fit_are_told_by_the_innovations(drive):
-    found = finding(changed(drive, yaw_rate=3.0))
+    found = finding(without(changed(drive, yaw_rate=3.0), "lateral_acceleration"))
     assert found.status is Status.NOT_IDENTIFIABLE
     assert "do not fit" in found.headline
+
+
+def test_a_yaw_rate_with_an_offset_is_named_and_not_healthy(drive):
+    shifted = dataclasses.replace(drive["yaw_rate"], values=drive["yaw_rate"].values + 0.03)
+    found = finding(without(drive, "yaw_rate").with_channels([shifted]))
+    assert found.status is not Status.HEALTHY
+    assert "the yaw rate has an offset of +1.7 degrees per second" in found.cause
+    assert any("offset" in warning for warning in found.warnings)
+
+
+@pytest.mark.parametrize("variant", [VARIANT, "combined"])
+def test_a_yaw_rate_in_degrees_is_not_judged(drive, variant):
+    found = finding(changed(drive, yaw_rate=57.3), variant)
+    assert found.status is Status.NOT_TESTABLE
+    assert "degrees" in found.cause
+
+
+def test_a_band_that_does_not_hold_the_truth_is_suspect(drive):
+    found = finding(changed(drive, truth_sideslip_angle=1.5))
+    assert found.status is Status.SUSPECT
+    assert found.evidence["truth_within_band_share"] < 0.8
+    assert "the 95 % band holds the recorded truth for" in found.headline
+
+
+def slow(drive, rate):
+    step = round(100.0 / rate)
+    channels = {name: drive[name] for name in drive.names}
+    return Recording(
+        {n: dataclasses.replace(c, time=c.time[::step], values=c.values[::step]) for n, c in channels.items()}
+    )
+
+
+@pytest.mark.parametrize(
+    ("variant", "rate"), [("combined", 50.0), ("conventional-kalman", 20.0), ("two-stage-kalman", 50.0)]
+)
+def test_at_the_slowest_rate_it_is_as_accurate(drive, variant, rate):
+    fast, found = finding(drive, variant), finding(slow(drive, rate), variant)
+    assert found.status is Status.HEALTHY
+    error = "error_against_truth_rms_rad"
+    assert found.evidence[error] < 1.2 * fast.evidence[error] + math.radians(0.02)
+
+
+@pytest.mark.parametrize(
+    ("variant", "needed"), [("combined", 33), ("two-stage-kalman", 50), ("conventional-poles", 50)]
+)
+def test_a_variant_that_needs_a_faster_recording_says_so(drive, variant, needed):
+    with pytest.raises(ParameterError, match=f"at {needed} Hz or more, and has 20 Hz"):
+        finding(slow(drive, 20.0), variant)
+
+
+def test_a_truth_that_comes_slowly_is_not_stale(drive):
+    truth = drive["truth_sideslip_angle"]
+    rare = dataclasses.replace(truth, time=truth.time[::10], values=truth.values[::10])
+    found = finding(without(drive, "truth_sideslip_angle").with_channels([rare]))
+    error = "error_against_truth_rms_rad"
+    assert found.evidence[error] == pytest.approx(finding(drive).evidence[error], rel=0.1)
 
 
 def test_torque_and_current_give_the_same_torque_at_the_road_wheels():

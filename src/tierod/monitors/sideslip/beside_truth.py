@@ -13,7 +13,7 @@ from tierod.graph import Result, scan, trace
 from tierod.monitors.sideslip.car_signals import FromCarSignals
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning
-from tierod.monitors.sideslip.session import BAND, TRUTHS
+from tierod.monitors.sideslip.over_drive import BAND, TRUTHS
 from tierod.recording import Recording
 from tierod.vehicles import Vehicle
 

@@ -12,7 +12,7 @@ from tierod.graph import Result
 from tierod.monitors.session import Conclusion
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.combined_identifiability import WORDS, identifiability
-from tierod.monitors.sideslip.session import SideslipSession
+from tierod.monitors.sideslip.session import OFFSET, SideslipSession
 from tierod.vehicles import Vehicle
 
 MOST_RESTARTS = 2.0
@@ -57,7 +57,7 @@ class CombinedSession(SideslipSession):
         """The finding, with shares of what was identified, the limit, and new starts."""
         conclusion = super().conclude()
         finding = conclusion.finding
-        if finding.status not in (Status.HEALTHY, Status.NOT_IDENTIFIABLE) or self._memory is None:
+        if finding.status not in (Status.HEALTHY, Status.SUSPECT, Status.NOT_IDENTIFIABLE) or self._memory is None:
             return conclusion
         told = identifiability(self._estimator, self._memory)
         evidence = dict(finding.evidence) | {
@@ -76,8 +76,12 @@ class CombinedSession(SideslipSession):
     def _judged(self, finding: Finding) -> Finding:
         """The finding with the limit in its headline; not identifiable where the filter had to start anew too often."""
         minutes = finding.evidence["enabled_s"] / 60.0
-        if finding.status is Status.HEALTHY and self._restarts > max(MOST_RESTARTS * minutes, 1.0):
+        if finding.status is not Status.NOT_IDENTIFIABLE and self._restarts > max(MOST_RESTARTS * minutes, 1.0):
             cause = f"the filter was lost and started anew {self._restarts} times"
+            if OFFSET in finding.evidence:
+                return dataclasses.replace(
+                    finding, status=Status.NOT_IDENTIFIABLE, headline=f"{finding.headline} With it, {cause}."
+                )
             return dataclasses.replace(
                 finding,
                 status=Status.NOT_IDENTIFIABLE,

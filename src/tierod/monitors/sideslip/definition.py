@@ -6,13 +6,16 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from tierod.errors import ParameterError
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.session import Monitor, Session, Variant
+from tierod.monitors.sideslip.car_signals import BY_WIRE
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.combined_session import CombinedSession
 from tierod.monitors.sideslip.conventional import conventional_kalman, conventional_poles
-from tierod.monitors.sideslip.session import TRUTHS, SideslipSession
+from tierod.monitors.sideslip.over_drive import TRUTHS
+from tierod.monitors.sideslip.session import SideslipSession
 from tierod.monitors.sideslip.two_stage import two_stage_kalman, two_stage_poles
 from tierod.vehicles import Vehicle
 
@@ -21,8 +24,26 @@ PAPER = "Yih, Ryu, Gerdes, Vehicle state estimation using steering torque (2004)
 Opener = Callable[[Vehicle, float, OwnLevel | None], Session]
 
 
+SLOWEST = {"two-stage-kalman": 50.0, "conventional-poles": 50.0}
+"""Slowest rate of speed and yaw rate [Hz] at which a variant keeps its accuracy, where that is more than the monitor's:
+the disturbance observer of the first is 40 % worse at 20 Hz, poles as fast as the second's cannot be placed."""
+
+SLOWEST_BY_WIRE = 33.0
+"""The same of the combined estimator where the torque of the steering is known [Hz]: with longer samples it takes its
+friction for something else and is lost. Without the torque it is as good at 20 Hz as at 100."""
+
+
+def _refuse_slow(rate: float, slowest: float) -> None:
+    if rate < slowest:
+        raise ParameterError(
+            f"it needs vehicle_speed and yaw_rate at {slowest:g} Hz or more, and has {rate:g} Hz; record faster, or "
+            "take the variant conventional-kalman, which is as accurate at 20 Hz"
+        )
+
+
 def _paper(name: str, build: Callable[[SteeredVehicle.Parameters, float], Any]) -> Opener:
     def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
+        _refuse_slow(rate, SLOWEST.get(name, 0.0))
         block = build(vehicle.parameters_for(SteeredVehicle.Parameters), 1.0 / rate)
         if spread := vehicle.parameters["rear_cornering_stiffness"].standard_deviation:
             share = spread / vehicle["rear_cornering_stiffness"]
@@ -33,6 +54,7 @@ def _paper(name: str, build: Callable[[SteeredVehicle.Parameters, float], Any]) 
 
 
 def _combined(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
+    _refuse_slow(rate, SLOWEST_BY_WIRE if BY_WIRE in vehicle else 0.0)
     block = CombinedSideslip.of_vehicle(vehicle, 1.0 / rate)
     return CombinedSession(block, vehicle, rate, "sideslip, combined", COMBINED_TRACES)
 
@@ -53,13 +75,14 @@ COMBINED_TRACES = {
 _VARIANTS = (
     Variant(
         "combined",
-        "All that the car measures in one filter; stiffness, friction and bank are followed. Needs no steering torque.",
+        "All that the car measures in one filter; stiffness, friction and bank are followed. Needs no steering torque. "
+        "From 33 Hz on in a car steered by wire.",
         f"beyond {PAPER}; docs/sideslip.md",
         _combined,
     ),
     Variant(
         "two-stage-kalman",
-        "The steering tells the aligning torque, that and the yaw rate the sideslip; Kalman gains.",
+        "The steering tells the aligning torque, that and the yaw rate the sideslip; Kalman gains. From 50 Hz on.",
         f"{PAPER}, eqs (18) to (24)",
         _paper("two-stage-kalman", two_stage_kalman),
     ),
@@ -77,7 +100,7 @@ _VARIANTS = (
     ),
     Variant(
         "conventional-poles",
-        "The same with placed poles, ten times as fast as the system as printed: passes much noise.",
+        "The same with placed poles, ten times as fast as the system as printed: passes much noise. From 50 Hz on.",
         f"{PAPER}, eqs (14) to (17)",
         _paper("conventional-poles", conventional_poles),
     ),
@@ -101,6 +124,7 @@ SIDESLIP = Monitor(
     rate=100.0,
     minimum_rate=20.0,
     maximum_age=0.1,
+    slower=(50.0, 40.0, 33.3, 25.0, 20.0),
     variants={variant.name: variant for variant in _VARIANTS},
     default="combined",
 )

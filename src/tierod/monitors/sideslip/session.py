@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -22,14 +23,14 @@ from tierod.analysis.consistency import ConsistencyAccumulator
 from tierod.block import Block
 from tierod.findings import Estimate, Finding, Status
 from tierod.graph import Result
+from tierod.models.single_track import SingleTrack
 from tierod.monitors.session import BlockSession, Conclusion
 from tierod.monitors.sideslip.car_signals import FromCarSignals
+from tierod.monitors.sideslip.over_drive import TRUTHS, OverDrive, truth_in
+from tierod.monitors.sideslip.sensors_over_drive import SensorsOverDrive
 from tierod.monitors.sideslip.signs import TOGETHER, SignsOverDrive
 from tierod.recording import Aligned
 from tierod.vehicles import Vehicle
-
-TRUTHS = ("sideslip_angle", "truth_sideslip_angle")
-"""Channels that a recording may have to hold the estimate against: of an optical sensor, or of a simulation."""
 
 JUDGED = ("road_wheel_angle", "steering_wheel_angle", "lateral_acceleration", "motor_torque", "motor_current")
 """Signals that the session looks at beside the estimator."""
@@ -37,15 +38,18 @@ JUDGED = ("road_wheel_angle", "steering_wheel_angle", "lateral_acceleration", "m
 LEAST_ENABLED = 5.0
 """Seconds of estimating below which nothing is said: a few time constants of the slowest observer."""
 
-BAND = 1.96
-"""Standard deviations within which 95 % of a Gaussian error lie."""
-
-KNOWN = 0.05
-"""Standard deviation [rad] up to which an angle may be the largest one: more is had before the estimate has settled."""
-
 FITTING = 4.0
 """Mean NIS per reading from which on the parameters do not fit the car: innovations twice as large as expected. A
 consistent filter has 1; parameters that are wrong by a half give 0.4 to 2.7 (simulated)."""
+
+OFFSET = "yaw_rate_offset_rad_per_s"
+"""Figure of the evidence that is there where the yaw rate has an offset."""
+
+LEAST_COVERAGE = 0.8
+"""Share of the time for which the 95 % band must hold a truth; less is not luck but a band that knows too little."""
+
+LEAST_COMPARED = 5.0
+"""Seconds beside a truth from which on that share is judged."""
 
 TRACES = {
     "sideslip_angle": ("sideslip_angle", "rad"),
@@ -105,12 +109,13 @@ class SideslipSession(BlockSession):
         self.name, self.rate, self._ratio = name, rate, block.ratio.steering_ratio
         self._needs_torque, self._torque_known = needs_torque, block.actuator is not None
         self._signs, self._consistency = SignsOverDrive(), ConsistencyAccumulator()
-        self._over = _OverDrive()
+        self._over = OverDrive()
+        self._sensors = SensorsOverDrive(vehicle.parameters_for(SingleTrack.Parameters), rate)
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
         shown = dict(super().absorb(aligned))
-        shown["true_sideslip_angle"] = _truth(dict(zip(aligned.names, aligned.values.T, strict=True)))
+        shown["true_sideslip_angle"] = truth_in(dict(zip(aligned.names, aligned.values.T, strict=True)))
         held = shown["held"] > 0.5
         spreads = [name for name in shown if name.endswith("_standard_deviation")]
         return shown | {name: np.where(held, np.nan, shown[name]) for name in spreads}
@@ -122,8 +127,9 @@ class SideslipSession(BlockSession):
         angle = np.where(np.isfinite(measured), measured, wheel)
         torque = np.where(np.isfinite(signals["motor_torque"]), signals["motor_torque"], signals["motor_current"])
         self._consistency.add(result["nis"][running], result["readings"][running])
-        self._over.add(running, result, _truth(signals), signals["vehicle_speed"], angle, torque)
+        self._over.add(running, result, truth_in(signals), signals["vehicle_speed"], angle, torque)
         together = (angle, signals["yaw_rate"], signals["lateral_acceleration"], torque)
+        self._sensors.add(signals["vehicle_speed"], signals["yaw_rate"], signals["lateral_acceleration"], angle)
         self._signs.add(signals["vehicle_speed"], dict(zip(TOGETHER, together, strict=True)))
 
     def conclude(self) -> Conclusion:
@@ -148,7 +154,8 @@ class SideslipSession(BlockSession):
             "nis_band_high": found.nis_band[1],
             "nis_outside_95_share": found.outside,
         }
-        return Conclusion(self._told(evidence, found.nis), consistency=figures, withheld=TRUTHS[1:])
+        finding = self._with_offset(self._told(evidence, found.nis))
+        return Conclusion(finding, consistency=figures, withheld=TRUTHS[1:])
 
     def _obstacle(self, seconds: float) -> tuple[Status, str, str] | None:
         """Why nothing can be told: status, cause, what to do; None where something can."""
@@ -157,6 +164,8 @@ class SideslipSession(BlockSession):
             names = " or ".join(turned)
             cause = f"the sign of {names} contradicts the other signals of a turning car"
             return Status.NOT_TESTABLE, cause, f"correct the sign of {names} in the channel map"
+        if wrong := self._sensors.wrong_unit():
+            return Status.NOT_TESTABLE, wrong, "correct the unit in the channel map"
         if not over.angles:
             cause = "the recording has neither road_wheel_angle nor steering_wheel_angle"
             return Status.NOT_AVAILABLE, cause, "name one of them in the channel map"
@@ -179,7 +188,7 @@ class SideslipSession(BlockSession):
     def _told(self, evidence: dict[str, float], nis: float) -> Finding:
         over = self._over
         estimate = Estimate("largest sideslip angle at the centre of gravity", over.peak, over.peak_deviation, "rad")
-        told = f"{math.degrees(over.peak):+.2f} ± {math.degrees(over.peak_deviation):.2f} degrees"
+        told = f"{_signed(math.degrees(over.peak), 2)} ± {math.degrees(over.peak_deviation):.2f} degrees"
         if nis > FITTING:
             cause = f"the innovations are {math.sqrt(nis):.1f} times as large as the estimator expects"
             return Finding(
@@ -192,47 +201,43 @@ class SideslipSession(BlockSession):
                 action="give a vehicle file that fits: stiffness, trail, friction and inertia of the steering",
             )
         headline = f"Sideslip angle up to {told}, estimated for {evidence['enabled_s']:.0f} s."
+        share = evidence.get("truth_within_band_share", 1.0)
+        if share < LEAST_COVERAGE and over.compared >= LEAST_COMPARED * self.rate:
+            error = math.degrees(evidence["error_against_truth_rms_rad"])
+            cause = f"the 95 % band holds the recorded truth for {100.0 * share:.0f} % of the time only"
+            return Finding(
+                self.name,
+                Status.SUSPECT,
+                f"{headline} But {cause}; the error is {error:.2f} degrees (root mean square).",
+                estimate=estimate,
+                evidence=evidence,
+                cause=f"{cause}: parameters of the vehicle file or offsets of sensors are wrong by more than it says",
+                action="take that error as the uncertainty, or fit stiffness and friction of the vehicle file to the "
+                "truth and calibrate the sensors",
+            )
         return Finding(self.name, Status.HEALTHY, headline, estimate=estimate, evidence=evidence, action="none")
 
-
-class _OverDrive:
-    """Figures over the pieces of a recording."""
-
-    def __init__(self) -> None:
-        self.seen = self.samples = self.compared = self.covered = self.angles = self.torques = 0
-        self.peak = self.peak_deviation = self.deviation = self.fastest = 0.0
-        self.squared_error = self.absolute_error = 0.0
-
-    def add(
-        self,
-        running: np.ndarray,
-        result: Result,
-        truth: np.ndarray,
-        speed: np.ndarray,
-        angle: np.ndarray,
-        torque: np.ndarray,
-    ) -> None:
-        sideslip, deviation = result["sideslip_angle"], result["sideslip_angle_deviation"]
-        self.seen += len(running)
-        self.samples += int(running.sum())
-        self.angles += int(np.isfinite(angle).sum())
-        self.torques += int(np.isfinite(torque).sum())
-        self.fastest = max(self.fastest, float(np.nanmax(speed, initial=0.0)))
-        self.deviation += float(np.sum(deviation[running]))
-        judged = running & np.isfinite(truth)
-        error, band = (sideslip - truth)[judged], BAND * deviation[judged]
-        self.compared += len(error)
-        self.covered += int(np.sum(np.abs(error) <= band))
-        self.squared_error += float(error @ error)
-        self.absolute_error += float(np.abs(error).sum())
-        told = running & (deviation < KNOWN)
-        if told.any():
-            at = int(np.argmax(np.where(told, np.abs(sideslip), -1.0)))
-            if abs(sideslip[at]) > abs(self.peak):
-                self.peak, self.peak_deviation = float(sideslip[at]), float(deviation[at])
+    def _with_offset(self, finding: Finding) -> Finding:
+        """The finding, not healthy and with the cause named where the yaw rate has an offset."""
+        if (offset := self._sensors.offset()) is None:
+            return finding
+        told = (
+            f"the yaw rate has an offset of {_signed(math.degrees(offset.value), 1)} degrees per second, told by its "
+            f"mean {offset.told_by}"
+        )
+        healthy, suspect = finding.status is Status.HEALTHY, finding.status is Status.SUSPECT
+        joint = "But" if healthy else "For"
+        return replace(
+            finding,
+            status=Status.SUSPECT if healthy else finding.status,
+            headline=f"{finding.headline} {joint} {told}." if healthy or suspect else finding.headline,
+            evidence={**finding.evidence, OFFSET: offset.value},
+            cause=told,
+            action="calibrate the yaw rate, or take its offset away in the channel map, and judge anew",
+            warnings=(*finding.warnings, f"{told}: the sideslip angle is wrong by it"),
+        )
 
 
-def _truth(signals: Mapping[str, np.ndarray]) -> np.ndarray:
-    """What the estimate is held against [rad]; NaN where the recording has nothing."""
-    measured, simulated = (signals[name] for name in TRUTHS)
-    return np.where(np.isfinite(simulated), simulated, measured)
+def _signed(value: float, decimals: int) -> str:
+    """With its sign, and the minus that reports write."""
+    return f"{value:+.{decimals}f}".replace("-", "−")

@@ -1,0 +1,123 @@
+"""Whether speed, yaw rate and lateral acceleration can be right: their units, and an offset of the yaw rate."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from tierod.models.single_track import SingleTrack
+from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
+from tierod.turns import TurnLimits
+
+
+@dataclass(frozen=True)
+class SensorLimits:
+    """When a signal counts as wrong.
+
+    Args:
+        offset: of the yaw rate that is named: five times what production sensors have after calibration
+        standing: speed below which the car stands
+        still: spread of the yaw rate up to which it does so indeed
+        standing_time: needed to tell the offset of a car that stands
+        rolling: speed above which the car tells of offset and units
+        rolling_time: needed for that
+        largest: yaw rate that no car reaches
+        largest_share: of the samples beyond it from which the unit is wrong, and not a few readings
+    """
+
+    offset: Annotated[float, "rad/s"] = math.radians(0.6)
+    standing: Annotated[float, "m/s"] = 0.1
+    still: Annotated[float, "rad/s"] = 0.02
+    standing_time: Annotated[float, "s"] = 1.0
+    rolling: Annotated[float, "m/s"] = 5.0
+    rolling_time: Annotated[float, "s"] = 10.0
+    largest: Annotated[float, "rad/s"] = 3.0
+    largest_share: Annotated[float, ""] = 0.01
+
+
+class Offset(NamedTuple):
+    """Offset of the yaw rate, and what tells it."""
+
+    value: Annotated[float, "rad/s"]
+    told_by: str
+
+
+class SensorsOverDrive:
+    """Sums over the pieces of a recording that tell whether its sensors can be right.
+
+    Args:
+        p: of the vehicle, whose yaw rate in a steady turn the steering tells
+        rate: of the samples [Hz]
+        limits: when a signal counts as wrong
+    """
+
+    def __init__(self, p: SingleTrack.Parameters, rate: float, limits: SensorLimits | None = None):
+        self.limits, self._rate = limits or SensorLimits(), rate
+        self._wheelbase = p.front_distance + p.rear_distance
+        self._gradient = understeer_gradient(
+            p.mass, p.front_distance, p.rear_distance, p.front_cornering_stiffness, p.rear_cornering_stiffness
+        )
+        self._standing, self._rolling, self._turning = np.zeros(3), np.zeros(3), np.zeros(6)
+        self._readings = self._beyond = 0
+
+    def add(self, speed: np.ndarray, yaw_rate: np.ndarray, acceleration: np.ndarray, angle: np.ndarray) -> None:
+        """The next piece, (n,) each; NaN where missing.
+
+        Args:
+            speed: [m/s]
+            yaw_rate: [rad/s]
+            acceleration: lateral [m/s**2]
+            angle: of the road wheels [rad]
+        """
+        known = np.isfinite(speed) & np.isfinite(yaw_rate)
+        self._readings += int(np.sum(known))
+        self._beyond += int(np.sum(np.abs(yaw_rate[known]) > self.limits.largest))
+        still = yaw_rate[known & (np.abs(speed) < self.limits.standing)]
+        self._standing += (len(still), still.sum(), still @ still)
+        rolling = known & (speed > self.limits.rolling) & np.isfinite(acceleration)
+        v, r, a = speed[rolling], yaw_rate[rolling], acceleration[rolling]
+        x = v * r
+        self._turning += (len(x), x.sum(), a.sum(), x @ x, a @ a, x @ a)
+        steered = np.isfinite(angle[rolling])
+        v, r, a, d = v[steered], r[steered], a[steered], angle[rolling][steered]
+        gain = steady_yaw_gain(v, self._wheelbase, self._gradient)
+        self._rolling += (len(v), np.sum(r - a / v), np.sum(r - gain * d))
+
+    def offset(self) -> Offset | None:
+        """Of the yaw rate, where the data tells one that is worth naming."""
+        count, total, squares = self._standing
+        if count >= self.limits.standing_time * self._rate:
+            mean = total / count
+            if math.sqrt(max(squares / count - mean * mean, 0.0)) < self.limits.still:
+                return self._worth_naming(mean, "while the car stands")
+        count, beside_acceleration, beside_steering = self._rolling
+        if count < self.limits.rolling_time * self._rate:
+            return None
+        one, other = beside_acceleration / count, beside_steering / count
+        alike = one * other > 0.0 and 0.5 < abs(one / other) < 2.0
+        smaller = min(one, other, key=abs)
+        return self._worth_naming(smaller, "beside lateral acceleration and steering alike") if alike else None
+
+    def _worth_naming(self, value: float, told_by: str) -> Offset | None:
+        return Offset(float(value), told_by) if abs(value) > self.limits.offset else None
+
+    def wrong_unit(self) -> str | None:
+        """Which signals cannot have their units right, as half a sentence; None where they can."""
+        if self._beyond > self.limits.largest_share * max(self._readings, 1):
+            return f"the yaw rate is beyond {self.limits.largest:g} rad/s, as if it were in degrees per second"
+        count, x, a, xx, aa, xa = self._turning
+        if count < self.limits.rolling_time * self._rate:
+            return None
+        power, measured, common = xx - x * x / count, aa - a * a / count, xa - x * a / count
+        turns = TurnLimits()
+        least = turns.acceleration**2 * count
+        if max(power, measured) < least or min(power, measured) <= 0.0:
+            return None
+        ratio = math.sqrt(measured / power)
+        together = common / math.sqrt(power * measured) >= turns.correlation
+        if not together or 1.0 / turns.deviation < ratio < turns.deviation:
+            return None
+        return f"the lateral acceleration is {ratio:.2g} times speed times yaw rate, where about 1 is right"

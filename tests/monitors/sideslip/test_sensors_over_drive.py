@@ -1,0 +1,58 @@
+"""What the session tells of wrong units and of an offset of the yaw rate, from a made-up drive."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tierod.models.single_track import SingleTrack
+from tierod.monitors.sideslip.sensors_over_drive import SensorsOverDrive
+from tierod.vehicles import load
+
+RATE = 100.0
+OFFSET = math.radians(1.7)
+
+
+def seen(offset=0.0, stand=0.0, yaw=1.0, speed=1.0, acceleration=1.0, bank=0.0, angle=0.0, pieces=1):
+    p = load("steer-by-wire").parameters_for(SingleTrack.Parameters)
+    time = np.arange(0.0, 40.0, 1.0 / RATE)
+    v = np.where(time < stand, 0.0, 12.0)
+    turn = np.where(time < stand, 0.0, 0.15 * np.sin(2.0 * time))
+    # Neutral steer is near enough for an offset of the angle, which the turn averages out.
+    steer = turn * (p.front_distance + p.rear_distance) / 12.0 + angle
+    sensors = SensorsOverDrive(p, RATE)
+    for cut in np.array_split(np.arange(len(time)), pieces):
+        sensors.add(speed * v[cut], yaw * turn[cut] + offset, acceleration * (v[cut] * turn[cut] + bank), steer[cut])
+    return sensors
+
+
+@pytest.mark.parametrize("stand", [0.0, 3.0])
+def test_an_offset_is_told_standing_and_driving(stand):
+    found = seen(offset=OFFSET, stand=stand, pieces=3).offset()
+    assert found.value == pytest.approx(OFFSET, rel=0.05)
+    assert ("stands" in found.told_by) == (stand > 0.0)
+
+
+def test_neither_bank_nor_an_angle_that_is_off_is_taken_for_an_offset():
+    assert seen(bank=0.5).offset() is None
+    assert seen(angle=0.01).offset() is None
+    assert seen().offset() is None
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"yaw": 57.3}, "degrees"),
+        ({"yaw": 1.0 / 57.3}, "speed times yaw rate"),
+        ({"speed": 3.6}, "speed times yaw rate"),
+        ({"acceleration": 1.0 / 9.81}, "speed times yaw rate"),
+    ],
+)
+def test_a_wrong_unit_is_told(change, word):
+    assert word in seen(**change, pieces=2).wrong_unit()
+
+
+def test_right_units_are_not_doubted():
+    assert seen(bank=0.3, offset=0.01).wrong_unit() is None
