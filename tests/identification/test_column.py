@@ -68,6 +68,12 @@ def test_slow_ramps_alone_do_not_tell_the_damping():
         identify_column(replace(ROUGH, motor_damping=1e-5), {RAMPS: recordings()[RAMPS]}, ("motor_damping",))
 
 
+def test_friction_that_is_held_and_wrong_is_named():
+    wrong = replace(TRUTH, motor_friction=0.25, motor_friction_stiffness=5.0)
+    with pytest.raises(InputError, match=r"motor_friction, held at 0\.25 .* near 0\.(09|1)[0-9]* .*--free"):
+        identify_column(wrong, {SINES: recordings()[SINES]}, ("motor_damping", "gear_stiffness"))
+
+
 def test_a_locked_wheel_tells_nothing_of_the_wheel():
     with pytest.raises(InputError, match="steering_wheel_damping cannot be told; record a sweep with the wheel free"):
         identify_column(ROUGH, {LOCKED: recordings()[LOCKED]}, ("steering_wheel_damping",))

@@ -9,6 +9,7 @@ import pytest
 from tierod.errors import ParameterError
 from tierod.graph import scan
 from tierod.identification.experiment import Experiment, Free
+from tierod.identification.held import misfit
 from tierod.identification.innovations import Innovations
 from tierod.identification.maximum_likelihood import MaximumLikelihood
 from tierod.identification.output_error import OutputError
@@ -183,6 +184,18 @@ def test_a_search_that_stops_on_its_way_begins_again():
     assert found.converged
     assert found.values == pytest.approx(straight.values, rel=1e-3)
     assert found.cost == pytest.approx(straight.cost, abs=0.02)
+
+
+@pytest.mark.parametrize(("decay", "named"), [(0.6, True), (0.9, False)])
+def test_a_held_parameter_that_does_not_fit_is_named(decay, named):
+    recordings = [recorded(11, 0.0), recorded(12, 0.0)]
+    held = MaximumLikelihood(FirstOrder, Lag(decay, 0.7), (Free("gain"),), (0.1,), (0.5,))
+    found = misfit(held, held.fit(recordings), recordings, ("gain", "decay"))
+    if not named:
+        assert found is None
+        return
+    assert (found.name, found.held) == ("decay", 0.6)
+    assert found.likelier == pytest.approx(0.9, rel=0.1)
 
 
 def test_a_positive_parameter_cannot_start_at_zero():

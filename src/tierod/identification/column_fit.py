@@ -11,6 +11,7 @@ from tierod.errors import InputError
 from tierod.identification.bench_recording import BenchRecording, bridged
 from tierod.identification.column_result import Found
 from tierod.identification.experiment import INTERVAL, Estimate, Experiment, Free
+from tierod.identification.held import Misfit, misfit
 from tierod.identification.identifiability import blind_directions, refusal
 from tierod.identification.maximum_likelihood import MaximumLikelihood
 from tierod.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
@@ -159,12 +160,13 @@ class ColumnFit:
         start = None if near is None else search.place_of(near.estimate)
         estimate = search.fit(experiments, start, progress)
         if near is None:
-            blind = blind_directions(estimate, names)
-            if blind:
-                raise InputError(refusal(blind, [each.name for each in experiments], CURES))
-            if "motor_damping" in names:
-                _require_speed(estimate, rows)
+            untold = _untold(estimate, names, rows)
             remarks += _bench_remarks(estimate, experiments)
+            if untold or not estimate.converged or is_unexplained(estimate, experiments):
+                wrong = misfit(search, estimate, experiments, [each for each in known_free() if each not in wheel])
+                if untold:
+                    raise InputError(_does_not_fit(wrong) if wrong else untold)
+                remarks += [_does_not_fit(wrong)] if wrong else []
         return Fitted(self.parameters, self.wanted, wheel, estimate, tuple(remarks))
 
     def _wheel(self, rows: Sequence[BenchRecording]) -> tuple[dict[str, tuple[float, float]], list[str]]:
@@ -192,8 +194,24 @@ class ColumnFit:
         return {name: values[name] for name in wanted}, remarks
 
 
-def _require_speed(estimate: Estimate, rows: Sequence[BenchRecording]) -> None:
-    """Refuse a damping whose torque is lost in what nobody recorded."""
+def _untold(estimate: Estimate, names: Sequence[str], rows: Sequence[BenchRecording]) -> str:
+    """What the recordings do not tell, and what to record instead; empty where they tell all."""
+    blind = blind_directions(estimate, names)
+    if blind:
+        return refusal(blind, [row.experiment.name for row in rows], CURES)
+    return _slow(estimate, rows) if "motor_damping" in names else ""
+
+
+def _does_not_fit(wrong: Misfit) -> str:
+    return (
+        f"{wrong.name}, held at {wrong.held:.3g} as the vehicle file says, does not fit: near {wrong.likelier:.2g} the "
+        "recordings would be far likelier, and until then they tell nothing else; add it to --free, or correct the "
+        "vehicle file"
+    )
+
+
+def _slow(estimate: Estimate, rows: Sequence[BenchRecording]) -> str:
+    """What is told of a damping whose torque is lost in what nobody recorded."""
     smooth = np.full(10, 0.1)
     turned = [
         np.diff(np.convolve(bridged(row.experiment.measured[:, 1]), smooth, "valid")) / row.sample_time for row in rows
@@ -201,12 +219,13 @@ def _require_speed(estimate: Estimate, rows: Sequence[BenchRecording]) -> None:
     speed = float(np.sqrt(np.mean(np.concatenate(turned) ** 2)))
     likely = min(estimate["motor_damping"], estimate.start[estimate.index("motor_damping")])
     torque, unknown = likely * speed, estimate.input_deviation[0]
-    if torque < LEAST_SHARE * unknown:
-        raise InputError(
-            f"this does not excite motor_damping ({', '.join(row.experiment.name for row in rows)}): at {speed:.2g} "
-            f"rad/s on average it makes {torque:.2g} N·m, beside {unknown:.2g} N·m that nobody recorded (noise, "
-            f"rounding, cogging); record {CURES['motor_damping']} besides, or leave it out of --free"
-        )
+    if torque >= LEAST_SHARE * unknown:
+        return ""
+    return (
+        f"this does not excite motor_damping ({', '.join(row.experiment.name for row in rows)}): at {speed:.2g} "
+        f"rad/s on average it makes {torque:.2g} N·m, beside {unknown:.2g} N·m that nobody recorded (noise, "
+        f"rounding, cogging); record {CURES['motor_damping']} besides, or leave it out of --free"
+    )
 
 
 def _motions(row: BenchRecording, ratio: float) -> list[WheelMotion]:

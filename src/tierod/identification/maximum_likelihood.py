@@ -73,6 +73,8 @@ class MaximumLikelihood:
         widened: factors on the noise of the inputs with which the parameters are fitted first, the noises held: a
             likelihood of small noise has many hills far from its top
         most_steps: of each part of the search
+        starts: further places to start from, as shifts of the coordinates
+        begin_again: searches more at most where one stops before the end: from the start, and on from the lowest place
 
     Source: L. Ljung, System Identification (1999), sections 7.4 and 10.2; Fisher scoring after Levenberg, Marquardt.
     """
@@ -86,6 +88,7 @@ class MaximumLikelihood:
     widened: tuple[float, ...] = (5.0, 1.5)
     most_steps: int = 30
     starts: tuple[tuple[float, ...], ...] = ()
+    begin_again: int = 2
 
     STEP = 1e-5
     """Of the differences, in the coordinates of the search: they shift the end of the search by half of it, far less
@@ -95,8 +98,6 @@ class MaximumLikelihood:
     NEAR = 0.125
     """Fall of the cost that an undamped step would still promise where the search has converged: then the end is nearer
     than half a standard deviation in every direction. A search that is stuck far off has not come to an end."""
-    AGAIN = 2
-    """Searches more that are made at most where one stops before the end: from the start, and on from the lowest."""
     LEAST_NOISE = 1e-2
     """Share of the noises at the start below which none is looked for."""
     FARTHEST = 1.0
@@ -193,7 +194,7 @@ class MaximumLikelihood:
         whole = range(len(place))
         best = self._descend(place, experiments, whole, self.ENOUGH)
         begins, steps = [self._nearest_start(experiments)] if not best.converged else [], best.steps
-        for _ in range(self.AGAIN):
+        for _ in range(self.begin_again):
             if best.converged:
                 break
             again = self._descend(begins.pop() if begins else best.place, experiments, whole, self.ENOUGH)
