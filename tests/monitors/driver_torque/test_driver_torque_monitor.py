@@ -123,6 +123,14 @@ def test_a_parameter_that_does_not_fit_is_named(bench, name, factor):
     assert name in finding.cause
 
 
+def test_the_inertia_of_the_motor_is_doubted_without_withholding_the_hands(bench):
+    finding, _ = judged(bench, with_parameter("motor_inertia", 10.0))
+    assert finding.status is Status.HEALTHY
+    assert any("motor_inertia" in warning for warning in finding.warnings)
+    assert finding.evidence["error_against_truth_rms_Nm"] < 0.1
+    assert not any("motor_inertia" in warning for warning in judged(bench)[0].warnings)
+
+
 def shifted(recording, **offsets):
     channels = dict(recording.channels)
     for name, offset in offsets.items():

@@ -11,6 +11,7 @@ import numpy as np
 from tierod.analysis.consistency import ConsistencyAccumulator
 from tierod.findings import Status
 from tierod.graph import Result
+from tierod.monitors.driver_torque.below_bar import BelowBarOverDrive
 from tierod.monitors.driver_torque.geometry import GeometryOverDrive
 from tierod.monitors.driver_torque.hands import OFF, ON, UNCERTAIN
 from tierod.monitors.driver_torque.hands_filters import SensorNoise
@@ -90,6 +91,7 @@ class DriverTorqueSession(BlockSession):
         self.traces = {**self.traces, "true_hand_torque": "N*m"}
         self.signals = (*self.signals, TRUTH)
         self._geometry, self._stretches = GeometryOverDrive(rate), Stretches(1.0 / rate)
+        self._below = BelowBarOverDrive(vehicle["motor_ratio"], rate)
         self._over, self._remark = _OverDrive(), remark
         self._truth, self._nis = np.full(delay, np.nan), np.empty(0)
         self._consistency = None if "nis" in untold else ConsistencyAccumulator()
@@ -122,6 +124,8 @@ class DriverTorqueSession(BlockSession):
         angles = signals["steering_wheel_angle"], signals["motor_angle_mechanical"]
         self._stretches.add(time, result["hands"])
         self._geometry.add(*angles, signals["driver_torque"])
+        given, wanted = signals["motor_torque"], signals["motor_target_torque"]
+        self._below.add(np.where(np.isfinite(given), given, wanted), angles[1], signals["driver_torque"])
         if self._consistency is not None:
             self._consistency.add(result["nis"][ready], result["present"][ready])
         self._over.add(ready, signals, result)
@@ -132,6 +136,7 @@ class DriverTorqueSession(BlockSession):
         drive = self._over.drive(self.rate)._replace(
             nis=found.nis if found else math.nan,
             geometry=self._geometry.found(),
+            motor_inertia=self._below.inertia(),
             stretches=tuple(self._stretches.found()),
         )
         finding = judge(drive, self.vehicle, self.name)
@@ -211,6 +216,7 @@ class _OverDrive:
             inertia_error=self.inertia_error,
             torque_offset=self.torque_offset,
             geometry=None,
+            motor_inertia=None,
             turned=wrong_signs(
                 SignVerdict(**turned, angles_judged=1.0, torque_judged=1.0, motor_judged=1.0), self.motor
             ),

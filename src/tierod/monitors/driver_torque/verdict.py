@@ -30,6 +30,8 @@ OFFSET_MARGIN = 0.1
 LAG_MARGIN = 0.002
 """Lag of a signal from which on it is named [s]: one of 1 ms costs a sixth of the accuracy, and at low rates a sample
 may be held for longer."""
+MOTOR_INERTIA_FACTOR = 1.5
+"""By which the motor's inertia may seem another one: over the time of its differences a sweep to 30 Hz makes it 1.2."""
 DEGREES, UNIT_MARGIN = math.degrees(1.0), 0.1
 """An angle in degrees that is read as radians, and how close to that factor, in its logarithm, a ratio must be."""
 
@@ -47,6 +49,7 @@ class Drive(NamedTuple):
         sample_time: between two samples
         inertia_error, torque_offset: as learnt without hands
         geometry: what angles and torque say of the column
+        motor_inertia: with the gear's at the motor's shaft, as torques and acceleration tell it; None where they do not
         turned: a sentence for every signal whose sign is wrong
         stretches: without hands
     """
@@ -67,6 +70,7 @@ class Drive(NamedTuple):
     inertia_error: Annotated[float, "kg*m**2"]
     torque_offset: Annotated[float, "N*m"]
     geometry: ColumnGeometry | None
+    motor_inertia: Annotated[float | None, "kg*m**2"]
     turned: tuple[str, ...]
     stretches: tuple[Stretch, ...]
 
@@ -94,7 +98,23 @@ def judge(drive: Drive, vehicle: Vehicle, name: str) -> Finding:
     estimate = None  # what has no deviation has no interval
     if drive.hand_deviation > 0.0:
         estimate = Estimate("torque of the driver's hands, rms", drive.hand_rms, drive.hand_deviation, "N*m")
-    return Finding(name, Status.HEALTHY, _told(drive), None, estimate, evidence, action="none")
+    notices = _notices(drive, vehicle)
+    action = "correct the vehicle file before the disturbance torque is used" if notices else "none"
+    return Finding(name, Status.HEALTHY, _told(drive), None, estimate, evidence, action=action, warnings=notices)
+
+
+def _notices(drive: Drive, vehicle: Vehicle) -> tuple[str, ...]:
+    """What is wrong in the vehicle file without touching the torque of the hands."""
+    if drive.motor_inertia is None or not _zeroed(vehicle) or "motor_inertia" not in vehicle:
+        return ()
+    gear = vehicle["gear_inertia"] / vehicle["motor_ratio"] ** 2 if "gear_inertia" in vehicle else 0.0
+    expected = vehicle["motor_inertia"] + gear
+    if abs(math.log(drive.motor_inertia / expected)) < math.log(MOTOR_INERTIA_FACTOR):
+        return ()
+    return (
+        f"motor_inertia, with the gear's, is {expected:.2g} kg·m² at the motor's shaft, but the motor turns as with "
+        f"{drive.motor_inertia:.2g}; the disturbance torque is wrong by as much, the torque of the hands hardly",
+    )
 
 
 def _told(drive: Drive) -> str:
