@@ -17,10 +17,10 @@ from tierod.graph.maths import where
 from tierod.models.discretise import discretise
 from tierod.models.linear import LinearSystem
 from tierod.models.steered_vehicle import SteeredVehicle, aligning_torque
+from tierod.monitors.sideslip.axles import Axles
 from tierod.monitors.sideslip.observer import (
     Found,
     ObserverNoise,
-    RearAxle,
     Seen,
     SteeringTorqueObserver,
     low_speed,
@@ -149,7 +149,7 @@ def conventional_kalman(
     process, reading = variances(noise or ObserverNoise(), sample_time)
     sampled = model.Parameters(p, sample_time)
     filter_ = KalmanFilter(model, sampled, (0.0,) * 4, START, process, reading, full_covariance=True)
-    return ConventionalKalman(low_speed(p), RearAxle(p.rear_distance), filter_)
+    return ConventionalKalman(low_speed(p), Axles(p.front_distance, p.rear_distance, sample_time), filter_)
 
 
 def conventional_poles(
@@ -182,7 +182,7 @@ def conventional_poles(
     growth = tuple(rate * sample_time for rate in HELD)
     fading = float(np.exp(-sample_time / FADING_TIME))
     observer = ScheduledObserver(model, model.Parameters(p, sample_time), schedule, 2, growth, fading)
-    return ConventionalPoles(low_speed(p), RearAxle(p.rear_distance), observer)
+    return ConventionalPoles(low_speed(p), Axles(p.front_distance, p.rear_distance, sample_time), observer)
 
 
 def placed(design: Design, factor: float, sample_time: float) -> np.ndarray:

@@ -45,9 +45,7 @@ def _paper(name: str, build: Callable[[SteeredVehicle.Parameters, float], Any]) 
     def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
         _refuse_slow(rate, SLOWEST.get(name, 0.0))
         block = build(vehicle.parameters_for(SteeredVehicle.Parameters), 1.0 / rate)
-        if spread := vehicle.parameters["rear_cornering_stiffness"].standard_deviation:
-            share = spread / vehicle["rear_cornering_stiffness"]
-            block = replace(block, rear_axle=replace(block.rear_axle, stiffness_deviation=share))
+        block = replace(block, axles=block.axles.of_vehicle(vehicle))
         return SideslipSession(block, vehicle, rate, f"sideslip, {name}", needs_torque=True)
 
     return open_

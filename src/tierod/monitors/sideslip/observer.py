@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.block import Tree
 from tierod.graph.maths import all_of, limit, maximum, present, sqrt, where
-from tierod.physics.single_track import rear_slip_speed
+from tierod.monitors.sideslip.axles import Axles, Slips
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 
@@ -83,11 +83,11 @@ class ObserverEstimate(NamedTuple):
 
 
 class ObserverState(NamedTuple):
-    """Of the observer itself, the sideslip angle it said last, and the slip angle of the rear axle then."""
+    """Of the observer itself, the sideslip angle it said last, and the slip angles of the axles then."""
 
     own: Any
     sideslip_angle: Any
-    rear_slip_angle: Any
+    slips: Slips
 
 
 @dataclass(frozen=True)
@@ -156,62 +156,42 @@ class ObserverNoise:
 
 
 @dataclass(frozen=True)
-class RearAxle:
-    """How well the rear axle is known, whose slip a wrong stiffness moves in proportion.
-
-    Args:
-        distance: from the centre of gravity
-        stiffness_deviation: standard deviation of its cornering stiffness over the stiffness, as a vehicle file has it
-    """
-
-    distance: Annotated[float, "m", POSITIVE]
-    stiffness_deviation: Annotated[float, "", NOT_NEGATIVE] = 0.1
-
-    def slip_angle(self, sideslip_angle: Any, yaw_rate: Any, speed: Any) -> Any:
-        """Of the rear tyres [rad]."""
-        return rear_slip_speed(speed * sideslip_angle, yaw_rate, self.distance) / speed
-
-    def variance(self, slip_angle: Any) -> Any:
-        """Of the sideslip angle [rad2], for what the stiffness may be wrong."""
-        error = self.stiffness_deviation * slip_angle
-        return error * error
-
-
-@dataclass(frozen=True)
 class SteeringTorqueObserver(ABC):
     """Base of the observers of the paper: one sample on, held where nothing can be estimated.
 
     The standard deviation of the sideslip angle holds what noise and forces that the model lacks make of it, and what
-    the stiffness of the rear axle may be wrong.
+    stiffness, trail and late tyres may make wrong.
 
     Args:
         low_speed: when it runs
-        rear_axle: how well it is known
+        axles: how well they are known
     """
 
     low_speed: LowSpeed
-    rear_axle: RearAxle
+    axles: Axles
 
     Sample = ObserverSample
 
     def init(self) -> ObserverState:
         """Straight ahead."""
-        return ObserverState(self._start(), 0.0, 0.0)
+        return ObserverState(self._start(), 0.0, self.axles.start())
 
     def step(self, state: ObserverState, sample: ObserverSample) -> tuple[ObserverState, ObserverEstimate]:
         """One sample on."""
         seen = self.low_speed.seen(sample)
         own, found = self._observe(state.own, seen)
         blended = self.low_speed.blended(found.sideslip_angle, found.road_wheel_angle, seen.vehicle_speed)
-        slip = self.rear_axle.slip_angle(found.sideslip_angle, found.yaw_rate, seen.vehicle_speed)
+        slips = self.axles.follow(
+            state.slips, found.sideslip_angle, found.yaw_rate, found.road_wheel_angle, seen.vehicle_speed, seen.running
+        )
         after = ObserverState(
             own,
             where(seen.running, blended, state.sideslip_angle),
-            where(seen.running, slip, state.rear_slip_angle),
+            slips,
         )
         return after, ObserverEstimate(
             after.sideslip_angle,
-            sqrt(found.sideslip_variance + self.rear_axle.variance(after.rear_slip_angle)),
+            sqrt(found.sideslip_variance + self.axles.variance(slips)),
             found.self_aligning_torque,
             sqrt(found.torque_variance),
             where(seen.running, found.nis, 0.0),

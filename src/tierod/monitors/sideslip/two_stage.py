@@ -17,10 +17,10 @@ from tierod.models.discretise import discretise
 from tierod.models.linear import linearise
 from tierod.models.steer_by_wire import DisturbedSteering
 from tierod.models.steered_vehicle import SteeredVehicle, TorqueShownVehicle
+from tierod.monitors.sideslip.axles import Axles
 from tierod.monitors.sideslip.observer import (
     Found,
     ObserverNoise,
-    RearAxle,
     Seen,
     SteeringTorqueObserver,
     low_speed,
@@ -187,7 +187,7 @@ def two_stage_kalman(
     vehicle = KalmanFilter(
         inner, inner.Parameters(_part(p, TorqueShownVehicle), sample_time), (0.0,) * 2, VEHICLE_START, own, readings
     )
-    return TwoStageKalman(low_speed(p), RearAxle(p.rear_distance), steering, vehicle)
+    return TwoStageKalman(low_speed(p), Axles(p.front_distance, p.rear_distance, sample_time), steering, vehicle)
 
 
 def two_stage_poles(
@@ -219,7 +219,11 @@ def two_stage_poles(
     spread = stationary_covariance(system, np.array(gain), process, reading).corrected
     steering = Luenberger(model, model.Parameters(_part(p, DisturbedSteering), sample_time), (0.0,) * 3, gain)
     return TwoStagePoles(
-        low_speed(p), RearAxle(p.rear_distance), steering, _second(p, sample_time, factor, noise), float(spread[2, 2])
+        low_speed(p),
+        Axles(p.front_distance, p.rear_distance, sample_time),
+        steering,
+        _second(p, sample_time, factor, noise),
+        float(spread[2, 2]),
     )
 
 
