@@ -11,7 +11,7 @@ import typer
 
 def demo(
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for recording and report.")] = Path("out"),
-    minutes: Annotated[float, typer.Option(help="Duration of the drive [min].")] = 13.0,
+    minutes: Annotated[float, typer.Option(help="Duration of the drive in minutes.")] = 13.0,
     healthy: Annotated[float, typer.Option(help="Friction of the first half [N*m].")] = 4.0,
     risen: Annotated[float, typer.Option(help="Friction of the second half [N*m].")] = 8.0,
     seed: Annotated[int, typer.Option(min=0, help="Of road, driver and sensors.")] = 1,

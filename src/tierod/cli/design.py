@@ -26,7 +26,7 @@ def design(
     subject: Annotated[str, typer.Argument(help="What to design: detector.")],
     false_alarms: Annotated[str, typer.Option(help='False alarms that one can bear: "1 per 10000 h".')],
     shift: Annotated[float, typer.Option(help="Shift of the residual's mean that must be found, in its unit.")],
-    rate: Annotated[float, typer.Option(help="Residuals per second [Hz].")],
+    rate: Annotated[float, typer.Option(help="Rate of the residuals in Hz.")],
     sigma: Annotated[
         float | None, typer.Option(help="Standard deviation of the residual, in its unit; not with --residual.")
     ] = None,

@@ -230,6 +230,12 @@ def test_a_wheel_that_stands_still_tells_nothing():
     assert "stood still" in finding.cause
 
 
+def test_a_locked_wheel_has_no_hands():
+    finding, _ = judged(scenario("column-bench-locked-sweep").run().recording)
+    assert finding.status is Status.NOT_ENABLED
+    assert "the wheel was locked" in finding.cause
+
+
 def test_a_short_recording_is_not_judged(bench):
     finding, _ = judged(bench.slice(0.0, 3.0))
     assert finding.status is Status.NOT_ENABLED

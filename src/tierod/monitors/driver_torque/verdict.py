@@ -15,6 +15,8 @@ LEAST_READY = 5.0
 """Time for which the torque must be known before anything is concluded [s]: some seconds of every state."""
 STILL_TORQUE, STILL_ANGLE = 0.1, math.radians(0.5)
 """A bar and a wheel that change by less tell nothing of hands: noise and rounding of production sensors."""
+LOCKED_TORQUE = 5.0
+"""Span of the bar's torque under which no hands keep a wheel still; a lock does [N m]."""
 LONG_OFF = 5.0
 """Hands off for longer are listed one by one [s]: driver assistance begins to warn there, or later."""
 MOST_LISTED = 20
@@ -186,6 +188,12 @@ def _obstacle(drive: Drive) -> tuple[Status, str, str] | None:
             f"the bar by {drive.torque_span:.2f} N·m"
         )
         return Status.NOT_ENABLED, cause, "record a drive, or let the motor turn the column"
+    if drive.torque_span > LOCKED_TORQUE and drive.angle_span < STILL_ANGLE:
+        cause = (
+            f"the wheel was locked: its angle changed by {math.degrees(drive.angle_span):.2f} degrees, the torque of "
+            f"the bar by {drive.torque_span:.0f} N·m"
+        )
+        return Status.NOT_ENABLED, cause, "record with a wheel that is free or in a driver's hands"
     return None
 
 
