@@ -73,7 +73,11 @@ def test_json_is_one_document_and_all_else_goes_elsewhere(place, capsys):
 def test_a_recording_is_compared_with_the_model(place, bench, capsys):
     write(bench, "bench.parquet")
     assert analyse("column", "--vehicle", "column-bench", "--recording", "bench.parquet", "--json") == 0
-    measured = json.loads(capsys.readouterr().out)["measured"]
+    told = json.loads(capsys.readouterr().out)
+    measured = told["measured"]
+    assert told["remarks"] == []
+    assert measured["fits"]
+    assert measured["differences"]["driver_torque"]["root_mean_square_db"] < 1.0
     assert (measured["input"], measured["rate"]) == ("motor_torque", 1000.0)
     bar = {key: np.array(values) for key, values in measured["responses"]["driver_torque"].items()}
     known = (bar["frequency"] > 1.0) & (bar["frequency"] < 60.0) & (np.abs(bar["frequency"] - 12.7) > 3.0)
@@ -82,6 +86,29 @@ def test_a_recording_is_compared_with_the_model(place, bench, capsys):
     text = (place / "column-bench-column.html").read_text(encoding="utf-8")
     assert "measured-driver-torque" in charts(text)
     assert "bench.<wbr>parquet" in text
+
+
+def test_a_recording_that_does_not_fit_the_model_is_said_to(place, bench, capsys):
+    weaker = Channel("motor_torque", bench["motor_torque"].time, 0.1 * bench["motor_torque"].values, "N*m")
+    write(bench.with_channels([weaker]), "other.parquet")
+    arguments = ("column", "--vehicle", "column-bench", "--recording", "other.parquet", "--no-report")
+    assert analyse(*arguments, "--json") == 2
+    told = json.loads(capsys.readouterr().out)
+    assert not told["measured"]["fits"]
+    assert "does not fit the model" in told["remarks"][0]
+    assert told["measured"]["differences"]["driver_torque"]["root_mean_square_db"] == pytest.approx(20.0, abs=0.5)
+    assert analyse(*arguments) == 2
+    printed = capsys.readouterr().out
+    assert "Measured over computed gain" in printed
+    assert "driver torque 20 dB" in printed.replace("\n", " ")
+
+
+def test_a_recording_whose_sensors_do_not_follow_the_motor_tells_nothing(place, bench, capsys):
+    noise = np.random.default_rng(8).normal(size=len(bench["motor_torque"].time))
+    write(bench.with_channels([Channel("motor_torque", bench["motor_torque"].time, noise, "N*m")]), "other.parquet")
+    arguments = ("column", "--vehicle", "column-bench", "--recording", "other.parquet", "--no-report", "--json")
+    assert analyse(*arguments) == 2
+    assert "tells nothing of the model" in json.loads(capsys.readouterr().out)["remarks"][0]
 
 
 @pytest.mark.parametrize(

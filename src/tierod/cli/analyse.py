@@ -30,8 +30,9 @@ def analyse(
     report: Annotated[bool, typer.Option(help="Write the HTML page.")] = True,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
-    """Analyse a part of a vehicle: tables to the terminal, a page with charts, JSON with --json."""
+    """Analyse a part of a vehicle, in tables and charts: done (0), the recording does not fit (2), bad input (3)."""
     from tierod.cli.analysed import refuse_to_overwrite, show, write_page
+    from tierod.cli.app import HEALTHY, NOT_JUDGED
     from tierod.cli.terminal import messages, print_json
     from tierod.cli.terminal import output as console
     from tierod.errors import ParameterError, nearest
@@ -50,12 +51,13 @@ def analyse(
     if target is not None:
         write_page(found, facts_of(car, recording.name if recording else ""), target, car.not_good_for)
     if as_json:
-        print_json({"schema": "tierod.analysis/1", "subject": subject, "vehicle": car.name, **found.document})
+        told = {"subject": subject, "vehicle": car.name, "remarks": list(found.remarks), **found.document}
+        print_json({"schema": "tierod.analysis/1", **told})
     else:
         show(found)
     if target is not None:
         (messages() if as_json else console()).print(f"page: {target}", soft_wrap=True, markup=False)
-    return 0
+    return HEALTHY if found.fits else NOT_JUDGED
 
 
 def _read(path: Path | None, dbc: list[Path] | None, channel_map: Path | None, car: Vehicle) -> Recording | None:

@@ -48,13 +48,14 @@ def analyse(vehicle: Vehicle, recording: Recording | None) -> Analysis:
     found = analyse_column(parameters, f"the column of '{vehicle.name}'")
     measured = None if recording is None else measured_column(recording, found.system)
     items = [*_modes(found), *_observability(found), *_reductions(found, measured)]
-    items += _measured_charts(measured) if measured else []
+    items += _measured_items(measured) if measured else []
     return Analysis(
         f"Steering column of {vehicle.name}",
         _summary(found),
         items,
         _document(found, measured),
         measured.remarks if measured else (),
+        measured is None or measured.fits,
     )
 
 
@@ -180,14 +181,15 @@ def _reductions(found: ColumnAnalysis, measured: Measured | None) -> list[Headin
     ]
 
 
-def _measured_charts(measured: Measured) -> list[Chart]:
-    """Measured and computed response of every sensor, with coherence."""
-    return [
+def _measured_items(measured: Measured) -> list[Heading | Table | Chart]:
+    """Measured and computed response of every sensor, with coherence, and how far they are from each other."""
+    charts = [
         measured_chart(
             f"measured-{name.replace('_', '-')}", name, response.frequency, measured.model[name], {"measured": response}
         )
         for name, response in measured.responses.items()
     ]
+    return [Heading("Measured and computed"), measured.table(), *charts]
 
 
 def _reduced_cells(row: ReducedColumn) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from tierod.analysis.measured_response import MeasuredResponse, measured_respons
 from tierod.errors import InputError
 from tierod.models.linear import LinearSystem
 from tierod.recording import Recording
+from tierod.report.display import number, words
+from tierod.studies.content import Table
 
 INPUTS = ("motor_torque", "motor_target_torque")
 """The torque of the motor, or what it was asked for."""
@@ -20,9 +22,51 @@ INPUTS = ("motor_torque", "motor_target_torque")
 LOWEST = 0.5
 """Frequencies below are left out: there the free column drifts [Hz]."""
 
+MOST_APART = 6.0
+"""Root mean square of measured over computed gain, over the frequencies at which a sensor follows the motor, from which
+a recording does not fit the model [dB], a factor of two: sweeps and sines of a bench with friction are 2 to 4 dB off,
+through friction alone, a locked wheel or a drive in a car 8 to 15 dB."""
+
 _GAP = 3.5
 _MORE = 1.5
 _FEWEST, _USUAL = 5, 200.0
+
+
+class Difference(NamedTuple):
+    """How far a measured response is from that of the model, where the sensor follows the motor.
+
+    Args:
+        share: of the frequencies at which it does
+        lowest, highest: of them [Hz]; NaN where there is none, as all that follows
+        apart: measured over computed gain, root mean square over the frequencies [dB]
+        most: the largest of it, with its sign [dB]
+        where: frequency of the largest [Hz]
+    """
+
+    share: float
+    lowest: float
+    highest: float
+    apart: float
+    most: float
+    where: float
+
+
+def difference(response: MeasuredResponse, model: np.ndarray) -> Difference:
+    """How far a measured response is from complex gains of the model at the same frequencies."""
+    usable = response.usable() & (np.abs(response.gain) > 0.0) & (np.abs(model) > 0.0)
+    frequency = response.frequency[usable]
+    if not len(frequency):
+        return Difference(0.0, *[np.nan] * 5)
+    apart = 20.0 * np.log10(np.abs(response.gain[usable]) / np.abs(model[usable]))
+    most = int(np.argmax(np.abs(apart)))
+    return Difference(
+        float(np.mean(usable)),
+        float(frequency[0]),
+        float(frequency[-1]),
+        float(np.sqrt(np.mean(apart**2))),
+        float(apart[most]),
+        float(frequency[most]),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +79,7 @@ class Measured:
         responses: measured, by output
         model: complex gain of the linear column at the same frequencies, by output
         remarks: what a reader must know
+        differences: between both, by output
     """
 
     input: str
@@ -42,12 +87,57 @@ class Measured:
     responses: Mapping[str, MeasuredResponse]
     model: Mapping[str, np.ndarray]
     remarks: tuple[str, ...]
+    differences: Mapping[str, Difference]
+
+    @property
+    def fits(self) -> bool:
+        """Whether the recording tells of the column, and the model is near what it tells."""
+        return _tells(self.differences, self.responses) and not _apart(self.differences, self.responses)
+
+    def table(self) -> Table:
+        """How far measured and computed responses are from each other, by sensor."""
+        rows = tuple(
+            (
+                words(name),
+                f"{100.0 * each.share:.0f} %",
+                *(number(value, 3) for value in (each.lowest, each.highest)),
+                *(number(value, 2) for value in (each.apart, each.most)),
+                number(each.where, 3),
+            )
+            for name, each in self.differences.items()
+        )
+        header = (
+            "sensor",
+            "follows",
+            "from (Hz)",
+            "to (Hz)",
+            "apart, root mean square (dB)",
+            "at most (dB)",
+            "there (Hz)",
+        )
+        note = (
+            "Follows: share of the frequencies at which the sensor follows the motor's torque, with a coherence of 0.5 "
+            f"or more; the rest holds there. From {MOST_APART:g} dB on the recording does not fit the model. Friction "
+            "lowers the measured gain."
+        )
+        return Table("Measured over computed gain", header, rows, note)
 
     def document(self) -> dict[str, Any]:
         """As data for JSON."""
         return {
             "input": self.input,
             "rate": self.rate,
+            "fits": self.fits,
+            "differences": {
+                name: {
+                    "share": each.share,
+                    "frequencies": [each.lowest, each.highest],
+                    "root_mean_square_db": each.apart,
+                    "largest_db": each.most,
+                    "largest_at": each.where,
+                }
+                for name, each in self.differences.items()
+            },
             "responses": {
                 name: {
                     "frequency": response.frequency.tolist(),
@@ -94,14 +184,26 @@ def measured_column(recording: Recording, system: LinearSystem) -> Measured:
             f"the recording tells of hardly a frequency above {LOWEST:g} Hz: its signals come at {rate:.4g} Hz, or do "
             f"not follow the motor; record at {_USUAL:g} Hz or more, and sweep the motor's torque"
         )
-    model = frequency_response(system, frequency)
-    return Measured(
-        given,
-        rate,
-        responses,
-        {name: model.of(name, "motor_torque") for name in outputs},
-        _remarks(given, responses),
-    )
+    whole = frequency_response(system, frequency)
+    model = {name: whole.of(name, "motor_torque") for name in outputs}
+    differences = {name: difference(each, model[name]) for name, each in responses.items()}
+    return Measured(given, rate, responses, model, _remarks(given, responses, differences), differences)
+
+
+def _known(name: str, differences: Mapping[str, Difference], responses: Mapping[str, MeasuredResponse]) -> bool:
+    return differences[name].share * len(responses[name].frequency) > _FEWEST - 0.5
+
+
+def _tells(differences: Mapping[str, Difference], responses: Mapping[str, MeasuredResponse]) -> bool:
+    """Whether any sensor follows the motor at a few frequencies."""
+    return any(_known(name, differences, responses) for name in differences)
+
+
+def _apart(differences: Mapping[str, Difference], responses: Mapping[str, MeasuredResponse]) -> list[str]:
+    """Sensors that do not fit the model."""
+    return [
+        name for name, each in differences.items() if _known(name, differences, responses) and each.apart > MOST_APART
+    ]
 
 
 def _highest(response: MeasuredResponse) -> float:
@@ -117,8 +219,20 @@ def _rate(recording: Recording, name: str) -> float:
     return float(round(1.0 / float(np.median(steps)), 6))
 
 
-def _remarks(given: str, responses: Mapping[str, MeasuredResponse]) -> tuple[str, ...]:
+def _remarks(
+    given: str, responses: Mapping[str, MeasuredResponse], differences: Mapping[str, Difference]
+) -> tuple[str, ...]:
     remarks = []
+    apart = _apart(differences, responses)
+    if apart:
+        told = ", ".join(f"{words(name).lower()} {differences[name].apart:.0f} dB" for name in apart)
+        remarks.append(
+            f"The recording does not fit the model: measured and computed gain are {told} apart (root mean square). Is "
+            "it of this column, alone on its bench, with a free wheel that nobody touches, and moved by several times "
+            "its friction?"
+        )
+    elif not _tells(differences, responses):
+        remarks.append("The recording tells nothing of the model: no sensor follows the motor's torque.")
     if given != "motor_torque":
         remarks.append("The torque that the motor was asked for stands for the one it gave.")
     poor = [name for name, each in responses.items() if np.mean(each.usable()) < 0.2]

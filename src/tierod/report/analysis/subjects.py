@@ -23,6 +23,7 @@ class Analysis:
         items: headings, tables and charts, one after the other; the terminal shows the tables
         document: the same as data, SI units, for JSON
         remarks: what a reader must know
+        fits: whether the recording, where there is one, fits the model
     """
 
     title: str
@@ -30,6 +31,7 @@ class Analysis:
     items: Sequence[Shown]
     document: Mapping[str, Any]
     remarks: tuple[str, ...] = field(default=())
+    fits: bool = True
 
 
 @dataclass(frozen=True)
