@@ -1,3 +1,4 @@
+import dataclasses
 import io
 
 import pytest
@@ -39,3 +40,14 @@ def test_says_what_was_found(name, expected):
 
 def test_square_brackets_of_a_recording_are_no_markup():
     assert "[/" not in printed("friction_fault")
+
+
+def test_what_a_finding_warns_of_is_not_repeated_under_the_remarks():
+    example = EXAMPLES["friction_fault"]()
+    row = next(row for row in example.quality if row.remarks)
+    warning = f"{row.name}: {row.remarks[0]}"
+    first, *rest = example.findings
+    warned = dataclasses.replace(first, warnings=(*first.warnings, warning))
+    console = Console(file=io.StringIO(), width=400)
+    print_table(dataclasses.replace(example, findings=(warned, *rest)), console)
+    assert console.file.getvalue().count(row.remarks[0]) == 1

@@ -22,7 +22,9 @@ def show(diagnosis: Diagnosis, console: Console) -> None:
         )
     for finding in diagnosis.findings:
         _finding(finding, console)
+    told = {warning for finding in diagnosis.findings for warning in finding.warnings}
     remarks = [(row.name, remark) for row in diagnosis.quality for remark in row.remarks]
+    remarks = [(name, remark) for name, remark in remarks if f"{name}: {remark}" not in told]
     if remarks:
         console.print("\n[bold]Remarks on the data[/bold]")
         for name, remark in remarks:
