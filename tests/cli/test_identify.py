@@ -34,6 +34,7 @@ def test_writes_vehicle_file_page_and_json(folder, capsys):
     assert identify(folder, "-o", str(target), "--report", str(page), "--json") == 0
     told = json.loads(capsys.readouterr().out)
     assert told["schema"] == "tierod.identification/1"
+    assert told["converged"]
     found = {each["name"]: each for each in told["parameters"]}
     assert found["motor_friction"]["value"] == pytest.approx(0.1, rel=0.02)
     assert found["motor_friction"]["before"] == 0.07
@@ -65,6 +66,8 @@ def test_without_places_nothing_is_written(folder, capsys):
     out = capsys.readouterr().out
     assert "Parameters before and after" in out
     assert "Leave-one-out" in out
+    assert "without 2" in out
+    assert "Experiment 2: multisine.parquet\n" in out
     assert {path: path.read_bytes() for path in folder.iterdir()} == before
 
 

@@ -1,4 +1,4 @@
-"""What commands do with an analysis: show it in the terminal, write its page."""
+"""What commands do with an analysis: show it in the terminal, write its page, say how it came about."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from tierod.report.analysis.page import Facts
+    from tierod.report.analysis.page import Facts, Origin
     from tierod.report.analysis.subjects import Analysis
 
 
@@ -32,6 +32,19 @@ def refuse_to_overwrite(
             raise OutputError(f"the {what} would overwrite {path}, which was given; name another place with {cure}")
 
 
+def origin() -> Origin:
+    """How what the running command makes came about: when, by which version, by which command."""
+    import shlex
+    import sys
+    from datetime import UTC, datetime
+
+    from tierod import __version__
+    from tierod.report.analysis.page import Origin
+
+    created = datetime.now(UTC).isoformat(timespec="seconds")
+    return Origin(created, __version__, shlex.join(["tierod", *sys.argv[1:]]))
+
+
 def write_page(
     found: Analysis, facts: Facts, target: Path, not_good_for: Sequence[str] = (), kind: str = "analysis"
 ) -> None:
@@ -40,17 +53,10 @@ def write_page(
     Raises:
         OutputError: it cannot be written
     """
-    import shlex
-    import sys
-    from datetime import UTC, datetime
-
-    from tierod import __version__
     from tierod.files import write_text
-    from tierod.report.analysis.page import Origin, render_analysis
+    from tierod.report.analysis.page import render_analysis
 
-    created = datetime.now(UTC).isoformat(timespec="seconds")
-    origin = Origin(created, __version__, shlex.join(["tierod", *sys.argv[1:]]))
-    write_text(target, render_analysis(found, facts, origin, not_good_for, kind))
+    write_text(target, render_analysis(found, facts, origin(), not_good_for, kind))
 
 
 def show(found: Analysis) -> None:

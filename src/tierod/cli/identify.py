@@ -124,17 +124,6 @@ def _column(
     return identify_column(car.parameters_for(BenchParameters), recordings, free, deviations, advance)
 
 
-def _origin() -> tuple[str, str, str]:
-    """When, by which version, and how."""
-    import shlex
-    import sys
-    from datetime import UTC, datetime
-
-    from tierod import __version__
-
-    return datetime.now(UTC).isoformat(timespec="seconds"), __version__, shlex.join(["tierod", *sys.argv[1:]])
-
-
 def _sources(recordings: list[Path]) -> list[str]:
     """Name and begin of the SHA-256 of every file."""
     import hashlib
@@ -143,11 +132,13 @@ def _sources(recordings: list[Path]) -> list[str]:
 
 
 def _write_vehicle(result: ColumnIdentification, car: Vehicle, recordings: list[Path], target: Path) -> None:
+    from tierod.cli.analysed import origin
     from tierod.files import write_text
     from tierod.vehicles.writer import Change, changed
 
-    created, version, command = _origin()
-    source = f"identified from {', '.join(_sources(recordings))} on {created[:10]} by tierod {version}: {command}"
+    by = origin()
+    made = f"on {by.created[:10]} by tierod {by.version}: {by.command}"
+    source = f"identified from {', '.join(_sources(recordings))} {made}"
     changes = {each.name: Change(each.value, each.deviation, source) for each in result.found}
     write_text(target, changed(car.path.read_bytes().decode("utf-8"), changes))
 
@@ -155,10 +146,11 @@ def _write_vehicle(result: ColumnIdentification, car: Vehicle, recordings: list[
 def _write_page(
     result: ColumnIdentification, car: Vehicle, known: dict[str, Recording], recordings: list[Path], target: Path
 ) -> None:
+    from tierod.cli.analysed import origin
     from tierod.files import write_text
     from tierod.report.identification_page import IdentificationPage, column_items, render_identification
 
-    created, version, command = _origin()
+    by = origin()
     summary = (
         "Parameters under which a model of the column foretells the recordings best. The side of the steering wheel "
         "comes from a regression with instruments; all else from the likelihood of the recordings, with a torque at "
@@ -167,7 +159,13 @@ def _write_page(
     facts = (("vehicle", car.name), ("vehicle file", str(car.path)), ("recordings", ", ".join(_sources(recordings))))
     warnings = tuple(f"{name}: {text}" for name, each in known.items() for text in each.warnings)
     page = IdentificationPage(
-        f"Column of {car.name}, identified", summary, (*result.remarks, *warnings), facts, created, version, command
+        f"Column of {car.name}, identified",
+        summary,
+        (*result.remarks, *warnings),
+        facts,
+        by.created,
+        by.version,
+        by.command,
     )
     write_text(target, render_identification(page, list(column_items(result))))
 
@@ -177,12 +175,14 @@ def _show(result: ColumnIdentification) -> None:
     from tierod.report.identification_page import found_table, left_out_table
 
     console = output()
-    for table in (found_table(result.found), *([left_out_table(result)] if result.left_out else [])):
+    for table in (found_table(result.found), *([left_out_table(result, short=True)] if result.left_out else [])):
         console.print(f"{table.title}:", markup=False)
         kept = [k for k, title in enumerate(table.header) if title not in ("95 % interval", "by")]
         cells = [[row[k] for k in kept] for row in table.rows]
         console.print(rows([table.header[k] for k in kept], cells, range(1, len(kept) - ("unit" in table.header))))
         console.print("")
+    for number, each in enumerate(result.left_out, 1):
+        console.print(f"Experiment {number}: {each.name}", markup=False, soft_wrap=True)
     for remark in result.remarks:
         console.print(f"To know: {remark}", markup=False, soft_wrap=True)
 
@@ -190,16 +190,17 @@ def _show(result: ColumnIdentification) -> None:
 def _document(
     result: ColumnIdentification, car: Vehicle, recordings: list[Path], target: Path | None, report: Path | None
 ) -> dict[str, Any]:
+    from tierod.cli.analysed import origin
     from tierod.vehicles.catalogue import QUANTITIES
 
-    created, version, command = _origin()
+    by = origin()
     estimate = result.estimate
     return {
         "schema": "tierod.identification/1",
         "subject": "column",
-        "created": created,
-        "version": version,
-        "command": command,
+        "created": by.created,
+        "version": by.version,
+        "command": by.command,
         "vehicle": car.name,
         "recordings": _sources(recordings),
         "parameters": [

@@ -85,12 +85,17 @@ def found_table(found: Sequence[Found]) -> Table:
     return Table("Parameters before and after", header, rows, _NOTE)
 
 
-def left_out_table(result: ColumnIdentification) -> Table:
-    """What is found without each experiment, and how well that foretells it."""
+def left_out_table(result: ColumnIdentification, short: bool = False) -> Table:
+    """What is found without each experiment, and how well that foretells it.
+
+    Args:
+        result: with at least one experiment left out
+        short: whether experiments go by number, for names that are wider than a column can be
+    """
     left = result.left_out
     rows = [(each.name, *(number(out.values.get(each.name), 5) for out in left)) for each in result.found]
     rows += [(f"error, {_TITLES[o][0]}", *(_percent(out.errors.get(o)) for out in left)) for o in OUTPUTS]
-    header = ("", *(f"without {out.name}" for out in left))
+    header = ("", *(f"without {number_ if short else out.name}" for number_, out in enumerate(left, 1)))
     return Table(
         "Leave-one-out: fitted to all other experiments, and simulated against the one left out",
         header,
