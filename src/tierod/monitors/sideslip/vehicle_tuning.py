@@ -23,6 +23,13 @@ THROUGH_A_COLUMN = Wandering(0.001, 3.0)
 the ratio is not constant. Believed to the letter, an angle that is off by 0.04 degrees halves the stiffness that is
 found in bends of a country road. Chosen on three virtual drives; on three others the error is 0.2 to 0.4 of that."""
 
+LATERAL_ACCELERATION = Wandering(0.1, 600.0)
+"""Offset and misalignment (half a degree) of a production car's accelerometer [m/s2], which change with temperature."""
+
+YAW_RATE = Wandering(0.002, 600.0)
+"""Offset of a production car's yaw rate [rad/s] after calibration at standstill, a tenth of a degree per second. Either
+of the two alone makes the estimate worse: what it leaves unexplained is then laid upon the other."""
+
 
 @dataclass(frozen=True)
 class VehicleTuning:
@@ -35,7 +42,9 @@ class VehicleTuning:
         friction_wander: of the tyres' friction, relative
         bank_wander, bank_wander_time: of the road
         wind_wander: lateral force; its moment wanders by `WIND_ARM` times as much
-        lateral_acceleration_wander, lateral_acceleration_wander_time: bias of the sensor
+        lateral_acceleration_wander, lateral_acceleration_wander_time: bias of the sensor. Where the file names none, it
+            is `LATERAL_ACCELERATION` and the yaw rate has `YAW_RATE`; neither in a car steered by wire, whose sensors
+            are those of a test car
         road_wheel_angle_wander, road_wheel_angle_wander_time: error of the angle; usually `THROUGH_A_COLUMN`, and none
             in a car steered by wire
 
@@ -67,9 +76,11 @@ def tuning_of(vehicle: Vehicle, usual: CombinedTuning = USUAL) -> CombinedTuning
     """
     given = vehicle.parameters_for(VehicleTuning)
     stiffness = given.stiffness_wander, given.stiffness_wander_time
-    angle = usual.road_wheel_angle_offset
-    if angle is None and BY_WIRE not in vehicle:
-        angle = THROUGH_A_COLUMN
+    angle, acceleration, yaw = usual.road_wheel_angle_offset, usual.lateral_acceleration_bias, usual.yaw_rate_bias
+    if BY_WIRE not in vehicle:
+        angle = angle or THROUGH_A_COLUMN
+        if given.lateral_acceleration_wander is None:
+            acceleration, yaw = acceleration or LATERAL_ACCELERATION, yaw or YAW_RATE
     return dataclasses.replace(
         usual,
         log_front_stiffness=_wandering(usual.log_front_stiffness, *stiffness),
@@ -81,8 +92,9 @@ def tuning_of(vehicle: Vehicle, usual: CombinedTuning = USUAL) -> CombinedTuning
             usual.side_moment, None if given.wind_wander is None else WIND_ARM * given.wind_wander, None
         ),
         lateral_acceleration_bias=_wandering(
-            usual.lateral_acceleration_bias, given.lateral_acceleration_wander, given.lateral_acceleration_wander_time
+            acceleration, given.lateral_acceleration_wander, given.lateral_acceleration_wander_time
         ),
+        yaw_rate_bias=yaw,
         road_wheel_angle_offset=_wandering(angle, given.road_wheel_angle_wander, given.road_wheel_angle_wander_time),
         noises=dataclasses.replace(
             usual.noises,
