@@ -1,7 +1,7 @@
+import control
 import numpy as np
 import pytest
 
-import control
 from analysis.column_sets import column
 from tierod.analysis.frequency_response import decibels, frequency_response, largest_difference, phase
 from tierod.errors import ParameterError

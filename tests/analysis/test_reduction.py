@@ -1,10 +1,10 @@
 import math
 from dataclasses import replace
 
+import control
 import numpy as np
 import pytest
 
-import control
 from analysis.column_sets import TORQUES, column
 from tierod.analysis.balancing import balanced
 from tierod.analysis.extended import extended

@@ -82,6 +82,7 @@ def test_standing_it_knows_that_it_knows_nothing(resistance):
     # White noise of the sensor, not a drift: the first and the last second are compared.
     assert abs(away[140_000:150_000].mean() - away[70_000:80_000].mean()) < 0.001
     assert deviation[149_000] > 3.0 * deviation[60_000]
+    assert found["motor_flux"][149_000] == pytest.approx(found["motor_flux"][60_000], rel=0.02)
     assert rms(away[155_000:]) < 0.006
 
 

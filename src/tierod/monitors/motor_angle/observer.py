@@ -133,7 +133,8 @@ class MotorAngleObserver:
         recent = all_of(known, state.told, pace.slow, state.begun)
         rate = where(recent, increment / self.parameters.sample_time, math.inf)
         measured = StatorFrameMotor.Output(sample.motor_current_alpha, sample.motor_current_beta, rate)
-        enabled = get_type_hints(filter_.Sample)["enabled"](where(standing, 0.0, 1.0))
+        free = where(standing, 0.0, 1.0)
+        enabled = get_type_hints(filter_.Sample)["enabled"](free, free)
         after, estimate = filter_.step(
             belief,
             filter_.Sample(given, measured, enabled),
@@ -241,7 +242,7 @@ def _filter(p: SampledMotorParameters, t: MotorAngleTuning) -> KalmanFilter:
         tuple(deviation**2 for deviation in first),
         (voltage, voltage, t.speed_wander**2, _TINY, t.load_wander**2, *wander),
         (t.current_noise**2, t.current_noise**2, reading),
-        maskable=("angle",),
+        maskable=("angle", "log_flux"),
     )
 
 
