@@ -20,7 +20,17 @@ ROOT = Path(__file__).resolve().parents[1]
 GROUND = ("proving_ground", "physics", "graph")
 """Packages whose code decides a drive, beside the files directly in tierod."""
 
-TOWER = ("monitors", "estimators", "detectors", "filters", "identification", "analysis", "models", "vehicles")
+TOWER = (
+    "monitors",
+    "control",
+    "estimators",
+    "detectors",
+    "filters",
+    "identification",
+    "analysis",
+    "models",
+    "vehicles",
+)
 """Packages whose code decides a verdict beyond the drive."""
 
 JUDGE = ("alarms", "figures", "judged", "judging")
