@@ -44,7 +44,7 @@ def run() -> list[dict]:
     results = {name: np.sign(np.sin(instants / 3.0 + k)) for k, name in enumerate(codes)}
     ours, theirs, changes = [], [], 0
     for _ in range(3):
-        memory = FaultMemory(TroubleCodes(codes, {}, "benchmark"))
+        memory = FaultMemory(TroubleCodes(codes, {}))
         memory.begin_cycle()
         begin = time.perf_counter()
         changes = len(memory.absorb(instants, results))
