@@ -29,6 +29,9 @@ SAID = {
     "sideslip-two-stage-poles": "sideslip, two-stage observer, placed poles",
     "sideslip-combined-torque": "sideslip, combined estimator with the steering's torque, 17 states",
     "sideslip-combined": "sideslip, combined estimator, 12 states",
+    "motor-kalman-3-states": "motor in the rotor's axes, extended filter of three states",
+    "motor-kalman-angle": "the same with Park's transform and the angle",
+    "motor-luenberger-angle": "motor angle, Luenberger observer with Park's transform",
     "fault-memory": "test results into the fault memory, ten codes",
 }
 
