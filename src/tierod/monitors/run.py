@@ -6,14 +6,13 @@ import dataclasses
 import datetime
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tierod import __version__
 from tierod.decimation import Decimator
 from tierod.derive import complete, ingredients
 from tierod.errors import InputError, ParameterError, nearest
 from tierod.findings import Diagnosis
-from tierod.monitors.into_memory import MemoryFeed
 from tierod.monitors.named_vehicle import other_vehicle, vehicle_named_in
 from tierod.monitors.own_level import OwnLevel, load_own_level, refuse_foreign, store_own_level
 from tierod.monitors.pieces import CHUNK, OVERLAP, joined, pieces_of, refuse_leap, share_read
@@ -23,6 +22,9 @@ from tierod.monitors.suitable import refuse_unsuitable
 from tierod.readers import SHARE_READ
 from tierod.recording import Aligned, Recording
 from tierod.vehicles import Vehicle, load
+
+if TYPE_CHECKING:
+    from tierod.monitors.into_memory import MemoryFeed
 
 
 def diagnose(
@@ -122,7 +124,7 @@ class Run:
         if own_level is not None:
             refuse_foreign(own_level, vehicle.name, f"{monitor.name}, {variant.name}")
         self.session: Session = _opened(monitor, variant, vehicle, own_level)
-        self.feed = MemoryFeed(memory, vehicle.name, monitor.name) if memory else None
+        self.feed = _feed(memory, vehicle, monitor) if memory else None
         self.learnt: OwnLevel | None = None
         self.course: tuple[StatusChange, ...] = ()
         self.code_courses: Mapping[str, tuple[StatusChange, ...]] = {}
@@ -226,6 +228,12 @@ class Run:
         if self.feed:
             self.feed.finish(diagnosis, self.course, self.code_courses)
         return diagnosis
+
+
+def _feed(memory: str | Path, vehicle: Vehicle, monitor: Monitor) -> MemoryFeed:
+    from tierod.monitors.into_memory import MemoryFeed  # few runs have a memory, and it takes its time to load
+
+    return MemoryFeed(memory, vehicle.name, monitor.name)
 
 
 def _opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: OwnLevel | None) -> Session:
