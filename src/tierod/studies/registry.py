@@ -61,6 +61,12 @@ def _sideslip(effort: Effort, progress: Progress) -> Iterator[Item]:
     return items(effort, progress)
 
 
+def _motor_angle(effort: Effort, progress: Progress) -> Iterator[Item]:
+    from tierod.studies.motor_angle.study import items
+
+    return items(effort, progress)
+
+
 STUDIES: Mapping[str, Study] = {
     study.name: study
     for study in (
@@ -103,6 +109,16 @@ STUDIES: Mapping[str, Study] = {
                 "observers": "The two observers",
                 "combined": "The combined estimator",
                 "cars": "Real cars",
+            },
+        ),
+        Study(
+            "motor-angle",
+            "Angle of the steering's motor from its currents",
+            "The paper of Reinelt et al. claim by claim, and how exact and how soon tierod watches the motor's sensor.",
+            _motor_angle,
+            {
+                "motor-angle": "Observers",
+                "faults": "Faults of the angle sensor",
             },
         ),
     )
