@@ -1,0 +1,1 @@
+"""Condition of the sensors and actuators of a whole vehicle, judged together."""

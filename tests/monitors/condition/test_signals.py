@@ -1,0 +1,22 @@
+"""Names and hypotheses of the condition monitor."""
+
+from math import comb
+
+from tierod.block import units
+from tierod.monitors.condition.signals import ACTUATORS, HEALTHY, SENSORS, ConditionSample, hypotheses
+from tierod.signals import SIGNALS
+
+
+def test_every_signal_is_canonical_with_its_unit():
+    for name, unit in zip(ConditionSample._fields, units(ConditionSample), strict=True):
+        assert SIGNALS[name].unit == unit
+
+
+def test_the_hypotheses_are_all_singles_and_pairs_and_no_pair_of_actuators():
+    every = hypotheses()
+    assert every[0].name == HEALTHY
+    assert every[0].suspects == ()
+    assert len(every) == 1 + len(SENSORS) + len(ACTUATORS) + comb(len(SENSORS), 2) + len(SENSORS) * len(ACTUATORS)
+    assert len({frozenset(each.suspects) for each in every}) == len({each.name for each in every}) == len(every)
+    assert all(len(each.suspects) <= 2 and len(each.actuators) <= 1 for each in every)
+    assert all(set(each.sensors) <= set(SENSORS) and set(each.actuators) <= set(ACTUATORS) for each in every)
