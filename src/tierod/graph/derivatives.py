@@ -1,4 +1,4 @@
-"""Automatic Jacobians, of numbers and of symbols alike."""
+"""Automatic Jacobians, of numbers and of symbols alike, and what depends on what."""
 
 from __future__ import annotations
 
@@ -33,6 +33,25 @@ def jacobian(function: Callable[[Tree], Tree], at: Tree) -> list[list[Any]]:
     rows, columns = derivative.shape
     sparsity = derivative.sparsity()
     return [[_entry(derivative, i, j) if sparsity.has_nz(i, j) else 0.0 for j in range(columns)] for i in range(rows)]
+
+
+def dependence(function: Callable[[Tree], Tree], shape: Tree) -> list[list[bool]]:
+    """Which leaf of `function(x)` depends on which leaf of `x`, whatever their values.
+
+    Args:
+        function: maps a tree of the shape of `shape` to a tree; pure, written with tierod.graph.maths
+        shape: a tree of any numbers
+
+    Returns:
+        rows by output leaf, columns by input leaf
+    """
+    import casadi
+
+    symbols = casadi.SX.sym("x", len(list(leaves(shape))))
+    images = [leaf for _, leaf in leaves(function(rebuild(shape, casadi.vertsplit(symbols))))]
+    pattern = casadi.Function("f", [symbols], [casadi.SX(casadi.vertcat(*images))]).jac_sparsity(0, 0)
+    rows, columns = pattern.shape
+    return [[pattern.has_nz(i, j) for j in range(columns)] for i in range(rows)]
 
 
 def _entry(matrix: Any, row: int, column: int) -> Any:
