@@ -1,0 +1,107 @@
+"""What fails in the drives: which sensor or actuator, how, how much, when."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from tierod.proving_ground.faults import (
+    Delay,
+    Drift,
+    Fault,
+    Gain,
+    Noise,
+    Offset,
+    Outlier,
+    Stuck,
+    TorqueLoss,
+    TotalLoss,
+)
+from tierod.proving_ground.faults.triggers import AtTime
+
+LOSS, STUCK, OFFSET, GAIN, DRIFT, OUTLIER, NOISE, DELAY = (
+    *("loss", "stuck", "offset", "gain", "drift", "outlier", "noise", "delay"),
+)
+KINDS = (LOSS, STUCK, OFFSET, GAIN, DRIFT, OUTLIER, NOISE, DELAY)
+"""Kinds of faults of a sensor; an actuator has losses alone."""
+
+OFFSETS = {
+    "wheel_speed_rear_left": 2.0,
+    "wheel_speed_rear_right": 2.0,
+    "yaw_rate": 0.3,
+    "steering_wheel_angle": 1.5,
+    "steering_shaft_torque": 3.0,
+    "tie_rod_force": 250.0,
+}
+"""Size of the tests' offset of every sensor, in the unit of its signal; the paper names none."""
+
+OUTLIER_FACTOR = 3.0
+"""An outlier is this multiple of the signal, for a second; the paper names none."""
+
+TORQUES = {
+    "steering_motor_1": "steering_motor_1_torque",
+    "steering_motor_2": "steering_motor_2_torque",
+    "drive_left": "drive_torque_left",
+    "drive_right": "drive_torque_right",
+}
+"""Channel of every actuator's torque."""
+
+_READ_IN_THE_LOOP = ("wheel_speed_rear_left", "wheel_speed_rear_right", "yaw_rate", "steering_wheel_angle")
+
+
+@dataclass(frozen=True)
+class Injected:
+    """One fault of one drive, which is the truth that a diagnosis is held against.
+
+    Args:
+        element: a sensor by its signal, or an actuator ("steering_motor_1")
+        kind: one of `KINDS`
+        size: of an offset in the unit of the signal, of a gain or an outlier the factor, of a drift per second, of
+            noise its standard deviation, of a delay in seconds, of an actuator's loss the share lost; NaN where a kind
+            has none
+        start, end: of the fault
+        believed: whether the automated driver believes the sensor, as well as the recording
+    """
+
+    element: str
+    kind: str
+    size: float = math.nan
+    start: Annotated[float, "s"] = 20.0
+    end: Annotated[float, "s"] = 40.0
+    believed: bool = False
+
+    @property
+    def name(self) -> str:
+        """Element, kind and size, for tables."""
+        size = "" if math.isnan(self.size) else f" {self.size:g}"
+        return f"{self.element} {self.kind}{size}"
+
+    @property
+    def fault(self) -> Fault:
+        """As the proving ground takes it."""
+        lasts, trigger = self.end - self.start, AtTime(self.start)
+        if self.element in TORQUES:
+            return Fault(f"actuator.{TORQUES[self.element]}", TorqueLoss(self.size), trigger, lasts)
+        prefix = "" if self.believed and self.element in _READ_IN_THE_LOOP else "sensor."
+        return Fault(f"{prefix}{self.element}", self._behaviour, trigger, lasts)
+
+    @property
+    def _behaviour(self) -> Any:
+        if self.kind == LOSS:
+            return TotalLoss()
+        if self.kind == STUCK:
+            return Stuck()
+        sized = {OFFSET: Offset, GAIN: Gain, DRIFT: Drift, OUTLIER: Outlier, NOISE: Noise, DELAY: Delay}
+        return sized[self.kind](self.size)
+
+
+def lost(actuator: str, share: float = 1.0, start: float = 104.0, end: float = 200.0) -> Injected:
+    """An actuator that gives less, or nothing.
+
+    Args:
+        actuator: its name
+        share: of the torque that is lost
+        start, end: of the fault [s]; those of Figures 12 to 17 of Li, Frey, Gauterin if not given
+    """
+    return Injected(actuator, LOSS, share, start, end)

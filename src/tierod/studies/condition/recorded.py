@@ -1,0 +1,118 @@
+"""Drives made into recordings at 100 Hz: in several processes, and kept in a folder if one is given."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tierod.campaigns.workers import Failure, spread
+from tierod.errors import InputError
+from tierod.proving_ground.run import Outcome, run
+from tierod.recording import Channel, Recording
+from tierod.signals import SIGNALS
+from tierod.studies.condition.drives import Drive
+from tierod.studies.condition.rounds import course
+from tierod.studies.condition.vehicles import MEASURED, vehicle
+
+RATE = 100.0
+"""Of all channels [Hz]."""
+
+TRUTHS = {
+    "truth_wheel_speed_rear_left": "m/s",
+    "truth_wheel_speed_rear_right": "m/s",
+    "truth_yaw_rate": "rad/s",
+    "truth_steering_wheel_angle": "rad",
+    "truth_steering_shaft_torque": "N*m",
+    "truth_tie_rod_force": "N",
+    "truth_speed": "m/s",
+    "truth_sideslip_angle": "rad",
+    "truth_longitudinal_acceleration": "m/s**2",
+    "truth_lateral_acceleration": "m/s**2",
+    "truth_steering_motor_1_torque": "N*m",
+    "truth_steering_motor_2_torque": "N*m",
+    "truth_drive_torque_left": "N*m",
+    "truth_drive_torque_right": "N*m",
+    "truth_bank_angle": "rad",
+    "truth_grade_angle": "rad",
+    "truth_road_friction": "",
+    "truth_position_x": "m",
+    "truth_position_y": "m",
+    "truth_lateral_offset": "m",
+}
+"""True signals that are kept beside the measured ones, and their units."""
+
+UNITS = {name: SIGNALS[name].unit for name in MEASURED} | TRUTHS
+"""Of all channels."""
+
+
+def outcome(drive: Drive) -> Outcome:
+    """The run of a drive, with all that the proving ground records."""
+    car, sensors = vehicle(drive.vehicle, drive.swing)
+    way = course(drive.course, drive.seconds, drive.seed)
+    return run(car, way, drive.seconds, drive.seed, sensors, [each.fault for each in drive.injected])
+
+
+def recorded(drive: Drive, folder: str | Path | None = None) -> Recording:
+    """The recording of a drive: `MEASURED`, and `TRUTHS` beside them, on one grid of 100 Hz.
+
+    Args:
+        drive: what to drive
+        folder: where recordings are kept and found again, if any; to be emptied where the plant has changed
+    """
+    path = None if folder is None else Path(folder) / f"{hashlib.sha1(repr(drive).encode()).hexdigest()[:20]}.npz"
+    if path is not None and path.exists():
+        with np.load(path) as stored:
+            return _recording(drive, dict(stored))
+    made = outcome(drive).recording
+    columns: dict[str, Any] = {name: made[name].values.astype(np.float32) for name in (*MEASURED, *TRUTHS)}
+    if path is not None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        partial = path.with_suffix(f".{id(columns)}.npz")
+        np.savez(partial, **columns)
+        partial.replace(path)
+    return _recording(drive, columns)
+
+
+def _recording(drive: Drive, columns: dict[str, np.ndarray]) -> Recording:
+    time = np.arange(len(columns[MEASURED[0]])) / RATE
+    channels = {name: Channel(name, time, values.astype(float), UNITS[name]) for name, values in columns.items()}
+    injected = [asdict(each) for each in drive.injected]
+    return Recording(channels, {"source": "tierod virtual test vehicle", "drive": drive.name, "faults": injected})
+
+
+def each(
+    work: Callable[[Drive, Recording], Any],
+    drives: Sequence[Drive],
+    folder: str | Path | None = None,
+    processes: int = 1,
+) -> list[Any]:
+    """What a function makes of every drive's recording, in the order of the drives.
+
+    Args:
+        work: importable function of drive and recording, with picklable results
+        drives: what to drive
+        folder: see `recorded`
+        processes: how many drive at a time; 1 is this process
+
+    Raises:
+        InputError: a drive failed; the reason is told
+    """
+    made = partial(_worked, work, folder)
+    if processes <= 1:
+        return [made(drive) for drive in drives]
+    results: dict[int, Any] = {}
+    for number, result in spread(made, list(drives), processes):
+        if isinstance(result, Failure):
+            raise InputError(f"the drive '{drives[number].name}' failed: {result.reason}")
+        results[number] = result
+    return [results[number] for number in range(len(drives))]
+
+
+def _worked(work: Callable[[Drive, Recording], Any], folder: str | Path | None, drive: Drive) -> Any:
+    return work(drive, recorded(drive, folder))
