@@ -20,6 +20,8 @@ from tierod.detectors.sequential_test import SequentialTest
 from tierod.detectors.threshold import Debounce, Hysteresis
 from tierod.detectors.two_sided import TwoSided
 from tierod.diagnosis.debounce import DebounceCounter, DebounceCounters
+from tierod.diagnosis.substitution import Substitute, SubstitutionGraph
+from tierod.diagnosis.switchover import Switchover
 from tierod.estimators.fixed_lag import FixedLag
 from tierod.estimators.interacting import InteractingFilter
 from tierod.estimators.kalman import KalmanFilter
@@ -105,6 +107,10 @@ DQ_MOTOR = load("motor-bench").parameters_for(DqMotorParameters)
 
 BY_WIRE = load("steer-by-wire").parameters_for(SteeredVehicle.Parameters)
 
+SUBSTITUTES = SubstitutionGraph(
+    ("left", "right"), ((Substitute("other", ("right",), 0.1, ""), Substitute("held", (), 1.0, "")), ())
+)
+
 
 def examples() -> dict[type, Callable[[], Any]]:
     """Class -> a function that builds an example."""
@@ -130,6 +136,7 @@ def examples() -> dict[type, Callable[[], Any]]:
         Debounce: lambda: Debounce(0.05, 0.1, DT),
         DebounceCounter: lambda: DebounceCounter(2.0, 3.0),
         DebounceCounters: lambda: DebounceCounters((DebounceCounter(127.0, 128.0), DebounceCounter()), ((), (0,))),
+        Switchover: lambda: Switchover(SUBSTITUTES, (1.0, 1.0), 0.1, DT),
         Hysteresis: lambda: Hysteresis(0.4, 0.1, 0.05, DT),
         KalmanFilter: lambda: replace(consistent(CAR).filter, hold_missing_input=True),
         UnscentedFilter: lambda: replace(unscented(CAR).filter, hold_missing_input=True),

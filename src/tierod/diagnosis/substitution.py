@@ -1,0 +1,115 @@
+"""What can stand in for a sensor: a graph from every signal to the signals that its substitutes are made of."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from tierod.errors import ParameterError, nearest
+
+
+@dataclass(frozen=True)
+class Substitute:
+    """One way to replace a signal.
+
+    Args:
+        name: of the way, a few words with hyphens
+        needs: judged sensors without which it tells nothing
+        deviation: root-mean-square error beside the true signal, as measured [unit of the signal]
+        source: where and how the deviation was measured
+    """
+
+    name: str
+    needs: tuple[str, ...]
+    deviation: float
+    source: str
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.deviation) and self.deviation > 0.0):
+            raise ParameterError(
+                f"substitute '{self.name}' has the deviation {self.deviation}; expected a measured error above zero"
+            )
+
+
+@dataclass(frozen=True)
+class SubstitutionGraph:
+    """The substitutes of every sensor, the best first.
+
+    Args:
+        sensors: that are judged, and can be replaced or not
+        ways: substitutes of each, in the same order
+
+    Raises:
+        ParameterError: a substitute needs what is not judged, or the very sensor that it replaces; or two of one name
+    """
+
+    sensors: tuple[str, ...]
+    ways: tuple[tuple[Substitute, ...], ...]
+
+    def __post_init__(self) -> None:
+        for sensor, ways in self.substitutes.items():
+            names = [way.name for way in ways]
+            for way in ways:
+                if names.count(way.name) > 1:
+                    raise ParameterError(f"'{sensor}' has two substitutes '{way.name}'; give each a name of its own")
+                if sensor in way.needs:
+                    raise ParameterError(f"substitute '{way.name}' of '{sensor}' needs '{sensor}' itself")
+                for need in way.needs:
+                    if need not in self.substitutes:
+                        raise ParameterError(
+                            f"substitute '{way.name}' of '{sensor}' needs '{need}'{nearest(need, self.substitutes)}"
+                        )
+
+    @property
+    def substitutes(self) -> dict[str, tuple[Substitute, ...]]:
+        """Substitutes by sensor."""
+        return dict(zip(self.sensors, self.ways, strict=True))
+
+    def usable(self, sensor: str, lost: Collection[str]) -> tuple[Substitute, ...]:
+        """Substitutes that are left, the best first.
+
+        Args:
+            sensor: to be replaced
+            lost: sensors that cannot be used
+
+        Raises:
+            ParameterError: the sensor is not one of the graph's
+        """
+        if sensor not in self.substitutes:
+            raise ParameterError(f"there is no sensor '{sensor}'{nearest(sensor, self.substitutes)}")
+        return tuple(way for way in self.substitutes[sensor] if not set(way.needs) & set(lost))
+
+    def survivable(self, at_once: int) -> dict[str, bool]:
+        """Whether each sensor can still be replaced when it and any `at_once` - 1 others are lost."""
+        from itertools import combinations
+
+        return {
+            sensor: all(
+                self.usable(sensor, (sensor, *others))
+                for others in combinations([other for other in self.sensors if other != sensor], at_once - 1)
+            )
+            for sensor in self.sensors
+        }
+
+
+def graph_from(table: Mapping[str, Any]) -> SubstitutionGraph:
+    """A graph from a table: sensor -> list of {name, needs, deviation, source}, put in the order of their deviations.
+
+    Raises:
+        ParameterError: a key that a substitute does not have, or lacks
+    """
+    keys = ("name", "needs", "deviation", "source")
+    made: dict[str, tuple[Substitute, ...]] = {}
+    for sensor, ways in table.items():
+        for way in ways:
+            for key in way:
+                if key not in keys:
+                    raise ParameterError(f"a substitute of '{sensor}' has no '{key}'{nearest(key, keys)}")
+            missing = [key for key in keys if key not in way]
+            if missing:
+                raise ParameterError(f"a substitute of '{sensor}' lacks '{missing[0]}'; expected {', '.join(keys)}")
+        read = [Substitute(way["name"], tuple(way["needs"]), float(way["deviation"]), way["source"]) for way in ways]
+        made[sensor] = tuple(sorted(read, key=lambda way: way.deviation))
+    return SubstitutionGraph(tuple(made), tuple(made.values()))

@@ -1,0 +1,150 @@
+"""The graph of substitutes, and the switch from a sensor to its substitute and back."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tierod.diagnosis.substitution import Substitute, SubstitutionGraph, graph_from
+from tierod.diagnosis.switchover import HELD, NOTHING, SENSOR, Switchover
+from tierod.errors import ParameterError
+from tierod.graph import scan, trace
+
+SAMPLE_TIME = 0.01
+FADE = 0.1
+NAN = math.nan
+
+
+def way(name, needs=(), deviation=1.0):
+    return {"name": name, "needs": list(needs), "deviation": deviation, "source": "made up"}
+
+
+TABLE = {
+    "left": [way("right-and-yaw", ["right", "yaw"], 0.1), way("model", (), 0.5)],
+    "right": [way("model", (), 0.5), way("left-and-yaw", ["left", "yaw"], 0.1)],
+    "yaw": [way("wheels", ["left", "right"], 0.02)],
+}
+GRAPH = graph_from(TABLE)
+
+
+def test_substitutes_are_put_in_the_order_of_their_measured_error():
+    assert [each.name for each in GRAPH.substitutes["right"]] == ["left-and-yaw", "model"]
+
+
+def test_a_substitute_whose_own_sensor_is_lost_is_passed_over():
+    assert [each.name for each in GRAPH.usable("left", ["left"])] == ["right-and-yaw", "model"]
+    assert [each.name for each in GRAPH.usable("left", ["left", "yaw"])] == ["model"]
+    assert GRAPH.usable("yaw", ["yaw", "right"]) == ()
+
+
+def test_what_can_still_be_replaced_when_two_are_lost():
+    assert GRAPH.survivable(1) == {"left": True, "right": True, "yaw": True}
+    assert GRAPH.survivable(2) == {"left": True, "right": True, "yaw": False}
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ({"a": [way("x", ["b"])]}, "needs 'b'"),
+        ({"a": [way("x", ["a"])]}, "needs 'a' itself"),
+        ({"a": [way("x"), way("x")]}, "two substitutes 'x'"),
+        ({"a": [way("x", deviation=0.0)]}, "above zero"),
+        ({"a": [{"name": "x", "needs": [], "deviation": 1.0}]}, "lacks 'source'"),
+        ({"a": [{**way("x"), "deviaton": 1.0}]}, "no 'deviaton'.*deviation"),
+    ],
+)
+def test_a_graph_that_cannot_be_meant_is_refused(table, message):
+    with pytest.raises(ParameterError, match=message):
+        graph_from(table)
+
+
+def test_an_unknown_sensor_is_refused():
+    with pytest.raises(ParameterError, match="no sensor 'lefd'.*left"):
+        GRAPH.usable("lefd", [])
+    with pytest.raises(ParameterError, match="3 sensors came with 2 growths"):
+        Switchover(GRAPH, (1.0, 1.0), FADE, SAMPLE_TIME)
+    with pytest.raises(ParameterError, match="above zero"):
+        Switchover(GRAPH, (1.0, 1.0, 1.0), 0.0, SAMPLE_TIME)
+
+
+SWITCH = Switchover(GRAPH, (2.0, 2.0, 0.1), FADE, SAMPLE_TIME)
+
+
+def driven(count, **columns):
+    """Outputs over `count` samples; columns as "left_faulty", all else sound at 10, 20, 0.5, substitutes beside it."""
+    usual = {
+        "left": (10.0, 0.0, 10.3, 9.0),
+        "right": (20.0, 0.0, 20.2, 22.0),
+        "yaw": (0.5, 0.0, 0.55),
+    }
+    values = np.tile(np.concatenate([usual[name] for name in usual]), (count, 1))
+    order = trace(SWITCH).sample
+    for name, column in columns.items():
+        values[:, order.index(name.replace("__", "."))] = column
+    return scan(SWITCH, values)
+
+
+def after(count, start, value, before=0.0):
+    return np.where(np.arange(count) >= start, value, before)
+
+
+def test_sound_sensors_are_passed_through():
+    told = driven(5)
+    assert np.all(told["left.value"] == 10.0)
+    assert np.all(told["left.source"] == SENSOR)
+    assert np.all(told["left.deviation"] == 0.0)
+
+
+def test_a_faulty_sensor_is_replaced_at_once_and_without_a_trace_of_its_wrong_value():
+    told = driven(20, left__faulty=after(20, 5, 1.0), left__measured=after(20, 5, 0.0, 10.0))
+    assert np.all(told["left.value"][5:] == 10.3)
+    assert np.all(told["left.source"][5:] == 1.0)
+    assert np.all(told["left.deviation"][5:] == 0.1)
+
+
+def test_back_to_the_sensor_without_a_bump():
+    faulty = after(200, 5, 1.0) - after(200, 50, 1.0)
+    value = driven(200, left__faulty=faulty)["left.value"]
+    assert value[50] == pytest.approx(10.3)
+    steps = np.abs(np.diff(value[49:]))
+    assert steps.max() < 0.3 * SAMPLE_TIME / FADE * 1.01
+    at_one_time_constant = 50 + round(FADE / SAMPLE_TIME)
+    assert value[at_one_time_constant] - 10.0 == pytest.approx(0.3 * math.exp(-1.0), rel=0.06)
+    assert value[-1] == pytest.approx(10.0, abs=1e-6)
+
+
+def test_from_one_substitute_to_the_next_without_a_bump_and_with_its_larger_deviation():
+    told = driven(300, left__faulty=1.0, yaw__faulty=after(300, 100, 1.0))
+    assert told["left.source"][[99, 100]].tolist() == [1.0, 2.0]
+    assert told["left.value"][100] == pytest.approx(10.3)
+    assert told["left.deviation"][100] == pytest.approx(math.hypot(0.5, 1.3))
+    assert told["left.value"][-1] == pytest.approx(9.0, abs=1e-3)
+    assert told["left.deviation"][-1] == pytest.approx(0.5, rel=1e-3)
+
+
+def test_with_nothing_left_the_last_value_is_held_and_grows_uncertain():
+    told = driven(60, yaw__faulty=after(60, 10, 1.0), left__faulty=after(60, 20, 1.0), left__model=NAN)
+    assert told["yaw.source"][[9, 10, 19, 20]].tolist() == [SENSOR, 1.0, 1.0, HELD]
+    assert np.all(told["yaw.value"][20:] == told["yaw.value"][19])
+    grown = told["yaw.deviation"][59] - told["yaw.deviation"][19]
+    assert grown == pytest.approx(0.1 * 40 * SAMPLE_TIME)
+
+
+def test_a_missing_sample_of_a_sound_sensor_is_supplied_like_a_lost_one():
+    measured = np.full(30, 10.0)
+    measured[10] = NAN
+    told = driven(30, left__measured=measured)
+    assert told["left.source"][[9, 10, 11]].tolist() == [SENSOR, 1.0, SENSOR]
+    assert told["left.value"][10] == 10.3
+
+
+def test_before_anything_is_told_nothing_is():
+    told = driven(3, yaw__measured=[NAN, NAN, 0.5], yaw__wheels=NAN)
+    assert told["yaw.source"].tolist() == [NOTHING, NOTHING, SENSOR]
+    assert told["yaw.value"].tolist() == [0.0, 0.0, 0.5]
+
+
+def test_a_substitute_tells_its_error_and_where_it_was_measured():
+    with pytest.raises(ParameterError, match="measured error above zero"):
+        Substitute("x", (), NAN, "made up")
+    assert SubstitutionGraph(("a",), ((Substitute("x", (), 0.2, "bench"),),)).survivable(1) == {"a": True}
