@@ -93,17 +93,17 @@ def _from_unmatched_rows(rows: list[list[int]], row_of: np.ndarray) -> set[int]:
 def _from_unmatched_columns(rows: list[list[int]], row_of: np.ndarray) -> set[int]:
     """Rows on alternating paths that begin in a column without partner."""
     rows_with: dict[int, list[int]] = {}
-    for i, row in enumerate(rows):
-        for column in row:
+    for i, inside in enumerate(rows):
+        for column in inside:
             rows_with.setdefault(column, []).append(i)
     column_of = {int(row): column for column, row in enumerate(row_of) if row >= 0}
     waiting = [column for column, row in enumerate(row_of) if row < 0]
-    columns, seen = set(waiting), set()
+    columns, seen = set(waiting), set[int]()
     while waiting:
         for row in rows_with.get(waiting.pop(), []):
             seen.add(row)
-            column = column_of.get(row)
-            if column is not None and column not in columns:
-                columns.add(column)
-                waiting.append(column)
+            partner = column_of.get(row)
+            if partner is not None and partner not in columns:
+                columns.add(partner)
+                waiting.append(partner)
     return seen
