@@ -10,6 +10,7 @@ import typer
 from tierod.cli.terminal import output, print_json, rows
 
 if TYPE_CHECKING:
+    from tierod.monitors.decision import Decision
     from tierod.monitors.session import Monitor
 
 
@@ -43,8 +44,27 @@ def _document(monitor: Monitor) -> dict[str, Any]:
         "condition": monitor.condition,
         "default": monitor.default,
         "variants": [
-            {"name": each.name, "summary": each.summary, "source": each.source} for each in monitor.variants.values()
+            {
+                "name": each.name,
+                "summary": each.summary,
+                "source": each.source,
+                "decisions": [_decision(decision) for decision in each.decisions],
+            }
+            for each in monitor.variants.values()
         ],
+    }
+
+
+def _decision(decision: Decision) -> dict[str, Any]:
+    shown = decision.demonstrated
+    return {
+        "name": decision.name,
+        "distance": decision.distance,
+        "rule": decision.rule_told,
+        "mean_between_false_alarms": decision.mean_time_between_false_alarms,
+        "unit": decision.unit,
+        "demonstrated": shown and {"observed": shown.observed, "alarms": shown.alarms, "fewer_per_unit_95": shown.most},
+        "source": decision.source,
     }
 
 
@@ -70,7 +90,18 @@ def _show(monitor: Monitor) -> None:
     console.print(
         rows(("variant", "what it does", "source"), [(v.name, v.summary, v.source) for v in monitor.variants.values()])
     )
+    _show_decisions(monitor)
     console.print()
+
+
+def _show_decisions(monitor: Monitor) -> None:
+    """The decisions of the default variant, or of the first one; those of the others are in the JSON."""
+    variant = monitor.variants[monitor.default or next(iter(monitor.variants))]
+    if variant.decisions:
+        console = output()
+        console.print(f"\n[bold]Decisions[/bold] of the variant {variant.name}")
+        told = [(each.name, each.distance, each.rule_told, each.false_alarms_told) for each in variant.decisions]
+        console.print(rows(("decides", "on", "rule", "false alarms"), told))
 
 
 def _measured(names: Iterable[str]) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ import numpy as np
 from tierod.block import Block
 from tierod.findings import Finding, Status
 from tierod.graph import Memory, Result, scan, trace
+from tierod.monitors.decision import Decision
 from tierod.monitors.own_level import OwnLevel
 from tierod.recording import Aligned, Recording
 from tierod.vehicles import Vehicle
@@ -126,12 +127,15 @@ class Variant:
         summary: one sentence
         source: paper and equations
         open: builds the session for a vehicle, a rate [Hz], and the vehicle's own level from earlier recordings
+        decisions: every way in which its sessions turn a number into a statement; at the monitor's own rate their rules
+            are those in effect
     """
 
     name: str
     summary: str
     source: str
     open: Callable[[Vehicle, float, OwnLevel | None], Session]
+    decisions: tuple[Decision, ...] = ()
 
 
 @dataclass(frozen=True)
