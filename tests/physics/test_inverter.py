@@ -5,8 +5,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tierod.physics.clarke_park import RotorVector, StatorVector, inverse_clarke
-from tierod.physics.inverter import limited_voltage, longest_voltage, lost_voltage
+from tierod.physics.clarke_park import PhaseValues, RotorVector, StatorVector, inverse_clarke
+from tierod.physics.inverter import (
+    LONGEST_SIGN,
+    commanded_voltage,
+    limited_voltage,
+    longest_voltage,
+    lost_voltage,
+    phase_signs,
+)
 
 VALUE = st.floats(-100.0, 100.0)
 
@@ -56,3 +63,25 @@ def test_loss_of_small_currents_is_a_resistance():
 def test_loss_never_gives_power(alpha, beta):
     current = StatorVector(alpha, beta)
     assert np.dot(lost_voltage(current, 13.0, 1e-6, 1e-4, 0.7, 1.0), current) >= 0.0
+
+
+@given(st.floats(-math.pi, math.pi))
+def test_the_vector_of_three_signs_points_to_the_middle_of_its_sixth(angle):
+    """Six directions, each of the same length."""
+    current = StatorVector(50.0 * math.cos(angle), 50.0 * math.sin(angle))
+    signs = phase_signs(current, 1e-9)
+    if min(abs(value) for value in inverse_clarke(current)) > 1e-6:
+        assert math.hypot(*signs) == pytest.approx(LONGEST_SIGN)
+        assert np.dot(signs, current) > 0.8 * LONGEST_SIGN * 50.0
+
+
+def test_duty_cycles_of_one_leg_reach_two_thirds_of_the_supply():
+    """One leg up, two down: the active vector of the hexagon's corner."""
+    np.testing.assert_allclose(commanded_voltage(PhaseValues(1.0, 0.0, 0.0), 13.0), (13.0 * 2.0 / 3.0, 0.0), atol=1e-12)
+
+
+@given(st.floats(-math.pi, math.pi), st.floats(0.0, 0.3))
+def test_duty_cycles_give_what_they_were_made_for_whatever_all_legs_share(angle, shared):
+    wanted = StatorVector(3.0 * math.cos(angle), 3.0 * math.sin(angle))
+    duty = PhaseValues(*(0.4 + shared + value / 13.0 for value in inverse_clarke(wanted)))
+    np.testing.assert_allclose(commanded_voltage(duty, 13.0), wanted, atol=1e-12)

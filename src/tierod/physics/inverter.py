@@ -7,6 +7,9 @@ from typing import Any
 from tierod.graph.maths import limit, maximum, sqrt
 from tierod.physics.clarke_park import PhaseValues, StatorVector, clarke, inverse_clarke
 
+LONGEST_SIGN = 4.0 / 3.0
+"""Length of the vector of the phase currents' signs where all three flow [-]: a loss of one volt takes so many."""
+
 
 def longest_voltage(supply_voltage: Any) -> Any:
     """Length of the longest voltage vector [V] that can be made in every direction.
@@ -50,6 +53,29 @@ def lost_voltage(
     with the sign made continuous around zero; what all phases lose alike drops out.
     """
     loss = supply_voltage * dead_time / period + forward_drop
+    signs = phase_signs(current, knee_current)
+    return StatorVector(loss * signs.alpha, loss * signs.beta)
+
+
+def phase_signs(current: StatorVector, knee_current: Any) -> StatorVector:
+    """Signs of the phase currents as a vector, continuous around zero: what a loss of one volt per phase takes [-].
+
+    Args:
+        current: into the motor [A]
+        knee_current: below it a sign is the current over this [A], positive
+    """
     shares = [limit(value / knee_current, -1.0, 1.0) for value in inverse_clarke(current)]
-    lost = clarke(PhaseValues(*shares))
-    return StatorVector(loss * lost.alpha, loss * lost.beta)
+    return clarke(PhaseValues(*shares))
+
+
+def commanded_voltage(duty_cycles: PhaseValues, supply_voltage: Any) -> StatorVector:
+    """Mean voltage [V] over a period of modulation that the switches are told to make, in the stator's axes.
+
+    Args:
+        duty_cycles: share of the period for which each phase is tied to the upper rail [-]
+        supply_voltage: of the intermediate circuit [V]
+
+    Source: Holmes and Lipo, Pulse Width Modulation for Power Converters (2003), ch. 5. A voltage that all legs share
+    drops out in the star point; what dead time and semiconductors take is `lost_voltage`.
+    """
+    return clarke(PhaseValues(*(duty * supply_voltage for duty in duty_cycles)))

@@ -93,6 +93,8 @@ _CATALOGUE = (
     Quantity("motor_saliency", "", "inductance of the motor across the flux over that along it", (0.3, 10.0)),
     Quantity("motor_flux", "V*s", "linkage of the rotor's magnets at 20 °C", (1e-4, 2.0)),
     Quantity("motor_pole_pairs", "", "electrical turns per turn of the motor", (1.0, 40.0)),
+    Quantity("inverter_voltage_loss", "V", "taken from a phase by dead time and semiconductors", (0.0, 20.0)),
+    Quantity("inverter_knee_current", "A", "phase current below which that falls in proportion to it", (1e-3, 100.0)),
     Quantity("superposition_motor_ratio", "", "turns of a superposition's motor per turn of the pinion", (1.0, 200.0)),
     Quantity(
         "superposition_input_ratio", "", "turns of the steering wheel's shaft per turn of the pinion", (0.1, 10.0)

@@ -10,8 +10,11 @@ from tierod.errors import ParameterError
 from tierod.estimators.kalman import KalmanFilter
 from tierod.estimators.shapes import Belief
 from tierod.graph.maths import absolute, all_of, both, exp, expm1, floor, hypot, limit, maximum, present, sqrt, where
+from tierod.models.commanded_motor import CommandedMotorParameters
 from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters, StatorFrameMotor
+from tierod.monitors.motor_angle.stator_filter import angle_variance_place, stator_filter
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
+from tierod.physics.inverter import LONGEST_SIGN
 from tierod.physics.pm_motor import back_emf_constant
 from tierod.vehicles import Vehicle
 
@@ -41,8 +44,12 @@ class MotorAngleObserver:
     follows the increments with a variance that grows, and nothing drifts.
 
     Args:
-        parameters: of the motor; a vehicle file gives them
+        parameters: of the motor; a vehicle file gives them. Those of `CommandedMotorParameters` say that its samples
+            bring the voltages that the inverter is told to make, and not those that were measured
         tuning: noises, limits and times
+
+    Where only the command is known, what the inverter takes from it and the knee of that are states too; the knee is
+    learnt while the motor turns faster than `slow_speed`, since beside a slow rotor it takes the place of the back-EMF.
 
     Missing currents correct nothing, a missing voltage holds the estimate; neither reaches the state.
 
@@ -73,7 +80,10 @@ class MotorAngleObserver:
         pace: Pace
 
     class Output(NamedTuple):
-        """The estimate, and how the sensor differs from it: electrical, within half a turn; zero until it has begun."""
+        """The estimate, and how the sensor differs from it: electrical, within half a turn; zero until it has begun.
+
+        The deviation of the knee is that of its logarithm; nothing is lost where voltages are measured.
+        """
 
         motor_angle: Annotated[float, "rad"]
         motor_angle_standard_deviation: Annotated[float, "rad"]
@@ -82,6 +92,9 @@ class MotorAngleObserver:
         motor_resistance: Annotated[float, "ohm"]
         motor_flux: Annotated[float, "V*s"]
         angle_residual_electrical: Annotated[float, "rad"]
+        inverter_voltage_loss: Annotated[float, "V"]
+        inverter_knee_current: Annotated[float, "A"]
+        inverter_knee_deviation: Annotated[float, ""]
         standing: Annotated[float, ""]
         nis: Annotated[float, ""]
 
@@ -95,28 +108,37 @@ class MotorAngleObserver:
                 f"the current settles with {stiffness / self.parameters.sample_time:.3g} 1/s, too fast for samples "
                 f"every {self.parameters.sample_time:g} s; give a faster recording, and check motor_inductance"
             )
-        object.__setattr__(self, "filter", _filter(self.parameters, self.tuning))
+        object.__setattr__(self, "filter", stator_filter(self.parameters, self.tuning))
+
+    @property
+    def commanded(self) -> bool:
+        """Whether its voltages are those that the inverter is told to make."""
+        return isinstance(self.parameters, CommandedMotorParameters)
 
     @classmethod
     def of_vehicle(
-        cls, vehicle: Vehicle, sample_time: float, tuning: MotorAngleTuning | None = None
+        cls, vehicle: Vehicle, sample_time: float, tuning: MotorAngleTuning | None = None, commanded: bool = False
     ) -> MotorAngleObserver:
         """The observer of a vehicle's motor.
 
         Args:
-            vehicle: with the parameters of `MotorParameters`
+            vehicle: with the parameters of `MotorParameters`, or of `CommandedMotorParameters`
             sample_time: [s]
             tuning: the usual one where None
+            commanded: whether the voltages are those that the inverter is told to make
 
         Raises:
             ParameterError: a parameter is missing or cannot be
         """
-        parameters = replace(vehicle.parameters_for(SampledMotorParameters), sample_time=sample_time)
+        kind = CommandedMotorParameters if commanded else SampledMotorParameters
+        parameters = replace(vehicle.parameters_for(kind), sample_time=sample_time)
         return cls(parameters, tuning or MotorAngleTuning())
 
     def init(self) -> State:
         """Nothing seen."""
-        return self.State(self.filter.init(), 0.0, 0.0, 0.0, Pace(0.0, 0.0, 1.0, 0.0))
+        # An unknown loss of the inverter hides a first slow turning: its observer waits for the back-EMF.
+        standing = 1.0 if self.commanded else 0.0
+        return self.State(self.filter.init(), 0.0, 0.0, 0.0, Pace(0.0, standing, 1.0, 0.0))
 
     def step(self, state: State, sample: Any) -> tuple[State, Output]:
         """One sample on."""
@@ -134,7 +156,8 @@ class MotorAngleObserver:
         rate = where(recent, increment / self.parameters.sample_time, math.inf)
         measured = StatorFrameMotor.Output(sample.motor_current_alpha, sample.motor_current_beta, rate)
         free = where(standing, 0.0, 1.0)
-        enabled = get_type_hints(filter_.Sample)["enabled"](free, free)
+        masks = (free, free, where(pace.slow, 0.0, 1.0)) if self.commanded else (free, free)
+        enabled = get_type_hints(filter_.Sample)["enabled"](*masks)
         after, estimate = filter_.step(
             belief,
             filter_.Sample(given, measured, enabled),
@@ -178,14 +201,16 @@ class MotorAngleObserver:
 
     def _kept(self, before: Belief, after: Belief, begun: Any) -> Belief:
         """Nothing before the beginning; logarithms within their limits."""
-        widest = self.tuning.widest
+        widest = {"log_knee": self.tuning.widest_knee}
+        logarithms = [name for name in after.mean._fields if name.startswith("log_")]
+        bounds = {name: widest.get(name, self.tuning.widest) for name in logarithms}
         mean = after.mean._replace(
-            log_resistance=limit(after.mean.log_resistance, -widest, widest),
-            log_flux=limit(after.mean.log_flux, -widest, widest),
+            **{name: limit(getattr(after.mean, name), -bound, bound) for name, bound in bounds.items()}
         )
         pairs = zip((*mean, *after.covariance), (*before.mean, *before.covariance), strict=True)
         kept = [where(begun, new, old) for new, old in pairs]
-        return Belief(StatorFrameMotor.State(*kept[:7]), tuple(kept[7:]))
+        size = len(mean)
+        return Belief(type(mean)(*kept[:size]), tuple(kept[size:]))
 
     def _pace(self, pace: Pace, after: Belief, estimate: Any) -> Pace:
         """Standing below the speed at which the drop of an uncertain resistance is as large as the back-EMF."""
@@ -194,6 +219,8 @@ class MotorAngleObserver:
         speed = pace.speed + share * (after.mean.speed - pace.speed)
         current = hypot(after.mean.current_alpha, after.mean.current_beta)
         drop = p.motor_resistance * sqrt(maximum(estimate.variance.log_resistance, 0.0)) * current
+        if self.commanded:
+            drop = drop + LONGEST_SIGN * sqrt(maximum(estimate.variance.voltage_loss, 0.0))
         least = t.standing_speed + 2.0 * drop / back_emf_constant(p.motor_pole_pairs, p.motor_flux)
         size = absolute(speed)
         differs = where(pace.standing, size > 1.5 * least, size < least)
@@ -208,7 +235,11 @@ class MotorAngleObserver:
         p, mean = self.parameters, after.mean
         residual = p.motor_pole_pairs * (sample.motor_angle_mechanical - mean.angle)
         residual = residual - 2.0 * math.pi * floor(residual / (2.0 * math.pi) + 0.5)
-        variance = after.covariance[_ANGLE_VARIANCE]
+        variance = after.covariance[angle_variance_place(len(mean))]
+        lost = (0.0, 0.0, 0.0)
+        if isinstance(p, CommandedMotorParameters):
+            knee = p.inverter_knee_current * exp(mean.log_knee)
+            lost = (mean.voltage_loss, knee, sqrt(maximum(after.covariance[-1], 0.0)))
         return self.Output(
             mean.angle,
             sqrt(maximum(variance, 0.0)),
@@ -217,39 +248,10 @@ class MotorAngleObserver:
             p.motor_resistance * exp(mean.log_resistance),
             p.motor_flux * exp(mean.log_flux),
             where(begun, residual, 0.0),
+            *lost,
             where(standing, 1.0, 0.0),
             nis,
         )
 
-
-def _filter(p: SampledMotorParameters, t: MotorAngleTuning) -> KalmanFilter:
-    voltage = (t.voltage_noise * p.sample_time / p.motor_inductance) ** 2
-    first = (
-        t.current_noise,
-        t.current_noise,
-        t.first_speed,
-        t.first_angle,
-        t.first_load,
-        t.first_resistance,
-        t.first_flux,
-    )
-    wander = (t.resistance_wander**2 * p.sample_time, t.flux_wander**2 * p.sample_time)
-    reading = 2.0 * (t.sensor_noise / p.sample_time) ** 2
-    return KalmanFilter(
-        StatorFrameMotor,
-        p,
-        StatorFrameMotor.State(*[0.0] * 7),
-        tuple(deviation**2 for deviation in first),
-        (voltage, voltage, t.speed_wander**2, _TINY, t.load_wander**2, *wander),
-        (t.current_noise**2, t.current_noise**2, reading),
-        maskable=("angle", "log_flux"),
-    )
-
-
-_TINY = 1e-14
-"""Variance that the angle gains per sample besides that of the speed [rad^2]: keeps the covariance positive."""
-
-_ANGLE_VARIANCE = 18
-"""Place of the angle's variance in a packed covariance of seven states: rows of 7, 6 and 5 entries come before it."""
 
 __all__ = ["MotorAngleObserver", "MotorParameters"]

@@ -21,15 +21,20 @@ class MotorAngleTuning:
         load_wander: of the load torque, per sample: it may reverse within some 10 ms
         resistance_wander: of its logarithm per square root of a second: a winding heats over seconds
         flux_wander: the same of the flux: magnets warm over minutes
+        loss_wander: of what the inverter takes, per square root of a second: its semiconductors warm over seconds
+        knee_wander: the same of the logarithm of its knee
         standing_wander: of the angle while its currents do not tell it: what increments of the sensor may be wrong by
         first_angle, first_speed, first_load: standard deviations at the first sample
         first_resistance, first_flux: of their logarithms: temperatures from -40 to 120 degrees
+        first_loss: of what the inverter takes from a command: its data sheet tells it within so much
+        first_knee: of the logarithm of its knee, which no data sheet tells; 0 takes it as known
         least_current: below it the resistance is left alone, since noise alone would drive it
         standing_speed: below it the back-EMF tells no angle
         standing_time: for so long it must be below
         slow_speed: below it increments of the sensor tell the speed too
         lag: of the speed that decides about this
         widest: logarithms of resistance and flux stay within this
+        widest_knee: that of the knee: from a fifth to five times its value
     """
 
     current_noise: Annotated[float, "A", POSITIVE] = 0.15
@@ -39,18 +44,23 @@ class MotorAngleTuning:
     load_wander: Annotated[float, "N*m", POSITIVE] = 0.02
     resistance_wander: Annotated[float, "1/s**0.5", NOT_NEGATIVE] = 0.01
     flux_wander: Annotated[float, "1/s**0.5", NOT_NEGATIVE] = 2e-4
+    loss_wander: Annotated[float, "V/s**0.5", NOT_NEGATIVE] = 0.01
+    knee_wander: Annotated[float, "1/s**0.5", NOT_NEGATIVE] = 0.0
     standing_wander: Annotated[float, "rad/s**0.5", POSITIVE] = 0.02
     first_angle: Annotated[float, "rad", POSITIVE] = 0.07
     first_speed: Annotated[float, "rad/s", POSITIVE] = 20.0
     first_load: Annotated[float, "N*m", POSITIVE] = 0.3
     first_resistance: Annotated[float, "", POSITIVE] = 0.2
     first_flux: Annotated[float, "", POSITIVE] = 0.05
+    first_loss: Annotated[float, "V", POSITIVE] = 0.3
+    first_knee: Annotated[float, "", NOT_NEGATIVE] = 0.5
     least_current: Annotated[float, "A", POSITIVE] = 3.0
     standing_speed: Annotated[float, "rad/s", POSITIVE] = 1.5
     standing_time: Annotated[float, "s", POSITIVE] = 0.02
     slow_speed: Annotated[float, "rad/s", POSITIVE] = 8.0
     lag: Annotated[float, "s", POSITIVE] = 0.005
     widest: Annotated[float, "", POSITIVE] = 0.7
+    widest_knee: Annotated[float, "", POSITIVE] = 1.6
 
     def __post_init__(self) -> None:
         check_ranges(self)

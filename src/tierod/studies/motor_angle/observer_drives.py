@@ -13,7 +13,7 @@ from tierod.graph.trace import trace
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.physics.pm_motor import REFERENCE_TEMPERATURE
 from tierod.proving_ground.cars.motor_bench import MotorBench
-from tierod.proving_ground.motor import AFS_MOTOR, Warming
+from tierod.proving_ground.motor import AFS_MOTOR, Inverter, Warming
 from tierod.studies.motor_angle.fault_drives import ANGLE_NOISE, CURRENT_NOISE, RATE, SUBSTEPS, VOLTAGE_NOISE, course
 
 SAMPLE_TIME = 1.0 / RATE
@@ -29,12 +29,19 @@ class ObserverDrive:
         samples: of `MotorAngleObserver.Sample`, (n, 5), at `RATE`
         angle, speed: of the shaft [rad], [rad/s], (n,)
         load: all that opposes the rotor but its viscous friction [N*m], (n,)
+        commands: voltages that the inverter was told to make, in the stator's axes [V], (n, 2)
     """
 
     samples: np.ndarray
     angle: np.ndarray
     speed: np.ndarray
     load: np.ndarray
+    commands: np.ndarray
+
+    @property
+    def commanded(self) -> np.ndarray:
+        """The samples with the commands in place of the voltages."""
+        return np.column_stack([self.samples[:, :2], self.commands, self.samples[:, 4]])
 
     @property
     def time(self) -> np.ndarray:
@@ -46,28 +53,34 @@ class ObserverDrive:
         return scan(observer, self.samples)
 
 
-def bench(temperature: float = REFERENCE_TEMPERATURE, stiffness: float = 0.05) -> MotorBench:
+def bench(
+    temperature: float = REFERENCE_TEMPERATURE, stiffness: float = 0.05, inverter: Inverter = AFS_MOTOR.inverter
+) -> MotorBench:
     """A bench whose motor keeps one temperature.
 
     Args:
         temperature: of winding and magnets [K]; at 20 degrees the vehicle file is right
         stiffness: of the spring [N*m/rad]
+        inverter: between battery and motor
     """
     constant = Warming(winding_capacity=1e9, housing_capacity=1e9, ambient_temperature=temperature)
-    return MotorBench(motor=replace(AFS_MOTOR, warming=constant), load_stiffness=stiffness)
+    return MotorBench(motor=replace(AFS_MOTOR, warming=constant, inverter=inverter), load_stiffness=stiffness)
 
 
 @lru_cache(maxsize=8)
-def to_and_fro(seed: int, seconds: float, temperature: float = REFERENCE_TEMPERATURE) -> ObserverDrive:
+def to_and_fro(
+    seed: int, seconds: float, temperature: float = REFERENCE_TEMPERATURE, inverter: Inverter = AFS_MOTOR.inverter
+) -> ObserverDrive:
     """A superposition at work against a spring.
 
     Args:
         seed: of course and noises
         seconds: how long
         temperature: of the motor [K]
+        inverter: between battery and motor
     """
     time = np.arange(round(seconds * RATE / SUBSTEPS)) * SUBSTEPS / RATE
-    return drive(bench(temperature), course(time, seed), np.zeros(len(time)), seed)
+    return drive(bench(temperature, inverter=inverter), course(time, seed), np.zeros(len(time)), seed)
 
 
 def drive(plant: MotorBench, target: np.ndarray, load: np.ndarray, seed: int) -> ObserverDrive:
@@ -104,6 +117,6 @@ def _run(plant: MotorBench, seed: int, **given: np.ndarray) -> ObserverDrive:
     true = np.column_stack([fine(name) for name in MotorAngleObserver.Sample._fields])
     noise = np.random.default_rng([seed, 5]).normal(size=true.shape) * NOISE
     opposing = found["motor.truth_load_torque"] + found["motor.truth_motor_friction_torque"]
-    return ObserverDrive(
-        true + noise, fine("motor_angle_mechanical"), fine("motor_speed"), np.repeat(opposing, SUBSTEPS)
-    )
+    commands = np.column_stack([fine(f"motor_target_voltage_{axis}") for axis in ("alpha", "beta")])
+    angle, speed = fine("motor_angle_mechanical"), fine("motor_speed")
+    return ObserverDrive(true + noise, angle, speed, np.repeat(opposing, SUBSTEPS), commands)
