@@ -23,6 +23,7 @@ from tierod.proving_ground.faults.behaviours import (
     WithTemperature,
 )
 from tierod.proving_ground.faults.fault import Effect, Fault
+from tierod.proving_ground.faults.injection import injected
 from tierod.proving_ground.faults.schedule import Schedule
 from tierod.proving_ground.faults.shipped import FaultFile, load, shipped
 from tierod.proving_ground.faults.triggers import Always, AtDistance, AtTime, When, Within, trigger_of
@@ -57,6 +58,7 @@ __all__ = [
     "When",
     "WithTemperature",
     "Within",
+    "injected",
     "load",
     "shipped",
     "trigger_of",

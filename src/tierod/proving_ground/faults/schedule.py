@@ -41,14 +41,23 @@ class Schedule:
         sensors: that read it
         seed: of the run
         seconds: duration of the run [s]
+        reach: what faults can change, where that is not what car and sensors say
 
     Raises:
         ParameterError: a fault that does not fit the car, its sensors or the run; with file and line if it has them
     """
 
-    def __init__(self, faults: Iterable[Fault], car: Any, sensors: SensorSet, seed: int, seconds: float):
+    def __init__(
+        self,
+        faults: Iterable[Fault],
+        car: Any,
+        sensors: SensorSet,
+        seed: int,
+        seconds: float,
+        reach: Reach | None = None,
+    ):
         self.seconds = seconds
-        self._reach = Reach(car, sensors)
+        self._reach = reach or Reach(car, sensors)
         self._faults: list[Active] = []
         self._before: dict[tuple[Active, int, str], Levels] = {}
         counts: Counter[int] = Counter()

@@ -47,6 +47,14 @@ TORQUES = {
 }
 """Channel of every actuator's torque."""
 
+TARGETS = {
+    "steering_motor_1": "steering_motor_1_target_torque",
+    "steering_motor_2": "steering_motor_2_target_torque",
+    "drive_left": "target_drive_torque_left",
+    "drive_right": "target_drive_torque_right",
+}
+"""Channel of the torque that is asked of every actuator."""
+
 _READ_IN_THE_LOOP = ("wheel_speed_rear_left", "wheel_speed_rear_right", "yaw_rate", "steering_wheel_angle")
 
 
@@ -78,12 +86,17 @@ class Injected:
         return f"{self.element} {self.kind}{size}"
 
     @property
+    def in_recording_alone(self) -> bool:
+        """Whether nothing but the recording shows it, as with a sensor that no control unit believes."""
+        return self.element not in TORQUES and not (self.believed and self.element in _READ_IN_THE_LOOP)
+
+    @property
     def fault(self) -> Fault:
         """As the proving ground takes it."""
         lasts, trigger = self.end - self.start, AtTime(self.start)
         if self.element in TORQUES:
             return Fault(f"actuator.{TORQUES[self.element]}", TorqueLoss(self.size), trigger, lasts)
-        prefix = "" if self.believed and self.element in _READ_IN_THE_LOOP else "sensor."
+        prefix = "sensor." if self.in_recording_alone else ""
         return Fault(f"{prefix}{self.element}", self._behaviour, trigger, lasts)
 
     @property

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
-from functools import partial
+from dataclasses import asdict, replace
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,13 @@ import numpy as np
 
 from tierod.campaigns.workers import Failure, spread
 from tierod.errors import InputError
+from tierod.proving_ground.faults import injected
 from tierod.proving_ground.run import Outcome, run
+from tierod.proving_ground.sensors import SensorSet
 from tierod.recording import Channel, Recording
 from tierod.signals import SIGNALS
 from tierod.studies.condition.drives import Drive
+from tierod.studies.condition.faults import TARGETS, TORQUES
 from tierod.studies.condition.rounds import course
 from tierod.studies.condition.vehicles import MEASURED, vehicle
 
@@ -61,29 +65,73 @@ def outcome(drive: Drive) -> Outcome:
 def recorded(drive: Drive, folder: str | Path | None = None) -> Recording:
     """The recording of a drive: `MEASURED`, and `TRUTHS` beside them, on one grid of 100 Hz.
 
+    Faults that the recording alone shows are put into the recording of the drive without them, which several share.
+
     Args:
         drive: what to drive
         folder: where recordings are kept and found again, if any; to be emptied where the plant has changed
     """
+    late = tuple(each for each in drive.injected if each.in_recording_alone)
+    driven = replace(drive, injected=tuple(each for each in drive.injected if not each.in_recording_alone))
+    base = _driven(driven, None if folder is None else str(folder))
+    told = {"drive": drive.name, "faults": [asdict(each) for each in drive.injected]}
+    if late:
+        sensors = vehicle(drive.vehicle, drive.swing).sensors
+        base = injected(base, [each.fault for each in late], sensors, drive.seed)
+    return replace(base, metadata={**base.metadata, **told})
+
+
+@lru_cache(maxsize=4)
+def _driven(drive: Drive, folder: str | None) -> Recording:
     path = None if folder is None else Path(folder) / f"{hashlib.sha1(repr(drive).encode()).hexdigest()[:20]}.npz"
     if path is not None and path.exists():
         with np.load(path) as stored:
-            return _recording(drive, dict(stored))
+            return _recording(dict(stored))
     made = outcome(drive).recording
     columns: dict[str, Any] = {name: made[name].values.astype(np.float32) for name in (*MEASURED, *TRUTHS)}
     if path is not None:
         path.parent.mkdir(parents=True, exist_ok=True)
-        partial = path.with_suffix(f".{id(columns)}.npz")
-        np.savez(partial, **columns)
-        partial.replace(path)
-    return _recording(drive, columns)
+        partial_file = path.with_suffix(f".{os.getpid()}.npz")
+        np.savez(partial_file, **columns)
+        partial_file.replace(path)
+    return _recording(columns)
 
 
-def _recording(drive: Drive, columns: dict[str, np.ndarray]) -> Recording:
+def _recording(columns: dict[str, np.ndarray]) -> Recording:
     time = np.arange(len(columns[MEASURED[0]])) / RATE
     channels = {name: Channel(name, time, values.astype(float), UNITS[name]) for name, values in columns.items()}
-    injected = [asdict(each) for each in drive.injected]
-    return Recording(channels, {"source": "tierod virtual test vehicle", "drive": drive.name, "faults": injected})
+    return Recording(channels, {"source": "tierod virtual test vehicle"})
+
+
+def deviations(drive: Drive, recording: Recording) -> dict[str, np.ndarray]:
+    """How far everything that fails in a drive is from what it would be without the fault, sample by sample.
+
+    Args:
+        drive: with its faults
+        recording: of the drive
+
+    Returns:
+        by element: of a sensor its reading less that of a sound sensor, noise aside, in its unit; of an actuator the
+        torque asked for less the torque given [N*m]
+    """
+    sensors = vehicle(drive.vehicle, drive.swing).sensors
+    found = {}
+    for each in drive.injected:
+        if each.element in TORQUES:
+            found[each.element] = recording[TARGETS[each.element]].values - recording[truth(each.element)].values
+        else:
+            found[each.element] = recording[each.element].values - sound(each.element, recording, sensors)
+    return found
+
+
+def sound(sensor: str, recording: Recording, sensors: SensorSet) -> np.ndarray:
+    """What a sensor would read without fault and noise, in its unit."""
+    return sensors[sensor].gain * recording[f"truth_{sensor}"].values + sensors[sensor].bias
+
+
+def truth(actuator: str) -> str:
+    """Channel of the torque that an actuator gives."""
+    return f"truth_{TORQUES[actuator]}"
 
 
 def each(

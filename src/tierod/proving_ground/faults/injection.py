@@ -1,0 +1,59 @@
+"""Faults put into a recording that is there already, of the virtual vehicle or of a real car."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from tierod.errors import ParameterError
+from tierod.proving_ground.faults.elements import Reach
+from tierod.proving_ground.faults.fault import Fault
+from tierod.proving_ground.faults.schedule import Schedule
+from tierod.proving_ground.faults.triggers import AtDistance, When
+from tierod.proving_ground.sensors import Sensor, SensorSet
+from tierod.recording import Recording
+from tierod.signals import SIGNALS
+
+
+class _OfRecording(Reach):
+    """What faults can change about a recording: its channels, and nothing behind them."""
+
+    def __init__(self, recording: Recording, sensors: SensorSet):
+        given = {name: sensors.sensors.get(name, Sensor()) for name in recording.names if name in SIGNALS}
+        super().__init__(None, SensorSet(given))
+        self.__dict__["outputs"] = {name: recording[name].unit for name in recording.names}
+        self.__dict__["inputs"] = {}
+        self.__dict__["parameters"] = {}
+
+
+def injected(
+    recording: Recording, faults: Iterable[Fault], sensors: SensorSet | None = None, seed: int = 0
+) -> Recording:
+    """A recording with faults of its signals, as if they had been there when it was made.
+
+    Only what was recorded changes: control units that would have read a faulty signal did not. A healthy recording of
+    the virtual vehicle becomes the very one of a run with the same faults of `sensor.` elements and the same seed.
+
+    Args:
+        recording: as it was made; a time of a fault is one on its clock
+        faults: of recorded signals, from a time on or always
+        sensors: that made the recording, as far as they are known: a faulty reading is rounded and limited as theirs
+        seed: of the chance of the faults
+
+    Raises:
+        ParameterError: a fault of something that is no recorded signal, or one that waits for a condition
+    """
+    faults = tuple(faults)
+    for fault in faults:
+        if isinstance(fault.trigger, AtDistance | When):
+            raise fault.error("trigger", "a recording does not wait for a condition; let the fault begin at a time")
+    reach = _OfRecording(recording, sensors or SensorSet())
+    if not reach.recorded:
+        raise ParameterError("the recording has no signal of a known name that could fail; give it a channel map")
+    schedule = Schedule(faults, None, reach.sensors, seed, recording.span[1], reach)
+    changed = []
+    for name in sorted({window["element"] for window in schedule.windows}):
+        channel = recording[name]
+        time, values = schedule.on_channel(name, channel.time, channel.values)
+        changed.append(replace(channel, time=time, values=values))
+    return recording.with_channels(changed)
