@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tierod.findings import ChannelQuality, Diagnosis, Estimate, Finding, Status, Trace
+from tierod.findings import ChannelQuality, Diagnosis, Element, Episode, Estimate, Finding, Status, Trace
 
 
 def trace(name, unit, time, values, spread=0.0):
@@ -126,6 +126,23 @@ def not_identifiable():
     return Diagnosis(findings=(finding,), vehicle={"name": "rav4", "torque_unit": "count"})
 
 
+def several_elements():
+    """Six states: a sensor with two faults, two actuators that are not told apart, and what was not judged."""
+    offset = Estimate("offset of the yaw rate", 0.29, 0.004, "rad/s")
+    shorter = Episode("outlier", 12.0, 12.4)
+    longer = Episode("positive offset", 31.2, None, offset)
+    together = Episode("", 40.0, 44.5, None, ("steering_motor_2",))
+    elements = (
+        Element("yaw_rate", "sensor", Status.FAULT, "", (shorter, longer), "angle and speed (0.008 rad/s)", "C1A33-64"),
+        Element("steering_wheel_angle", "sensor", Status.HEALTHY),
+        Element("tie_rod_force", "sensor", Status.NOT_AVAILABLE, "the recording has no tie_rod_force"),
+        Element("wheel_speed_rear_left", "sensor", Status.NOT_TESTABLE, "the vehicle stood throughout"),
+        Element("steering_motor_1", "actuator", Status.SUSPECT, "", (together,)),
+    )
+    finding = Finding("condition, bank", Status.FAULT, "The yaw rate sensor has an offset since 31.2 s.", 31.2)
+    return Diagnosis(findings=(finding,), elements=elements, recording={"name": "lap.mf4"}, version="0.1.0")
+
+
 def nothing():
     """No monitor ran."""
     return Diagnosis(findings=())
@@ -135,5 +152,6 @@ EXAMPLES = {
     "friction_fault": friction_fault,
     "healthy": healthy,
     "not_identifiable": not_identifiable,
+    "several_elements": several_elements,
     "nothing": nothing,
 }

@@ -75,6 +75,49 @@ class Finding:
 
 
 @dataclass(frozen=True)
+class Episode:
+    """A time over which a sensor or an actuator was at fault.
+
+    Args:
+        kind: of the fault, in words ("total loss", "positive offset"); empty where it could not be told
+        start: [s] in the recording
+        end: [s], None where it lasts to the end
+        size: of the fault; None where it has none, or could not be told
+        candidates: others that explain what was seen as well; empty where it is this one alone
+    """
+
+    kind: str
+    start: float
+    end: float | None = None
+    size: Estimate | None = None
+    candidates: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Element:
+    """The state of one sensor or actuator over a recording.
+
+    Args:
+        name: of the signal or actuator
+        role: "sensor" or "actuator"
+        status: fault or suspect where it has an episode, else healthy, or why it could not be judged
+        cause: why it could not be judged, or was judged for a part of the time only
+        episodes: in which it was at fault, in the order of time
+        substitute: what replaces it while it is at fault, with the error that was measured for that; empty where
+            nothing does
+        trouble_code: that stands for it; empty where none does
+    """
+
+    name: str
+    role: str
+    status: Status
+    cause: str = ""
+    episodes: tuple[Episode, ...] = ()
+    substitute: str = ""
+    trouble_code: str = ""
+
+
+@dataclass(frozen=True)
 class Trace:
     """A decimated time series for the report: min, max and mean of every bin, so that nothing is hidden.
 
@@ -114,6 +157,7 @@ class Diagnosis:
 
     Args:
         findings: one per monitor, the decisive one first
+        elements: sensors and actuators of a monitor that judges several
         traces: time series by name
         histograms: by name, (edges, counts) pairs per stretch of the drive
         loops: hysteresis views: name -> (angle [rad], torque) pairs, decimated
@@ -125,6 +169,7 @@ class Diagnosis:
     """
 
     findings: tuple[Finding, ...]
+    elements: tuple[Element, ...] = ()
     traces: dict[str, Trace] = field(default_factory=dict)
     histograms: dict[str, Any] = field(default_factory=dict)
     loops: dict[str, Any] = field(default_factory=dict)

@@ -185,3 +185,23 @@ def test_a_signal_that_was_not_recorded_gets_no_strip():
     )
     assert words(missing) in signal_figure(known).alternative
     assert words(missing) not in signal_figure(without).alternative
+
+
+def test_every_sensor_and_actuator_has_its_line_and_every_episode_too():
+    page = Page(render(EXAMPLES["several_elements"]()))
+    said = " ".join(" ".join(page.texts).split()).partition("Sensors and actuators")[2]
+    order = [
+        "Yaw rate",
+        "fault",
+        "outlier",
+        "12 s",
+        "12.4 s",
+        "positive offset",
+        "31.2 s",
+        "end",
+        "16.62",
+        "Tie rod force",
+    ]
+    places = [said.index(each) for each in order]
+    assert places == sorted(places)
+    assert "not told from steering motor 2" in said

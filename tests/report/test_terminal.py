@@ -29,6 +29,20 @@ def printed(name):
         ),
         ("healthy", ["✓ HEALTHY", "as it should be"]),
         ("not_identifiable", ["? NOT IDENTIFIABLE", "<lane keeping> was active", "what to do", "raw counts"]),
+        (
+            "several_elements",
+            [
+                "Sensors and actuators",
+                "✕ fault",
+                "outlier",
+                "positive offset",
+                "16.62 °/s (16.17 to 17.06)",
+                "angle and speed (0.008 rad/s)",
+                "C1A33-64",
+                "kind not told; not told from steering motor 2",
+                "the recording has no tie_rod_force",
+            ],
+        ),
         ("nothing", ["not available: no monitor ran"]),
     ],
 )
@@ -51,3 +65,13 @@ def test_what_a_finding_warns_of_is_not_repeated_under_the_remarks():
     console = Console(file=io.StringIO(), width=400)
     print_table(dataclasses.replace(example, findings=(warned, *rest)), console)
     assert console.file.getvalue().count(row.remarks[0]) == 1
+
+
+def test_columns_of_elements_that_nobody_fills_are_left_out():
+    example = EXAMPLES["several_elements"]()
+    console = Console(file=io.StringIO(), width=200)
+    print_table(dataclasses.replace(example, elements=example.elements[1:4]), console)
+    text = console.file.getvalue()
+    assert "fault" in text
+    assert "replaced by" not in text
+    assert "size" not in text

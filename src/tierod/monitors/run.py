@@ -206,6 +206,7 @@ class Run:
         )
         diagnosis = Diagnosis(
             findings=(finding,),
+            elements=conclusion.elements,
             traces=traces,
             histograms=dict(conclusion.histograms),
             loops=dict(conclusion.loops),

@@ -10,7 +10,7 @@ from typing import Annotated, Any, NamedTuple, Protocol
 import numpy as np
 
 from tierod.block import Block
-from tierod.findings import Finding, Status
+from tierod.findings import Element, Finding, Status
 from tierod.graph import Memory, Result, scan, trace
 from tierod.monitors.decision import Decision
 from tierod.monitors.own_level import OwnLevel
@@ -40,6 +40,7 @@ class Conclusion:
         withheld: traces that a report must not show, since the value they tell was withheld
         course: the running verdict from change to change; empty for a monitor that judges a recording as a whole
         code_courses: the same for single trouble codes by name, of a monitor that tells several faults apart
+        elements: state of every sensor and actuator, of a monitor that judges several
     """
 
     finding: Finding
@@ -52,6 +53,7 @@ class Conclusion:
     withheld: tuple[str, ...] = ()
     course: tuple[StatusChange, ...] = ()
     code_courses: Mapping[str, tuple[StatusChange, ...]] = field(default_factory=dict)
+    elements: tuple[Element, ...] = ()
 
 
 class Session(Protocol):

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from tierod.findings import ChannelQuality, Diagnosis, Finding, Trace
+from tierod.findings import ChannelQuality, Diagnosis, Element, Estimate, Finding, Trace
 from tierod.report import SCHEMA
 from tierod.report.display import INTERVAL
 from tierod.report.status import overall
@@ -27,6 +27,7 @@ def document(diagnosis: Diagnosis, series: bool) -> str:
         "recording": diagnosis.recording,
         "vehicle": diagnosis.vehicle,
         "findings": [_finding(finding) for finding in diagnosis.findings],
+        "elements": [_element(element) for element in diagnosis.elements],
         "consistency": diagnosis.consistency,
         "remarks": diagnosis.remarks,
         "quality": [_quality(row) for row in diagnosis.quality],
@@ -62,14 +63,21 @@ def plain(value: Any) -> Any:
 
 
 def _finding(finding: Finding) -> dict[str, Any]:
-    estimate = finding.estimate
     content = {field.name: getattr(finding, field.name) for field in dataclasses.fields(finding)}
-    if estimate is not None:
-        half = INTERVAL * estimate.standard_deviation
-        content["estimate"] = dataclasses.asdict(estimate) | {
-            "interval": [estimate.value - half, estimate.value + half]
-        }
-    return content
+    return content | {"estimate": _estimate(finding.estimate)}
+
+
+def _estimate(estimate: Estimate | None) -> dict[str, Any] | None:
+    if estimate is None:
+        return None
+    half = INTERVAL * estimate.standard_deviation
+    return dataclasses.asdict(estimate) | {"interval": [estimate.value - half, estimate.value + half]}
+
+
+def _element(element: Element) -> dict[str, Any]:
+    content = {field.name: getattr(element, field.name) for field in dataclasses.fields(element)}
+    episodes = [dataclasses.asdict(episode) | {"size": _estimate(episode.size)} for episode in element.episodes]
+    return content | {"episodes": episodes}
 
 
 def _quality(row: ChannelQuality) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from tierod.report.charts.histograms import histogram_figure
 from tierod.report.charts.loops import loop_figure
 from tierod.report.charts.over_time import estimate_figures, innovation_figure, result_figure, signal_figure
 from tierod.report.display import duration, evidence, interval, number, share, shown, words
+from tierod.report.elements import COLUMNS, rows
 from tierod.report.gauge import gauge
 from tierod.report.html import chart_script, library, looks, moment, template
 from tierod.report.status import appearance, overall
@@ -47,6 +48,8 @@ def render(diagnosis: Diagnosis) -> str:
         diagnosis=diagnosis,
         status=overall(diagnosis),
         verdicts=[verdict(finding) for finding in diagnosis.findings],
+        elements=[row for element in diagnosis.elements for row in rows(element)],
+        element_columns=COLUMNS,
         figures=figures,
         charts=[chart_script(figure) for figure in _all(figures)],
         quality=[_quality_row(row) for row in diagnosis.quality],

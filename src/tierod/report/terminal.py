@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from tierod.findings import Diagnosis, Finding
 from tierod.report.display import duration, evidence, interval, number, shown, words
+from tierod.report.elements import COLUMNS, rows
 from tierod.report.status import appearance, overall
 
 if TYPE_CHECKING:
@@ -22,6 +23,8 @@ def show(diagnosis: Diagnosis, console: Console) -> None:
         )
     for finding in diagnosis.findings:
         _finding(finding, console)
+    if diagnosis.elements:
+        _elements(diagnosis, console)
     told = {warning for finding in diagnosis.findings for warning in finding.warnings}
     remarks = [(row.name, remark) for row in diagnosis.quality for remark in row.remarks]
     remarks = [(name, remark) for name, remark in remarks if f"{name}: {remark}" not in told]
@@ -29,6 +32,23 @@ def show(diagnosis: Diagnosis, console: Console) -> None:
         console.print("\n[bold]Remarks on the data[/bold]")
         for name, remark in remarks:
             console.print(f"  {escape(words(name))}: {escape(remark)}")
+
+
+def _elements(diagnosis: Diagnosis, console: Console) -> None:
+    """The table of sensors and actuators; columns that nobody fills are left out."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    lines = [row for element in diagnosis.elements for row in rows(element)]
+    filled = [place for place, _ in enumerate(COLUMNS) if any(row.cells[place] for row in lines)]
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), title_justify="left")
+    for place in filled:
+        table.add_column(COLUMNS[place], overflow="fold", header_style="dim")
+    for row in lines:
+        cells = [escape(row.cells[place]) for place in filled]
+        table.add_row(cells[0], f"[{row.looks.style}]{cells[1]}[/]" if cells[1] else "", *cells[2:])
+    console.print("\n[bold]Sensors and actuators[/bold]")
+    console.print(table)
 
 
 def _finding(finding: Finding, console: Console) -> None:
