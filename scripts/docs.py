@@ -70,7 +70,7 @@ import json
 from importlib.resources import files
 
 schema = json.loads(files("tierod.report").joinpath("diagnosis.schema.json").read_text(encoding="utf-8"))
-assert schema["properties"]["schema"]["const"] == "tierod.diagnosis/1"
+assert schema["properties"]["schema"]["const"] == "tierod.diagnosis/2"
 ```
 """
 

@@ -20,7 +20,7 @@ from tierod.findings import Diagnosis
 if TYPE_CHECKING:
     from rich.console import Console
 
-SCHEMA = "tierod.diagnosis/1"
+SCHEMA = "tierod.diagnosis/2"
 """Name and version of the JSON document."""
 
 __all__ = ["SCHEMA", "print_table", "to_json", "write_html"]
