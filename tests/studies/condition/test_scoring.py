@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 import pytest
-from tierod.studies.condition.testable import testable
 
 from tierod.recording import Channel, Recording
 from tierod.studies.condition.declared import Declared
 from tierod.studies.condition.drives import Drive
 from tierod.studies.condition.faults import LOSS, OFFSET, Injected
 from tierod.studies.condition.scoring import FOUND, MISSED, NOT_TESTABLE, score
+from tierod.studies.condition.shown import where_shown
 from tierod.studies.condition.summary import confusion, isolated, summary
 
 YAW, ANGLE = "yaw_rate", "steering_wheel_angle"
@@ -136,6 +136,6 @@ def test_figures_of_several_drives():
 
 def test_a_constant_deviation_shows_above_three_standard_deviations():
     there = np.ones(300, bool)
-    assert not testable(YAW, np.full(300, 0.029), there).any()
-    assert testable(YAW, np.full(300, 0.031), there)[9:].all()
-    assert not testable(YAW, np.full(300, 0.031), ~there).any()
+    assert not where_shown(YAW, np.full(300, 0.029), there).any()
+    assert where_shown(YAW, np.full(300, 0.031), there)[9:].all()
+    assert not where_shown(YAW, np.full(300, 0.031), ~there).any()

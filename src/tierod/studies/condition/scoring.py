@@ -14,7 +14,7 @@ from tierod.studies.condition.declared import Declared
 from tierod.studies.condition.drives import ACTUATORS, SENSORS, Drive
 from tierod.studies.condition.faults import TORQUES, Injected
 from tierod.studies.condition.recorded import deviations, sound
-from tierod.studies.condition.testable import testable
+from tierod.studies.condition.shown import where_shown
 from tierod.studies.condition.vehicles import vehicle
 
 ELEMENTS = (*SENSORS, *ACTUATORS)
@@ -103,7 +103,7 @@ def score(drive: Drive, recording: Recording, declared: Declared) -> DriveScore:
     faulty = truths(drive, time)
     any_fault = np.logical_or.reduce([*faulty.values(), np.zeros(len(time), bool)])
     off = deviations(drive, recording)
-    shown = {element: testable(element, off[element], there) for element, there in faulty.items()}
+    shown = {element: where_shown(element, off[element], there) for element, there in faulty.items()}
     nothing = np.zeros(len(time), bool)
     wrong = np.logical_or.reduce([declared.said("faulty", e) & ~faulty.get(e, nothing) for e in ELEMENTS])
     flagged = np.logical_or.reduce([declared.said("faulty", element) for element in ELEMENTS])
@@ -132,11 +132,11 @@ def _of_fault(
     right = said == there
     counted = ~(there & ~shown[each.element] & ~said)
     first, began = _first(said & here), _first(shows)
-    delay = math.inf if first is None else float(time[first]) - each.start
-    delay_shown = (
-        math.inf if first is None else max(float(time[first] - time[began]), 0.0) if began is not None else 0.0
-    )
     outcome = FOUND if first is not None else MISSED if began is not None else NOT_TESTABLE
+    delay = delay_shown = math.inf
+    if first is not None:
+        delay = float(time[first]) - each.start
+        delay_shown = 0.0 if began is None else max(float(time[first] - time[began]), 0.0)
     kind_right, size_error = _kind(each, declared, first, here)
     rmse, largest = _replaced(each, drive, recording, declared, said & here)
     return FaultScore(
