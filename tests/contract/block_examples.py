@@ -6,7 +6,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from bank_of_graph import bank
 from models.friction_paper import CAR
+from monitors.condition.demonstrator import CAR as DEMONSTRATOR
 from tierod.control.intervention import DriverIntervention, Noise
 from tierod.control.position_control import PositionControl
 from tierod.control.steering_controller import SteeringController
@@ -36,6 +38,7 @@ from tierod.filters.first_order import Differentiator, FirstOrderLowPass
 from tierod.filters.hold import InputHold
 from tierod.filters.jump_gate import JumpGate
 from tierod.filters.play import Play
+from tierod.graph.bank import Bank
 from tierod.identification.innovations import Innovations
 from tierod.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
 from tierod.identification.simulation import Simulation
@@ -45,6 +48,9 @@ from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.models.steering_column import ColumnParameters
 from tierod.models.two_inertia_column import TwoInertiaParameters
+from tierod.monitors.condition.residuals.adaptive_speed import AdaptiveSpeed
+from tierod.monitors.condition.residuals.residual_set import ResidualSet, residual_set
+from tierod.monitors.condition.residuals.steering_signals import SteeringSignals
 from tierod.monitors.driver_torque.column_friction import ColumnFrictionObserver
 from tierod.monitors.driver_torque.delayed import DelayedHandTorque
 from tierod.monitors.driver_torque.hands import HandsMonitor
@@ -115,6 +121,7 @@ SUBSTITUTES = SubstitutionGraph(
 def examples() -> dict[type, Callable[[], Any]]:
     """Class -> a function that builds an example."""
     return {
+        Bank: bank,
         DriverIntervention: lambda: DriverIntervention.design(Noise(0.05, 20.0), 1e-3),
         PositionControl: lambda: PositionControl.design(
             COLUMN, 140.0, 1e-3, feed_forward=0.9, friction=0.1, disturbance_compensation=0.2
@@ -177,6 +184,9 @@ def examples() -> dict[type, Callable[[], Any]]:
             switching_of((1.0, 0.1), DT),
             (0.5, 0.5),
         ),
+        AdaptiveSpeed: lambda: AdaptiveSpeed.design(1.084, DT),
+        SteeringSignals: SteeringSignals,
+        ResidualSet: lambda: residual_set(DEMONSTRATOR),
         FeedforwardAngle: lambda: FeedforwardAngle(MOTOR),
         FeedforwardWithLoad: lambda: FeedforwardWithLoad.of(MOTOR, slow="increments"),
         FluxObserver: lambda: FluxObserver(MOTOR),

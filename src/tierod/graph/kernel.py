@@ -11,9 +11,12 @@ import numpy as np
 
 from tierod.block import Block, tuning
 from tierod.errors import ParameterError
-from tierod.graph.compiler import compiler, load
+from tierod.graph.bank_graph import BankGraph
+from tierod.graph.bank_machine import BankMachine
+from tierod.graph.bank_printer import print_bank
+from tierod.graph.compiler import LONG, SCHEDULED, compiler, load
 from tierod.graph.printer import LANES, TILE_STEPS, prefix, print_lanes, print_scalar
-from tierod.graph.trace import Graph, trace
+from tierod.graph.trace import Graph, Interface, trace
 from tierod.graph.virtual_machine import VirtualMachine
 
 Engine = Literal["auto", "compiled", "virtual machine"]
@@ -27,7 +30,9 @@ _LOOP = (ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctype
 class Kernel(Protocol):
     """What runs one block: its step over many samples."""
 
-    graph: Graph
+    @property
+    def graph(self) -> Interface:
+        """Of the block."""
 
     def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
         """Run over samples (n, inputs) into outputs (n, outputs); `memory` is carried on, `count` steps came before."""
@@ -104,7 +109,14 @@ def kernel(block: Block, engine: Engine = "auto") -> Kernel:
         CompileError: "compiled" was asked for and there is no compiler
         TraceError: the block cannot be traced
     """
-    return VirtualMachine(block) if is_interpreted(engine) else CompiledKernel(block)
+    if not is_interpreted(engine):
+        return CompiledKernel(block)
+    return BankMachine(block) if isinstance(trace(block), BankGraph) else VirtualMachine(block)
+
+
+def print_c(graph: Graph | BankGraph) -> str:
+    """C99 of what runs one block: `prepare`, `push` and `scan`."""
+    return print_bank(graph) if isinstance(graph, BankGraph) else print_scalar(graph)
 
 
 def is_interpreted(engine: str = "auto") -> bool:
@@ -135,7 +147,7 @@ def _address(array: np.ndarray) -> int:
 
 @lru_cache(maxsize=256)
 def _scalar_library(graph: Graph) -> ctypes.PyDLL:
-    return load(print_scalar(graph), prefix(graph))
+    return load(print_c(graph), prefix(graph), LONG if isinstance(graph, BankGraph) else SCHEDULED)
 
 
 @lru_cache(maxsize=256)

@@ -9,6 +9,7 @@ import numpy as np
 
 from tierod.block import Block, Tree
 from tierod.errors import InputError
+from tierod.graph.bank_graph import BankGraph
 from tierod.graph.kernel import LaneKernel, is_interpreted, lane_array
 from tierod.graph.printer import LANES
 from tierod.graph.runtime import scan
@@ -53,7 +54,8 @@ def batch(
 
 
 def _tile(blocks: list[Block], recordings: Sequence[Samples], memories: list[Memory]) -> list[Result]:
-    if is_interpreted() or len(blocks) < FEWEST or len({memory.count for memory in memories}) > 1:
+    alone = is_interpreted() or isinstance(trace(blocks[0]), BankGraph)
+    if alone or len(blocks) < FEWEST or len({memory.count for memory in memories}) > 1:
         return [
             scan(block, samples, memory) for block, samples, memory in zip(blocks, recordings, memories, strict=True)
         ]

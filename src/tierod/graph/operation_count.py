@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 
 from tierod.block import Block
+from tierod.graph.bank_graph import BankGraph
 from tierod.graph.operations import LOGICAL, program
-from tierod.graph.trace import trace
+from tierod.graph.trace import Graph, trace
 
 FUSED = ("fma", "fms", "fnma")
 """A multiplication and an addition in one."""
@@ -45,7 +47,7 @@ def operation_count(block: Block) -> OperationCount:
         TraceError: the block cannot be traced
     """
     graph = trace(block)
-    counts = program(graph.function).counts()
+    counts = _counts(graph)
     fused = sum(counts[name] for name in FUSED)
 
     def total(*names: str) -> int:
@@ -60,3 +62,13 @@ def operation_count(block: Block) -> OperationCount:
         decisions=total(*LOGICAL, *OTHER_DECISIONS),
         states=graph.memory,
     )
+
+
+def _counts(graph: Graph | BankGraph) -> Counter[str]:
+    """How many operations of each kind one step needs; every lane of a bank counts."""
+    if not isinstance(graph, BankGraph):
+        return program(graph.function).counts()
+    total = program(graph.judge.function).counts()
+    for name, count in program(graph.lane.function).counts().items():
+        total[name] += graph.count * count
+    return total

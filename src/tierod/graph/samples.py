@@ -9,7 +9,8 @@ import numpy as np
 
 from tierod.block import Block, Tree, rebuild
 from tierod.errors import InputError, nearest
-from tierod.graph.trace import Graph, flat_memory, initial_memory, trace
+from tierod.graph.memory_layout import flat_memory
+from tierod.graph.trace import Interface, initial_memory, trace
 from tierod.recording import Aligned
 
 
@@ -78,7 +79,7 @@ def memory_of(block: Block, state: Memory | Tree | None) -> Memory:
     return Memory(values, memory.count)
 
 
-def columns_of(graph: Graph, samples: Samples) -> np.ndarray:
+def columns_of(graph: Interface, samples: Samples) -> np.ndarray:
     """The samples as an array (n, inputs) in the order of the graph's inputs.
 
     Raises:

@@ -3,16 +3,54 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from tierod.block import Block, Ring, Tree, leaves, map_leaves, rebuild, skeleton, structure, tuning, with_tuning
 from tierod.errors import TraceError
+from tierod.graph.memory_layout import flat_memory
 
 TRUTH_VALUE = "truth value"
+
+
+class Interface(Protocol):
+    """What drivers know of the graph of a block or of a bank of blocks: names in order, and shapes."""
+
+    @property
+    def name(self) -> str:
+        """Of the block's class."""
+
+    @property
+    def tuning(self) -> tuple[str, ...]:
+        """Dotted names of the floats."""
+
+    @property
+    def state(self) -> tuple[str, ...]:
+        """Dotted names of the state, delay lines left out."""
+
+    @property
+    def rings(self) -> tuple[tuple[str, int], ...]:
+        """(name, size) of every delay line."""
+
+    @property
+    def sample(self) -> tuple[str, ...]:
+        """Dotted names of the inputs."""
+
+    @property
+    def output(self) -> tuple[str, ...]:
+        """Dotted names of the outputs."""
+
+    @property
+    def output_tree(self) -> Tree:
+        """An output of zeros, in its shape."""
+
+    @property
+    def memory(self) -> int:
+        """Numbers of state, delay lines included."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +82,7 @@ class Graph:
 
 
 def trace(block: Block) -> Graph:
-    """The graph of a block's step; blocks that differ only in their floats share one.
+    """The graph of a block's step; blocks that differ only in their floats share one. That of a bank is a `BankGraph`.
 
     Raises:
         TraceError: the step decides with Python's `if` on a signal, uses a foreign function on one, or returns a state
@@ -76,16 +114,29 @@ class _Structure:
 
 @lru_cache(maxsize=256)
 def _trace(structure_: _Structure) -> Graph:
+    block: Any = structure_.block
+    if hasattr(block, "traced"):
+        return block.traced()
+    return straight_line(block, skeleton(block.Sample), lambda tuned, state, sample: tuned.step(state, sample))
+
+
+def straight_line(block: Any, sample_tree: Tree, step: Callable[[Any, Tree, Tree], tuple[Tree, Tree]]) -> Graph:
+    """The graph of `step(block, state, sample)`, the block's floats made inputs.
+
+    Args:
+        block: with `init`
+        sample_tree: a tree in the shape of one sample
+        step: calls the block's own
+    """
     import casadi
 
-    block = structure_.block
     name = type(block).__name__
     names = tuple(path for path, _ in tuning(block))
     tuned = [casadi.SX.sym(path) for path in names]
-    initial, sample_tree = block.init(), skeleton(block.Sample)
+    initial = block.init()
     state_in, plain_in, heads = _state_symbols(initial)
     sample_in = [casadi.SX.sym(path) for path, _ in leaves(sample_tree)]
-    state, output = _step(with_tuning(block, tuned), state_in, rebuild(sample_tree, sample_in), name)
+    state, output = _step(step, with_tuning(block, tuned), state_in, rebuild(sample_tree, sample_in), name)
     plain_out, pushes = _next_state(initial, state, name)
     output_leaves = list(leaves(output))
     groups_in = [tuned, plain_in, heads, sample_in]
@@ -101,7 +152,7 @@ def _trace(structure_: _Structure) -> Graph:
         rings=tuple((path, leaf.size) for path, leaf in leaves(initial) if isinstance(leaf, Ring)),
         sample=tuple(path for path, _ in leaves(sample_tree)),
         output=tuple(path for path, _ in output_leaves),
-        sample_tree=sample_tree,
+        sample_tree=map_leaves(lambda _: 0.0, sample_tree),
         output_tree=map_leaves(lambda _: 0.0, output),
     )
 
@@ -109,14 +160,6 @@ def _trace(structure_: _Structure) -> Graph:
 def initial_memory(block: Block) -> np.ndarray:
     """The block's state before the first sample as one flat array, delay lines at the end."""
     return flat_memory(block.init())
-
-
-def flat_memory(state: Tree) -> np.ndarray:
-    """A state tree as one flat array, delay lines (filled with their initial value) at the end."""
-    flat = [leaf for _, leaf in leaves(state)]
-    plain = [leaf for leaf in flat if not isinstance(leaf, Ring)]
-    delayed = [leaf.initial for leaf in flat if isinstance(leaf, Ring) for _ in range(leaf.size)]
-    return np.array([*plain, *delayed], dtype=float)
 
 
 def _state_symbols(initial: Tree) -> tuple[Tree, list[Any], list[Any]]:
@@ -136,9 +179,9 @@ def _state_symbols(initial: Tree) -> tuple[Tree, list[Any], list[Any]]:
     return rebuild(initial, values), plain, heads
 
 
-def _step(block: Block, state: Tree, sample: Tree, name: str) -> tuple[Tree, Tree]:
+def _step(step: Callable, block: Any, state: Tree, sample: Tree, name: str) -> tuple[Tree, Tree]:
     try:
-        return block.step(state, sample)
+        return step(block, state, sample)
     except RuntimeError as error:
         if TRUTH_VALUE in str(error):
             raise TraceError(
