@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tierod.errors import ParameterError
 from tierod.proving_ground.courses import load
-from tierod.proving_ground.courses.circuit import Bend, Circuit, Straight
+from tierod.proving_ground.courses.circuit import Bend, Circuit, Halt, Straight
 from tierod.proving_ground.courses.lane import DoubleLaneChange, Slalom, SteadyCircle, StraightLane
 from tierod.proving_ground.courses.natural import NaturalDrive
-from tierod.proving_ground.courses.plan import TICK
+from tierod.proving_ground.courses.plan import TICK, Pace
 from tierod.proving_ground.courses.roads import City, Country, Motorway, Roundabouts
 from tierod.proving_ground.courses.way import STEP, bump, drawn
 
@@ -192,3 +193,16 @@ def test_the_driver_sees_the_curvature_ahead():
 def test_a_changed_course_is_worked_out_anew():
     course = load("city")
     assert not np.array_equal(course.way.curvature[:500], replace(course, seed=1).way.curvature[:500])
+
+
+def test_a_circuit_halts_in_every_lap_for_as_long_as_it_says():
+    sections = (Straight(30.0), Bend(8.0, math.pi / 2)) * 4
+    halts, pace = (Halt(15.0, 4.0), Halt(100.0, 2.0)), Pace(smoothing=0.0)
+    course = Circuit(sections=sections, time=100.0, wait=0.0, halts=halts, pace=pace)
+    standing = course.plan.speed < 1e-6
+    places = np.mod(course.plan.distance[standing], course.length)
+    assert np.all(np.minimum(np.abs(places - 15.0), np.abs(places - 100.0)) < STEP)
+    first = standing & (course.plan.distance < course.length) & (np.arange(len(standing)) * TICK > 1.0)
+    assert np.sum(first) * TICK == pytest.approx(6.0, abs=0.1)
+    with pytest.raises(ParameterError, match="one after the other"):
+        Circuit(sections=sections, halts=(Halt(50.0), Halt(20.0)))

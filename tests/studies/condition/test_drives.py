@@ -92,3 +92,11 @@ def test_a_kept_recording_is_found_again_as_it_was(tmp_path):
     second = recorded(drive, tmp_path)
     for name in first.names:
         np.testing.assert_array_equal(first[name].values, second[name].values)
+
+
+def test_the_demonstrator_turns_in_three_moves_backward_too():
+    made = recorded(Drive("three-point-turn", 20.0, 0))
+    speed, yaw, angle = (made[name].values for name in ("truth_speed", "truth_yaw_rate", "truth_steering_wheel_angle"))
+    back = speed < -1.0
+    assert back.sum() > 200
+    assert np.all(np.sign(yaw[back]) == np.sign(speed[back] * angle[back]))

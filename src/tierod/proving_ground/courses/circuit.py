@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Annotated
 
 import numpy as np
@@ -59,6 +60,19 @@ class Bend:
 
 
 @dataclass(frozen=True)
+class Halt:
+    """A stop on the way.
+
+    Args:
+        place: from the beginning of the lap
+        time: at rest
+    """
+
+    place: Annotated[float, "m", POSITIVE]
+    time: Annotated[float, "s", NOT_NEGATIVE] = 3.0
+
+
+@dataclass(frozen=True)
 class Circuit(WayCourse):
     """A closed circuit, driven round and round; the joints of its sections are clothoids.
 
@@ -69,6 +83,7 @@ class Circuit(WayCourse):
         speed: limit where no section sets a lower one
         lateral_acceleration: limit in bends
         wait: at rest before the start
+        halts: stops of every lap, in order
     """
 
     sections: tuple[Straight | Bend, ...] = ()
@@ -77,10 +92,16 @@ class Circuit(WayCourse):
     speed: Annotated[float, "m/s", POSITIVE] = 10.0
     lateral_acceleration: Annotated[float, "m/s**2", POSITIVE] = 4.0
     wait: Annotated[float, "s", NOT_NEGATIVE] = 2.0
+    halts: tuple[Halt, ...] = ()
 
     def __post_init__(self):
         if not self.sections:
             raise ParameterError("a circuit needs sections; give straights and bends")
+        places = [0.0, *(halt.place for halt in self.halts), self.length]
+        if not all(before < after for before, after in pairwise(places)):
+            raise ParameterError(
+                f"halts lie within the {self.length:g} m of a circuit, one after the other, not at {places[1:-1]} m"
+            )
 
     @property
     def duration(self) -> float:
@@ -123,4 +144,6 @@ class Circuit(WayCourse):
         step = self.length / len(curvature)
         laps = math.ceil(self.time * float(np.max(limit)) / self.length) + 1
         lateral = np.full(laps * len(curvature), self.lateral_acceleration)
-        return Way(np.tile(curvature, laps), np.tile(limit, laps), lateral, stops=((0.0, self.wait),), step=step)
+        stops = [(0.0, self.wait)]
+        stops += [(lap * self.length + halt.place, halt.time) for lap in range(laps) for halt in self.halts]
+        return Way(np.tile(curvature, laps), np.tile(limit, laps), lateral, stops=tuple(stops), step=step)

@@ -8,8 +8,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from tierod.proving_ground.courses.catalogue import load
-from tierod.proving_ground.courses.circuit import Bend, Circuit, Straight
+from tierod.proving_ground.courses.catalogue import AnyCourse, load
+from tierod.proving_ground.courses.circuit import Bend, Circuit, Halt, Straight
 from tierod.proving_ground.courses.conditions import Adhesion, AnyCondition, Gusts, Slope, Unevenness
 from tierod.proving_ground.courses.plan import Pace
 from tierod.proving_ground.courses.window import Along
@@ -19,22 +19,26 @@ SHORT, LONG, THIRD = "short-round", "long-round", "third-round"
 
 
 @lru_cache(maxsize=64)
-def course(name: str, seconds: float, seed: int = 0) -> Circuit:
-    """A round as it is driven.
+def course(name: str, seconds: float, seed: int = 0) -> AnyCourse:
+    """A round, or any shipped course, as it is driven.
 
     Args:
-        name: of a shipped circuit, or "round-17" for one of those drawn at random
-        seconds: how long it is driven
+        name: of a shipped course, or "round-17" for one of those drawn at random
+        seconds: how long a round is driven
         seed: of slopes, unevenness and wind; the way itself goes by the name alone
     """
     way = drawn(int(name.removeprefix("round-"))) if name.startswith("round-") else load(name)
-    assert isinstance(way, Circuit)
+    if not isinstance(way, Circuit):
+        return way
     weather = _weather(np.random.default_rng([seed, 613]), way.length)
     return replace(way, time=seconds, seed=seed, conditions=(*way.conditions, *weather))
 
 
 def drawn(number: int) -> Circuit:
-    """A round drawn at random: bends of 6.5 to 25 m radius, more of them to the left, at up to 9 to 14 m/s."""
+    """A round drawn at random: bends of 6.5 to 25 m radius, more of them to the left, at up to 9 to 14 m/s.
+
+    Some have a wet patch, some two halts.
+    """
     chance = np.random.default_rng([number, 612])
     sections: list[Straight | Bend] = []
     for _ in range(12):
@@ -47,9 +51,14 @@ def drawn(number: int) -> Circuit:
     if chance.random() < 0.3:
         grip = float(chance.uniform(0.7, 0.9))
         wet = (Adhesion(window=Along(0.3 * length, 0.4 * length, 2.0, length), left=grip, right=grip),)
+    halts: tuple[Halt, ...] = ()
+    if chance.random() < 0.3:
+        places, times = length * chance.uniform([0.2, 0.6], [0.4, 0.8]), chance.uniform(2.0, 8.0, 2)
+        halts = tuple(Halt(float(place), float(time)) for place, time in zip(places, times, strict=True))
     return Circuit(
         name=f"round-{number}",
         sections=tuple(sections),
+        halts=halts,
         transition=float(chance.uniform(4.5, 7.0)),
         speed=float(chance.uniform(9.0, 14.0)),
         lateral_acceleration=float(chance.uniform(3.5, 5.0)),
