@@ -72,6 +72,18 @@ def discretise(model: Any, method: str, steps: int = 1) -> Any:
             x = one_step(lambda at: model.derivative(at, u, p.continuous), x, p.sample_time / float(steps))
         return x
 
+    return sampled_class(model, method, transition)
+
+
+def sampled_class(model: Any, method: str, transition: Callable[[Tree, Tree, Any], Tree]) -> Any:
+    """The class of a discrete model that keeps the shapes and the output of a continuous one.
+
+    Args:
+        model: continuous model
+        method: in a word, for its name
+        transition: of a sample, with parameters that are `continuous` and `sample_time`
+    """
+
     def output(x: Tree, u: Tree, p: Any) -> Tree:
         return model.output(x, u, p.continuous)
 

@@ -1,0 +1,155 @@
+"""Every residual of the paper: what it is, what it stands on, what was corrected."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tierod.errors import ParameterError, nearest
+
+PAPER = "Li, Frey, Gauterin, "
+LEFT, RIGHT = "wheel_speed_rear_left", "wheel_speed_rear_right"
+YAW, ANGLE = "yaw_rate", "steering_wheel_angle"
+TORQUE, FORCE = "steering_shaft_torque", "tie_rod_force"
+ALONG, ACROSS = "longitudinal_acceleration", "lateral_acceleration"
+
+_LATERAL = (LEFT, RIGHT, YAW, ANGLE, ACROSS)
+_SPEED = (*_LATERAL, ALONG)
+_WHEELS = (LEFT, RIGHT)
+_TARGETS = ("target_steering_wheel_angle", "target_vehicle_speed")
+_TORQUES = ("steering_motor_1_target_torque", "steering_motor_2_target_torque")
+
+
+@dataclass(frozen=True)
+class Residual:
+    """One residual: estimate less measurement, or target less actual.
+
+    Args:
+        name: as rules name it
+        meaning: in a few words
+        equation: of the paper
+        signals: canonical signals that decide its value; the wheels that only enable it are left out
+        unit: SI
+        correction: what was corrected, "" where it is as printed
+        moving: whether it is judged only while the vehicle moves
+    """
+
+    name: str
+    meaning: str
+    equation: str
+    signals: tuple[str, ...]
+    unit: str
+    correction: str = ""
+    moving: bool = True
+
+
+def _wheel(name: str, side: str, by: str, route: str, number: int) -> Residual:
+    through = "the mean of both wheels" if by == "mean" else "the two-stage filter's speed"
+    angle = "the yaw rate" if route == "yaw" else "the steering angle"
+    signals = (*_WHEELS, YAW if route == "yaw" else ANGLE) if by == "mean" else _SPEED
+    correction = ""
+    if by == "mean" and route == "yaw":
+        correction = "eq (27) gave the right wheel the radicand of the left one"
+    return Residual(
+        name, f"{side} rear wheel from {through} and {angle}", f"{PAPER}eq ({number})", signals, "m/s", correction
+    )
+
+
+SENSOR_RESIDUALS: tuple[Residual, ...] = (
+    Residual(
+        "r1",
+        "steering angle from the balance of the steering, unscented filter",
+        PAPER + "eqs (2) to (6)",
+        (ANGLE, TORQUE, FORCE),
+        "rad",
+        "force of the teeth times rack ratio in eq (2); ratio turned round in eqs (1), (3), (5); inertia a thousandth; "
+        "friction with the sign of the rate; one measurement instead of the same twice",
+    ),
+    Residual(
+        "r2",
+        "steering angle from yaw rate and rear wheels",
+        PAPER + "eqs (7) to (10)",
+        (LEFT, RIGHT, YAW, ANGLE),
+        "rad",
+        "ratio turned round in eq (9); arctangent instead of cotangents; understeer added",
+    ),
+    Residual(
+        "r3",
+        "steering torque from the motion of the steering",
+        PAPER + "eqs (11), (12)",
+        (ANGLE, TORQUE, ACROSS),
+        "N*m",
+        "friction with the sign of the rate; lateral acceleration added to eq (11)",
+    ),
+    Residual(
+        "r4",
+        "yaw rate from the single track",
+        PAPER + "eqs (13) to (15)",
+        _LATERAL,
+        "rad/s",
+        "C[1,1] of eq (14) without the speed",
+    ),
+    Residual(
+        "r5",
+        "longitudinal acceleration from the rear wheels",
+        PAPER + "eqs (16), (17), (19), (20)",
+        _SPEED,
+        "m/s**2",
+        "terms of a changing speed in eq (17)",
+    ),
+    Residual("r6", "lateral acceleration from the single track", PAPER + "eqs (18), (21)", _LATERAL, "m/s**2"),
+    _wheel("r7", "left", "mean", "yaw", 34),
+    _wheel("r8", "left", "filter", "yaw", 35),
+    _wheel("r9", "left", "mean", "angle", 36),
+    _wheel("r10", "left", "filter", "angle", 37),
+    _wheel("r11", "right", "mean", "yaw", 38),
+    _wheel("r12", "right", "filter", "yaw", 39),
+    _wheel("r13", "right", "mean", "angle", 40),
+    _wheel("r14", "right", "filter", "angle", 41),
+    Residual("r15", "speed of the two-stage filter beside the wheels' mean", PAPER + "eq (42)", _SPEED, "m/s"),
+    Residual("r16", "acceleration of the two-stage filter less the sensor's", PAPER + "eq (43)", _SPEED, "m/s**2"),
+    Residual("r17", "sideslip of the single track beside the steering's", PAPER + "eq (44)", _LATERAL, "rad"),
+    Residual("r18", "sideslip of the single track beside the yaw rate's", PAPER + "eq (45)", _LATERAL, "rad"),
+    Residual(
+        "r19",
+        "tie-rod force from lateral acceleration and steering torque",
+        PAPER + "eqs (46), (47)",
+        (ANGLE, TORQUE, FORCE, ACROSS),
+        "N",
+        "friction with the sign of the rate, which needs the angle; the measured force without a hat in eq (47)",
+    ),
+)
+"""r1 to r19, of sensors."""
+
+ACTUATOR_RESIDUALS: tuple[Residual, ...] = (
+    Residual("r1a", "yaw rate by the targets", PAPER + "eq (48)", (*_TARGETS, YAW), "rad/s"),
+    Residual("r2a", "sideslip angle by the targets", PAPER + "eq (48)", (*_TARGETS, *_LATERAL), "rad"),
+    Residual("r3a", "longitudinal acceleration by the targets", PAPER + "eq (49)", (*_TARGETS, ALONG), "m/s**2"),
+    Residual("r4a", "lateral acceleration by the targets", PAPER + "eq (49)", (*_TARGETS, ACROSS), "m/s**2"),
+    Residual("r5a", "target less actual steering angle", PAPER + "eq (50)", (_TARGETS[0], ANGLE), "rad"),
+    Residual(
+        "r6a",
+        "target less actual steering torque",
+        PAPER + "eq (50)",
+        (*_TORQUES, TORQUE),
+        "N*m",
+        "both motors' targets are added, since the sensor sees their sum",
+        moving=False,
+    ),
+    Residual("r7a", "target less actual speed", PAPER + "eqs (51), (52)", (_TARGETS[1], *_WHEELS), "m/s", moving=False),
+    Residual("r8a", "tie-rod force by the targets", PAPER + "eq (52)", (*_TARGETS, *_TORQUES, FORCE), "N"),
+)
+"""r1a to r8a, of actuators; the paper calls them r1 to r8 there."""
+
+RESIDUALS: dict[str, Residual] = {each.name: each for each in (*SENSOR_RESIDUALS, *ACTUATOR_RESIDUALS)}
+"""All, by name."""
+
+
+def residual(name: str) -> Residual:
+    """The residual of a name.
+
+    Raises:
+        ParameterError: there is none; the message names the nearest
+    """
+    if name not in RESIDUALS:
+        raise ParameterError(f"no residual is called '{name}'{nearest(name, RESIDUALS)}")
+    return RESIDUALS[name]

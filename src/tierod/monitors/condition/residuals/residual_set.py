@@ -1,0 +1,301 @@
+"""All residuals of the sensors, from one sample of the vehicle: r1 to r19."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.block import named_tuple
+from tierod.estimators import KalmanFilter, UnscentedFilter
+from tierod.filters.hold import InputHold
+from tierod.graph.maths import all_of, both, limit, maximum, present, where
+from tierod.models.exponential import discretise_pair
+from tierod.models.single_track import SingleTrack
+from tierod.monitors.condition.residuals.adaptive_speed import AdaptiveSpeed
+from tierod.monitors.condition.residuals.catalogue import SENSOR_RESIDUALS
+from tierod.monitors.condition.residuals.lateral_filter import lateral_filter
+from tierod.monitors.condition.residuals.parameters import Coefficients, ResidualParameters
+from tierod.monitors.condition.residuals.rolling import (
+    route,
+    steer_of_rolling,
+    wheels_of_forward_speed,
+    wheels_of_mean,
+)
+from tierod.monitors.condition.residuals.steering_signals import SteeringSignals
+from tierod.monitors.condition.residuals.stiff_rack import StiffRack
+from tierod.monitors.condition.signals import ConditionSample
+from tierod.physics.planar_motion import lateral_acceleration_of_turning, longitudinal_acceleration
+from tierod.physics.rack_balance import tie_rod_force_of_balance
+from tierod.ranges import POSITIVE
+
+
+class Measured(NamedTuple):
+    """The signals of the vehicle that the residuals compare; NaN where missing."""
+
+    wheel_speed_rear_left: Annotated[float, "m/s"]
+    wheel_speed_rear_right: Annotated[float, "m/s"]
+    yaw_rate: Annotated[float, "rad/s"]
+    steering_wheel_angle: Annotated[float, "rad"]
+    steering_shaft_torque: Annotated[float, "N*m"]
+    tie_rod_force: Annotated[float, "N"]
+    longitudinal_acceleration: Annotated[float, "m/s**2"]
+    lateral_acceleration: Annotated[float, "m/s**2"]
+
+
+SensorResiduals: Any = named_tuple(
+    "SensorResiduals", [(each.name, Annotated[float, each.unit]) for each in SENSOR_RESIDUALS]
+)
+"""r1 to r19 in their units; zero where one is not there."""
+
+SensorFlags: Any = named_tuple("SensorFlags", [(each.name, Annotated[float, ""]) for each in SENSOR_RESIDUALS])
+"""One flag (1.0 or 0.0) for each of r1 to r19."""
+
+
+class Motion(NamedTuple):
+    """What the filters of the set say of the vehicle.
+
+    Args:
+        sideslip: at the centre of gravity
+        yaw_rate: that the single track expects
+        forward_speed: of the two-stage filter
+        torque, force, angle: that the steering and rolling without slip expect
+        unmeasured_angle: of the steering, from torque and tie-rod force alone
+    """
+
+    sideslip: Annotated[float, "rad"]
+    yaw_rate: Annotated[float, "rad/s"]
+    forward_speed: Annotated[float, "m/s"]
+    torque: Annotated[float, "N*m"]
+    force: Annotated[float, "N"]
+    angle: Annotated[float, "rad"]
+    unmeasured_angle: Annotated[float, "rad"]
+
+
+@dataclass(frozen=True)
+class ResidualSet:
+    """r1 to r19 at every sample, each with a flag that says whether it is there.
+
+    Args:
+        car: the vehicle
+        coefficients: from `calibrate_residuals`
+        hold: bridges missing samples, for 50 ms
+        steering: low-passes and derivatives of the steering's signals
+        angle: filter of r1, which measures the angle, as the paper does; it follows a faulty sensor and sees jumps only
+        lateral: filter of the single track
+        speed: two-stage adaptive filter
+        moving: speed of the faster rear wheel below which the vehicle counts as standing
+        printed: whether the equations are taken with their misprints: (9), (11), (14), (27), (46)
+
+    Build it by `residual_set`.
+    """
+
+    car: ResidualParameters
+    coefficients: Coefficients
+    hold: InputHold
+    steering: SteeringSignals
+    angle: UnscentedFilter
+    lateral: KalmanFilter
+    speed: AdaptiveSpeed
+    moving: Annotated[float, "m/s", POSITIVE] = 1.5
+    printed: bool = False
+
+    Sample = ConditionSample
+
+    class State(NamedTuple):
+        """Of the parts."""
+
+        hold: Any
+        steering: Any
+        angle: Any
+        unmeasured: Any
+        lateral: Any
+        speed: Any
+
+    class Output(NamedTuple):
+        """Residuals, whether each is there, and what the filters say."""
+
+        residuals: SensorResiduals
+        there: SensorFlags
+        motion: Motion
+
+    def init(self) -> State:
+        """At rest."""
+        return self.State(
+            self.hold.init(),
+            self.steering.init(),
+            self.angle.init(),
+            StiffRack.State(0.0, 0.0),
+            self.lateral.init(),
+            self.speed.init(),
+        )
+
+    def step(self, state: State, sample: ConditionSample) -> tuple[State, Output]:
+        """One sample on."""
+        hold, held = self.hold.step(state.hold, Measured(*(getattr(sample, name) for name in Measured._fields)))
+        now = Measured(*(where(present(value), value, 0.0) for value in held))
+        left, right = now.wheel_speed_rear_left, now.wheel_speed_rear_right
+        moving = maximum(left, right) > self.moving
+        balance = self.steering.Sample(
+            held.steering_wheel_angle, held.steering_shaft_torque, held.tie_rod_force, held.lateral_acceleration
+        )
+        steering, steer = self.steering.step(state.steering, balance)
+        angle, by_balance = self._balanced(state.angle, held)
+        unmeasured = self._unmeasured(state.unmeasured, held)
+        lateral, turning = self._turning(state.lateral, held, now)
+        speed, forward = self.speed.step(
+            state.speed,
+            AdaptiveSpeed.Sample(held.longitudinal_acceleration, held.yaw_rate, turning.sideslip_angle, *held[:2]),
+        )
+        expected = self._expected(now, steer, turning, forward, unmeasured)
+        values = self._residuals(now, steer, by_balance, turning, forward, expected)
+        there = self._there(held, moving)
+        values = SensorResiduals(*(where(flag, value, 0.0) for flag, value in zip(there, values, strict=True)))
+        after = self.State(hold, steering, angle, unmeasured, lateral, speed)
+        return after, self.Output(values, there, expected)
+
+    def _there(self, held: Measured, moving: Any) -> Any:
+        """Whether all signals of each residual are there, and the vehicle moves where it must."""
+        known = {name: present(value) for name, value in held._asdict().items()}
+        flags = []
+        for each in SENSOR_RESIDUALS:
+            complete = all_of(*(known[name] for name in each.signals))
+            flags.append(where(all_of(complete, moving) if each.moving else complete, 1.0, 0.0))
+        return SensorFlags(*flags)
+
+    def _balanced(self, state: Any, held: Measured) -> tuple[Any, Any]:
+        """The filter of r1 one sample on, and the angle that it expects."""
+        inputs = StiffRack.Input(held.steering_shaft_torque, held.tie_rod_force)
+        after, estimate = self.angle.step(state, self.angle.Sample(inputs, StiffRack.Output(held.steering_wheel_angle)))
+        return after, estimate.mean.steering_wheel_angle
+
+    def _unmeasured(self, state: StiffRack.State, held: Measured) -> StiffRack.State:
+        """The steering by torque and force alone, held where one is missing."""
+        complete = both(present(held.steering_shaft_torque), present(held.tie_rod_force))
+        inputs = StiffRack.Input(
+            where(complete, held.steering_shaft_torque, 0.0), where(complete, held.tie_rod_force, 0.0)
+        )
+        ahead = self.angle.model.transition(state, inputs, self.angle.parameters)
+        return StiffRack.State(*(where(complete, new, old) for new, old in zip(ahead, state, strict=True)))
+
+    def _turning(self, state: Any, held: Measured, now: Measured) -> tuple[Any, SingleTrack.State]:
+        """The lateral filter one sample on; its speed is the wheels' mean, held above walking."""
+        speed = maximum(0.5 * (now.wheel_speed_rear_left + now.wheel_speed_rear_right), self.moving)
+        steer = self.car.steering_ratio * (held.steering_wheel_angle - self.coefficients.angle_offset)
+        after, estimate = self.lateral.step(
+            state,
+            self.lateral.Sample(
+                SingleTrack.Input(steer, speed), SingleTrack.Output(held.yaw_rate, held.lateral_acceleration)
+            ),
+        )
+        return after, estimate.mean
+
+    def _expected(self, now: Measured, steer: Any, turning: Any, forward: Any, unmeasured: Any) -> Motion:
+        """What the models expect the sensors to show."""
+        known, car = self.coefficients, self.car
+        rolling = steer_of_rolling(now.yaw_rate, now.wheel_speed_rear_left, now.wheel_speed_rear_right, car)
+        mean = 0.5 * (now.wheel_speed_rear_left + now.wheel_speed_rear_right)
+        if self.printed:
+            angle = rolling * car.steering_ratio
+            friction, about = car.nominal_friction, -car.nominal_friction
+        else:
+            angle = (rolling + known.understeer * mean * now.yaw_rate) / car.steering_ratio + known.angle_offset
+            friction, about = known.friction * steer.direction, known.force_friction * steer.direction
+        motion = known.angle * steer.angle + known.rate * steer.rate + known.acceleration * steer.acceleration
+        torque = motion + friction
+        force = tie_rod_force_of_balance(
+            steer.torque, about, car.mass, steer.lateral_acceleration, known.per_mass, known.per_torque
+        )
+        return Motion(
+            turning.sideslip_angle,
+            turning.yaw_rate,
+            forward.forward_speed,
+            torque + known.cornering * steer.lateral_acceleration + known.torque_offset,
+            force + known.force_offset,
+            angle,
+            unmeasured.steering_wheel_angle,
+        )
+
+    def _residuals(self, now: Measured, steer: Any, angle: Any, turning: Any, forward: Any, expected: Motion) -> Any:
+        """r1 to r19 of signals that are there."""
+        left, right = now.wheel_speed_rear_left, now.wheel_speed_rear_right
+        rolling = steer_of_rolling(now.yaw_rate, left, right, self.car)
+        by_yaw = route(limit(rolling, -_MOST_STEER, _MOST_STEER), self.car)
+        turned = self.car.steering_ratio * (now.steering_wheel_angle - self.coefficients.angle_offset)
+        by_angle = route(limit(turned, -_MOST_STEER, _MOST_STEER), self.car)
+        yaw_left, yaw_right = wheels_of_mean(by_yaw, left, right, misprint=self.printed)
+        angle_left, angle_right = wheels_of_mean(by_angle, left, right)
+        own_left, own_right = wheels_of_forward_speed(by_yaw, forward.forward_speed)
+        other_left, other_right = wheels_of_forward_speed(by_angle, forward.forward_speed)
+        along, across = self._accelerations(now, turning, forward)
+        filtered = longitudinal_acceleration(
+            forward.forward_rate, forward.forward_speed, turning.sideslip_angle, now.yaw_rate
+        )
+        return SensorResiduals(
+            r1=angle - now.steering_wheel_angle,
+            r2=expected.angle - now.steering_wheel_angle,
+            r3=expected.torque - steer.torque,
+            r4=turning.yaw_rate - now.yaw_rate,
+            r5=along - now.longitudinal_acceleration,
+            r6=across - now.lateral_acceleration,
+            r7=yaw_left - left,
+            r8=own_left - left,
+            r9=angle_left - left,
+            r10=other_left - left,
+            r11=yaw_right - right,
+            r12=own_right - right,
+            r13=angle_right - right,
+            r14=other_right - right,
+            r15=forward.forward_speed - 0.5 * (left + right),
+            r16=filtered - now.longitudinal_acceleration,
+            r17=turning.sideslip_angle - by_angle.sideslip,
+            r18=turning.sideslip_angle - by_yaw.sideslip,
+            r19=expected.force - steer.force,
+        )
+
+    def _accelerations(self, now: Measured, turning: Any, forward: Any) -> tuple[Any, Any]:
+        """Longitudinal and lateral acceleration that wheels and single track give: eqs (18) and (19)."""
+        mean = maximum(0.5 * (now.wheel_speed_rear_left + now.wheel_speed_rear_right), self.moving)
+        rate = 0.5 * (forward.left_rate + forward.right_rate)
+        along = longitudinal_acceleration(rate, mean, turning.sideslip_angle, now.yaw_rate)
+        steer = self.car.steering_ratio * (now.steering_wheel_angle - self.coefficients.angle_offset)
+        slope = SingleTrack.derivative(turning, SingleTrack.Input(steer, mean), self.car.single_track)
+        return along, lateral_acceleration_of_turning(mean, now.yaw_rate, slope.sideslip_angle)
+
+
+_MOST_STEER = 1.2
+"""No road wheel steers more [rad]: a faulty sensor must not carry the routes over the pole of the tangent."""
+
+
+def residual_set(
+    car: ResidualParameters,
+    coefficients: Coefficients | None = None,
+    sample_time: float = 0.01,
+    printed: bool = False,
+) -> ResidualSet:
+    """The residuals of a vehicle.
+
+    Args:
+        car: the vehicle
+        coefficients: from calibration; zeros where None, which leaves r3 and r19 without a model
+        sample_time: [s]
+        printed: whether the equations are taken with their misprints
+    """
+    rack: Any = discretise_pair(StiffRack)
+    angle = UnscentedFilter(
+        rack,
+        rack.Parameters(car.rack, sample_time),
+        (0.0, 0.0),
+        (0.1, 0.1),
+        (1e-8, 10.0 * sample_time),
+        (0.002**2,),
+    )
+    return ResidualSet(
+        car,
+        coefficients or Coefficients(),
+        InputHold(Measured, sample_time, 0.05),
+        SteeringSignals(sample_time=sample_time),
+        angle,
+        lateral_filter(car.single_track, sample_time, printed),
+        AdaptiveSpeed.design(car.track_width, sample_time),
+        printed=printed,
+    )

@@ -1,0 +1,78 @@
+"""Column and rack as one body: the two bodies of a rack steering without the swing of its teeth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
+
+from tierod.physics.friction import smooth_coulomb
+from tierod.physics.rack_balance import column_balance
+
+
+class StiffRack:
+    """Column and rack that turn together, driven by a torque at the column against the tie rods.
+
+    Validity: below some 100 Hz; the teeth of the two bodies swing at 666 Hz. Source: Li, Frey, Gauterin, eq (2), its
+    rows added with the rack's position taken as ratio times angle, which eq (5) also does (printed inverted).
+    """
+
+    class State(NamedTuple):
+        """Angle of the column and its rate."""
+
+        steering_wheel_angle: Annotated[float, "rad"]
+        steering_wheel_rate: Annotated[float, "rad/s"]
+
+    class Input(NamedTuple):
+        """Torque towards the left, and the tie rods' force, positive where it opposes a turn to the left."""
+
+        steering_shaft_torque: Annotated[float, "N*m"]
+        tie_rod_force: Annotated[float, "N"]
+
+    class Output(NamedTuple):
+        """What the sensor of the angle sees; the rack's position is a copy of it and no second measurement (eq 4)."""
+
+        steering_wheel_angle: Annotated[float, "rad"]
+
+    @dataclass(frozen=True)
+    class Parameters:
+        """Inertia, rack and friction.
+
+        Args:
+            column_inertia: of column and motors
+            rack_mass: of the rack
+            rack_stiffness: of the rack to its middle
+            rack_damping: of the rack
+            rack_ratio: rack travel per turn of the column
+            nominal_friction: dry friction of the sound steering at the column
+            friction_width: rate over which the smoothed friction turns round
+        """
+
+        column_inertia: Annotated[float, "kg*m**2"]
+        rack_mass: Annotated[float, "kg"]
+        rack_stiffness: Annotated[float, "N/m"]
+        rack_damping: Annotated[float, "N*s/m"]
+        rack_ratio: Annotated[float, "m/rad"]
+        nominal_friction: Annotated[float, "N*m"]
+        friction_width: Annotated[float, "rad/s"] = 0.2
+
+    @staticmethod
+    def derivative(x: State, u: Input, p: Parameters) -> State:
+        """Rates of angle and speed."""
+        friction = smooth_coulomb(x.steering_wheel_rate, p.nominal_friction, p.friction_width)
+        left = column_balance(
+            u.steering_shaft_torque,
+            friction,
+            u.tie_rod_force,
+            x.steering_wheel_angle,
+            x.steering_wheel_rate,
+            p.rack_ratio,
+            p.rack_stiffness,
+            p.rack_damping,
+        )
+        inertia = p.column_inertia + p.rack_ratio * p.rack_ratio * p.rack_mass
+        return StiffRack.State(x.steering_wheel_rate, left / inertia)
+
+    @staticmethod
+    def output(x: State, u: Input, p: Parameters) -> Output:
+        """Angle of the column."""
+        return StiffRack.Output(x.steering_wheel_angle)

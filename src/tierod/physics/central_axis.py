@@ -1,0 +1,100 @@
+"""Rolling without slip: what yaw rate, wheel speeds and steer tell of each other.
+
+A lever is how far to the left of the vehicle's axis a point lies: half the track for left wheels, less than zero for
+right ones.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tierod.graph.maths import absolute, arctan, cos, tan, where
+
+_LEAST = 1e-9
+
+
+def _ratio(numerator: Any, denominator: Any) -> Any:
+    """A quotient that stays finite where the denominator vanishes."""
+    safe = absolute(denominator) > _LEAST
+    return numerator / where(safe, denominator, _LEAST)
+
+
+def rolling_road_wheel_angle(yaw_rate: Any, rear_wheel_speed: Any, lever: Any, wheelbase: Any) -> Any:
+    """Mean steer of the front wheels [rad] at which a rear wheel rolls with this speed and the vehicle turns so.
+
+    Args:
+        yaw_rate: [rad/s]
+        rear_wheel_speed: of one rear wheel [m/s]
+        lever: of this wheel [m]
+        wheelbase: [m]
+
+    Validity: negligible slip of all wheels; an understeering vehicle steers more. Moving.
+    Source: Li, Frey, Gauterin, eq (7), as atan(r L / (v + r lever)): the printed cotangents are singular straight on.
+    Each of its lines gives the angle of the bicycle, not that of the left or right wheel as its symbols say.
+    """
+    return arctan(_ratio(yaw_rate * wheelbase, rear_wheel_speed + yaw_rate * lever))
+
+
+def rolling_sideslip(road_wheel_angle: Any, rear_distance: Any, wheelbase: Any) -> Any:
+    """Sideslip angle at the centre of gravity [rad] of a vehicle whose rear axle rolls without slip.
+
+    Args:
+        road_wheel_angle: mean steer of the front wheels [rad]
+        rear_distance: from the centre of gravity to the rear axle [m]
+        wheelbase: [m]
+
+    Source: Li, Frey, Gauterin, eq (22).
+    """
+    return arctan(rear_distance * tan(road_wheel_angle) / wheelbase)
+
+
+def rolling_curvature(road_wheel_angle: Any, sideslip_angle: Any, wheelbase: Any) -> Any:
+    """Curvature of the path of the centre of gravity [1/m] of a vehicle that rolls without slip.
+
+    Args:
+        road_wheel_angle: mean steer of the front wheels [rad]
+        sideslip_angle: at the centre of gravity, from `rolling_sideslip` [rad]
+        wheelbase: [m]
+
+    Source: Li, Frey, Gauterin, eq (23).
+    """
+    return cos(sideslip_angle) * tan(road_wheel_angle) / wheelbase
+
+
+def rear_wheel_share(sideslip_angle: Any, curvature: Any, lever: Any) -> Any:
+    """Speed of a rear wheel over that of the centre of gravity [-].
+
+    Args:
+        sideslip_angle: at the centre of gravity [rad]
+        curvature: of its path, positive to the left [1/m]
+        lever: of the wheel [m]
+
+    Source: Li, Frey, Gauterin, eqs (24) to (33), whose radicand is the square of this. Equation (27) is printed with
+    the radicand of the left wheel for the right one.
+    """
+    return absolute(cos(sideslip_angle) - lever * curvature)
+
+
+def central_speed(rear_wheel_speed: Any, share: Any) -> Any:
+    """Speed of the centre of gravity [m/s] from that of a rear wheel.
+
+    Args:
+        rear_wheel_speed: [m/s]
+        share: of the wheel, from `rear_wheel_share`; held above zero
+
+    Source: Li, Frey, Gauterin, eqs (24) to (27).
+    """
+    return _ratio(rear_wheel_speed, share)
+
+
+def rolling_yaw_rate(road_wheel_angle: Any, speed: Any, wheelbase: Any) -> Any:
+    """Yaw rate [rad/s] of a vehicle that rolls without slip.
+
+    Args:
+        road_wheel_angle: mean steer of the front wheels [rad]
+        speed: forward speed of the middle of the rear axle [m/s]
+        wheelbase: [m]
+
+    Source: Li, Frey, Gauterin, eq (7) solved for the yaw rate.
+    """
+    return speed * tan(road_wheel_angle) / wheelbase

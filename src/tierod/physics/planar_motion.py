@@ -1,0 +1,61 @@
+"""Acceleration of a body that moves in a plane."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tierod.graph.maths import cos, sin, tan
+
+
+def planar_acceleration(speed: Any, speed_rate: Any, sideslip_angle: Any, course_rate: Any) -> tuple[Any, Any]:
+    """Longitudinal and lateral acceleration [m/s**2] of the centre of gravity, in axes of the body.
+
+    Args:
+        speed: of the centre of gravity along its path [m/s]
+        speed_rate: its derivative [m/s**2]
+        sideslip_angle: [rad]
+        course_rate: yaw rate plus rate of the sideslip angle [rad/s]
+
+    Source: Li, Frey, Gauterin, eq (17), with the terms of a changing speed, which are left out there.
+    """
+    across = speed * course_rate
+    along, side = cos(sideslip_angle), sin(sideslip_angle)
+    return speed_rate * along - across * side, speed_rate * side + across * along
+
+
+def lateral_acceleration_of_turning(forward_speed: Any, yaw_rate: Any, sideslip_rate: Any) -> Any:
+    """Lateral acceleration [m/s**2] at a steady forward speed.
+
+    Args:
+        forward_speed: [m/s]
+        yaw_rate, sideslip_rate: [rad/s]
+
+    Source: Li, Frey, Gauterin, eq (18); it neglects the change of speed times the tangent of the sideslip angle.
+    """
+    return forward_speed * (yaw_rate + sideslip_rate)
+
+
+def longitudinal_acceleration(forward_rate: Any, forward_speed: Any, sideslip_angle: Any, yaw_rate: Any) -> Any:
+    """Longitudinal acceleration [m/s**2] of the centre of gravity.
+
+    Args:
+        forward_rate: derivative of the forward speed [m/s**2]
+        forward_speed: [m/s]
+        sideslip_angle: [rad]
+        yaw_rate: [rad/s]
+
+    Source: Li, Frey, Gauterin, eq (19): a_x = v_x' - v_y r.
+    """
+    return forward_rate - forward_speed * tan(sideslip_angle) * yaw_rate
+
+
+def forward_rate(acceleration: Any, forward_speed: Any, sideslip_angle: Any, yaw_rate: Any) -> Any:
+    """Derivative of the forward speed [m/s**2] from a longitudinal acceleration: `longitudinal_acceleration` turned.
+
+    Args:
+        acceleration: longitudinal, of the centre of gravity [m/s**2]
+        forward_speed: [m/s]
+        sideslip_angle: [rad]
+        yaw_rate: [rad/s]
+    """
+    return acceleration + forward_speed * tan(sideslip_angle) * yaw_rate

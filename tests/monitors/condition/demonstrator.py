@@ -1,0 +1,29 @@
+"""The demonstrator as its paper prints it, and motions of it in closed form."""
+
+import math
+
+import numpy as np
+
+from tierod.monitors.condition.residuals.parameters import ResidualParameters
+from tierod.monitors.condition.signals import ConditionSample
+
+CAR = ResidualParameters(
+    403.2, 548.3, 0.904, 1.166, 35e3, 35e3, 1.084, 1.0 / 19.7, 0.045, 3.0, 31227.0, 22867.0, 1.0 / 146.12, 1.11, 0.243
+)
+
+
+def circle(radius=20.0, speed=6.0, seconds=5.0, **changed):
+    """Columns of ConditionSample of a slow circle without slip; `changed` replaces signals by constants."""
+    time = np.arange(round(seconds * 100.0)) / 100.0
+    yaw = speed / radius
+    values = dict.fromkeys(ConditionSample._fields, 0.0) | {
+        "wheel_speed_rear_left": yaw * (radius - CAR.track_width / 2),
+        "wheel_speed_rear_right": yaw * (radius + CAR.track_width / 2),
+        "yaw_rate": yaw,
+        "steering_wheel_angle": math.atan(CAR.wheelbase / radius) / CAR.steering_ratio,
+        "longitudinal_acceleration": -yaw * yaw * CAR.rear_distance,
+        "lateral_acceleration": yaw * speed,
+        "target_vehicle_speed": speed,
+    }
+    values |= changed
+    return np.stack([np.full(len(time), values[name]) for name in ConditionSample._fields], axis=1)
