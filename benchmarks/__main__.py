@@ -9,9 +9,18 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks import can_decode, diagnose_hour, fault_memory, filters, motor_observers, observers, simulate_eps_car
+from benchmarks import (
+    bank,
+    can_decode,
+    diagnose_hour,
+    fault_memory,
+    filters,
+    motor_observers,
+    observers,
+    simulate_eps_car,
+)
 
-MODULES = (filters, observers, motor_observers, can_decode, diagnose_hour, simulate_eps_car, fault_memory)
+MODULES = (filters, bank, observers, motor_observers, can_decode, diagnose_hour, simulate_eps_car, fault_memory)
 
 
 def main() -> int:

@@ -1,0 +1,91 @@
+"""Fifty filters on one signal and a judge over them: as a bank, and as a Python loop over the same compiled filters."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from benchmarks.filters import EnabledFilter
+from tierod.block import Tree
+from tierod.graph import KEEP, Bank, JudgeSample, Stream, Verdict, scan
+from tierod.graph.maths import maximum, where
+from tierod.models.friction_estimation import FrictionParameters
+from tierod.monitors.friction.refined import printed
+from tierod.vehicles import load
+
+LANES = 50
+STEPS = 20_000
+LOOPED_STEPS = 500
+REPEATS = 5
+
+
+@dataclass(frozen=True)
+class LeastFriction:
+    """Tells the least friction that any filter estimates."""
+
+    lanes: int
+
+    def feedback(self) -> Tree:
+        """Nothing is said to the filters."""
+        return ()
+
+    def init(self) -> Tree:
+        """Nothing is remembered."""
+        return ()
+
+    def step(self, state: Tree, sample: JudgeSample) -> tuple[Tree, Verdict]:
+        """The least of all frictions."""
+        values = [lane.friction_torque for lane in sample.lanes]
+        least, chosen = values[0], 0.0
+        for number, value in enumerate(values[1:], 1):
+            chosen = where(value < least, float(number), chosen)
+            least = -maximum(-least, -value)
+        return state, Verdict((least, chosen), (KEEP,) * self.lanes)
+
+
+def run() -> list[dict]:
+    """Rows of the bench: name, value, unit, peer, value of the peer, ratio (peer over ours)."""
+    monitor = printed(load("midsize-eps").parameters_for(FrictionParameters))
+    noises = np.geomspace(0.1, 10.0, LANES)
+    filters = [_filter(monitor, float(noise)) for noise in noises]
+    samples = np.random.default_rng(0).normal(size=(STEPS, 6)) * 0.3
+    bank = Bank(tuple(filters), LeastFriction(LANES))
+    scan(bank, samples[:10])
+    value = min(_timed(lambda: scan(bank, samples)) for _ in range(REPEATS)) / STEPS
+    streams = [Stream(each) for each in filters]
+    peer = min(_timed(lambda: _looped(streams, samples[:LOOPED_STEPS])) for _ in range(REPEATS)) / LOOPED_STEPS
+    return [
+        {
+            "name": f"bank-of-{LANES}",
+            "value": 1e-3 * value,
+            "unit": "us/sample",
+            "peer": "Python loop over compiled filters",
+            "peer_value": 1e-3 * peer,
+            "ratio": peer / value,
+        }
+    ]
+
+
+def _filter(monitor: Any, noise: float) -> EnabledFilter:
+    scaled = tuple(noise * variance for variance in monitor.filter.measurement_noise)
+    return EnabledFilter(replace(monitor.filter, measurement_noise=scaled), monitor.gate)
+
+
+def _looped(streams: list[Stream], samples: np.ndarray) -> list[float]:
+    least = []
+    for row in samples:
+        for stream in streams:
+            stream.inputs[:] = row
+            stream.advance()
+        least.append(min(stream.outputs[4] for stream in streams))
+    return least
+
+
+def _timed(function: Any) -> float:
+    """Nanoseconds of one call."""
+    start = time.perf_counter_ns()
+    function()
+    return float(time.perf_counter_ns() - start)
