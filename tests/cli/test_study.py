@@ -61,6 +61,19 @@ def test_a_quick_run_says_so(studies, tmp_path):
     assert json.loads((tmp_path / "claims.json").read_text(encoding="utf-8"))[1]["goal"] == "<= 0.01"
 
 
+def test_a_thorough_run_asks_for_more_and_its_page_says_how(studies, tmp_path):
+    asked = []
+
+    def kept(effort, progress):
+        asked.append(effort.thorough)
+        yield from whole(effort, progress)
+
+    studies(one=kept)
+    assert main(["study", "one", "--thorough", "-o", str(tmp_path)]) == 0
+    assert asked == [True]
+    assert "tierod study one --thorough" in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
 def test_every_study_gets_a_folder_of_its_own(studies, tmp_path):
     studies(one=whole, two=whole)
     assert main(["study", "-o", str(tmp_path)]) == 0

@@ -21,6 +21,10 @@ def study(
     ] = Path("out"),
     quick: Annotated[bool, typer.Option("--quick", help="A few minutes of driving only: a try, no figures.")] = False,
     processes: Annotated[int | None, typer.Option(min=1, help="Worker processes; one per core.")] = None,
+    thorough: Annotated[
+        bool,
+        typer.Option("--thorough", help="Hours of driving more where rare events are counted; takes up to an hour."),
+    ] = False,
 ) -> int:
     """Run a study: tables and claims to the terminal as Markdown, a page and claims.json into a folder."""
     from tierod.cli.terminal import messages
@@ -29,7 +33,7 @@ def study(
 
     if name is not None and name not in STUDIES:
         raise ParameterError(f"there is no study '{name}'{nearest(name, STUDIES)}")
-    effort = Effort(quick, processes)
+    effort = Effort(quick, processes, thorough)
     for chosen in STUDIES.values() if name is None else [STUDIES[name]]:
         folder = output / chosen.name if name is None else output
         for path in _run(chosen, effort, folder):
@@ -65,7 +69,7 @@ def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
         items,
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         version=__version__,
-        command=f"tierod study {chosen.name}" + " --quick" * effort.quick,
+        command=f"tierod study {chosen.name}" + " --quick" * effort.quick + " --thorough" * effort.thorough,
         remark="This was a quick run over a few minutes of driving. Its figures say little." if effort.quick else "",
     )
     texts = {

@@ -18,10 +18,12 @@ class Effort:
     Args:
         quick: a few minutes of driving only: shows that everything works, its figures say little
         processes: worker processes; one per core if None
+        thorough: hours of driving more, where a study counts what is rare
     """
 
     quick: bool = False
     processes: int | None = None
+    thorough: bool = False
 
 
 @dataclass(frozen=True)
@@ -119,6 +121,7 @@ STUDIES: Mapping[str, Study] = {
             {
                 "motor-angle": "Observers",
                 "faults": "Faults of the angle sensor",
+                "run-length": "Time between false alarms",
             },
         ),
     )

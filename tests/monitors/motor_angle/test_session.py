@@ -10,7 +10,8 @@ from tierod.errors import InputError
 from tierod.findings import Status
 from tierod.monitors.run import diagnose
 from tierod.recording import Recording
-from tierod.studies.motor_angle.fault_drives import FAULTS, FIVE_DEGREES, drive
+from tierod.studies.motor_angle.fault_drives import drive
+from tierod.studies.motor_angle.fault_kinds import FAULTS, FIVE_DEGREES
 
 ANGLE = SOUND().samples[:, COLUMN["motor_angle_mechanical"]]
 LATE = np.arange(len(ANGLE)) >= 62_000

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,57 +11,19 @@ from tierod.graph import Result, scan
 from tierod.graph.trace import trace
 from tierod.monitors.motor_angle.detector import MotorAngleSample
 from tierod.proving_ground.cars.motor_bench import MotorBench
+from tierod.studies.motor_angle.fault_kinds import Fault
 
 RATE, SUBSTEPS = 1e4, 10
 CURRENT_NOISE, VOLTAGE_NOISE, ANGLE_NOISE = 0.15, 0.03, 5e-4
-POLE_PAIRS = 4.0
-FIVE_DEGREES = math.radians(5.0) / POLE_PAIRS
-"""Of the electrical angle, at the shaft [rad]."""
-
-
-@dataclass(frozen=True)
-class Fault:
-    """What becomes of a signal, over the time since the fault began.
-
-    Args:
-        name: in words
-        gain, offset: of the signal, over the time [s]
-        held: whether it stands still
-        signal: which one
-        size: time until it is as large as an offset of five degrees electrical [s]
-    """
-
-    name: str
-    gain: Callable[[np.ndarray], np.ndarray] = np.ones_like
-    offset: Callable[[np.ndarray], np.ndarray] = np.zeros_like
-    held: bool = False
-    signal: str = "motor_angle_mechanical"
-    size: float = 0.0
-
-
-def constant(value: float) -> Callable[[np.ndarray], np.ndarray]:
-    """The same at all times."""
-    return lambda time: np.full_like(time, value)
-
-
-def _noise(samples: int) -> np.ndarray:
-    """White, of standard deviation one."""
-    return np.random.default_rng(5).normal(size=samples)
-
-
-FAULTS = (
-    Fault("offset of 5° electrical", offset=constant(FIVE_DEGREES)),
-    Fault("offset of -5° electrical", offset=constant(-FIVE_DEGREES)),
-    Fault("offset of 20° electrical", offset=constant(4.0 * FIVE_DEGREES)),
-    Fault("drift of 20°/s electrical", offset=lambda time: 4.0 * FIVE_DEGREES * time, size=0.25),
-    Fault("gain 2 % too large", gain=constant(1.02)),
-    Fault("noise of 10° electrical", offset=lambda time: 2.0 * FIVE_DEGREES * _noise(len(time))),
-    Fault("20° electrical for 5 ms, ten times a second", offset=lambda time: 4.0 * FIVE_DEGREES * (time % 0.1 < 5e-3)),
-    Fault("stuck", held=True),
-    Fault("sine and cosine swapped", gain=constant(-1.0), offset=constant(0.5 * math.pi / POLE_PAIRS)),
-    Fault("current phases b and c swapped", gain=constant(-1.0), signal="motor_current_beta"),
-)
-"""Of the sensor, and of one current."""
+NOISES = {
+    "motor_current_alpha": CURRENT_NOISE,
+    "motor_current_beta": CURRENT_NOISE,
+    "motor_voltage_alpha": VOLTAGE_NOISE,
+    "motor_voltage_beta": VOLTAGE_NOISE,
+    "motor_angle_mechanical": ANGLE_NOISE,
+}
+"""Standard deviations by signal."""
+ANGLE = MotorAngleSample._fields.index("motor_angle_mechanical")
 
 
 def course(time: np.ndarray, seed: int) -> np.ndarray:
@@ -94,7 +55,7 @@ class BenchDrive:
 
 
 def drive(seed: int, seconds: float, fault: Fault | None = None, start: float = 0.0) -> BenchDrive:
-    """A drive of the bench.
+    """A drive of the bench as it is recorded.
 
     Args:
         seed: of course and noises
@@ -102,26 +63,58 @@ def drive(seed: int, seconds: float, fault: Fault | None = None, start: float = 
         fault: None for a sound one
         start: of the fault [s]
     """
+    return noisy(clean_drive(seed, seconds, fault, start), np.random.default_rng([seed, 77]))
+
+
+def clean_drive(seed: int, seconds: float, fault: Fault | None = None, start: float = 0.0) -> BenchDrive:
+    """The same without noise; arguments as of `drive`."""
     time = np.arange(round(seconds * RATE / SUBSTEPS)) * SUBSTEPS / RATE
-    inputs = {name: np.zeros(len(time)) for name in trace(MotorBench()).sample}
-    inputs["control"][:] = 1.0
-    inputs["target_motor_angle"] = course(time, seed)
-    for name in inputs:
-        if name.endswith(".gain"):
-            inputs[name][:] = 1.0
+    inputs = bench_inputs(course(time, seed))
     if fault is not None:
-        on = time >= start - 1e-9
-        since = np.maximum(time - start, 0.0)
-        port = f"ports.{fault.signal}"
-        inputs[f"{port}.gain"] = np.where(on, fault.gain(since), 1.0)
-        inputs[f"{port}.offset"] = np.where(on, fault.offset(since), 0.0)
-        inputs[f"{port}.held"] = np.where(on & fault.held, 1.0, 0.0)
+        inputs |= faulty_ports(fault, time - start, inputs["target_motor_angle"])
     found = scan(MotorBench(), np.column_stack(list(inputs.values())))
-    return _measured(found, inputs, seed)
+    return recorded(found, inputs, 0.0 if fault is None else fault.quantum, start)
 
 
-def _measured(found: Result, inputs: Mapping[str, np.ndarray], seed: int) -> BenchDrive:
-    """What is recorded: the truth through the ports, with noise; slow signals with their instants."""
+def bench_inputs(target: np.ndarray) -> dict[str, np.ndarray]:
+    """What acts on a bench under control of its angle, nothing wrong.
+
+    Args:
+        target: angle, a value per step of the bench [rad]
+    """
+    names = trace(MotorBench()).sample
+    inputs = {name: np.full(len(target), 1.0 if name.endswith(".gain") else 0.0) for name in names}
+    return inputs | {"control": np.ones(len(target)), "target_motor_angle": target}
+
+
+def faulty_ports(fault: Fault, since: np.ndarray, target: np.ndarray) -> dict[str, np.ndarray]:
+    """What a fault does to the port of its signal.
+
+    Args:
+        fault: which
+        since: time from its begin on, a value per step of the bench; below zero before [s]
+        target: angle that is asked of the motor, likewise [rad]
+    """
+    on, since, port = since >= -1e-9, np.maximum(since, 0.0), f"ports.{fault.signal}"
+    gain, offset = fault.gain(since), fault.offset(since)
+    if fault.from_here:
+        offset = offset + (1.0 - gain) * target[np.argmax(on)]
+    return {
+        f"{port}.gain": np.where(on, gain, 1.0),
+        f"{port}.offset": np.where(on, offset, 0.0),
+        f"{port}.held": np.where(on & fault.held, 1.0, 0.0),
+    }
+
+
+def recorded(found: Result, inputs: Mapping[str, np.ndarray], quantum: float = 0.0, start: float = 0.0) -> BenchDrive:
+    """What the bench's signals are behind their ports; slow signals at their instants.
+
+    Args:
+        found: outputs of the bench
+        inputs: that it had
+        quantum: steps of the angle, none if zero [rad]
+        start: of these steps [s]
+    """
 
     def fine(name: str) -> np.ndarray:
         return np.column_stack([found[f"motor.fine.{name}.{k}"] for k in range(SUBSTEPS)]).ravel()
@@ -133,19 +126,21 @@ def _measured(found: Result, inputs: Mapping[str, np.ndarray], seed: int) -> Ben
             values = np.where(held, values[np.argmax(held) - 1], values)
         return np.repeat(inputs[f"{port}.gain"], SUBSTEPS) * values + np.repeat(inputs[f"{port}.offset"], SUBSTEPS)
 
-    random = np.random.default_rng([seed, 77])
     speed = fine("motor_speed")
     samples = np.full((len(speed), len(MotorAngleSample._fields)), np.nan)
-    noises = {
-        "motor_current_alpha": CURRENT_NOISE,
-        "motor_current_beta": CURRENT_NOISE,
-        "motor_voltage_alpha": VOLTAGE_NOISE,
-        "motor_voltage_beta": VOLTAGE_NOISE,
-        "motor_angle_mechanical": ANGLE_NOISE,
-    }
-    for name, noise in noises.items():
-        truth = fine(name) if "voltage" in name else through(name)
-        samples[:, MotorAngleSample._fields.index(name)] = truth + noise * random.normal(size=len(speed))
+    for name in NOISES:
+        samples[:, MotorAngleSample._fields.index(name)] = fine(name) if "voltage" in name else through(name)
+    if quantum:
+        angle = samples[round(start * RATE) :, ANGLE]
+        angle[:] = quantum * np.round(angle / quantum)
     target = MotorAngleSample._fields.index("target_motor_angle_mechanical")
     samples[::SUBSTEPS, target] = inputs["target_motor_angle"]
     return BenchDrive(samples, speed)
+
+
+def noisy(clean: BenchDrive, random: np.random.Generator) -> BenchDrive:
+    """A drive with the noise of its sensors."""
+    samples = clean.samples.copy()
+    for name, noise in NOISES.items():
+        samples[:, MotorAngleSample._fields.index(name)] += noise * random.normal(size=len(samples))
+    return BenchDrive(samples, clean.speed)

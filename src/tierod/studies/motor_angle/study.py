@@ -13,6 +13,7 @@ PARTS: Mapping[str, str] = {
     "printed": "the observers side by side",
     "table_one": "what a step costs",
     "sensor_faults": "faults of the angle sensor",
+    "run_length": "time between false alarms",
 }
 """Module of every part, and what it is about."""
 

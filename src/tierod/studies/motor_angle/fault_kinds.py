@@ -1,0 +1,125 @@
+"""What can go wrong with a motor's angle sensor, and with one current: kinds and sizes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+POLE_PAIRS = 4.0
+DEGREE = math.radians(1.0) / POLE_PAIRS
+"""Of the electrical angle, at the shaft [rad]."""
+FIVE_DEGREES = 5.0 * DEGREE
+"""The same: the smallest offset that is worth an alarm [rad]."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What becomes of a signal, over the time since the fault began.
+
+    Args:
+        name: in words
+        gain, offset: of the signal, over the time [s]
+        from_here: whether the gain is about the angle at which it begins, so that nothing jumps
+        held: whether it stands still
+        quantum: steps in which it is recorded; the control reads it finer [rad]
+        signal: which one
+        size: time until it is as large as an offset of five degrees electrical [s]
+    """
+
+    name: str
+    gain: Callable[[np.ndarray], np.ndarray] = np.ones_like
+    offset: Callable[[np.ndarray], np.ndarray] = np.zeros_like
+    from_here: bool = False
+    held: bool = False
+    quantum: float = 0.0
+    signal: str = "motor_angle_mechanical"
+    size: float = 0.0
+
+
+def offset(degrees: float) -> Fault:
+    """A zero that has moved, as of a magnet that has slipped.
+
+    Args:
+        degrees: electrical
+    """
+    return Fault(f"offset of {degrees:g}° electrical", offset=_constant(degrees * DEGREE))
+
+
+def drift(degrees: float) -> Fault:
+    """A zero that moves.
+
+    Args:
+        degrees: electrical, per second
+    """
+    return Fault(
+        f"drift of {degrees:g}°/s electrical",
+        offset=lambda time: degrees * DEGREE * time,
+        size=5.0 / degrees,
+    )
+
+
+def gain(percent: float) -> Fault:
+    """A scale that is too large from the angle on at which it begins.
+
+    Args:
+        percent: too much
+    """
+    return Fault(f"gain {percent:g} % too large", gain=_constant(1.0 + 0.01 * percent), from_here=True)
+
+
+def noise(degrees: float) -> Fault:
+    """White noise.
+
+    Args:
+        degrees: electrical, standard deviation
+    """
+    return Fault(
+        f"noise of {degrees:g}° electrical",
+        offset=lambda time: degrees * DEGREE * np.random.default_rng(5).normal(size=len(time)),
+    )
+
+
+def coarse(degrees: float) -> Fault:
+    """Steps, as of bits that are lost.
+
+    Args:
+        degrees: electrical, of a step
+    """
+    return Fault(f"steps of {degrees:g}° electrical", quantum=degrees * DEGREE)
+
+
+def intermittent(degrees: float) -> Fault:
+    """An offset that comes for 5 ms, ten times a second.
+
+    Args:
+        degrees: electrical
+    """
+    return Fault(
+        f"{degrees:g}° electrical for 5 ms, ten times a second",
+        offset=lambda time: degrees * DEGREE * ((time + 1e-9) % 0.1 < 5e-3),
+    )
+
+
+def _constant(value: float) -> Callable[[np.ndarray], np.ndarray]:
+    return lambda time: np.full_like(time, value)
+
+
+STUCK = Fault("stuck", held=True)
+SWAPPED_SINE = Fault("sine and cosine swapped", gain=_constant(-1.0), offset=_constant(90.0 * DEGREE))
+SWAPPED_PHASES = Fault("current phases b and c swapped", gain=_constant(-1.0), signal="motor_current_beta")
+
+FAULTS = (
+    *(offset(degrees) for degrees in (2.0, 3.5, 5.0, -5.0, 10.0, 20.0, 60.0, 180.0)),
+    *(drift(degrees) for degrees in (5.0, 20.0, 100.0)),
+    *(gain(percent) for percent in (0.5, 2.0, 10.0)),
+    *(noise(degrees) for degrees in (2.0, 10.0, 30.0)),
+    *(coarse(degrees) for degrees in (5.0, 20.0, 60.0)),
+    *(intermittent(degrees) for degrees in (5.0, 20.0, 60.0)),
+    STUCK,
+    SWAPPED_SINE,
+    SWAPPED_PHASES,
+)
+"""From small to large, kind after kind."""
