@@ -69,6 +69,12 @@ def _motor_angle(effort: Effort, progress: Progress) -> Iterator[Item]:
     return items(effort, progress)
 
 
+def _condition(effort: Effort, progress: Progress) -> Iterator[Item]:
+    from tierod.studies.condition.study import items
+
+    return items(effort, progress)
+
+
 STUDIES: Mapping[str, Study] = {
     study.name: study
     for study in (
@@ -122,6 +128,20 @@ STUDIES: Mapping[str, Study] = {
                 "motor-angle": "Observers",
                 "faults": "Faults of the angle sensor",
                 "run-length": "Time between false alarms",
+            },
+        ),
+        Study(
+            "condition",
+            "Condition of the vehicle's sensors and actuators",
+            "The paper of Li, Frey and Gauterin claim by claim, its rules beside tierod's bank of filters.",
+            _condition,
+            {
+                "rules": "The paper's rules",
+                "sensors": "The 48 tests of sensors",
+                "actuators": "The tests of actuators",
+                "healthy": "Healthy driving",
+                "beyond": "More faults, and two at once",
+                "cars": "Real cars",
             },
         ),
     )

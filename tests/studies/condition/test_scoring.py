@@ -11,7 +11,8 @@ from tierod.recording import Channel, Recording
 from tierod.studies.condition.declared import Declared
 from tierod.studies.condition.drives import Drive
 from tierod.studies.condition.faults import LOSS, OFFSET, Injected
-from tierod.studies.condition.scoring import FOUND, MISSED, NOT_TESTABLE, score
+from tierod.studies.condition.scoring import FOUND, MISSED, NOT_TESTABLE, DriveScore, truth_of
+from tierod.studies.condition.scoring import score as score_of
 from tierod.studies.condition.shown import where_shown
 from tierod.studies.condition.summary import confusion, isolated, summary
 
@@ -27,6 +28,10 @@ def _recording(true: np.ndarray, read: np.ndarray) -> Recording:
     """The yaw rate of the nominal vehicle, whose sensor has an offset of 0.002 rad/s, and an angle of zero."""
     values = {YAW: read, f"truth_{YAW}": true, ANGLE: 0.0 * TIME, f"truth_{ANGLE}": 0.0 * TIME}
     return Recording({name: Channel(name, TIME, each, "rad/s") for name, each in values.items()})
+
+
+def score(drive: Drive, recording: Recording, declared: Declared) -> DriveScore:
+    return score_of(drive, truth_of(drive, recording), declared)
 
 
 def _lost() -> tuple[Drive, Recording]:

@@ -91,25 +91,43 @@ def truths(drive: Drive, time: np.ndarray) -> dict[str, np.ndarray]:
     return found
 
 
-def score(drive: Drive, recording: Recording, declared: Declared) -> DriveScore:
+class Truth(NamedTuple):
+    """What a diagnosis of a drive is held against, on the samples of its recording.
+
+    Args:
+        off: by element that fails, how far it is from what it would be without fault, see `recorded.deviations`
+        sound: by sensor that fails, what it would read without fault
+    """
+
+    off: Mapping[str, np.ndarray]
+    sound: Mapping[str, np.ndarray]
+
+
+def truth_of(drive: Drive, recording: Recording) -> Truth:
+    """The truth of a drive of the demonstrator."""
+    sensors = vehicle(drive.vehicle, drive.swing).sensors
+    failing = [each.element for each in drive.injected if each.element not in TORQUES]
+    return Truth(deviations(drive, recording), {name: sound(name, recording, sensors) for name in failing})
+
+
+def score(drive: Drive, truth: Truth, declared: Declared) -> DriveScore:
     """The score of one drive.
 
     Args:
         drive: with what was injected
-        recording: of the drive, with its truth
-        declared: by the diagnosis, on the samples of the recording
+        truth: of its recording
+        declared: by the diagnosis, on the same samples
     """
     time = declared.time
     faulty = truths(drive, time)
     any_fault = np.logical_or.reduce([*faulty.values(), np.zeros(len(time), bool)])
-    off = deviations(drive, recording)
-    shown = {element: where_shown(element, off[element], there) for element, there in faulty.items()}
+    shown = {element: where_shown(element, truth.off[element], there) for element, there in faulty.items()}
     nothing = np.zeros(len(time), bool)
     wrong = np.logical_or.reduce([declared.said("faulty", e) & ~faulty.get(e, nothing) for e in ELEMENTS])
     flagged = np.logical_or.reduce([declared.said("faulty", element) for element in ELEMENTS])
     return DriveScore(
         drive,
-        tuple(_of_fault(each, drive, recording, declared, faulty, shown) for each in drive.injected),
+        tuple(_of_fault(each, truth, declared, faulty, shown) for each in drive.injected),
         _share(wrong, any_fault),
         sum(_false_alarms(declared.said("faulty", e), faulty.get(e, nothing), any_fault, time) for e in ELEMENTS),
         float(np.sum(~any_fault)) * _step(time) / 3600.0,
@@ -120,8 +138,7 @@ def score(drive: Drive, recording: Recording, declared: Declared) -> DriveScore:
 
 def _of_fault(
     each: Injected,
-    drive: Drive,
-    recording: Recording,
+    truth: Truth,
     declared: Declared,
     faulty: Mapping[str, np.ndarray],
     shown: Mapping[str, np.ndarray],
@@ -138,7 +155,7 @@ def _of_fault(
         delay = float(time[first]) - each.start
         delay_shown = 0.0 if began is None else max(float(time[first] - time[began]), 0.0)
     kind_right, size_error = _kind(each, declared, first, here)
-    rmse, largest = _replaced(each, drive, recording, declared, said & here)
+    rmse, largest = _replaced(each, truth, declared, said & here)
     return FaultScore(
         each,
         float(np.mean(right)),
@@ -167,14 +184,12 @@ def _kind(each: Injected, declared: Declared, first: int | None, here: np.ndarra
     return bool(kinds[at] == each.kind), error
 
 
-def _replaced(
-    each: Injected, drive: Drive, recording: Recording, declared: Declared, within: np.ndarray
-) -> tuple[float, float]:
+def _replaced(each: Injected, truth: Truth, declared: Declared, within: np.ndarray) -> tuple[float, float]:
     """Root mean square and greatest magnitude of the error of the value in the sensor's place."""
     value = declared.value.get(each.element)
-    if value is None or each.element in TORQUES or not within.any():
+    if value is None or each.element not in truth.sound or not within.any():
         return math.nan, math.nan
-    error = (value - sound(each.element, recording, vehicle(drive.vehicle, drive.swing).sensors))[within]
+    error = (value - truth.sound[each.element])[within]
     return float(np.sqrt(np.mean(error**2))), float(np.max(np.abs(error)))
 
 

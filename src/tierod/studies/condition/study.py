@@ -1,0 +1,23 @@
+"""The study of condition monitoring: one part after the other, in the order of the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
+
+from tierod.studies.content import Item
+from tierod.studies.registry import Effort, Progress
+
+PARTS: Mapping[str, str] = {
+    "driven": "what is driven",
+}
+"""Module of every part, and what it is about."""
+
+
+def items(effort: Effort, progress: Progress) -> Iterator[Item]:
+    """All that the study finds out."""
+    for done, (name, title) in enumerate(PARTS.items()):
+        progress(done / len(PARTS), title)
+        part: Callable[[Effort], Iterator[Item]] = import_module(f"tierod.studies.condition.{name}").items
+        yield from part(effort)
+    progress(1.0, "done")
