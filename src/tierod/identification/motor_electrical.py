@@ -1,0 +1,237 @@
+"""Resistance, inductance and flux of a permanent-magnet motor from its currents, voltages and angle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.identification.fit_quality import white_noise
+from tierod.identification.identifiability import UNKNOWN
+from tierod.identification.modulation import Modulation
+from tierod.identification.motor_recording import MotorRecording
+from tierod.identification.motor_regression import Fit, Rows, regress
+from tierod.physics.pm_motor import resistance_at
+
+_TURN = 1.5
+"""Electrical angle that the rotor may turn within a window [rad]: more would average the turning voltages away."""
+_LENGTHS = (12, 64)
+"""Least and greatest length of a window, in samples."""
+_QUIET = 2e-4
+"""Share of noise in the power of a regressor that biases its coefficient by no more than that."""
+_SURE, _ALIKE = 4.0, 0.02
+"""Standard deviations, and share of the value, by which the inductances must differ to be told apart."""
+_PLAIN, _APART = ("R", "DQ", "F", "B"), ("R", "D", "Q", "F", "B")
+"""Coefficients: resistance, inductance along and across the flux or one, flux along and beside the sensor's zero."""
+_NAMES = ("motor_resistance", "motor_inductance", "motor_saliency", "motor_flux")
+
+
+class Value(NamedTuple):
+    """A number and its standard deviation."""
+
+    value: float
+    deviation: float
+
+
+@dataclass(frozen=True)
+class Electrical:
+    """What currents and voltages tell.
+
+    Args:
+        resistance: of a phase [ohm]; at 20 degrees where the temperature was recorded
+        inductance: of a phase [H]; along the flux where they are told apart
+        inductance_q: across the flux [H], or None where they are not told apart
+        flux: linkage of the magnets, as warm as they were [V s]
+        zero: electrical angle of the flux where the sensor says zero [rad]
+        along: whether current along the flux tells its inductance
+        blind: names of parameters that these recordings do not tell, or not apart
+        unexplained: root mean square of what is left over of that of the voltage
+        voltage: root mean square of the voltage, without its mean [V]
+        warm: whether the resistance is that at 20 degrees
+    """
+
+    resistance: Value
+    inductance: Value
+    inductance_q: Value | None
+    flux: Value
+    zero: Value
+    along: bool
+    blind: tuple[str, ...]
+    unexplained: float
+    voltage: float
+    warm: bool
+
+
+def identify_electrical(
+    recordings: Sequence[MotorRecording], pole_pairs: float, expected: tuple[float, float, float]
+) -> Electrical:
+    """Resistance, inductance, flux, and the zero of the angle sensor.
+
+    The voltage's equation in the stator's axes is linear in all of them and needs no Park transform: the mean voltage
+    over a step is the resistance times the mean current and what the flux gained. Windows slide along it. Where
+    noise has a share in a regressor, its instrument is the window one length earlier, turned on with the rotor: its
+    noise is another one even in a closed loop.
+
+    Args:
+        recordings: of one motor
+        pole_pairs: electrical turns per turn of the shaft
+        expected: resistance [ohm], inductance [H], flux [V s] in whose parts a deviation counts as large
+
+    Source: Reinelt et al., eqs (17), (18), integrated over a step, with inductances along and across the flux.
+    """
+    warm = all(each.temperature is not None for each in recordings)
+    parts = [_columns(each, pole_pairs, warm) for each in recordings]
+    plain, plain_share = _fitted(parts, _PLAIN, expected)
+    apart, apart_share = _fitted(parts, _APART, expected)
+    along = bool(apart.deviations[1] < UNKNOWN * expected[1])
+    salient = along and _differ(apart)
+    fit, share, kinds = (apart, apart_share, _APART) if salient else (plain, plain_share, _PLAIN)
+    deviations, flux = fit.deviations, float(np.hypot(*fit.values[-2:]))
+    names = _NAMES if salient else (*_NAMES[:2], _NAMES[3])
+    sizes = _sizes(kinds, expected)
+    return Electrical(
+        Value(float(fit.values[0]), float(deviations[0])),
+        Value(float(fit.values[1]), float(deviations[1])),
+        Value(float(fit.values[2]), float(deviations[2])) if salient else None,
+        Value(flux, float(deviations[-2])),
+        Value(float(np.arctan2(fit.values[-1], fit.values[-2])), float(deviations[-1] / max(flux, 1e-12))),
+        along,
+        tuple(n for n, d, s in zip(names, deviations, sizes, strict=False) if not d < UNKNOWN * s),
+        share,
+        _spread(parts),
+        warm,
+    )
+
+
+def electrical_fit(
+    recordings: Sequence[MotorRecording], pole_pairs: float, expected: tuple[float, float, float]
+) -> tuple[Fit, float]:
+    """Resistance, inductance, and flux along and across the sensor's zero; the share of the voltage that is left over.
+
+    Args:
+        recordings, pole_pairs, expected: as of `identify_electrical`
+    """
+    return _fitted([_columns(each, pole_pairs, False) for each in recordings], _PLAIN, expected)
+
+
+def held_fit(
+    recordings: Sequence[MotorRecording], pole_pairs: float, expected: tuple[float, float, float]
+) -> tuple[Fit, float]:
+    """Resistance and flux, with the inductance that is expected and the zero of the sensor as it is.
+
+    Args:
+        recordings, pole_pairs, expected: as of `identify_electrical`
+    """
+    parts = [_columns(each, pole_pairs, False) for each in recordings]
+    less = [
+        part._replace(voltage=part.voltage - expected[1] * (part.columns["D"] + part.columns["Q"])) for part in parts
+    ]
+    return _fitted(less, ("R", "F"), expected)
+
+
+def _differ(apart: Fit) -> bool:
+    """Whether the inductances along and across the flux do."""
+    spread = apart.covariance
+    variance = spread[1, 1] + spread[2, 2] - 2.0 * spread[1, 2]
+    difference = abs(apart.values[2] - apart.values[1])
+    return bool(difference > max(_SURE * np.sqrt(variance), _ALIKE * abs(apart.values[1])))
+
+
+def _sizes(kinds: Sequence[str], expected: tuple[float, float, float]) -> np.ndarray:
+    """In whose parts the deviations of coefficients count as large."""
+    of_kind = {"R": expected[0], "F": expected[2], "B": expected[2]}
+    return np.array([of_kind.get(kind, expected[1]) for kind in kinds])
+
+
+class _Part(NamedTuple):
+    """One recording: complex columns by kind, the same as instruments, the voltage, and what currents do in a step."""
+
+    columns: dict[str, np.ndarray]
+    instruments: dict[str, np.ndarray]
+    voltage: np.ndarray
+    bend: np.ndarray
+
+
+def _columns(seen: MotorRecording, pole_pairs: float, warm: bool) -> _Part:
+    angle = pole_pairs * seen.angle
+    turning = float(np.nanpercentile(np.abs(np.diff(angle)), 95.0))
+    length = int(np.clip(_TURN / max(turning, 1e-9), *_LENGTHS))
+    window = Modulation(length, max(length // 4, 1), seen.step)
+    rotor = np.exp(1j * angle)
+    own = seen.current / rotor
+    mean = 0.5 * (seen.current[1:] + seen.current[:-1])
+    rise = np.ones(len(seen.time))
+    if warm and seen.temperature is not None:
+        rise = resistance_at(seen.temperature, 1.0)
+    columns = {
+        "R": window.between(rise[1:] * mean),
+        "D": window.growth(own.real * rotor),
+        "Q": window.growth(1j * own.imag * rotor),
+        "F": window.growth(rotor),
+        "B": window.growth(1j * rotor),
+    }
+    # Between samples the flux of the stator grows evenly while the magnets' turns on an arc: the mean current differs
+    # from that of both ends by this, times flux over inductance.
+    bend = window.between(-(np.diff(angle) ** 2) / 12.0 * rise[1:] * np.exp(0.5j * (angle[1:] + angle[:-1])))
+    voltage, middle = window.between(seen.voltage[1:]), window.mean(angle)
+    earlier = length // window.stride + 2
+    turn = np.exp(1j * (middle[earlier:] - middle[:-earlier]))
+    quiet = _quiet(columns, window, seen, pole_pairs)
+    instruments = {
+        name: values[earlier:] if quiet[name] else values[:-earlier] * turn for name, values in columns.items()
+    }
+    columns = {name: values[earlier:] for name, values in columns.items()}
+    voltage, bend = voltage[earlier:], bend[earlier:]
+    known = np.isfinite(voltage + sum(columns.values()) + sum(instruments.values()))
+
+    def kept(values: np.ndarray) -> np.ndarray:
+        # Without its mean: an offset of voltage or current stands in the stator's axes.
+        return values[known] - values[known].mean()
+
+    return _Part(
+        {name: kept(each) for name, each in columns.items()},
+        {name: kept(each) for name, each in instruments.items()},
+        kept(voltage),
+        kept(bend),
+    )
+
+
+def _quiet(
+    columns: dict[str, np.ndarray], window: Modulation, seen: MotorRecording, pole_pairs: float
+) -> dict[str, bool]:
+    """Columns in which noise has so small a share that they are their own instruments."""
+    current = max(white_noise(seen.current.real), white_noise(seen.current.imag))
+    angle = pole_pairs * white_noise(seen.angle)
+    mean, growth = window.gain
+    noises = {"R": np.sqrt(2.0) * mean * current, "D": growth * current, "Q": growth * current}
+    noises |= {"F": growth * angle, "B": growth * angle}
+    return {name: bool(noises[name] ** 2 < _QUIET * np.nanvar(each)) for name, each in columns.items()}
+
+
+def _fitted(parts: Sequence[_Part], kinds: Sequence[str], expected: tuple[float, float, float]) -> tuple[Fit, float]:
+    """The fit with currents that bend in a step, as unsure as half of what that changes; the share left over."""
+    rows = [
+        Rows(part.voltage, *(np.column_stack([sum(of[k] for k in kind) for kind in kinds]) for of in part[:2]))
+        for part in parts
+    ]
+    straight = regress(rows)
+    told = straight.deviations < UNKNOWN * _sizes(kinds, expected)
+    if "DQ" in kinds and not np.isfinite(straight.deviations[1]):
+        rows = [row._replace(target=row.target - expected[1] * row.regressors[:, 1]) for row in rows]
+        straight = regress(rows)
+    known = kinds[1] != "F" and told[1] and told[kinds.index("F")]
+    ratio = straight.values[kinds.index("F")] / straight.values[1] if known else expected[2] / expected[1]
+    bent = regress(rows, [_only_first(ratio * part.bend, len(kinds)) for part in parts])
+    half = 0.5 * (bent.values - straight.values)
+    fit = bent._replace(covariance=bent.covariance + np.outer(half, half))
+    return fit, fit.residual / _spread(parts)
+
+
+def _only_first(values: np.ndarray, count: int) -> np.ndarray:
+    return np.column_stack([values, *[np.zeros_like(values)] * (count - 1)])
+
+
+def _spread(parts: Sequence[_Part]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate([np.abs(part.voltage) ** 2 for part in parts]))))

@@ -1,0 +1,169 @@
+"""Recordings of a permanent-magnet motor, looked at and put on one time grid for identification."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.errors import InputError
+from tierod.physics.clarke_park import PhaseValues, clarke
+from tierod.recording import Recording
+
+SHORTEST = 0.2
+"""Least duration [s]."""
+FASTEST = 0.5
+"""Electrical angle that the rotor may turn from sample to sample [rad]: more cannot be told from turning back."""
+_MISSING = 0.2
+"""Share of the samples that may be missing."""
+
+
+class _Source(NamedTuple):
+    """Channels that tell a vector: its two parts, or three phases."""
+
+    parts: tuple[str, str]
+    phases: tuple[str, str, str] | None
+
+
+_CURRENT = _Source(
+    ("motor_current_alpha", "motor_current_beta"), ("motor_current_a", "motor_current_b", "motor_current_c")
+)
+_VOLTAGE = _Source(
+    ("motor_voltage_alpha", "motor_voltage_beta"), ("motor_voltage_a", "motor_voltage_b", "motor_voltage_c")
+)
+
+
+@dataclass(frozen=True, eq=False)
+class MotorRecording:
+    """A recording ready for identification; vectors in the stator's axes as complex numbers, missing samples NaN.
+
+    Args:
+        name: for messages
+        step: time between two samples [s]
+        time: of the grid [s], (n,)
+        current: at the samples [A], (n,)
+        voltage: mean over the step that ends at a sample [V], (n,)
+        angle: of the shaft, without jumps [rad], (n,)
+        temperature: of the winding [K], (n,), or None
+        load: measured torque that opposes the shaft [N m], (n,), or None
+        torque: measured torque of the motor [N m], (n,), or None
+    """
+
+    name: str
+    step: float
+    time: np.ndarray
+    current: np.ndarray
+    voltage: np.ndarray
+    angle: np.ndarray
+    temperature: np.ndarray | None = None
+    load: np.ndarray | None = None
+    torque: np.ndarray | None = None
+
+
+def motor_recording(name: str, recording: Recording, pole_pairs: float) -> MotorRecording:
+    """A recording of a motor on the grid of its currents.
+
+    Args:
+        name: for messages
+        recording: with currents and voltages in the stator's axes or of the phases, and the motor's angle
+        pole_pairs: electrical turns per turn of the shaft
+
+    Raises:
+        InputError: channels are missing or constant, too slow, or the recording is too short
+    """
+    currents, voltages = _channels(name, recording, _CURRENT), _channels(name, recording, _VOLTAGE)
+    electrical = "motor_angle_mechanical" not in recording
+    angle = "motor_angle_electrical" if electrical else "motor_angle_mechanical"
+    if angle not in recording:
+        raise InputError(
+            f"{name} lacks the motor's angle; record motor_angle_mechanical or motor_angle_electrical, or name it in a "
+            "channel map"
+        )
+    step = _step(name, recording, currents)
+    start, stop = _common(name, recording, (*currents, *voltages, angle))
+    grid = start + step * np.arange(int((stop - start) / step + 1e-6) + 1)
+    current = _vector(recording, currents, grid, step)
+    voltage = _vector(recording, voltages, grid, step)
+    turned = _angle(recording[angle].time, recording[angle].values, grid) / (pole_pairs if electrical else 1.0)
+    _require(name, current, voltage, turned, pole_pairs)
+    extra = [_interpolated(recording, each, grid) for each in ("motor_temperature", "load_torque", "motor_torque")]
+    return MotorRecording(name, step, grid, current, voltage, turned, *extra)
+
+
+def _channels(name: str, recording: Recording, source: _Source) -> tuple[str, ...]:
+    for channels in (source.parts, source.phases):
+        if channels is not None and all(each in recording for each in channels):
+            return channels
+    missing = " and ".join(each for each in source.parts if each not in recording)
+    raise InputError(
+        f"{name} lacks {missing}; the identification of a motor needs currents and voltages in the stator's axes, or "
+        "of all three phases, and the motor's angle: record them, or name them in a channel map"
+    )
+
+
+def _step(name: str, recording: Recording, currents: tuple[str, ...]) -> float:
+    time = recording[currents[0]].time
+    step = float(np.median(np.diff(time))) if len(time) > 2 else 0.0
+    if not step > 0.0:
+        raise InputError(f"{name}: '{currents[0]}' has {len(time)} samples; record at least {SHORTEST:g} s")
+    return step
+
+
+def _common(name: str, recording: Recording, channels: tuple[str, ...]) -> tuple[float, float]:
+    for each in channels:
+        if not len(recording[each].time):
+            raise InputError(f"{name}: '{each}' holds no samples; check the recording and the channel map")
+    start = max(float(recording[each].time[0]) for each in channels)
+    stop = min(float(recording[each].time[-1]) for each in channels)
+    if stop - start < SHORTEST:
+        raise InputError(
+            f"{name} holds {max(stop - start, 0.0):.3g} s in which all channels are there; record at least "
+            f"{SHORTEST:g} s, at best 10 s or more to and fro"
+        )
+    return start, stop
+
+
+def _vector(recording: Recording, channels: tuple[str, ...], grid: np.ndarray, step: float) -> np.ndarray:
+    aligned = recording.align(channels, 1.0 / step, "hold", 0.6 * step, float(grid[0]), float(grid[-1]) + 0.5 * step)
+    values = aligned.values[: len(grid)]
+    if values.shape[1] == 2:
+        return values[:, 0] + 1j * values[:, 1]
+    alpha, beta = clarke(PhaseValues(*values.T))
+    return alpha + 1j * beta
+
+
+def _angle(time: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:
+    known = np.isfinite(values)
+    time, values = time[known], np.unwrap(values[known])
+    after = np.clip(np.searchsorted(time, grid), 1, len(time) - 1)
+    gap = time[after] - time[after - 1]
+    return np.where(gap <= 3.0 * float(np.median(np.diff(time))), np.interp(grid, time, values), np.nan)
+
+
+def _interpolated(recording: Recording, name: str, grid: np.ndarray) -> np.ndarray | None:
+    if name not in recording:
+        return None
+    channel = recording[name]
+    known = np.isfinite(channel.values)
+    if known.mean() < 1.0 - _MISSING or known.sum() < 2:
+        return None
+    return np.interp(grid, channel.time[known], channel.values[known])
+
+
+def _require(name: str, current: np.ndarray, voltage: np.ndarray, angle: np.ndarray, pole_pairs: float) -> None:
+    known = np.isfinite(current) & np.isfinite(voltage) & np.isfinite(angle)
+    if known.mean() < 1.0 - _MISSING:
+        raise InputError(
+            f"{name}: {100.0 * (1.0 - known.mean()):.3g} % of the samples of currents, voltages and angle are missing "
+            "on a common grid; record currents and voltages at one rate, that of the modulation"
+        )
+    for what, values in (("currents", current), ("voltages", voltage)):
+        if np.nanstd(values) == 0.0:
+            raise InputError(f"{name}: the {what} are constant throughout; check the channel map")
+    fastest = pole_pairs * float(np.nanpercentile(np.abs(np.diff(angle)), 99.0))
+    if fastest > FASTEST:
+        raise InputError(
+            f"{name}: the rotor turns by {fastest:.2g} rad electrical from sample to sample; record faster, and check "
+            "motor_pole_pairs and whether the angle is the mechanical one"
+        )
