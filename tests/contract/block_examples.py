@@ -48,6 +48,7 @@ from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.models.steering_column import ColumnParameters
 from tierod.models.two_inertia_column import TwoInertiaParameters
+from tierod.monitors.condition.lane import LeaveOutFilter
 from tierod.monitors.condition.residuals.adaptive_speed import AdaptiveSpeed
 from tierod.monitors.condition.residuals.residual_set import ResidualSet, residual_set
 from tierod.monitors.condition.residuals.steering_signals import SteeringSignals
@@ -184,6 +185,7 @@ def examples() -> dict[type, Callable[[], Any]]:
             switching_of((1.0, 0.1), DT),
             (0.5, 0.5),
         ),
+        LeaveOutFilter: lambda: LeaveOutFilter.of_vehicle(load("smartload"), DT),
         AdaptiveSpeed: lambda: AdaptiveSpeed.design(1.084, DT),
         SteeringSignals: SteeringSignals,
         ResidualSet: lambda: residual_set(DEMONSTRATOR),

@@ -55,6 +55,21 @@ def brush_lateral_force(lateral_slip: Any, cornering_stiffness: Any, adhesion: A
     return adhesion * load * sign(share) * (1.0 - sticking * sticking * sticking)
 
 
+def saturating_lateral_force(lateral_slip: Any, cornering_stiffness: Any, greatest: Any) -> Any:
+    """Lateral force [N] that grows with the slip and levels off, smooth and without a transcendental function.
+
+    Args:
+        lateral_slip: tangent of the slip angle [-]
+        cornering_stiffness: [N/rad]
+        greatest: force that it tends to [N], positive
+
+    Validity: beyond the peak a real tyre falls off, this one does not. Between the brush model and the Magic Formula.
+    Source: the algebraic sigmoid x / sqrt(1 + x^2), scaled by the slope at zero and the level.
+    """
+    share = cornering_stiffness * lateral_slip / greatest
+    return cornering_stiffness * lateral_slip / sqrt(1.0 + share * share)
+
+
 def brush_pneumatic_trail(
     lateral_slip: Any, cornering_stiffness: Any, adhesion: Any, load: Any, contact_half_length: Any
 ) -> Any:

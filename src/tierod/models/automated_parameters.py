@@ -1,0 +1,104 @@
+"""A small automated car as the model of `automated_vehicle` knows it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+
+@dataclass(frozen=True)
+class AutomatedParameters:
+    """A car with two steering motors and a drive at each front wheel, named as in a vehicle file.
+
+    Args:
+        mass, yaw_inertia: of the vehicle
+        rolling_mass: what the rotation of all wheels adds to the mass along the road
+        front_distance, rear_distance: from the centre of gravity to the axles
+        track_width: of both axles
+        centre_height: of the centre of gravity, above ground
+        front_cornering_stiffness, rear_cornering_stiffness: of the axles at their static load
+        tyre_friction, rear_friction_ratio: greatest lateral force over load of the front axle, and of the rear over it
+        relaxation_length, rear_relaxation_ratio: over which the front axle's force builds up; of the rear over it
+        stiffness_growth: relative growth of the rear axle's stiffness per relative growth of its load
+        mechanical_trail, pneumatic_trail: of the front axle; the pneumatic one of the rear axle too
+        turn_slip_stiffness: torque of one wheel per turn that it makes on a metre of road
+        jacking_torque: of both kingpins per road-wheel angle, from the weight that a turn lifts
+        scrub_radius: of the drives' forces about the kingpins
+        wheel_radius: effective; the drives' torques act with it
+        rolling_resistance, drag: forces against the motion
+        steering_ratio: road wheel angle per angle of the column
+        rack_ratio: travel of the rack per angle of the column
+        column_inertia: all that turns with the column, motors included
+        steering_motor_inertia: of both motors together, above the sensor of the shaft's torque
+        rack_damping, rack_stiffness: of the rack by itself
+        nominal_friction, column_friction_angle: level of dry friction at the column, and angle over which it builds up
+        sensor_forward: accelerometers ahead of the centre of gravity
+        roll_share: what gravity adds to the measured lateral acceleration, per acceleration
+        wheel_speed_scale: reading of both rear wheel speeds over the speed of the wheels
+        wheel_speed_difference: relative excess of the right over the left reading
+        yaw_rate_offset, steering_wheel_angle_offset, steering_shaft_torque_offset, tie_rod_force_offset,
+            longitudinal_acceleration_offset, lateral_acceleration_offset: reading at a truth of zero
+        steering_motor_lag, drive_lag: time constants of the torques behind their targets
+    """
+
+    mass: Annotated[float, "kg"]
+    yaw_inertia: Annotated[float, "kg*m**2"]
+    rolling_mass: Annotated[float, "kg"]
+    front_distance: Annotated[float, "m"]
+    rear_distance: Annotated[float, "m"]
+    track_width: Annotated[float, "m"]
+    centre_height: Annotated[float, "m"]
+    front_cornering_stiffness: Annotated[float, "N/rad"]
+    rear_cornering_stiffness: Annotated[float, "N/rad"]
+    tyre_friction: Annotated[float, ""]
+    rear_friction_ratio: Annotated[float, ""]
+    relaxation_length: Annotated[float, "m"]
+    rear_relaxation_ratio: Annotated[float, ""]
+    stiffness_growth: Annotated[float, ""]
+    mechanical_trail: Annotated[float, "m"]
+    pneumatic_trail: Annotated[float, "m"]
+    turn_slip_stiffness: Annotated[float, "N*m**2"]
+    jacking_torque: Annotated[float, "N*m/rad"]
+    scrub_radius: Annotated[float, "m"]
+    wheel_radius: Annotated[float, "m"]
+    rolling_resistance: Annotated[float, "N"]
+    drag: Annotated[float, "N*s**2/m**2"]
+    steering_ratio: Annotated[float, ""]
+    rack_ratio: Annotated[float, "m/rad"]
+    column_inertia: Annotated[float, "kg*m**2"]
+    steering_motor_inertia: Annotated[float, "kg*m**2"]
+    rack_damping: Annotated[float, "N*s/m"]
+    rack_stiffness: Annotated[float, "N/m"]
+    nominal_friction: Annotated[float, "N*m"]
+    column_friction_angle: Annotated[float, "rad"]
+    sensor_forward: Annotated[float, "m"]
+    roll_share: Annotated[float, ""]
+    wheel_speed_scale: Annotated[float, ""] = 1.0
+    wheel_speed_difference: Annotated[float, ""] = 0.0
+    yaw_rate_offset: Annotated[float, "rad/s"] = 0.0
+    steering_wheel_angle_offset: Annotated[float, "rad"] = 0.0
+    steering_shaft_torque_offset: Annotated[float, "N*m"] = 0.0
+    tie_rod_force_offset: Annotated[float, "N"] = 0.0
+    longitudinal_acceleration_offset: Annotated[float, "m/s**2"] = 0.0
+    lateral_acceleration_offset: Annotated[float, "m/s**2"] = 0.0
+    steering_motor_lag: Annotated[float, "s"] = 0.003
+    drive_lag: Annotated[float, "s"] = 0.01
+
+
+@dataclass(frozen=True)
+class Fading:
+    """Times in which what the model does not know returns to its usual value.
+
+    Args:
+        force: errors of the axles' forces; about the length of a bend
+        tie_rod: error of the tie rod's force
+        loss: of an actuator's torque
+        offset: of the yaw rate's and the angle's offset, and of the radius of the wheels
+        road: grade and bank
+    """
+
+    force: Annotated[float, "s"] = 0.7
+    tie_rod: Annotated[float, "s"] = 0.4
+    loss: Annotated[float, "s"] = 4.0
+    offset: Annotated[float, "s"] = 600.0
+    road: Annotated[float, "s"] = 4.0

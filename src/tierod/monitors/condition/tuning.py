@@ -1,0 +1,76 @@
+"""Noises, ranges and limits of the filter behind every hypothesis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+
+@dataclass(frozen=True)
+class SensorNoise:
+    """Standard deviation of one reading; data sheets of production sensors, rounding included.
+
+    Args:
+        wheel_speed: with the unevenness of the road
+        steering_wheel_angle: rounding to 0.1 degrees, and where in the sample it is read
+        steering_shaft_torque, tie_rod_force: strain gauges
+        jump: share of a jump of the steering torque that is not known, since it happens between two samples: uniform
+            over the sample
+    """
+
+    wheel_speed: Annotated[float, "m/s"] = 0.022
+    yaw_rate: Annotated[float, "rad/s"] = 0.0032
+    steering_wheel_angle: Annotated[float, "rad"] = 8e-4
+    steering_shaft_torque: Annotated[float, "N*m"] = 0.11
+    tie_rod_force: Annotated[float, "N"] = 20.5
+    longitudinal_acceleration: Annotated[float, "m/s**2"] = 0.12
+    lateral_acceleration: Annotated[float, "m/s**2"] = 0.12
+    jump: Annotated[float, ""] = 0.3
+
+
+@dataclass(frozen=True)
+class ModelError:
+    """Standard deviation of what the model does not follow; the share of the force is what adapts every threshold.
+
+    Args:
+        acceleration: along the road, white, per sample
+        lateral_acceleration: white, per sample
+        yaw_acceleration: white, per sample
+        slip: of the tyres' deflection, white, per sample
+        steering_torque: white, per sample
+        friction_share: of the column's friction, white, per sample
+        force, force_share: of an axle: lasting error at small force, and its growth with the force
+        tie_rod, tie_rod_share: likewise, of the tie rod's force
+        standing: added to the tie rod's error at standstill, where the tyres twist on the spot
+        loss: of the torque of a suspected actuator, as a share
+        yaw_rate_offset, angle_offset, wheel_speed_difference: slow
+        road: acceleration by grade or bank
+    """
+
+    acceleration: Annotated[float, "m/s**2"] = 0.15
+    lateral_acceleration: Annotated[float, "m/s**2"] = 0.15
+    yaw_acceleration: Annotated[float, "rad/s**2"] = 0.15
+    slip: Annotated[float, ""] = 1e-4
+    steering_torque: Annotated[float, "N*m"] = 0.15
+    friction_share: Annotated[float, ""] = 0.02
+    force: Annotated[float, "N"] = 15.0
+    force_share: Annotated[float, ""] = 0.05
+    tie_rod: Annotated[float, "N"] = 6.0
+    tie_rod_share: Annotated[float, ""] = 0.05
+    standing: Annotated[float, "N"] = 150.0
+    loss: Annotated[float, ""] = 0.7
+    yaw_rate_offset: Annotated[float, "rad/s"] = 0.003
+    angle_offset: Annotated[float, "rad"] = 0.015
+    wheel_speed_difference: Annotated[float, ""] = 0.004
+    road: Annotated[float, "m/s**2"] = 0.25
+
+
+@dataclass(frozen=True)
+class PlausibleRange:
+    """Width of the range in which a failed sensor may read anything: the density of its readings is one over it."""
+
+    wheel_speed: Annotated[float, "m/s"] = 30.0
+    yaw_rate: Annotated[float, "rad/s"] = 4.0
+    steering_wheel_angle: Annotated[float, "rad"] = 16.0
+    steering_shaft_torque: Annotated[float, "N*m"] = 60.0
+    tie_rod_force: Annotated[float, "N"] = 4000.0

@@ -1,0 +1,92 @@
+"""Corrections by readings that may be left out, and how likely those readings were."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from tierod.estimators.linear_algebra import Matrix, Vector, dot, is_structural, minus, pack, plus, times, unpack, upper
+from tierod.graph.maths import sqrt, where
+
+_ROOTS = 6
+"""Square roots before the series of the logarithm: x^(1/64) of what spreads over twenty powers of ten is near one."""
+
+
+class Correction(NamedTuple):
+    """What the readings of one sample did.
+
+    Args:
+        shift: of the mean, (n,)
+        covariance: packed, after all readings
+        squares: sum of squared innovations over their variances
+        widening: product of those variances over the given noises
+    """
+
+    shift: tuple[Any, ...]
+    covariance: tuple[Any, ...]
+    squares: Any
+    widening: Any
+
+
+def update(
+    covariance: Vector,
+    rows: Matrix,
+    innovations: Vector,
+    noise: Vector,
+    usual: Vector,
+    used: Vector,
+    influence: Any,
+) -> Correction:
+    """Scalar updates in turn; the same as the joint update with a diagonal noise while no reading is bounded.
+
+    Args:
+        covariance: P, packed
+        rows: derivatives of the expected readings by the state, m rows of n
+        innovations: reading less expected reading, (m,); NaN where missing
+        noise: variance of each reading, (m,)
+        usual: variances over which the widening is counted, (m,)
+        used: whether a reading counts, (m,)
+        influence: standard deviations beyond which an innovation moves the mean no further
+    """
+    after = unpack(covariance)
+    n = len(after)
+    shift: list[Any] = [0.0] * n
+    squares: Any = 0.0
+    widening: Any = 1.0
+    for row, innovation, variance, nominal, counts in zip(rows, innovations, noise, usual, used, strict=True):
+        cross = [dot(row, column) for column in after]
+        spread = plus(dot(row, cross), variance)
+        inverse = 1.0 / where(counts, spread, math.inf)
+        left = minus(where(counts, innovation, 0.0), dot(row, shift))
+        weighted = left * inverse
+        far = weighted * left > influence * influence
+        pushed = where(far, where(left > 0.0, influence, -influence) * sqrt(inverse), weighted)
+        gain = [times(value, inverse) for value in cross]
+        shift = [plus(done, times(value, pushed)) for done, value in zip(shift, cross, strict=True)]
+        for i, j in upper(n):
+            after[i][j] = after[j][i] = minus(after[i][j], times(gain[i], cross[j]))
+        squares = plus(squares, left * weighted)
+        widening = times(widening, where(counts, spread / nominal, 1.0))
+    return Correction(tuple(shift), pack(after), squares, widening)
+
+
+def spread_of(covariance: Vector, row: Vector) -> Any:
+    """row P row', P packed."""
+    full = unpack(covariance)
+    return dot(
+        row, [0.0 if is_structural(entry, 0.0) else dot(row, column) for entry, column in zip(row, full, strict=True)]
+    )
+
+
+def logarithm(value: Any) -> Any:
+    """Natural logarithm of a positive value, without a library function that would keep lanes from vectors.
+
+    Validity: to 1e-9 between 1e-6 and 1e6, to 1e-3 between 1e-20 and 1e20.
+    Source: 64 log(x^(1/64)), log(y) = 2 artanh((y - 1) / (y + 1)) by its series.
+    """
+    for _ in range(_ROOTS):
+        value = sqrt(value)
+    share = (value - 1.0) / (value + 1.0)
+    square = share * share
+    series = 1.0 + square * (1.0 / 3.0 + square * (1.0 / 5.0 + square * (1.0 / 7.0 + square / 9.0)))
+    return 2.0 ** (_ROOTS + 1) * share * series
