@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from tierod.studies.condition.drives import (
     Drive,
     actuator_tests,
     calibration_drives,
+    changed_drives,
     healthy_drives,
     mixed_pairs,
     more_kinds,
@@ -73,6 +75,15 @@ def test_a_lost_motor_gives_no_torque_and_the_other_gives_more():
     assert np.max(np.abs(made["truth_steering_motor_1_torque"].values[late])) < 1e-6
     assert np.max(np.abs(made["truth_steering_motor_2_torque"].values[late])) > 5.0
     assert np.max(np.abs(made["truth_lateral_offset"].values)) < 1.0
+
+
+def test_a_vehicle_that_changed_after_its_calibration_has_other_numbers_and_wheel_speeds():
+    before, drives = vehicle(2), changed_drives(2.0, vehicles=(2,))
+    assert {each.later for each in drives} == set(product(("mass", "stiffness", "radius"), (0.9, 1.1)))
+    heavy, large = (next(each for each in drives if each.later == (name, 1.1)).driven for name in ("mass", "radius"))
+    assert math.isclose(heavy.car.chassis.mass, 1.1 * before.car.chassis.mass)
+    assert heavy.sensors == before.sensors
+    assert math.isclose(large.sensors["wheel_speed_rear_left"].gain, before.sensors["wheel_speed_rear_left"].gain / 1.1)
 
 
 def test_vehicles_differ_within_their_bands_and_are_the_same_when_drawn_again():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, product
 from typing import Annotated
 
@@ -22,6 +22,7 @@ from tierod.studies.condition.faults import (
     lost,
 )
 from tierod.studies.condition.rounds import LONG, SHORT, THIRD
+from tierod.studies.condition.vehicles import LATER, Vehicle, changed, vehicle
 
 SENSORS = tuple(OFFSETS)
 """The sensors that fail."""
@@ -47,6 +48,7 @@ class Drive:
         seed: of sensors' noise, slopes, wind
         injected: what fails
         swing: whether the split of the steering torque alternates
+        later: what has changed since the calibration, and by what factor, see `vehicles.changed`
     """
 
     course: str
@@ -55,12 +57,20 @@ class Drive:
     seed: int = 0
     injected: tuple[Injected, ...] = ()
     swing: bool = True
+    later: tuple[str, float] | None = None
 
     @property
     def name(self) -> str:
         """What fails, where, in what vehicle."""
         faults = ", ".join(each.name for each in self.injected) or "healthy"
-        return f"{faults}, {self.course}, vehicle {self.vehicle}, seed {self.seed}"
+        later = f", {self.later[0]} times {self.later[1]:g}" if self.later else ""
+        return f"{faults}, {self.course}, vehicle {self.vehicle}{later}, seed {self.seed}"
+
+    @property
+    def driven(self) -> Vehicle:
+        """The demonstrator and its sensors."""
+        known = vehicle(self.vehicle, self.swing)
+        return changed(known, *self.later) if self.later else known
 
 
 def calibration_drives(vehicle: int = 1, swing: bool = True) -> tuple[Drive, tuple[Drive, ...]]:
@@ -88,6 +98,22 @@ def healthy_drives(hours: float, vehicles: Sequence[int] = (1, 2, 3), swing: boo
     return [
         Drive(f"round-{UNSEEN + leg}", seconds, vehicles[leg % len(vehicles)], 2000 + leg, (), swing)
         for leg in range(count)
+    ]
+
+
+def changed_drives(hours: float, share: float = 0.1, vehicles: Sequence[int] = (1, 2, 3)) -> list[Drive]:
+    """Healthy drives of vehicles whose mass, cornering stiffness or tyre radius is no longer that of the calibration.
+
+    Args:
+        hours: all together
+        share: by which it has changed, up and down by turns
+        vehicles: numbers of the demonstrators
+    """
+    changes = [(what, 1.0 + sign * share) for what in LATER for sign in (1.0, -1.0)]
+    drives = healthy_drives(hours, vehicles)
+    return [
+        replace(each, seed=each.seed + 1000, later=changes[leg // len(vehicles) % len(changes)])
+        for leg, each in enumerate(drives)
     ]
 
 

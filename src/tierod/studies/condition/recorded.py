@@ -22,7 +22,7 @@ from tierod.signals import SIGNALS
 from tierod.studies.condition.drives import Drive
 from tierod.studies.condition.faults import TARGETS, TORQUES
 from tierod.studies.condition.rounds import course
-from tierod.studies.condition.vehicles import MEASURED, vehicle
+from tierod.studies.condition.vehicles import MEASURED
 
 RATE = 100.0
 """Of all channels [Hz]."""
@@ -57,7 +57,7 @@ UNITS = {name: SIGNALS[name].unit for name in MEASURED} | TRUTHS
 
 def outcome(drive: Drive) -> Outcome:
     """The run of a drive, with all that the proving ground records."""
-    car, sensors = vehicle(drive.vehicle, drive.swing)
+    car, sensors = drive.driven
     way = course(drive.course, drive.seconds, drive.seed)
     return run(car, way, drive.seconds, drive.seed, sensors, [each.fault for each in drive.injected])
 
@@ -76,7 +76,7 @@ def recorded(drive: Drive, folder: str | Path | None = None) -> Recording:
     base = _driven(driven, None if folder is None else str(folder))
     told = {"drive": drive.name, "faults": [asdict(each) for each in drive.injected]}
     if late:
-        sensors = vehicle(drive.vehicle, drive.swing).sensors
+        sensors = drive.driven.sensors
         base = injected(base, [each.fault for each in late], sensors, drive.seed)
     return replace(base, metadata={**base.metadata, **told})
 
@@ -114,7 +114,7 @@ def deviations(drive: Drive, recording: Recording) -> dict[str, np.ndarray]:
         by element: of a sensor its reading less that of a sound sensor, noise aside, in its unit; of an actuator the
         torque asked for less the torque given [N*m]
     """
-    sensors = vehicle(drive.vehicle, drive.swing).sensors
+    sensors = drive.driven.sensors
     found = {}
     for each in drive.injected:
         if each.element in TORQUES:

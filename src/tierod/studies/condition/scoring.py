@@ -15,7 +15,6 @@ from tierod.studies.condition.drives import ACTUATORS, SENSORS, Drive
 from tierod.studies.condition.faults import TORQUES, Injected
 from tierod.studies.condition.recorded import deviations, sound
 from tierod.studies.condition.shown import where_shown
-from tierod.studies.condition.vehicles import vehicle
 
 ELEMENTS = (*SENSORS, *ACTUATORS)
 """Everything that is judged."""
@@ -105,7 +104,7 @@ class Truth(NamedTuple):
 
 def truth_of(drive: Drive, recording: Recording) -> Truth:
     """The truth of a drive of the demonstrator."""
-    sensors = vehicle(drive.vehicle, drive.swing).sensors
+    sensors = drive.driven.sensors
     failing = [each.element for each in drive.injected if each.element not in TORQUES]
     return Truth(deviations(drive, recording), {name: sound(name, recording, sensors) for name in failing})
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -68,6 +69,32 @@ class Vehicle(NamedTuple):
     sensors: SensorSet
 
 
+LATER = {
+    "mass": ("chassis.mass", "chassis.yaw_inertia"),
+    "stiffness": ("chassis.front.tyre.cornering_stiffness", "chassis.rear.tyre.cornering_stiffness"),
+    "radius": ("chassis.front.tyre.radius", "chassis.rear.tyre.radius"),
+}
+"""What may change about a vehicle after it was calibrated: load, other tyres, pressure."""
+
+
+def changed(of: Vehicle, what: str, factor: float) -> Vehicle:
+    """A vehicle of which something has changed since its calibration.
+
+    Args:
+        of: the vehicle
+        what: one of `LATER`
+        factor: of its former value
+    """
+    known = numbers(of.car)
+    car = replaced(of.car, {path: factor * known[path].value for path in LATER[what]})
+    if what != "radius":
+        return Vehicle(car, of.sensors)
+    names = ("wheel_speed_rear_left", "wheel_speed_rear_right")
+    gains = {f"sensors.{name}.gain": of.sensors[name].gain / factor for name in names}
+    return Vehicle(car, replaced(of.sensors, gains))
+
+
+@lru_cache(maxsize=32)
 def vehicle(number: int, swing: bool = True) -> Vehicle:
     """A demonstrator, off the nominal one by its own draw.
 
