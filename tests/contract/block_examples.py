@@ -81,6 +81,7 @@ from tierod.monitors.motor_angle.printed_kalman import PrintedJacobianFilter
 from tierod.monitors.motor_angle.printed_observers import RotorFrameObserver, extended_kalman
 from tierod.monitors.motor_angle.residual import ResidualGate
 from tierod.monitors.motor_angle.second_tests import Backwards, Increments, NotFollowing, Stuck
+from tierod.monitors.motor_angle.voltages import MotorVoltages
 from tierod.monitors.sideslip.car_signals import FromCarSignals
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.conventional import (
@@ -195,6 +196,7 @@ def examples() -> dict[type, Callable[[], Any]]:
         PrintedJacobianFilter: lambda: extended_kalman(DQ_MOTOR, 1e-4, jacobian="printed").inner.filter,
         RotorFrameObserver: lambda: extended_kalman(DQ_MOTOR, 1e-4),
         MotorAngleObserver: lambda: MotorAngleObserver.of_vehicle(load("motor-bench"), 1e-4),
+        MotorVoltages: lambda: MotorVoltages("duty cycles"),
         MotorAngleMonitor: lambda: MotorAngleMonitor.of_vehicle(load("motor-bench"), 1e-4),
         ResidualGate: lambda: ResidualGate(4.0, 0.0085),
         ElectricalChecks: lambda: ElectricalChecks(4.0),

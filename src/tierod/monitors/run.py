@@ -68,8 +68,10 @@ def diagnose(
     known = own_level if isinstance(own_level, OwnLevel) else _stored(own_level)
     run = Run(definition, chosen, car, known, memory)
     for place, piece in enumerate(pieces_of(source, run.needs, car, dbc, channel_map)):
-        if place == 0 and (suited := definition.suited_to(piece)) != definition:
-            run = Run(suited, chosen, car, known, memory)
+        if place == 0:
+            suited, picked = _suited(definition, chosen if variant else None, piece)
+            if (suited, picked) != (definition, None):
+                run = Run(suited, picked or chosen, car, known, memory)
         run.add(piece)
         if progress:
             progress(share_read(piece))
@@ -77,6 +79,16 @@ def diagnose(
     if isinstance(own_level, str | Path) and known is None and run.learnt:
         store_own_level(dataclasses.replace(run.learnt, learnt=diagnosis.created), own_level)
     return diagnosis
+
+
+def _suited(definition: Monitor, asked: Variant | None, piece: Recording) -> tuple[Monitor, Variant | None]:
+    """The monitor on the grid of a recording, and the variant other than the default that this has signals for."""
+    picked = None
+    if asked is None:
+        picked = definition.variant_for(complete(piece, [*definition.required, *definition.optional]))
+    if picked is None or picked.name == definition.default:
+        return definition.suited_to(piece), None
+    return definition.needing(picked).suited_to(piece), picked
 
 
 def _stored(path: str | Path | None) -> OwnLevel | None:
@@ -106,7 +118,8 @@ def find(monitor: str, variant: str | None = None) -> tuple[Monitor, Variant]:
         raise ParameterError(
             f"the monitor '{monitor}' has no variant '{variant}'{nearest(variant, definition.variants)}"
         )
-    return definition, definition.variants[variant]
+    chosen = definition.variants[variant]
+    return definition.needing(chosen), chosen
 
 
 class Run:

@@ -131,6 +131,7 @@ class Variant:
         open: builds the session for a vehicle, a rate [Hz], and the vehicle's own level from earlier recordings
         decisions: every way in which its sessions turn a number into a statement; at the monitor's own rate their rules
             are those in effect
+        required: canonical signals without which it cannot run; those of the monitor where None
     """
 
     name: str
@@ -138,6 +139,7 @@ class Variant:
     source: str
     open: Callable[[Vehicle, float, OwnLevel | None], Session]
     decisions: tuple[Decision, ...] = ()
+    required: tuple[str, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -175,6 +177,21 @@ class Monitor:
     default: str | None
     condition: str = ""
     slower: tuple[float, ...] = ()
+
+    def needing(self, variant: Variant) -> Monitor:
+        """The monitor with the needs of one of its variants."""
+        return self if variant.required is None else replace(self, required=variant.required)
+
+    def variant_for(self, recording: Recording) -> Variant | None:
+        """The default where the recording has what it needs, else the first variant of which that holds, or None.
+
+        Args:
+            recording: the whole, or the first piece of it, with its derived signals
+        """
+        if self.default is None:
+            return None
+        ordered = (self.variants[self.default], *self.variants.values())
+        return next((each for each in ordered if all(name in recording for name in self.needing(each).required)), None)
 
     def suited_to(self, recording: Recording) -> Monitor:
         """The monitor on the grid that suits a recording: as fast as its slowest required channel, within 5 %.

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from tierod.errors import ParameterError
 from tierod.monitors.motor_angle.detector import MotorAngleMonitor
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition
 from tierod.monitors.motor_angle.session import MotorAngleSession
+from tierod.monitors.motor_angle.voltages import COMMANDED, DUTY_CYCLES, MEASURED, SIGNALS, VARIANTS, MotorVoltages
 from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.session import Monitor, Variant
 from tierod.vehicles import Vehicle
@@ -13,13 +16,23 @@ from tierod.vehicles import Vehicle
 PAPER = "Reinelt, Lundquist, Johansson, On-line sensor monitoring in an active front steering system, SAE 2005-01-1271"
 
 
-def _open(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> MotorAngleSession:
+def _open(voltages: str, vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> MotorAngleSession:
     try:
         gear = vehicle.parameters_for(Superposition)
     except ParameterError:
         gear = None
     plausibility = AnglePlausibility(gear, 1.0 / rate) if gear is not None else None
-    return MotorAngleSession(MotorAngleMonitor.of_vehicle(vehicle, 1.0 / rate, plausibility), vehicle, rate)
+    source = MotorVoltages(voltages)  # type: ignore[arg-type]
+    return MotorAngleSession(MotorAngleMonitor.of_vehicle(vehicle, 1.0 / rate, plausibility, source), vehicle, rate)
+
+
+def _required(voltages: str) -> tuple[str, ...]:
+    return ("motor_current_alpha", "motor_current_beta", *SIGNALS[voltages], "motor_angle_mechanical")
+
+
+def _variant(voltages: str, summary: str) -> Variant:
+    source = f"beyond {PAPER}; docs/motor-angle.md"
+    return Variant(VARIANTS[voltages], summary, source, partial(_open, voltages), required=_required(voltages))
 
 
 MOTOR_ANGLE = Monitor(
@@ -27,13 +40,7 @@ MOTOR_ANGLE = Monitor(
     title="Sensor of the motor's angle",
     summary="Compares a motor's angle sensor with the angle that its currents and voltages tell, and names its faults.",
     source=PAPER,
-    required=(
-        "motor_current_alpha",
-        "motor_current_beta",
-        "motor_voltage_alpha",
-        "motor_voltage_beta",
-        "motor_angle_mechanical",
-    ),
+    required=_required(MEASURED),
     optional=(
         "target_motor_angle_mechanical",
         "motor_current_a",
@@ -45,18 +52,29 @@ MOTOR_ANGLE = Monitor(
         "steering_wheel_angle",
         "pinion_angle",
         "driver_torque",
+        *SIGNALS[COMMANDED],
+        *SIGNALS[DUTY_CYCLES],
     ),
     rate=10_000.0,
     minimum_rate=500.0,
     # Slow channels count where they bring a reading, not in between: a held angle would be one that stands still.
     maximum_age=0.6e-4,
     variants={
-        "stator-frame": Variant(
-            "stator-frame",
-            "Kalman filter in the stator's axes without the sensor, cumulative sums, second tests, electrical checks.",
-            f"beyond {PAPER}; docs/motor-angle.md",
-            _open,
+        each.name: each
+        for each in (
+            _variant(
+                MEASURED,
+                "Kalman filter in the stator's axes without the sensor, cumulative sums, further tests.",
+            ),
+            _variant(
+                COMMANDED,
+                "The same on the voltages that the inverter is told to make, what it takes from them found beside.",
+            ),
+            _variant(
+                DUTY_CYCLES,
+                "The same on duty cycles and supply voltage, what the inverter takes found beside.",
+            ),
         )
     },
-    default="stator-frame",
+    default=VARIANTS[MEASURED],
 )

@@ -12,6 +12,7 @@ from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Angles
 from tierod.monitors.motor_angle.residual import Observed, ResidualGate
 from tierod.monitors.motor_angle.second_tests import Backwards, Following, Increments, NotFollowing, Stuck, Turning
+from tierod.monitors.motor_angle.voltages import MEASURED, MotorVoltages, VoltageSignals
 from tierod.vehicles import Vehicle
 
 NOT_READY, NOT_ENABLED, HEALTHY, FAULT = 0.0, 1.0, 2.0, 3.0
@@ -29,7 +30,10 @@ MODEL_DRIFT, MODEL_THRESHOLD = 8.0, 400.0
 
 
 class MotorAngleSample(NamedTuple):
-    """Currents, mean voltages over the sample that ends, and the angle; then whatever else is recorded, or NaN."""
+    """Currents, mean voltages over the sample that ends, and the angle; then whatever else is recorded, or NaN.
+
+    Targets and duty cycles are those of the period that ends with the sample.
+    """
 
     motor_current_alpha: Annotated[float, "A"]
     motor_current_beta: Annotated[float, "A"]
@@ -46,6 +50,11 @@ class MotorAngleSample(NamedTuple):
     steering_wheel_angle: Annotated[float, "rad"]
     pinion_angle: Annotated[float, "rad"]
     driver_torque: Annotated[float, "N*m"]
+    motor_target_voltage_alpha: Annotated[float, "V"]
+    motor_target_voltage_beta: Annotated[float, "V"]
+    motor_duty_cycle_a: Annotated[float, ""]
+    motor_duty_cycle_b: Annotated[float, ""]
+    motor_duty_cycle_c: Annotated[float, ""]
 
 
 class Alarms(NamedTuple):
@@ -79,6 +88,7 @@ class MotorAngleMonitor:
     Args:
         observer: from currents and voltages
         gate: when its difference from the sensor counts
+        voltages: that the observer is fed with
         plausibility: of the three angles of a superposition; None for a motor on a bench
         angle, speed, model: sums of the differences of angle and of speed, and of the innovations
     """
@@ -91,6 +101,7 @@ class MotorAngleMonitor:
     stuck: Stuck = field(default_factory=Stuck)
     backwards: Backwards = field(default_factory=Backwards)
     plausibility: AnglePlausibility | None = None
+    voltages: MotorVoltages = field(default_factory=MotorVoltages)
     angle: Cusum = field(default_factory=lambda: Cusum(ANGLE_DRIFT, ANGLE_THRESHOLD, 2.0 * ANGLE_THRESHOLD))
     speed: Cusum = field(default_factory=lambda: Cusum(SPEED_DRIFT, SPEED_THRESHOLD, 2.0 * SPEED_THRESHOLD))
     model: Cusum = field(
@@ -113,15 +124,19 @@ class MotorAngleMonitor:
         angle: Any
         speed: Any
         model: Any
+        voltages: Any
 
     class Output(NamedTuple):
-        """The estimate, differences and sums, alarms, and the running verdict."""
+        """The estimate, differences and sums, alarms, the running verdict, and the voltage that all this rests on."""
 
         motor_angle: Annotated[float, "rad"]
         motor_angle_standard_deviation: Annotated[float, "rad"]
         estimated_motor_speed: Annotated[float, "rad/s"]
         motor_resistance: Annotated[float, "ohm"]
         motor_flux: Annotated[float, "V*s"]
+        inverter_voltage_loss: Annotated[float, "V"]
+        inverter_knee_current: Annotated[float, "A"]
+        inverter_knee_deviation: Annotated[float, ""]
         nis: Annotated[float, ""]
         residual: Annotated[float, "rad"]
         known: Annotated[float, ""]
@@ -136,10 +151,15 @@ class MotorAngleMonitor:
         suspect: Annotated[float, ""]
         alarms: Alarms
         verdict: Annotated[float, ""]
+        voltage: MotorVoltages.Output
 
     @classmethod
     def of_vehicle(
-        cls, vehicle: Vehicle, sample_time: float, plausibility: AnglePlausibility | None = None
+        cls,
+        vehicle: Vehicle,
+        sample_time: float,
+        plausibility: AnglePlausibility | None = None,
+        voltages: MotorVoltages | None = None,
     ) -> MotorAngleMonitor:
         """The monitor of a vehicle's motor.
 
@@ -147,11 +167,13 @@ class MotorAngleMonitor:
             vehicle: with the motor's parameters
             sample_time: [s]
             plausibility: where the vehicle has a superposition
+            voltages: that the observer is fed with; measured ones where None
 
         Raises:
             ParameterError: a parameter is missing or cannot be
         """
-        observer = MotorAngleObserver.of_vehicle(vehicle, sample_time)
+        voltages = voltages or MotorVoltages()
+        observer = MotorAngleObserver.of_vehicle(vehicle, sample_time, commanded=voltages.source != MEASURED)
         p = observer.parameters
         return cls(
             observer,
@@ -160,6 +182,7 @@ class MotorAngleMonitor:
             Increments(sample_time),
             NotFollowing(sample_time),
             plausibility=plausibility,
+            voltages=voltages,
         )
 
     def init(self) -> State:
@@ -176,11 +199,17 @@ class MotorAngleMonitor:
             angle=self.angle.init(),
             speed=self.speed.init(),
             model=self.model.init(),
+            voltages=self.voltages.init(),
         )
 
     def step(self, state: State, sample: Any) -> tuple[State, Output]:
         """One sample on."""
-        seen = self.observer.Sample(*sample[:5])
+        voltages, voltage = self.voltages.step(
+            state.voltages, VoltageSignals(*(getattr(sample, name) for name in VoltageSignals._fields))
+        )
+        seen = self.observer.Sample(
+            sample.motor_current_alpha, sample.motor_current_beta, *voltage, sample.motor_angle_mechanical
+        )
         observer, estimate = self.observer.step(state.observer, seen)
         sensor, difference = sample.motor_angle_mechanical, estimate.angle_residual_electrical
         gate, gated = self.gate.step(
@@ -212,7 +241,18 @@ class MotorAngleMonitor:
             summed.alarm, speeds.alarm, against.alarm, still.alarm, fitting.alarm, behind.alarm, fits.alarm, checks
         )
         after = self.State(
-            observer, gate, electrical, increments, following, stuck, backwards, plausible, angle, speed, model
+            observer,
+            gate,
+            electrical,
+            increments,
+            following,
+            stuck,
+            backwards,
+            plausible,
+            angle,
+            speed,
+            model,
+            voltages,
         )
         return after, self.Output(
             estimate.motor_angle,
@@ -220,6 +260,9 @@ class MotorAngleMonitor:
             estimate.motor_speed,
             estimate.motor_resistance,
             estimate.motor_flux,
+            estimate.inverter_voltage_loss,
+            estimate.inverter_knee_current,
+            estimate.inverter_knee_deviation,
             estimate.nis,
             difference,
             gated.known,
@@ -234,6 +277,7 @@ class MotorAngleMonitor:
             fits.suspect,
             alarms,
             self._verdict(gate, gated.known, alarms),
+            voltage,
         )
 
     def _electrical(self, sample: Any, turning: Any) -> ElectricalSample:

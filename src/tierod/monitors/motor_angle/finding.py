@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Annotated, NamedTuple
 
 from tierod.findings import Estimate, Finding, Status
+from tierod.monitors.motor_angle.inverter_finding import Lost, inverter_remarks, knee_beyond
 from tierod.monitors.motor_angle.plausibility import MOTOR, PINION, WHEEL
+from tierod.monitors.motor_angle.voltages import MEASURED, VARIANTS
 from tierod.vehicles import Vehicle
-
-NAME = "motor-angle, stator-frame"
 
 LEAST_KNOWN = 1.0
 """Time for which the motor must turn before its sensor is called sound [s]."""
@@ -90,6 +91,10 @@ SURPRISING = 20.0
 SUSPECTS = {MOTOR: "the motor's angle", WHEEL: "the steering wheel's angle", PINION: "the pinion's angle"}
 
 
+NOT_THE_SENSOR = ("model", "angle", "speed", "stuck", "backwards", "not_following", "electrical.angle_gradient")
+"""Alarms that a wrong recording raises."""
+
+
 class Drive(NamedTuple):
     """What was collected over a drive.
 
@@ -103,6 +108,9 @@ class Drive(NamedTuple):
         resistance, flux: over those of the vehicle file
         suspect: code of the angle that plausibility suspects
         starts: first instants of alarms
+        voltages: that the observer was fed with
+        lost: what the inverter took; None where the voltages were measured
+        misread: cause and cure, where the whole recording is sound once it is read otherwise
     """
 
     seconds: Annotated[float, "s"]
@@ -120,20 +128,45 @@ class Drive(NamedTuple):
     flux: float
     suspect: float
     starts: dict[str, float]
+    voltages: str = MEASURED
+    lost: Lost | None = None
+    misread: tuple[str, str] | None = None
+
+    @property
+    def monitor(self) -> str:
+        """Name of the monitor and its variant."""
+        return f"motor-angle, {VARIANTS[self.voltages]}"
 
 
 def judge(drive: Drive, vehicle: Vehicle) -> Finding:
-    """The finding over a drive.
+    """The finding over a drive; it tells which voltages it rests on.
 
     Args:
         drive: what was collected
         vehicle: whose motor it is
     """
-    evidence = _evidence(drive)
+    finding = _judged(drive, vehicle)
+    return replace(finding, warnings=(*finding.warnings, *inverter_remarks(drive.lost, drive.voltages)))
+
+
+def _wrong_recording(drive: Drive, vehicle: Vehicle) -> tuple[str, str] | None:
+    """Cause and cure of what makes the sensor unjudgeable."""
     if wrong := _wrong_scale(drive, vehicle["motor_pole_pairs"]):
+        return wrong
+    suspect = root_of(drive) in NOT_THE_SENSOR or (not drive.starts and drive.known < LEAST_KNOWN)
+    if drive.misread is not None and suspect:
+        return drive.misread
+    if drive.lost is not None and suspect:
+        return knee_beyond(drive.lost)
+    return None
+
+
+def _judged(drive: Drive, vehicle: Vehicle) -> Finding:
+    evidence = _evidence(drive)
+    if wrong := _wrong_recording(drive, vehicle):
         cause, action = wrong
         headline = f"The motor's angle cannot be judged: {cause}."
-        return Finding(NAME, Status.NOT_TESTABLE, headline, evidence=evidence, cause=cause, action=action)
+        return Finding(drive.monitor, Status.NOT_TESTABLE, headline, evidence=evidence, cause=cause, action=action)
     estimate = None
     if drive.counted:
         estimate = Estimate(
@@ -149,12 +182,13 @@ def judge(drive: Drive, vehicle: Vehicle) -> Finding:
         cause = f"the motor turned fast enough for {drive.known:.1f} s, {LEAST_KNOWN:g} s are needed"
         headline = f"The sensor of the motor's angle was not judged: {cause}."
         action = "record faster or longer steering; below about 10 rad/s of the shaft the currents tell no angle"
-        return Finding(NAME, Status.NOT_ENABLED, headline, None, estimate, evidence, cause, action)
+        return Finding(drive.monitor, Status.NOT_ENABLED, headline, None, estimate, evidence, cause, action)
     headline = (
         f"The sensor of the motor's angle is sound: over {drive.known:.1f} s of turning it differs by "
-        f"{math.degrees(drive.rms):.1f}° electrical rms from what currents and voltages tell."
+        f"{math.degrees(drive.rms):.1f}° electrical rms from what currents and "
+        f"{'voltages' if drive.lost is None else 'commanded voltages'} tell."
     )
-    return Finding(NAME, Status.HEALTHY, headline, None, estimate, evidence, action="none")
+    return Finding(drive.monitor, Status.HEALTHY, headline, None, estimate, evidence, action="none")
 
 
 def root_of(drive: Drive) -> str | None:
@@ -187,7 +221,7 @@ def _fault(drive: Drive, estimate: Estimate | None, evidence: dict[str, float]) 
         size = f" by {math.degrees(drive.offset):+.1f}° electrical"
     since = drive.starts[root]
     headline = f"{cause[0].upper()}{cause[1:]}{size}, since {since:.2f} s."
-    return Finding(NAME, Status.FAULT, headline, since, estimate, evidence, cause, action)
+    return Finding(drive.monitor, Status.FAULT, headline, since, estimate, evidence, cause, action)
 
 
 def _wrong_scale(drive: Drive, pole_pairs: float) -> tuple[str, str] | None:
@@ -222,6 +256,10 @@ def _evidence(drive: Drive) -> dict[str, float]:
         "resistance_over_nominal": drive.resistance,
         "flux_over_nominal": drive.flux,
     }
+    if drive.lost is not None:
+        found["inverter_voltage_loss_v"] = drive.lost.voltage_loss
+        found["inverter_knee_current_a"] = drive.lost.knee_current
+        found["inverter_knee_over_nominal"] = math.exp(drive.lost.apart)
     found = {name: value for name, value in found.items() if math.isfinite(value)}
     for name in CAUSES:
         if name in drive.starts:

@@ -9,10 +9,17 @@ import numpy as np
 from tierod.errors import InputError
 from tierod.findings import Status
 from tierod.graph import Result, scan
+from tierod.models.commanded_motor import CommandedMotorParameters
 from tierod.monitors.motor_angle.alarm_courses import AlarmCourses
 from tierod.monitors.motor_angle.detector import NOT_READY, MotorAngleMonitor
 from tierod.monitors.motor_angle.finding import STALLS, SURPRISING, Drive, judge, root_of
+from tierod.monitors.motor_angle.inverter_finding import Lost
+from tierod.monitors.motor_angle.misread import misread
+from tierod.monitors.motor_angle.voltage_balance import VoltageBalance
+from tierod.monitors.motor_angle.voltages import DUTY_CYCLES, SIGNALS
 from tierod.monitors.session import BlockSession, Conclusion
+from tierod.physics.clarke_park import StatorVector
+from tierod.physics.inverter import phase_signs
 from tierod.recording import Aligned
 from tierod.vehicles import Vehicle
 
@@ -37,6 +44,12 @@ TRACES = {
 }
 """Outputs of the block that a report shows."""
 
+INVERTER_TRACES = {
+    "inverter_voltage_loss": ("estimated_inverter_voltage_loss", "V"),
+    "inverter_knee_current": ("estimated_inverter_knee_current", "A"),
+}
+"""Those that it shows besides where the voltage is commanded."""
+
 
 class MotorAngleSession(BlockSession):
     """Runs the block, and tells whether the sensor of the motor's angle can be trusted.
@@ -49,20 +62,24 @@ class MotorAngleSession(BlockSession):
 
     def __init__(self, block: MotorAngleMonitor, vehicle: Vehicle, rate: float):
         bare = () if block.plausibility is not None else ("mismatch",)
-        super().__init__(block, {output: shown for output, shown in TRACES.items() if output not in bare})
+        shown = TRACES | (INVERTER_TRACES if block.observer.commanded else {})
+        super().__init__(block, {output: name for output, name in shown.items() if output not in bare})
         self.monitor, self.vehicle, self.rate = block, vehicle, rate
         self._courses, self._over = AlarmCourses(rate), _OverDrive()
+        p = block.observer.parameters
+        self._balance = VoltageBalance(p.motor_pole_pairs, p.sample_time)
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
         if not self._over.seen:
             self._refuse_slow(aligned)
+            self._refuse_without_supply(aligned)
         parts = [self._slice(aligned, start) for start in range(0, len(aligned.time), SLICE)]
         return {name: np.concatenate([part[name] for part in parts]) for name in self.traces}
 
     def _refuse_slow(self, aligned: Aligned) -> None:
         """Held currents would be ones that stand still: they must come as fast as the observer runs."""
-        for name in ("motor_current_alpha", "motor_current_beta", "motor_voltage_alpha", "motor_voltage_beta"):
+        for name in ("motor_current_alpha", "motor_current_beta", *SIGNALS[self.monitor.voltages.source]):
             there = np.isfinite(aligned.values[:, aligned.names.index(name)])
             share = float(there.mean()) if there.any() else 1.0
             if share < LEAST_SHARE:
@@ -72,12 +89,21 @@ class MotorAngleSession(BlockSession):
                     "modulation, and check the unit of time"
                 )
 
+    def _refuse_without_supply(self, aligned: Aligned) -> None:
+        supply = aligned.values[:, aligned.names.index("supply_voltage")]
+        if self.monitor.voltages.source == DUTY_CYCLES and not np.isfinite(supply).any():
+            raise InputError(
+                "duty cycles tell a voltage with the supply_voltage only, and the recording begins without one; give a "
+                "channel map that names it, or record motor_target_voltage_alpha and motor_target_voltage_beta"
+            )
+
     def _slice(self, aligned: Aligned, start: int) -> dict[str, np.ndarray]:
         """The traces of one slice; differences are shown where they count."""
         time, values = aligned.time[start : start + SLICE], aligned.values[start : start + SLICE]
         result = scan(self.block, Aligned(time, values, aligned.names), self._memory)
         self._memory = result.state
-        self.collect(time, {}, result)
+        signals = dict(zip(aligned.names, values.T, strict=True))
+        self.collect(time, signals, result)
         shown = {name: result[output] for name, output in self._outputs.items()}
         known, windows = result["known"] > 0.5, result["tells"] > 0.5
         shown["angle_residual_electrical"] = np.where(known, shown["angle_residual_electrical"], np.nan)
@@ -90,10 +116,22 @@ class MotorAngleSession(BlockSession):
         """Alarms and figures of one piece."""
         self._courses.add(time, result)
         self._over.add(result)
+        current = StatorVector(signals["motor_current_alpha"], signals["motor_current_beta"])
+        parameters = self.monitor.observer.parameters
+        taken = StatorVector(np.zeros(len(time)), np.zeros(len(time)))
+        if isinstance(parameters, CommandedMotorParameters):
+            taken = phase_signs(current, parameters.inverter_knee_current)
+        self._balance.add(
+            _complex(current),
+            result["voltage.alpha"] + 1j * result["voltage.beta"],
+            signals["motor_angle_mechanical"],
+            _complex(taken),
+        )
 
     def conclude(self) -> Conclusion:
         """The finding, and the course of every trouble code."""
-        drive = self._over.drive(self.rate, self._courses.starts, self.monitor)
+        wrong = misread(self._balance, self.monitor.observer.parameters)
+        drive = self._over.drive(self.rate, self._courses.starts, self.monitor)._replace(misread=wrong)
         finding = judge(drive, self.vehicle)
         # What was not the sensor's fault but the user's must fill no fault memory.
         if finding.status is Status.NOT_TESTABLE:
@@ -102,6 +140,18 @@ class MotorAngleSession(BlockSession):
         mute = "motor-angle-stuck" if root == "model" else "motor-currents" if root in STALLS else ""
         codes = {name: self._courses.of_code(name, mute=name == mute) for name in self._courses.codes}
         return Conclusion(finding, course=tuple(self._courses.course), code_courses=codes)
+
+
+def _complex(vector: StatorVector) -> np.ndarray:
+    return vector.alpha + 1j * vector.beta
+
+
+def _lost(values: list[float], monitor: MotorAngleMonitor) -> Lost | None:
+    parameters = monitor.observer.parameters
+    if not isinstance(parameters, CommandedMotorParameters):
+        return None
+    loss, knee, deviation = values
+    return Lost(loss, knee, deviation, parameters.inverter_knee_current, monitor.observer.tuning.widest_knee)
 
 
 class _OverDrive:
@@ -114,6 +164,7 @@ class _OverDrive:
         self.after = [0, 0.0, 0.0]
         self.suspect = 0.0
         self.resistance = self.flux = np.nan
+        self.lost = [0.0, 0.0, 0.0]
         self.alarmed = False
 
     def add(self, result: Result) -> None:
@@ -145,6 +196,8 @@ class _OverDrive:
         if known.any():
             self.resistance, self.flux = (float(result[f"motor_{name}"][known][-1]) for name in ("resistance", "flux"))
 
+        self.lost = [float(result[f"inverter_{name}"][-1]) for name in Lost._fields[:3]]
+
     def drive(self, rate: float, starts: Mapping[str, float], monitor: MotorAngleMonitor) -> Drive:
         """The figures so far."""
         count, total, squares = self.after if self.after[0] else (self.counted, self.sum, self.squares)
@@ -167,4 +220,6 @@ class _OverDrive:
             flux=self.flux / monitor.observer.parameters.motor_flux,
             suspect=self.suspect,
             starts=dict(starts),
+            voltages=monitor.voltages.source,
+            lost=_lost(self.lost, monitor),
         )

@@ -1,0 +1,111 @@
+"""What was recorded wrongly, by name: signs, phases and scales that the balance of the voltage tells."""
+
+from __future__ import annotations
+
+import math
+
+from tierod.models.stator_frame_motor import SampledMotorParameters
+from tierod.monitors.motor_angle.voltage_balance import Balance, VoltageBalance
+
+LEAST_WINDOWS = 100
+"""Half a second of balance."""
+
+CLEAN = 0.1
+"""A reading explains a recording where it leaves no more of the voltage than this: sound ones leave 0.01 to 0.05, and
+one that changed on the way, as with a fault, 0.2 and more."""
+
+WARMTH = 1.5
+"""A winding from -40 to 120 degrees has 0.76 to 1.4 of its resistance at 20."""
+
+ALIKE = 1.15
+"""Magnets from -40 to 120 degrees and a data sheet's inductance stay within this factor; so do two equal scales."""
+
+
+def misread(collected: VoltageBalance, p: SampledMotorParameters) -> tuple[str, str] | None:
+    """Cause and cure, where one reading explains the whole recording and is not what the recording says.
+
+    Args:
+        collected: over the whole recording
+        p: of the motor, from the vehicle file
+    """
+    balance = collected.best()
+    if balance is None or balance.windows < LEAST_WINDOWS or balance.unexplained > CLEAN:
+        return None
+    if not all(_agrees(half, balance) for half in collected.halves(balance.reading)):
+        return None
+    return cause_of(balance, p)
+
+
+def _agrees(half: Balance | None, whole: Balance) -> bool:
+    """What changed on the way was recorded rightly at first, and is a fault."""
+    return half is not None and all(
+        _near(getattr(half, name) / getattr(whole, name), 1.0) for name in ("resistance", "inductance", "flux")
+    )
+
+
+def cause_of(balance: Balance, p: SampledMotorParameters) -> tuple[str, str] | None:
+    """Cause and cure of a balance; None where it is that of the motor in the vehicle file.
+
+    Args:
+        balance: over the whole recording
+        p: of the motor
+    """
+    return _phases(balance) or _sign(balance) or _scale(balance, p)
+
+
+def _phases(balance: Balance) -> tuple[str, str] | None:
+    mirrored, shifted, backwards = balance.reading
+    if not mirrored and not shifted:
+        return None
+    turned = abs(balance.flux_direction) > 0.25 * math.pi
+    whose = "voltages" if (backwards if mirrored else turned) else "currents"
+    if mirrored:
+        two = "b and c" if not shifted else "a and b" if shifted > 0.0 else "a and c"
+        if whose == "voltages":
+            two = "two of them"
+        return f"the phases of the {whose} are swapped: {two}", f"exchange {two} in the channel map"
+    return (
+        f"the phases of the {whose} are in another order than those of the other: moved on by one",
+        f"name the phases of the {whose} in the order of the motor's",
+    )
+
+
+def _sign(balance: Balance) -> tuple[str, str] | None:
+    if not (balance.resistance < 0.0 and balance.inductance < 0.0):
+        return None
+    whose = "voltages" if abs(balance.flux_direction) > 0.5 * math.pi else "currents"
+    return (
+        f"the {whose} have the wrong sign: they fit a resistance of {balance.resistance:.3g} ohm",
+        f"give the {whose} a factor of -1 in the channel map",
+    )
+
+
+def _scale(balance: Balance, p: SampledMotorParameters) -> tuple[str, str] | None:
+    if min(balance.resistance, balance.inductance, balance.flux) <= 0.0:
+        return None
+    resistance = balance.resistance / p.motor_resistance
+    inductance, flux = balance.inductance / p.motor_inductance, balance.flux / p.motor_flux
+    if not _near(flux, 1.0) and _near(inductance, flux):
+        if _near(resistance, 1.0, WARMTH) and not _near(resistance, flux, ALIKE):
+            true = p.sample_time / flux
+            return (
+                f"inductance and flux are both {flux:.2g} of the vehicle file's, the resistance is not: the samples "
+                f"come every {1e3 * true:.2g} ms, and their time says {1e3 * p.sample_time:.3g} ms",
+                "correct the time of the recording: its unit, or the raster that it was written with",
+            )
+        if _near(resistance, flux, WARMTH):
+            return (
+                f"resistance, inductance and flux are all {flux:.2g} of the vehicle file's: so is the voltage's scale",
+                "correct factor and unit of the voltages in the channel map",
+            )
+    if _near(flux, 1.0) and not _near(inductance, 1.0) and _near(resistance, inductance, WARMTH):
+        return (
+            f"resistance and inductance are both {inductance:.2g} of the vehicle file's, the flux is not: the currents "
+            f"are {1.0 / inductance:.2g} of what they should be",
+            "correct factor and unit of the currents in the channel map; amplitude-invariant vectors are wanted",
+        )
+    return None
+
+
+def _near(value: float, other: float, factor: float = ALIKE) -> bool:
+    return other / factor < value < other * factor

@@ -1,0 +1,168 @@
+"""The voltage's equation of a motor held against a whole recording: what of it was recorded wrongly."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import product
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+WINDOW = 5e-3
+"""Of the balance: at 400 rad/s electrical the rotor turns by 2 rad meanwhile [s]."""
+
+PART = 100
+"""Windows that are kept together: halves are cut between them."""
+
+_CURRENT, _GAIN, _ROTOR, _SIGNS, _VOLTAGE = 0, 2, 4, 6, 8
+"""Places of the columns, each followed by its mirror image; the signs stay empty where the voltages are measured."""
+
+_THIRD = 2.0 * math.pi / 3.0
+
+
+class Reading(NamedTuple):
+    """One way of reading currents and angle.
+
+    Args:
+        mirrored: currents with two phases swapped
+        shifted: currents with their phases moved on, by this angle [rad]
+        backwards: an angle that turns the other way
+    """
+
+    mirrored: bool = False
+    shifted: Annotated[float, "rad"] = 0.0
+    backwards: bool = False
+
+
+AS_RECORDED = Reading()
+READINGS = tuple(Reading(*each) for each in product((False, True), (0.0, _THIRD, -_THIRD), (False, True)))
+"""As recorded first."""
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Least squares of the voltage over one reading.
+
+    Args:
+        reading: of currents and angle
+        resistance: [ohm]
+        inductance: [H]
+        flux: [V s]
+        flux_direction: electrical, from where the sensor says that it points [rad]
+        unexplained: root mean square of what is left over, share of the voltage's
+        windows: how many were counted
+    """
+
+    reading: Reading
+    resistance: float
+    inductance: float
+    flux: float
+    flux_direction: float
+    unexplained: float
+    windows: int
+
+
+class VoltageBalance:
+    """Collects u = R i + L di/dt + d(psi e^(j theta))/dt over windows that begin and end with a reading of the angle.
+
+    Args:
+        pole_pairs: electrical turns per turn of the shaft
+        sample_time: [s]
+
+    Vectors are complex numbers. Source: Reinelt et al., eqs (17), (18), integrated over a window.
+    """
+
+    def __init__(self, pole_pairs: float, sample_time: float):
+        self._pole_pairs, self._time = pole_pairs, sample_time
+        self._parts: list[np.ndarray] = []
+        self._windows: list[int] = []
+        self._rest = np.zeros((4, 0), complex)
+
+    def add(self, current: np.ndarray, voltage: np.ndarray, angle: np.ndarray, signs: np.ndarray) -> None:
+        """The next piece.
+
+        Args:
+            current: in the stator's axes [A], (n,)
+            voltage: mean over the sample that ends [V], (n,)
+            angle: of the sensor, mechanical; NaN where a sample brings none [rad], (n,)
+            signs: of the phase currents, where the inverter takes a voltage with them, else zeros (n,)
+        """
+        whole = np.concatenate([self._rest, np.vstack([current, voltage, angle, signs])], axis=1)
+        readings = np.flatnonzero(np.isfinite(whole[2].real))
+        if len(readings) < 2:
+            self._rest = whole if len(readings) else whole[:, :0]
+            return
+        every = max(round(WINDOW / self._time / float(np.median(np.diff(readings)))), 1)
+        edges = readings[::every]
+        self._rest = whole[:, edges[-1] :]
+        if len(edges) > 1:
+            self._count(whole, edges)
+
+    def _count(self, whole: np.ndarray, edges: np.ndarray) -> None:
+        current, voltage, angle, signs = whole
+        rotor = np.exp(1j * self._pole_pairs * angle.real[edges])
+        steps = np.vstack([0.5 * (each[1:] + each[:-1]) for each in (current, signs)] + [voltage[1:]])
+        sums = self._time * np.diff(np.pad(np.cumsum(np.nan_to_num(steps), axis=1), ((0, 0), (1, 0)))[:, edges], axis=1)
+        missing = np.pad(np.cumsum(~np.isfinite(steps).all(axis=0)), (1, 0))[edges]
+        gain = np.diff(current[edges])
+        whole_windows = (np.diff(missing) == 0) & np.isfinite(gain)
+        turned = np.diff(rotor)
+        columns = [sums[0], gain, turned, sums[1]]
+        rows = np.vstack([side for each in columns for side in (each, np.conj(each))] + [sums[2]])[:, whole_windows]
+        for start in range(0, rows.shape[1], PART):
+            part = rows[:, start : start + PART]
+            self._parts.append(np.conj(part) @ part.T)
+            self._windows.append(part.shape[1])
+
+    def over(self, reading: Reading, share: tuple[float, float] = (0.0, 1.0)) -> Balance | None:
+        """The balance of one reading; None where the windows do not tell its numbers.
+
+        Args:
+            reading: of currents and angle
+            share: of the windows that count, from and to
+        """
+        at = np.cumsum(self._windows) / max(sum(self._windows), 1)
+        counted = np.flatnonzero((at > share[0]) & (at <= share[1] + 1e-9))
+        if not len(counted):
+            return None
+        gram = np.sum([self._parts[k] for k in counted], axis=0)
+        windows = sum(self._windows[k] for k in counted)
+        side, turn = int(reading.mirrored), np.exp(1j * reading.shifted)
+        rotor = _ROTOR + int(reading.backwards)
+        places = [_CURRENT + side, _GAIN + side, rotor, rotor]
+        phases = [turn, turn, 1.0, 1j]
+        if gram[_SIGNS, _SIGNS].real > 0.0:
+            places.append(_SIGNS + side)
+            phases.append(turn)
+        phase = np.array(phases)
+        normal = (np.conj(phase)[:, None] * gram[np.ix_(places, places)] * phase).real
+        right = (np.conj(phase) * gram[places, _VOLTAGE]).real
+        scale = np.sqrt(np.diag(normal))
+        if not scale.all() or np.linalg.cond(normal / np.outer(scale, scale)) > 1e6:
+            return None
+        found = np.linalg.solve(normal, right)
+        power = gram[_VOLTAGE, _VOLTAGE].real
+        left = max(power - float(found @ right), 0.0)
+        return Balance(
+            reading,
+            float(found[0]),
+            float(found[1]),
+            float(np.hypot(found[2], found[3])),
+            float(np.arctan2(found[3], found[2])),
+            math.sqrt(left / power),
+            windows,
+        )
+
+    def best(self) -> Balance | None:
+        """The reading that leaves least, and the recorded one where another is no clear improvement."""
+        found = [balance for balance in map(self.over, READINGS) if balance is not None]
+        if not found:
+            return None
+        best = min(found, key=lambda each: each.unexplained)
+        recorded = next((each for each in found if each.reading == AS_RECORDED), best)
+        return best if best.unexplained < 0.5 * recorded.unexplained else recorded
+
+    def halves(self, reading: Reading) -> tuple[Balance | None, Balance | None]:
+        """The balances of one reading over the first and the second half of the windows."""
+        return self.over(reading, (0.0, 0.5)), self.over(reading, (0.5, 1.0))

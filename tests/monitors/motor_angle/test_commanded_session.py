@@ -1,0 +1,117 @@
+"""Recordings that hold the inverter's command and no measured voltage."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from monitors.motor_angle.monitored import vehicle_with
+from tierod.errors import InputError, ParameterError
+from tierod.findings import Status
+from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.monitors.run import diagnose
+from tierod.physics.clarke_park import StatorVector, inverse_clarke
+from tierod.proving_ground.motor import Inverter
+from tierod.recording import Channel, Recording
+from tierod.signals import SIGNALS
+from tierod.studies.motor_angle.observer_drives import to_and_fro
+from tierod.vehicles import load
+
+DRIVE = to_and_fro(82, 9.0, inverter=Inverter(dead_time=1e-6, forward_drop=0.7, knee_current=1.0))
+TARGETS = ("motor_target_voltage_alpha", "motor_target_voltage_beta")
+DUTIES = ("motor_duty_cycle_a", "motor_duty_cycle_b", "motor_duty_cycle_c")
+
+
+def recorded(samples, *more, without=("motor_voltage_alpha", "motor_voltage_beta")):
+    named = dict(zip(MotorAngleObserver.Sample._fields, samples.T, strict=True)) | dict(more)
+    there = {name: np.isfinite(values) for name, values in named.items() if name not in without}
+    return Recording(
+        {
+            name: Channel(name, DRIVE.time[known], named[name][known], SIGNALS[name].unit)
+            for name, known in there.items()
+        }
+    )
+
+
+COMMANDS = tuple(zip(TARGETS, DRIVE.commands.T, strict=True))
+PHASES = inverse_clarke(StatorVector(*DRIVE.commands.T))
+DUTY_CYCLES = (
+    *zip(DUTIES, (0.5 + phase / 13.0 for phase in PHASES), strict=True),
+    ("supply_voltage", np.where(np.arange(len(DRIVE.angle)) % 1000 == 0, 13.0, np.nan)),
+)
+"""The supply comes every 0.1 s."""
+
+
+def finding(recording, vehicle="motor-bench"):
+    return diagnose(recording, vehicle, "motor-angle").findings[0]
+
+
+@pytest.mark.parametrize(
+    ("more", "variant", "told"),
+    [
+        (COMMANDS, "commanded-voltage", "those that the inverter was told to make"),
+        (DUTY_CYCLES, "duty-cycles", "duty cycles times the supply"),
+    ],
+)
+def test_it_says_which_voltages_it_rests_on_and_what_the_inverter_takes(more, variant, told):
+    found = finding(recorded(DRIVE.samples, *more))
+    assert found.monitor == f"motor-angle, {variant}"
+    assert found.status is Status.HEALTHY
+    assert "commanded voltages tell" in found.headline
+    assert told in found.warnings[0]
+    assert found.evidence["inverter_voltage_loss_v"] == pytest.approx(0.83, abs=0.06)
+    assert len(found.warnings) == 1
+
+
+def test_measured_voltages_are_preferred():
+    found = finding(recorded(DRIVE.samples, *COMMANDS, without=()))
+    assert found.monitor == "motor-angle, stator-frame"
+    assert not found.warnings
+    assert "inverter_voltage_loss_v" not in found.evidence
+
+
+@pytest.mark.parametrize("knee", [0.4, 2.5])
+def test_a_wrong_knee_is_said_and_the_sensor_still_judged(knee):
+    found = finding(recorded(DRIVE.samples, *COMMANDS), vehicle_with(inverter_knee_current=knee))
+    assert found.status is Status.HEALTHY
+    assert f"and not {knee:g} A as in the vehicle file" in found.warnings[1]
+    assert found.evidence["inverter_knee_current_a"] == pytest.approx(1.0, rel=0.15)
+
+
+@pytest.mark.parametrize("knee", [0.02, 30.0])
+def test_a_knee_out_of_reach_is_said_and_nothing_judged(knee):
+    found = finding(recorded(DRIVE.samples, *COMMANDS), vehicle_with(inverter_knee_current=knee))
+    assert found.status in (Status.NOT_TESTABLE, Status.NOT_ENABLED, Status.HEALTHY)
+    assert "knee" in " ".join((found.cause, *found.warnings))
+
+
+def test_an_offset_is_found_on_commands_too():
+    samples = DRIVE.samples.copy()
+    samples[62_000:, 4] += np.radians(10.0) / 4.0
+    found = finding(recorded(samples, *COMMANDS))
+    assert found.status is Status.FAULT
+    assert found.estimate.value == pytest.approx(np.radians(10.0), abs=0.03)
+
+
+def test_currents_of_the_wrong_sign_are_named_on_commands_too():
+    samples = DRIVE.samples * np.array([-1.0, -1.0, 1.0, 1.0, 1.0])
+    found = finding(recorded(samples, *COMMANDS))
+    assert found.status is Status.NOT_TESTABLE
+    assert "the currents have the wrong sign" in found.cause
+
+
+def test_a_variant_that_is_asked_for_needs_its_own_signals():
+    with pytest.raises(InputError, match="motor_target_voltage_alpha"):
+        diagnose(recorded(DRIVE.samples, without=()), "motor-bench", "motor-angle", "commanded-voltage")
+
+
+def test_duty_cycles_without_a_supply_are_refused():
+    with pytest.raises(InputError, match="duty cycles tell a voltage with the supply_voltage only"):
+        finding(recorded(DRIVE.samples, *DUTY_CYCLES[:3]))
+
+
+def test_a_vehicle_without_its_inverter_is_refused_by_name():
+    vehicle = load("motor-bench")
+    bare = replace(vehicle, parameters={k: v for k, v in vehicle.parameters.items() if not k.startswith("inverter")})
+    with pytest.raises(ParameterError, match="inverter_voltage_loss"):
+        finding(recorded(DRIVE.samples, *COMMANDS), bare)

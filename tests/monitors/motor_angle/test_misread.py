@@ -1,0 +1,103 @@
+"""Sound drives recorded wrongly from beginning to end: each is named, with its cure."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from monitors.motor_angle.monitored import COLUMN, SOUND, recording
+from tierod.findings import Status
+from tierod.models.stator_frame_motor import SampledMotorParameters
+from tierod.monitors.motor_angle.misread import cause_of
+from tierod.monitors.motor_angle.voltage_balance import AS_RECORDED, Balance, Reading
+from tierod.monitors.run import diagnose
+from tierod.recording import Recording
+from tierod.vehicles import load
+
+P = load("motor-bench").parameters_for(SampledMotorParameters)
+CURRENTS, VOLTAGES = (("motor_current_alpha", "motor_current_beta"), ("motor_voltage_alpha", "motor_voltage_beta"))
+TURN = np.exp(2j * np.pi / 3.0)
+CASES = {
+    "sign of the currents": (CURRENTS, lambda v: -v, "the currents have the wrong sign", "factor of -1"),
+    "sign of the voltages": (VOLTAGES, lambda v: -v, "the voltages have the wrong sign", "factor of -1"),
+    "phases b and c": (CURRENTS, np.conj, "the phases of the currents are swapped: b and c", "channel map"),
+    "phases a and b": (CURRENTS, lambda v: TURN * np.conj(v), "currents are swapped: a and b", "channel map"),
+    "phases a and c": (CURRENTS, lambda v: np.conj(v) / TURN, "currents are swapped: a and c", "channel map"),
+    "phases of the voltages": (VOLTAGES, np.conj, "the phases of the voltages are swapped", "channel map"),
+    "phases moved on": (CURRENTS, lambda v: TURN * v, "the phases of the currents are in another order", "order"),
+    "voltages moved on": (VOLTAGES, lambda v: TURN * v, "the phases of the voltages are in another order", "order"),
+    "power-invariant currents": (CURRENTS, lambda v: 1.5**0.5 * v, "the currents are 1.2 of what", "amplitude"),
+    "half the voltage": (VOLTAGES, lambda v: 0.5 * v, "so is the voltage's scale", "factor and unit"),
+}
+
+
+def finding(source):
+    return diagnose(source, "motor-bench", "motor-angle").findings[0]
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_it_is_named_with_its_cure(case):
+    names, change, cause, action = CASES[case]
+    columns = [COLUMN[name] for name in names]
+    samples = SOUND().samples.copy()
+    vector = change(samples[:, columns[0]] + 1j * samples[:, columns[1]])
+    samples[:, columns] = np.column_stack([vector.real, vector.imag])
+    found = finding(recording(samples))
+    assert found.status is Status.NOT_TESTABLE
+    assert cause in found.cause
+    assert action in found.action
+
+
+def _finer(samples):
+    """A drive sampled twice as often: between two samples everything goes on evenly."""
+    at = np.arange(0.0, len(samples) - 1.0, 0.5)
+    fine = np.column_stack([np.interp(at, np.arange(len(samples)), column) for column in samples.T])
+    fine[:, 2:4] = samples[np.ceil(at).astype(int), 2:4]
+    return fine
+
+
+@pytest.mark.parametrize(("times", "told"), [(0.5, "every 0.2 ms"), (2.0, "every 0.05 ms")])
+def test_a_wrong_sampling_time_is_told_with_the_right_one(times, told):
+    """Samples that came every 0.2 ms and are told to come every 0.1 ms, and the other way round."""
+    channels = recording(SOUND().samples if times < 1.0 else _finer(SOUND().samples)).channels
+    scaled = {name: replace(each, time=min(times, 1.0) * each.time) for name, each in channels.items()}
+    found = finding(Recording(scaled))
+    assert found.status is Status.NOT_TESTABLE
+    assert f"the samples come {told}, and their time says 0.1 ms" in found.cause
+    assert "unit, or the raster" in found.action
+
+
+def balance(values=(1.0, 1.0, 1.0), direction=0.0, reading=AS_RECORDED):
+    resistance, inductance, flux = values
+    return Balance(
+        reading,
+        resistance * P.motor_resistance,
+        inductance * P.motor_inductance,
+        flux * P.motor_flux,
+        direction,
+        unexplained=0.01,
+        windows=500,
+    )
+
+
+@pytest.mark.parametrize(
+    "sound",
+    [
+        balance(),
+        balance((1.4, 1.0, 0.9)),
+        balance((1.0, 1.12, 1.02)),
+        balance((3.0, 1.0, 1.0)),
+        balance(reading=Reading(backwards=True), direction=1.57),
+    ],
+)
+def test_a_warm_motor_and_a_sensor_that_turns_backwards_are_left_alone(sound):
+    assert cause_of(sound, P) is None
+
+
+@pytest.mark.parametrize("start", [15_000, 45_000, 75_000])
+def test_what_changed_on_the_way_is_a_fault(start):
+    samples = SOUND().samples.copy()
+    samples[start:, COLUMN["motor_current_beta"]] *= -1.0
+    found = finding(recording(samples))
+    assert found.status is Status.FAULT
+    assert "not those of one motor" in found.cause
