@@ -21,7 +21,7 @@ HEALTHY, FAULT, NOT_JUDGED, BAD_INPUT, DEFECT, INTERRUPTED, UNHEARD = 0, 1, 2, 3
 """Exit codes; DEFECT means that tierod itself is wrong, INTERRUPTED that the user stopped it, UNHEARD (128 + SIGPIPE)
 that nobody read the output to its end before a verdict was known."""
 
-_NOT_COMMANDS = {"analysed", "app", "fault_memory", "terminal"}
+_NOT_COMMANDS = {"analysed", "app", "fault_memory", "identified", "terminal"}
 
 _HEADER = """\
 Estimate what cannot be measured in a steering system, and find what is going wrong in it.

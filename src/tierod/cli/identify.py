@@ -1,4 +1,4 @@
-"""Find parameters of a vehicle from recordings of a test bench, and write them into its file."""
+"""Find parameters of a vehicle from recordings of a bench or a drive, and write them into its file."""
 
 from __future__ import annotations
 
@@ -8,17 +8,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from tierod.identification.column_result import ColumnIdentification
+    from tierod.cli.identified import Identified, Subject
     from tierod.recording import Recording
     from tierod.vehicles import Vehicle
 
 
 def identify(
-    subject: Annotated[str, typer.Argument(help="What to identify: column.")],
-    recordings: Annotated[list[Path], typer.Argument(help="Recordings of the bench, one experiment each or more.")],
+    subject: Annotated[str, typer.Argument(help="What to identify: column or motor.")],
+    recordings: Annotated[
+        list[Path], typer.Argument(help="Recordings of bench or drive, one experiment each or more.")
+    ],
     vehicle: Annotated[str, typer.Option(help="A vehicle's name, or its TOML file: where the search starts.")],
     free: Annotated[
-        str | None, typer.Option(help="Parameters to find, with commas between; damping and friction where not given.")
+        str | None,
+        typer.Option(help="Parameters to find, with commas between; of a column damping and friction where not given."),
     ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Vehicle file to write; not written where not given.")
@@ -32,29 +35,30 @@ def identify(
 ) -> int:
     """Fit parameters to recordings and write them back: done (0), values of no use (2), bad input (3)."""
     from tierod.cli.app import HEALTHY, NOT_JUDGED
+    from tierod.cli.identified import SUBJECTS
     from tierod.cli.terminal import messages, print_json, progress
     from tierod.errors import ParameterError, nearest
     from tierod.vehicles import load
 
     if subject not in SUBJECTS:
         raise ParameterError(f"'{subject}' cannot be identified{nearest(subject, SUBJECTS)}")
-    car = load(vehicle)
+    wanted, car = SUBJECTS[subject], load(vehicle)
     target = _target(car, output, in_place)
     _require_places(car, recordings, channel_map, target, in_place, report)
     known = _read(recordings, channel_map or car.channel_map)
     with progress(f"identifying the {subject} of {car.name}") as advance:
-        result = SUBJECTS[subject](car, known, _names(free), advance)
+        result = wanted.identify(car, known, _names(free), advance)
     if report is not None:
-        _write_page(result, car, known, recordings, report)
+        _write_page(wanted, result, car, known, recordings, report)
     if target is not None and result.doubt:
         messages().print(f"{target} is not written: {result.doubt}", soft_wrap=True, markup=False)
         target = None
     if target is not None:
         _write_vehicle(result, car, recordings, target)
     if as_json:
-        print_json(_document(result, car, recordings, target, report))
+        print_json(_document(wanted, result, car, recordings, target, report))
     else:
-        _show(result)
+        _show(wanted, result)
     for what, path in (("vehicle file", target), ("page", report)):
         if path is not None:
             messages().print(f"{what}: {path}", soft_wrap=True, markup=False)
@@ -114,16 +118,6 @@ def _read(paths: list[Path], channel_map: Path | None) -> dict[str, Recording]:
     return found
 
 
-def _column(
-    car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any
-) -> ColumnIdentification:
-    from tierod.identification.column import identify_column
-    from tierod.identification.sampled_column import BenchParameters
-
-    deviations = {name: each.standard_deviation for name, each in car.parameters.items()}
-    return identify_column(car.parameters_for(BenchParameters), recordings, free, deviations, advance)
-
-
 def _sources(recordings: list[Path]) -> list[str]:
     """Name and begin of the SHA-256 of every file."""
     import hashlib
@@ -131,7 +125,7 @@ def _sources(recordings: list[Path]) -> list[str]:
     return [f"{path.name} ({hashlib.sha256(path.read_bytes()).hexdigest()[:12]})" for path in recordings]
 
 
-def _write_vehicle(result: ColumnIdentification, car: Vehicle, recordings: list[Path], target: Path) -> None:
+def _write_vehicle(result: Identified, car: Vehicle, recordings: list[Path], target: Path) -> None:
     from tierod.cli.analysed import origin
     from tierod.files import write_text
     from tierod.vehicles.writer import Change, changed
@@ -144,60 +138,51 @@ def _write_vehicle(result: ColumnIdentification, car: Vehicle, recordings: list[
 
 
 def _write_page(
-    result: ColumnIdentification, car: Vehicle, known: dict[str, Recording], recordings: list[Path], target: Path
+    subject: Subject, result: Any, car: Vehicle, known: dict[str, Recording], recordings: list[Path], target: Path
 ) -> None:
     from tierod.cli.analysed import origin
     from tierod.files import write_text
-    from tierod.report.identification_page import IdentificationPage, column_items, render_identification
+    from tierod.report.identification_page import IdentificationPage, render_identification
 
     by = origin()
-    summary = (
-        "Parameters under which a model of the column foretells the recordings best. The side of the steering wheel "
-        "comes from a regression with instruments; all else from the likelihood of the recordings, with a torque at "
-        "the motor that nobody recorded, whose size is found too.",
-    )
     facts = (("vehicle", car.name), ("vehicle file", str(car.path)), ("recordings", ", ".join(_sources(recordings))))
     warnings = tuple(f"{name}: {text}" for name, each in known.items() for text in each.warnings)
     page = IdentificationPage(
-        f"Column of {car.name}, identified",
-        summary,
+        f"{subject.title} of {car.name}, identified",
+        (subject.summary,),
         (*result.remarks, *warnings),
         facts,
         by.created,
         by.version,
         by.command,
     )
-    write_text(target, render_identification(page, list(column_items(result))))
+    write_text(target, render_identification(page, list(subject.items(result))))
 
 
-def _show(result: ColumnIdentification) -> None:
+def _show(subject: Subject, result: Any) -> None:
     from tierod.cli.terminal import output, rows
-    from tierod.report.identification_page import found_table, left_out_table
 
     console = output()
-    for table in (found_table(result.found), *([left_out_table(result, short=True)] if result.left_out else [])):
+    for table in subject.tables(result):
         console.print(f"{table.title}:", markup=False)
         kept = [k for k, title in enumerate(table.header) if title not in ("95 % interval", "by")]
         cells = [[row[k] for k in kept] for row in table.rows]
         console.print(rows([table.header[k] for k in kept], cells, range(1, len(kept) - ("unit" in table.header))))
         console.print("")
-    for number, each in enumerate(result.left_out, 1):
-        console.print(f"Experiment {number}: {each.name}", markup=False, soft_wrap=True)
-    for remark in result.remarks:
-        console.print(f"To know: {remark}", markup=False, soft_wrap=True)
+    for line in (*subject.lines(result), *(f"To know: {remark}" for remark in result.remarks)):
+        console.print(line, markup=False, soft_wrap=True)
 
 
 def _document(
-    result: ColumnIdentification, car: Vehicle, recordings: list[Path], target: Path | None, report: Path | None
+    subject: Subject, result: Any, car: Vehicle, recordings: list[Path], target: Path | None, report: Path | None
 ) -> dict[str, Any]:
     from tierod.cli.analysed import origin
     from tierod.vehicles.catalogue import QUANTITIES
 
     by = origin()
-    estimate = result.estimate
     return {
         "schema": "tierod.identification/1",
-        "subject": "column",
+        "subject": subject.title.lower(),
         "created": by.created,
         "version": by.version,
         "command": by.command,
@@ -207,7 +192,7 @@ def _document(
             {
                 "name": each.name,
                 "unit": QUANTITIES[each.name].unit,
-                "before": each.before,
+                "before": each.before if each.before == each.before else None,
                 "before_standard_deviation": each.before_deviation,
                 "value": each.value,
                 "standard_deviation": each.deviation,
@@ -216,25 +201,8 @@ def _document(
             }
             for each in result.found
         ],
-        "bench": {
-            name: {"value": estimate[name], "standard_deviation": estimate.deviation(name)}
-            for name in estimate.names
-            if name not in {each.name for each in result.found}
-        },
-        "unrecorded_motor_torque": estimate.input_deviation[0],
-        "correlation": {"names": list(estimate.names), "matrix": estimate.correlation.tolist()},
-        "leave_one_out": [
-            {"left_out": each.name, "parameters": dict(each.values), "normalised_errors": dict(each.errors)}
-            for each in result.left_out
-        ],
-        "whiteness": {name: each._asdict() for name, each in result.whiteness.items()},
-        "explained": result.explained,
-        "converged": estimate.converged,
+        **subject.document(result),
         "remarks": list(result.remarks),
         "vehicle_file": None if target is None else str(target),
         "page": None if report is None else str(report),
     }
-
-
-SUBJECTS = {"column": _column}
-"""What can be identified, and the function of vehicle, recordings, free names and progress that does it."""

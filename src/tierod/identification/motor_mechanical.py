@@ -12,7 +12,7 @@ import numpy as np
 from tierod.identification.modulation import Modulation
 from tierod.identification.motor_electrical import Electrical, Value
 from tierod.identification.motor_recording import MotorRecording
-from tierod.identification.motor_regression import Fit, Rows, regress
+from tierod.identification.motor_regression import Rows, regress
 from tierod.physics.friction import dahl_update
 from tierod.physics.pm_motor import torque_constant
 
@@ -74,7 +74,8 @@ def identify_mechanical(recordings: Sequence[MotorRecording], electrical: Electr
 
     The torque is that of flux and current. A load that was not measured is taken as a function of the angle that is
     straight between some places, so that a spring is no friction; what depends on the direction of turning is friction.
-    The angle over which friction builds up is that which leaves least over.
+    The angle over which friction builds up is that which leaves least over. All is as unsure as half of what half as
+    many places change, besides.
 
     Args:
         recordings: of one motor
@@ -85,17 +86,17 @@ def identify_mechanical(recordings: Sequence[MotorRecording], electrical: Electr
     """
     from scipy.optimize import minimize_scalar
 
-    shafts = [_Shaft(each, electrical, pole_pairs) for each in recordings]
-
-    def fitted(log_reach: float) -> tuple[Fit, list[Rows]]:
-        rows = _rows(shafts, float(np.exp(log_reach)))
-        return regress(rows), rows
-
+    shafts = [_Shaft(each, electrical, pole_pairs, _KNOTS) for each in recordings]
     found = minimize_scalar(
         lambda x: _left(shafts, float(np.exp(x))), bounds=np.log(_REACHES), method="bounded", options={"xatol": 5e-3}
     )
     best = float(found.x)
-    fit, rows = fitted(best)
+    rows = _rows(shafts, float(np.exp(best)))
+    fit = regress(rows)
+    coarse = regress(
+        _rows([_Shaft(each, electrical, pole_pairs, _KNOTS // 2) for each in recordings], float(np.exp(best)))
+    )
+    bent = 0.5 * (coarse.values[:3] - fit.values[:3])
     ahead, behind = (_rows(shafts, float(np.exp(best + side * _MOVED))) for side in (1.0, -1.0))
     wider = []
     for row, more, less in zip(rows, ahead, behind, strict=True):
@@ -106,6 +107,7 @@ def identify_mechanical(recordings: Sequence[MotorRecording], electrical: Electr
     inertia, damping, friction = fit.values[:3]
     covariance = whole.covariance[np.ix_([0, 1, 2, -1], [0, 1, 2, -1])]
     scale = electrical.flux.deviation / max(electrical.flux.value, 1e-12)
+    covariance[:3, :3] += np.outer(bent, bent)
     deviations = np.sqrt(np.diag(covariance)[:3] + (scale * fit.values[:3]) ** 2)
     reach = float(np.exp(best))
     along = np.array([1.0, -friction]) / reach
@@ -129,7 +131,7 @@ def identify_mechanical(recordings: Sequence[MotorRecording], electrical: Electr
 class _Shaft:
     """One recording at a slower rate: what does not change with the reach of the friction."""
 
-    def __init__(self, seen: MotorRecording, electrical: Electrical, pole_pairs: float) -> None:
+    def __init__(self, seen: MotorRecording, electrical: Electrical, pole_pairs: float, places: int) -> None:
         many = max(round(_STEP / seen.step), 1)
         self._many, self._count = many, len(seen.time) // many
         step = many * seen.step
@@ -146,7 +148,7 @@ class _Shaft:
         driving = self._slower(torque) - (0.0 if load is None else load)
         self.target = self.window.mean(driving)
         electrical_angle = _SLOTS * (pole_pairs * self.angle + electrical.zero.value)
-        others = [np.cos(electrical_angle), np.sin(electrical_angle), *self._loads(load is not None)]
+        others = [np.cos(electrical_angle), np.sin(electrical_angle), *self._loads(0 if load is not None else places)]
         self.moving = [self.window.acceleration(self.angle), self.window.rate(self.angle)]
         self.others = [self.window.mean(each) for each in others]
         self.known = np.isfinite(self.target + sum(self.moving))
@@ -154,9 +156,9 @@ class _Shaft:
     def _slower(self, values: np.ndarray) -> np.ndarray:
         return values[: self._many * self._count].reshape(self._count, self._many).mean(axis=1)
 
-    def _loads(self, measured: bool) -> list[np.ndarray]:
+    def _loads(self, most: int) -> list[np.ndarray]:
         low, high = float(np.nanmin(self.angle)), float(np.nanmax(self.angle))
-        count = 0 if measured else int(min((high - low) / _APART, _KNOTS))
+        count = int(min((high - low) / _APART, most))
         if count < 1:
             return [np.ones_like(self.angle)]
         places = np.linspace(low, high, count + 1)

@@ -15,6 +15,8 @@ SHORTEST = 0.2
 """Least duration [s]."""
 FASTEST = 0.5
 """Electrical angle that the rotor may turn from sample to sample [rad]: more cannot be told from turning back."""
+_FEW = 50
+"""Samples of a torque that tell nothing."""
 _MISSING = 0.2
 """Share of the samples that may be missing."""
 
@@ -47,7 +49,7 @@ class MotorRecording:
         angle: of the shaft, without jumps [rad], (n,)
         temperature: of the winding [K], (n,), or None
         load: measured torque that opposes the shaft [N m], (n,), or None
-        torque: measured torque of the motor [N m], (n,), or None
+        torque: times [s] and measured torque of the motor [N m], (k,) each, or None
     """
 
     name: str
@@ -58,7 +60,7 @@ class MotorRecording:
     angle: np.ndarray
     temperature: np.ndarray | None = None
     load: np.ndarray | None = None
-    torque: np.ndarray | None = None
+    torque: tuple[np.ndarray, np.ndarray] | None = None
 
 
 def motor_recording(name: str, recording: Recording, pole_pairs: float) -> MotorRecording:
@@ -87,8 +89,12 @@ def motor_recording(name: str, recording: Recording, pole_pairs: float) -> Motor
     voltage = _vector(recording, voltages, grid, step)
     turned = _angle(recording[angle].time, recording[angle].values, grid) / (pole_pairs if electrical else 1.0)
     _require(name, current, voltage, turned, pole_pairs)
-    extra = [_interpolated(recording, each, grid) for each in ("motor_temperature", "load_torque", "motor_torque")]
-    return MotorRecording(name, step, grid, current, voltage, turned, *extra)
+    warmth, load = (_interpolated(recording, each, grid) for each in ("motor_temperature", "load_torque"))
+    torque = None
+    if "motor_torque" in recording:
+        channel = recording["motor_torque"].sliced(float(grid[0]), float(grid[-1]))
+        torque = (channel.time, channel.values) if len(channel.time) > _FEW else None
+    return MotorRecording(name, step, grid, current, voltage, turned, warmth, load, torque)
 
 
 def _channels(name: str, recording: Recording, source: _Source) -> tuple[str, ...]:

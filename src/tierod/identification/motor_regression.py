@@ -57,10 +57,8 @@ def regress(rows: Sequence[Rows], correction: Sequence[np.ndarray] | None = None
     Source: T. Soderstrom, P. Stoica, Instrumental Variable Methods for System Identification (1983), chapter 4; H. R.
     Kuensch, Annals of Statistics 17 (1989) 1217, on stretches left out.
     """
-    shown = [
-        each.regressors if correction is None else each.regressors + c
-        for each, c in zip(rows, correction or [None] * len(rows), strict=True)
-    ]
+    added = correction or [np.zeros(1)] * len(rows)
+    shown = [each.regressors + more for each, more in zip(rows, added, strict=True)]
     cross = sum(np.real(np.conj(r.instruments).T @ f) for r, f in zip(rows, shown, strict=True))
     along = sum(np.real(np.conj(r.instruments).T @ r.target) for r in rows)
     sizes = np.sqrt(np.outer(_power([r.instruments for r in rows]), _power(shown)))

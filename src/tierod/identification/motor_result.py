@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from tierod.identification.column_result import Found
 from tierod.identification.motor_electrical import Electrical, Value
@@ -12,8 +13,7 @@ UNEXPLAINED = 0.25
 """Share of the voltage from which a motor does not explain it: a sound bench leaves below 0.03."""
 
 
-@dataclass(frozen=True)
-class Untold:
+class Untold(NamedTuple):
     """A parameter that the recordings do not tell.
 
     Args:

@@ -6,18 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tierod.identification.modulation import Modulation
 from tierod.identification.motor_electrical import Electrical, Value
 from tierod.identification.motor_recording import MotorRecording
 from tierod.identification.motor_regression import Rows, regress
 from tierod.physics.pm_motor import torque_constant
 
-_WINDOW = 0.04
-"""Length of a window [s]: torques are often recorded a hundred times a second."""
-
 
 def torque_ratio(seen: Sequence[MotorRecording], electrical: Electrical, pole_pairs: float) -> Value | None:
-    """Measured torque of the motor over that of flux and current; None where no torque or no flux is known.
+    """Measured torque of the motor over that of flux and current, at the instants of the former; None without either.
 
     Args:
         seen: recordings of one motor
@@ -30,11 +26,9 @@ def torque_ratio(seen: Sequence[MotorRecording], electrical: Electrical, pole_pa
     for each in seen:
         if each.torque is None:
             continue
-        length = max(round(_WINDOW / each.step), 4)
-        window = Modulation(length, length // 4, each.step)
+        time, measured = each.torque
         across = (each.current * np.exp(-1j * (pole_pairs * each.angle + electrical.zero.value))).imag
-        told = window.mean(torque_constant(pole_pairs, electrical.flux.value) * across)
-        measured = window.mean(each.torque)
+        told = np.interp(time, each.time, torque_constant(pole_pairs, electrical.flux.value) * across)
         known = np.isfinite(told + measured)
         columns = np.column_stack([told, np.ones_like(told)])[known]
         if np.ptp(columns[:, 0]) > 0.0:

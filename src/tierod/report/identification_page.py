@@ -75,7 +75,7 @@ def found_table(found: Sequence[Found]) -> Table:
             number(each.value, 6),
             number(each.deviation, 2),
             f"{number(each.low, 5)} to {number(each.high, 5)}",
-            f"{100.0 * each.change:+.2f} %".replace("-", "−"),
+            f"{100.0 * each.change:+.2f} %".replace("-", "−") if np.isfinite(each.change) else "–",
             QUANTITIES[each.name].unit.replace("**2", "²").replace("*", "·"),
             each.method,
         )

@@ -1,0 +1,163 @@
+"""What can be identified from recordings, and how each of it is told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+if TYPE_CHECKING:
+    from tierod.identification.column_result import ColumnIdentification, Found
+    from tierod.identification.motor_result import MotorIdentification
+    from tierod.recording import Recording
+    from tierod.studies.content import Item, Table
+    from tierod.vehicles import Vehicle
+
+
+class Identified(Protocol):
+    """Whatever an identification finds."""
+
+    @property
+    def found(self) -> tuple[Found, ...]:
+        """Parameters, in the order of the vehicle file."""
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What was noticed."""
+
+    @property
+    def doubt(self) -> str:
+        """Why the values may not be used; empty where they may."""
+
+
+class Subject(NamedTuple):
+    """Something that can be identified.
+
+    Args:
+        title: one word
+        summary: of the page, how it is done
+        identify: from vehicle, recordings, free names, and progress
+        items: tables and charts of the page
+        tables: for the terminal
+        lines: for the terminal, below them
+        document: what the JSON document holds besides the parameters
+    """
+
+    title: str
+    summary: str
+    identify: Callable[[Vehicle, dict[str, Recording], tuple[str, ...], Any], Any]
+    items: Callable[[Any], Iterable[Item]]
+    tables: Callable[[Any], Sequence[Table]]
+    lines: Callable[[Any], Sequence[str]]
+    document: Callable[[Any], dict[str, Any]]
+
+
+def _column(
+    car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any
+) -> ColumnIdentification:
+    from tierod.identification.column import identify_column
+    from tierod.identification.sampled_column import BenchParameters
+
+    deviations = {name: each.standard_deviation for name, each in car.parameters.items()}
+    return identify_column(car.parameters_for(BenchParameters), recordings, free, deviations, advance)
+
+
+def _column_items(result: ColumnIdentification) -> Iterable[Item]:
+    from tierod.report.identification_page import column_items
+
+    return column_items(result)
+
+
+def _column_tables(result: ColumnIdentification) -> Sequence[Table]:
+    from tierod.report.identification_page import found_table, left_out_table
+
+    return [found_table(result.found), *([left_out_table(result, short=True)] if result.left_out else [])]
+
+
+def _column_lines(result: ColumnIdentification) -> Sequence[str]:
+    return [f"Experiment {number}: {each.name}" for number, each in enumerate(result.left_out, 1)]
+
+
+def _column_document(result: ColumnIdentification) -> dict[str, Any]:
+    estimate = result.estimate
+    return {
+        "bench": {
+            name: {"value": estimate[name], "standard_deviation": estimate.deviation(name)}
+            for name in estimate.names
+            if name not in {each.name for each in result.found}
+        },
+        "unrecorded_motor_torque": estimate.input_deviation[0],
+        "correlation": {"names": list(estimate.names), "matrix": estimate.correlation.tolist()},
+        "leave_one_out": [
+            {"left_out": each.name, "parameters": dict(each.values), "normalised_errors": dict(each.errors)}
+            for each in result.left_out
+        ],
+        "whiteness": {name: each._asdict() for name, each in result.whiteness.items()},
+        "explained": result.explained,
+        "converged": estimate.converged,
+    }
+
+
+def _motor(car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any) -> MotorIdentification:
+    from tierod.identification.motor import identify_motor
+    from tierod.models.stator_frame_motor import MotorParameters
+
+    before = {name: (each.value, each.standard_deviation) for name, each in car.parameters.items()}
+    return identify_motor(car.parameters_for(MotorParameters), recordings, free, before, advance)
+
+
+def _motor_items(result: MotorIdentification) -> Iterable[Item]:
+    from tierod.report.motor_page import motor_items
+
+    return motor_items(result)
+
+
+def _motor_tables(result: MotorIdentification) -> Sequence[Table]:
+    from tierod.report.identification_page import found_table
+
+    return [found_table(result.found)] if result.found else []
+
+
+def _motor_lines(result: MotorIdentification) -> Sequence[str]:
+    return [f"Not identifiable here: {each.name}: {each.why}; record {each.cure}" for each in result.untold]
+
+
+def _motor_document(result: MotorIdentification) -> dict[str, Any]:
+    from tierod.report.motor_page import as_warm
+
+    ratio = result.torque_ratio
+    return {
+        "as_warm_as_recorded": {
+            name: {"value": value, "standard_deviation": deviation} for name, value, deviation in as_warm(result)
+        },
+        "torque_ratio": None if ratio is None else {"value": ratio.value, "standard_deviation": ratio.deviation},
+        "unexplained_voltage": result.electrical.unexplained,
+        "not_identifiable": [each._asdict() for each in result.untold],
+        "explained": not result.doubt,
+    }
+
+
+SUBJECTS = {
+    "column": Subject(
+        "Column",
+        "Parameters under which a model of the column foretells the recordings best. The side of the steering wheel "
+        "comes from a regression with instruments; all else from the likelihood of the recordings, with a torque at "
+        "the motor that nobody recorded, whose size is found too.",
+        _column,
+        _column_items,
+        _column_tables,
+        _column_lines,
+        _column_document,
+    ),
+    "motor": Subject(
+        "Motor",
+        "Resistance, inductance and flux under which the voltages are those of a motor with these currents and this "
+        "angle; inertia, damping and dry friction under which its torque moves the shaft as it was moved. Both are "
+        "regressions over short windows; standard deviations hold with residuals that are coloured.",
+        _motor,
+        _motor_items,
+        _motor_tables,
+        _motor_lines,
+        _motor_document,
+    ),
+}
+"""By the name that the command line takes."""
