@@ -31,9 +31,6 @@ NATIVE = ("-march=native", "-mprefer-vector-width=512")
 SCHEDULED = ("-fschedule-insns", "-fsched-pressure", "-fira-loop-pressure")
 """GCC's order of instructions for long straight lines in vector registers: about 6 % of a lane's time."""
 
-LONG = ("-O2", "-ftree-vectorize", "-fvect-cost-model=unlimited")
-"""For loops over lanes that are thousands of lines long: as fast as with the flags above, compiled in half the time."""
-
 
 @cache
 def compiler() -> tuple[str, ...] | None:
@@ -56,15 +53,10 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tierod"
 
 
-def load(source: str, name: str, tuned: tuple[str, ...] = SCHEDULED) -> ctypes.PyDLL:
+def load(source: str, name: str) -> ctypes.PyDLL:
     """The library compiled from C source; compiled only where the cache does not hold it.
 
     PyDLL keeps the interpreter's lock: one push is shorter than giving the lock away and taking it back.
-
-    Args:
-        source: C99
-        name: what the library's file name begins with
-        tuned: options that change the speed alone, left out where the compiler does not know them
 
     Raises:
         CompileError: there is no compiler, it refuses the source, or its product cannot be loaded
@@ -75,13 +67,13 @@ def load(source: str, name: str, tuned: tuple[str, ...] = SCHEDULED) -> ctypes.P
             "no C compiler was found (looked for cc, gcc, clang and the wheel ziglang); install one, "
             "or pip install 'tierod[compiler]', or run with engine='virtual machine'"
         )
-    library = library_path(command, source, name, tuned)
+    library = library_path(command, source, name)
     if library.exists():
         try:
             return ctypes.PyDLL(str(library))
         except OSError:
             library.unlink(missing_ok=True)  # damaged, by a full disk or a copy: compiled anew
-    _compile(command, source, library, tuned)
+    _compile(command, source, library)
     try:
         return ctypes.PyDLL(str(library))
     except OSError as error:
@@ -91,18 +83,18 @@ def load(source: str, name: str, tuned: tuple[str, ...] = SCHEDULED) -> ctypes.P
         ) from None
 
 
-def library_path(command: tuple[str, ...], source: str, name: str, tuned: tuple[str, ...] = SCHEDULED) -> Path:
+def library_path(command: tuple[str, ...], source: str, name: str) -> Path:
     """Where the library of a source lies: the name holds all that its code depends on."""
-    parts = [*command, _identity(command[0]), _machine(), *FLAGS, *NATIVE, *tuned, source]
+    parts = [*command, _identity(command[0]), _machine(), *FLAGS, *NATIVE, *SCHEDULED, source]
     key = hashlib.sha256("\0".join(parts).encode())
     return _writable(cache_folder()) / f"{name}-{key.hexdigest()[:24]}.so"
 
 
-def _compile(command: tuple[str, ...], source: str, library: Path, tuned: tuple[str, ...]) -> None:
+def _compile(command: tuple[str, ...], source: str, library: Path) -> None:
     with tempfile.TemporaryDirectory(dir=library.parent, prefix="build-") as folder:
         code, built = Path(folder, "kernel.c"), Path(folder, "kernel.so")
         code.write_text(source)
-        for native in (NATIVE + tuned, NATIVE, NATIVE[:1], ()):
+        for native in (NATIVE + SCHEDULED, NATIVE, NATIVE[:1], ()):
             try:
                 run = subprocess.run(
                     [*command, *FLAGS, *native, str(code), "-o", str(built), "-lm"],

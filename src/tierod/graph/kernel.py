@@ -14,7 +14,7 @@ from tierod.errors import ParameterError
 from tierod.graph.bank_graph import BankGraph
 from tierod.graph.bank_machine import BankMachine
 from tierod.graph.bank_printer import print_bank
-from tierod.graph.compiler import LONG, SCHEDULED, compiler, load
+from tierod.graph.compiler import compiler, load
 from tierod.graph.printer import LANES, TILE_STEPS, prefix, print_lanes, print_scalar
 from tierod.graph.trace import Graph, Interface, trace
 from tierod.graph.virtual_machine import VirtualMachine
@@ -147,7 +147,7 @@ def _address(array: np.ndarray) -> int:
 
 @lru_cache(maxsize=256)
 def _scalar_library(graph: Graph) -> ctypes.PyDLL:
-    return load(print_c(graph), prefix(graph), LONG if isinstance(graph, BankGraph) else SCHEDULED)
+    return load(print_c(graph), prefix(graph))
 
 
 @lru_cache(maxsize=256)
