@@ -11,7 +11,7 @@ from typing import Any, Literal
 from tierod.detectors import Cusum, GeometricAverage, HeldThreshold, LikelihoodRatio, SequentialTest
 from tierod.detectors.rule_design import RuleDesign
 
-Unit = Literal["h", "recording"]
+Unit = Literal["h", "recording", "car"]
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class Demonstrated:
     """What was observed on healthy data that no threshold was tuned on.
 
     Args:
-        observed: hours, or recordings
+        observed: hours, recordings or cars
         alarms: false ones
     """
 
@@ -39,9 +39,9 @@ class Demonstrated:
 
     def told(self, unit: Unit) -> str:
         """In words: what was seen and what that shows."""
-        amount = f"{self.observed:.3g} h" if unit == "h" else f"{self.observed:.0f} recordings"
+        amount = f"{self.observed:.3g} h" if unit == "h" else f"{self.observed:.0f} {unit}s"
         seen = {0: "none", 1: "one"}.get(self.alarms, str(self.alarms))
-        return f"{seen} in {amount}, so fewer than {self.most:.2g} per {'h' if unit == 'h' else unit} at 95 %"
+        return f"{seen} in {amount}, so fewer than {self.most:.2g} per {unit} at 95 %"
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Decision:
         mean_time_between_false_alarms: that it is designed for [unit]; None where only `demonstrated` is known
         demonstrated: on healthy data; None where nothing was observed
         source: where the design was made and measured
-        unit: "h", or "recording" for a rule that looks once at each
+        unit: "h", or "recording" or "car" for a rule that looks once at each
         design: from which the threshold follows; None where there is no statistic to design with
         statistic: trace of the report that the rule compares; "" where there is none
         levels: thresholds in the unit of that trace
@@ -98,7 +98,7 @@ class Decision:
         shown = self.demonstrated.told(self.unit) if self.demonstrated else "nothing observed"
         if self.mean_time_between_false_alarms is None:
             return f"demonstrated: {shown}"
-        unit = "h" if self.unit == "h" else "recordings"
+        unit = "h" if self.unit == "h" else f"{self.unit}s"
         mean = self.mean_time_between_false_alarms
         wanted = f"{mean:,.0f}".replace(",", " ") if 100.0 <= mean < 1e7 else f"{mean:.2g}"
         return f"designed: one in {wanted} {unit}; demonstrated: {shown}"

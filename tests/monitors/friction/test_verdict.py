@@ -9,6 +9,7 @@ from tierod.block import rebuild
 from tierod.errors import InputError, ParameterError
 from tierod.findings import Status
 from tierod.graph import scan
+from tierod.monitors.friction.decisions import ABSOLUTE_DESIGN, RISING_DESIGN
 from tierod.monitors.friction.judgement import judge
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.run import FrictionRun
@@ -457,3 +458,11 @@ def test_a_level_that_is_not_positive_is_refused():
 def test_no_samples_are_refused():
     with pytest.raises(InputError, match="no samples"):
         MONITOR.finding(scan(MONITOR, np.empty((0, 7))))
+
+
+def test_the_ratio_of_rising_friction_is_that_of_its_design():
+    tuning = AlarmTuning()
+    assert 1.0 + RISING_DESIGN.threshold * tuning.wander == pytest.approx(tuning.rising_ratio, abs=0.002)
+    limits = FrictionLimits(4.0, 4.8, 7.5)
+    acts_from = FrictionVerdict(limits).acts_from(limits.rising_friction, 0.0)
+    assert (acts_from / 4.0 - 1.0) / tuning.gain_deviation == pytest.approx(ABSOLUTE_DESIGN.threshold, abs=0.01)

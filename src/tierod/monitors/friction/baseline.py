@@ -5,12 +5,13 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from tierod.block import leaves
+from tierod.detectors.held_threshold import HeldThreshold
 from tierod.errors import InputError, ParameterError
 from tierod.graph import Result
 from tierod.graph.maths import absolute, all_of, both, exp, maximum, present, where
@@ -128,6 +129,8 @@ class BaselineFrictionMonitor:
         block_samples, blocks: the window, 15 s at 100 Hz in steps of 1 s [assumed]
         minimum_samples: fewer give no variance; a fifth of the window []
 
+    The distance of a variance is its share of the threshold; what is above one is a fault.
+
     Source: Mohtat et al., eqs (1) and (2), section 4.1, after Lin and Ghoneim, 2016. In eq (1) the sign is plus and
     the last numerator C_r, see `tierod.physics.aligning`.
     """
@@ -141,6 +144,7 @@ class BaselineFrictionMonitor:
     block_samples: int = 100
     blocks: int = 15
     minimum_samples: Annotated[float, ""] = 300.0
+    alarm: HeldThreshold = field(default=HeldThreshold(1.0, 1, "upper"), init=False)
 
     Sample = SteeringSample
 
@@ -165,6 +169,7 @@ class BaselineFrictionMonitor:
         difference = external - observer.self_aligning_torque
         window, spread = self._window.step(state.window, RollingVariance.Sample(difference, enabled))
         ready = spread.samples >= self.minimum_samples
+        _, above = self.alarm.step(self.alarm.init(), spread.variance / self.threshold, ready)
         after = self.State(
             observer,
             where(present(sample.driver_torque), sample.driver_torque, state.driver_torque),
@@ -179,7 +184,7 @@ class BaselineFrictionMonitor:
             spread.samples,
             where(ready, 1.0, 0.0),
             enabled,
-            where(both(ready, spread.variance > self.threshold), 1.0, 0.0),
+            above.alarm,
         )
 
     @property

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from tierod.detectors.rule_design import alarms_at
 from tierod.findings import Estimate, Finding, Status
 from tierod.graph import Result
 from tierod.monitors.friction.baseline import BaselineFrictionMonitor
@@ -37,7 +38,7 @@ class BaselineSession(BlockSession):
             "enabled": ("enabled", ""),
         }
         super().__init__(block, traces)
-        self.name, self.threshold = name, block.threshold
+        self.monitor, self.name, self.threshold = block, name, block.threshold
         self._window = block.block_samples * block.blocks
         self._window_seconds = self._window / rate
         self._spread = EstimateOverDrive(rate)
@@ -88,7 +89,7 @@ class BaselineSession(BlockSession):
         median = float(np.median(later))
         above = variances > self.threshold
         evidence |= {"windows_above_share": float(np.mean(above))}
-        fault = median > self.threshold
+        fault = alarms_at(self.monitor.alarm, median / self.threshold)
         status = Status.FAULT if fault else Status.HEALTHY
         since = self._began(above) if fault else None
         deviation = float(1.2533 * np.std(later) / math.sqrt(len(later)))

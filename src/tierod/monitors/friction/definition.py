@@ -10,6 +10,7 @@ from typing import Any
 from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.baseline import BaselineFrictionMonitor, BaselineGate, BaselineParameters
 from tierod.monitors.friction.baseline_session import BaselineSession
+from tierod.monitors.friction.decisions import BASELINE_DECISIONS, DECISIONS
 from tierod.monitors.friction.judged import JudgedEstimator
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.refined import RefinedFrictionMonitor, consistent, printed, printed_open
@@ -68,42 +69,49 @@ _VARIANTS = (
         "Regression on friction as it builds up over an angle that is learnt: no bias from pre-sliding.",
         f"beyond {PAPER}; docs/friction.md",
         _presliding,
+        DECISIONS,
     ),
     Variant(
         "refined",
         "Enabled Kalman filter of motion, self-aligning torque and friction, with the consistent covariance.",
         f"{PAPER}, eqs (5) to (14), corrected",
         _paper("refined", consistent),
+        DECISIONS,
     ),
     Variant(
         "refined-printed",
         "The same filter exactly as printed: literal noise, covariance that ignores the enabling.",
         f"{PAPER}, eqs (5) to (14) and Table 3",
         _paper("refined-printed", printed),
+        DECISIONS,
     ),
     Variant(
         "refined-open",
         "As printed, with the virtual noise of the self-aligning torque opened so that it is tracked.",
         f"{PAPER}, eqs (5) to (14), second reading of Q",
         _paper("refined-open", printed_open),
+        DECISIONS,
     ),
     Variant(
         "unscented",
         "The same model without linearisation, friction smoothed by tanh.",
         f"{PAPER}, appendix B",
         _paper("unscented", unscented),
+        DECISIONS,
     ),
     Variant(
         "baseline",
         "Variance between two self-aligning torques, with the printed conditions.",
         f"{PAPER}, eqs (1) and (2), section 4.1, after Lin and Ghoneim",
         _baseline("baseline", BaselineGate()),
+        BASELINE_DECISIONS,
     ),
     Variant(
         "baseline-ungated",
         "The same on every sample: the printed conditions rarely hold together.",
         f"{PAPER}, eqs (1) and (2), section 4.1, after Lin and Ghoneim",
         _baseline("baseline-ungated", None),
+        BASELINE_DECISIONS,
     ),
 )
 

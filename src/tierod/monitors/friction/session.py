@@ -15,6 +15,7 @@ from tierod.findings import Finding, Status
 from tierod.graph import Result
 from tierod.identification.hysteresis_presence import HysteresisPresence
 from tierod.models.eps_column import driving_torque
+from tierod.monitors.friction.decisions import STATISTICS
 from tierod.monitors.friction.judged import JudgedEstimator
 from tierod.monitors.friction.judgement import judge
 from tierod.monitors.friction.monitor import FrictionMonitor
@@ -26,7 +27,7 @@ from tierod.monitors.session import BlockSession, Conclusion
 from tierod.physics.friction import viscous
 from tierod.vehicles import Vehicle
 
-VALUES = ("friction_torque", "friction_torque_standard_deviation", "ratio_to_own_level")
+VALUES = ("friction_torque", "friction_torque_standard_deviation", "ratio_to_own_level", *STATISTICS)
 """Traces that tell the value of friction."""
 
 WITHHELD = (
@@ -65,6 +66,8 @@ class FrictionSession(BlockSession):
             "estimate.enabled": ("enabled", ""),
             "estimate.nis": ("nis", ""),
             "verdict.ratio": (VALUES[2], ""),
+            "verdict.rising_sum": (STATISTICS[0], ""),
+            "verdict.fault_sum": (STATISTICS[1], ""),
         }
         super().__init__(block, traces, ("verdict.code", STATUSES))
         self._judged, self.vehicle, self._acting = block, vehicle, acting

@@ -58,6 +58,7 @@ class VerdictOutput(NamedTuple):
         level: own learnt level, 0 until known
         since: time at which the present alarm's change began, -1 without alarm or where it was there from the start
         enabled_seconds: enabled time so far
+        rising_sum, fault_sum: the larger of the sums of excess over a limit of each kind, over the sum that alarms
     """
 
     code: Annotated[Any, ""]
@@ -65,15 +66,18 @@ class VerdictOutput(NamedTuple):
     level: Annotated[Any, "N*m"]
     since: Annotated[Any, "s"]
     enabled_seconds: Annotated[Any, "s"]
+    rising_sum: Annotated[Any, ""]
+    fault_sum: Annotated[Any, ""]
 
 
 @dataclass(frozen=True)
 class FrictionVerdict:
     """Judge a friction estimate while it runs; works for every friction estimator.
 
-    An alarm is a sum of excess over time (Page's CUSUM with the limit itself as drift) on four limits: rising and
-    fault, absolute and relative. The relative ones see a change of this car whatever the gain of its torque sensors;
-    the absolute ones see a car that was bad from the start.
+    The distance from a limit is friction over it, less one, in standard deviations of the estimate's wander. An alarm
+    is a sum of that over time (Page's CUSUM with the limit itself as drift) on four limits: rising and fault, absolute
+    and relative. The relative ones see a change of this car whatever the gain of its torque sensors; the absolute ones
+    see a car that was bad from the start.
 
     Args:
         limits: the vehicle's
@@ -82,8 +86,8 @@ class FrictionVerdict:
         learnt_level: own level from earlier drives [N*m]; None learns it in this recording
         learnt_deviation: its standard deviation [N*m]
 
-    False alarms: none in the healthy hours reported in docs/friction.md. The estimate wanders slowly, so the run length
-    of white noise in `Cusum` does not apply; the distance of the limits from the healthy range does.
+    The estimate wanders slowly, so the run length of white noise does not apply: it was measured on healthy drives, see
+    `tierod.monitors.friction.decisions`.
     """
 
     limits: FrictionLimits
@@ -106,8 +110,7 @@ class FrictionVerdict:
     def __post_init__(self) -> None:
         if self.learnt_level is not None and not self.learnt_level > 0.0:
             raise ParameterError(f"learnt_level is {self.learnt_level} N*m; expected a positive torque, or None")
-        alarm = Cusum(0.0, self.tuning.excess, self.tuning.ceiling, "upper")
-        object.__setattr__(self, "alarm", alarm)
+        object.__setattr__(self, "alarm", self.tuning.alarm)
 
     @classmethod
     def of_vehicle(
@@ -160,7 +163,10 @@ class FrictionVerdict:
         code = where(ready, where(identifiable, HEALTHY + alarm, NOT_IDENTIFIABLE), NOT_READY)
         since = where(onset.kind > 1.5, onset.absolute, where(onset.kind > 0.5, onset.relative, -1.0))
         level = where(known, own.level, 0.0)
-        return self.State(own, sums, onset, figures), VerdictOutput(code, ratio, level, since, figures.enabled_seconds)
+        rising, fault = (maximum(sums[k].up, sums[k + 2].up) / self.alarm.threshold for k in (0, 1))
+        return self.State(own, sums, onset, figures), VerdictOutput(
+            code, ratio, level, since, figures.enabled_seconds, rising, fault
+        )
 
     def _count(self, figures: FrictionFigures, sample: VerdictSample) -> FrictionFigures:
         """The figures one sample on."""
@@ -250,7 +256,7 @@ class FrictionVerdict:
         )
         after, raised = [], []
         for total, excess in zip(sums, excesses, strict=True):
-            total, output = self.alarm.step(total, (excess - 1.0) * self.sample_time, judged)
+            total, output = self.alarm.step(total, (excess - 1.0) / tuning.wander * self.sample_time, judged)
             after.append(total)
             raised.append(output.alarm)
         relative = where(raised[1] > 0.5, 2.0, raised[0])
