@@ -136,9 +136,8 @@ class MotorAngleObserver:
 
     def init(self) -> State:
         """Nothing seen."""
-        # An unknown loss of the inverter hides a first slow turning: its observer waits for the back-EMF.
-        standing = 1.0 if self.commanded else 0.0
-        return self.State(self.filter.init(), 0.0, 0.0, 0.0, Pace(0.0, standing, 1.0, 0.0))
+        # A motor that stands at first, as most do, would be turned by what resistance and voltages are wrong by.
+        return self.State(self.filter.init(), 0.0, 0.0, 0.0, Pace(0.0, 1.0, 1.0, 0.0))
 
     def step(self, state: State, sample: Any) -> tuple[State, Output]:
         """One sample on."""
@@ -156,7 +155,10 @@ class MotorAngleObserver:
         rate = where(recent, increment / self.parameters.sample_time, math.inf)
         measured = StatorFrameMotor.Output(sample.motor_current_alpha, sample.motor_current_beta, rate)
         free = where(standing, 0.0, 1.0)
-        masks = (free, free, where(pace.slow, 0.0, 1.0)) if self.commanded else (free, free)
+        current = hypot(sample.motor_current_alpha, sample.motor_current_beta)
+        # A small current tells nothing of the resistance, and its noise would drive it.
+        masks = (free, where(current > self.tuning.least_current, 1.0, 0.0), free)
+        masks = (*masks, where(pace.slow, 0.0, 1.0)) if self.commanded else masks
         enabled = get_type_hints(filter_.Sample)["enabled"](*masks)
         after, estimate = filter_.step(
             belief,

@@ -45,7 +45,7 @@ def stator_filter(p: SampledMotorParameters, t: MotorAngleTuning) -> KalmanFilte
         tuple(deviation**2 for deviation in first),
         (voltage, voltage, t.speed_wander**2, _TINY, t.load_wander**2, *wander),
         (t.current_noise**2, t.current_noise**2, reading),
-        maskable=("angle", "log_flux") + (("log_knee",) if model is CommandedMotor else ()),
+        maskable=("angle", "log_resistance", "log_flux") + (("log_knee",) if model is CommandedMotor else ()),
     )
 
 

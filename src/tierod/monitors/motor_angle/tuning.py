@@ -37,7 +37,7 @@ class MotorAngleTuning:
         widest_knee: that of the knee: from a fifth to five times its value
     """
 
-    current_noise: Annotated[float, "A", POSITIVE] = 0.15
+    current_noise: Annotated[float, "A", POSITIVE] = 0.2
     voltage_noise: Annotated[float, "V", POSITIVE] = 0.05
     sensor_noise: Annotated[float, "rad", POSITIVE] = 5e-4
     speed_wander: Annotated[float, "rad/s", POSITIVE] = 0.1
@@ -55,7 +55,7 @@ class MotorAngleTuning:
     first_loss: Annotated[float, "V", POSITIVE] = 0.3
     first_knee: Annotated[float, "", NOT_NEGATIVE] = 0.5
     least_current: Annotated[float, "A", POSITIVE] = 3.0
-    standing_speed: Annotated[float, "rad/s", POSITIVE] = 1.5
+    standing_speed: Annotated[float, "rad/s", POSITIVE] = 1.0
     standing_time: Annotated[float, "s", POSITIVE] = 0.02
     slow_speed: Annotated[float, "rad/s", POSITIVE] = 8.0
     lag: Annotated[float, "s", POSITIVE] = 0.005
