@@ -1,0 +1,93 @@
+"""The tests of the actuators: torque lost, half of it or all, with a split that tells the motors apart or not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from tierod.studies.claims import Claim, Goal, at_least, at_most, exactly
+from tierod.studies.condition import tables
+from tierod.studies.condition.driven import VEHICLES
+from tierod.studies.condition.drives import ACTUATORS, actuator_tests
+from tierod.studies.condition.runs import BEST, VARIANTS, scores
+from tierod.studies.condition.scoring import AMBIGUOUS, DriveScore
+from tierod.studies.condition.sensors import GOAL, longest
+from tierod.studies.condition.summary import injected_name, isolated, summary
+from tierod.studies.content import Chart, Heading, Item, Panel, Points
+from tierod.studies.registry import Effort
+
+TEXT = (
+    "Both steering motors and a drive on three rounds, 200 s each, without torque from 104 s on: nine tests, with "
+    "every vehicle; the paper has nine too, and does not list them. Half the torque lost follows. The steering "
+    "torque is split 65 to 35 between the motors, and back, every 0.12 s; the last table has a fixed split.",
+)
+
+
+def items(effort: Effort) -> Iterator[Item]:
+    """Accuracy as in Figure 25, delays, sizes, motors and sides."""
+    if not VARIANTS:
+        return
+    vehicles = VEHICLES[:1] if effort.quick else VEHICLES
+    whole = [drive for number in vehicles for drive in actuator_tests(number)]
+    half = [drive for number in vehicles for drive in actuator_tests(number, 0.5)]
+    found = scores(whole[::4] if effort.quick else whole, effort)
+    partial = scores(half[::4] if effort.quick else half, effort)
+    yield Heading("The tests of the actuators", TEXT)
+    yield tables.compared("All torque lost", found)
+    yield tables.compared("Half the torque lost", partial)
+    yield tables.by_group(
+        "Accuracy by actuator (Figure 25), mean / worst", found, lambda each: each.drive.injected[0].element, "actuator"
+    )
+    yield _figure_twenty_five(found)
+    for name, several in found.items():
+        yield tables.confused(f"What went by which name: {VARIANTS[name].title}", several)
+    if BEST in found:
+        yield from _claims(found[BEST], partial[BEST])
+        single = [drive for number in vehicles for drive in actuator_tests(number, 0.5, False)]
+        fixed = scores(single[:1] if effort.quick else single, effort, (BEST,))
+        yield tables.confused("Half the torque lost, with a fixed split", fixed[BEST])
+        yield from _fixed(fixed[BEST])
+
+
+def _figure_twenty_five(found: tables.Scores) -> Chart:
+    marks = []
+    for name, several in found.items():
+        parts = [summary([each for each in several if each.drive.injected[0].element == one]) for one in ACTUATORS]
+        accuracy = np.array([part.accuracy for part in parts])
+        marks.append(
+            Points(VARIANTS[name].title, ACTUATORS, accuracy, np.array([part.worst for part in parts]), accuracy)
+        )
+    return Chart(
+        "condition-accuracy-actuators",
+        "Accuracy by actuator (Figure 25)",
+        "Mean over the tests of each actuator; the line reaches down to the worst test.",
+        "Accuracies of four actuators by several diagnoses.",
+        (Panel("accuracy", "actuator", "accuracy", tuple(marks)),),
+    )
+
+
+def _claim(key: str, claim: str, measured: float, goal: Goal | None, unit: str = "") -> Claim:
+    return Claim(f"actuators.{key}", claim, GOAL, None, measured, goal, unit)
+
+
+def _claims(whole: Sequence[DriveScore], half: Sequence[DriveScore]) -> Iterator[Claim]:
+    for key, what, of, limit in (("lost", "all torque", whole, 0.3), ("half", "half the torque", half, 0.6)):
+        known = summary(of)
+        late = longest(known.delays_shown)
+        yield _claim(f"{key}-accuracy", f"Mean accuracy with {what} lost.", known.accuracy, at_least(0.99))
+        yield _claim(f"{key}-delay", f"Longest delay with {what} lost, once it shows.", late, at_most(limit), "s")
+        yield _claim(f"{key}-size", f"Error of the share lost, with {what} lost.", known.size_error, at_most(0.1))
+        yield _claim(f"{key}-named", f"Motor and side right, with {what} lost.", isolated(of).right, at_least(1.0))
+        yield _claim(f"{key}-missed", f"Missed, with {what} lost.", known.missed, exactly(0.0))
+
+
+def _fixed(of: Sequence[DriveScore]) -> Iterator[Claim]:
+    steering = [each for each in of if each.drive.injected[0].element.startswith("steering_motor")]
+    told = [each for each in steering if each.named in (AMBIGUOUS, injected_name(each))]
+    yield _claim(
+        "fixed-split",
+        "With a fixed split half a steering motor's torque is named rightly, or as one of several.",
+        len(told) / max(len(steering), 1),
+        at_least(1.0),
+    )

@@ -1,0 +1,160 @@
+"""Beyond the tests: kinds and sizes of faults, two at a time, and how small a fault may be to be found in what time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from tierod.studies.claims import Claim, Goal, at_least, at_most, exactly
+from tierod.studies.condition import tables
+from tierod.studies.condition.drives import SENSORS, TEST_SECONDS, Drive, mixed_pairs, more_kinds, sensor_pairs
+from tierod.studies.condition.faults import OFFSET, OFFSETS, Injected
+from tierod.studies.condition.rounds import LONG, SHORT, THIRD
+from tierod.studies.condition.runs import BEST, VARIANTS, scores
+from tierod.studies.condition.scoring import DriveScore
+from tierod.studies.condition.sensors import GOAL, VALUES
+from tierod.studies.condition.summary import Isolated, isolated, summary
+from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
+from tierod.studies.registry import Effort
+
+KINDS_TEXT = (
+    "Every kind of fault of every sensor in several sizes, on three rounds, with other seeds than those of the "
+    "tests. The size is a multiple of the tests' offset; gains, drifts, noise and delays are scaled to do as much "
+    "harm.",
+)
+PAIRS_TEXT = (
+    "Two sensors at once, both lost or both with an offset, and a sensor with an actuator; the second one fails 2 s "
+    "after the first. Right is who names both and nothing else most of the time in which both show.",
+)
+SIZES = (0.5, 1.0, 2.0)
+"""Of the campaign of kinds, in multiples of the tests' offsets."""
+SMALL = (0.05, 0.07, 0.1, 0.14, 0.2, 0.3, 0.4, 0.55, 0.75, 1.0)
+"""Of the curve of detectable sizes, in multiples of the tests' offsets."""
+
+
+def items(effort: Effort) -> Iterator[Item]:
+    """All that goes beyond the tests of the paper."""
+    if BEST not in VARIANTS:
+        return
+    yield from _kinds(effort)
+    yield from _pairs(effort)
+    yield from _small(effort)
+
+
+def _kinds(effort: Effort) -> Iterator[Item]:
+    plans = ((1, SHORT, 31),) if effort.quick else ((1, SHORT, 31), (2, LONG, 32), (3, THIRD, 33))
+    drives = [each for plan in plans for each in more_kinds(*plan, sizes=(1.0,) if effort.quick else SIZES)]
+    found = scores(drives[::12] if effort.quick else drives, effort, (BEST,))[BEST]
+    yield Heading("Kinds and sizes", KINDS_TEXT)
+    kinds = dict.fromkeys(each.drive.injected[0].kind for each in found)
+    rows = []
+    for kind in kinds:
+        known = summary([each for each in found if each.drive.injected[0].kind == kind])
+        longest = f"{known.delays_shown[-1]:.2f}" if len(known.delays_shown) else "–"
+        rows.append(
+            (
+                kind,
+                str(known.drives),
+                f"{known.accuracy:.4f}",
+                f"{known.wrong:.4f}",
+                f"{known.missed}",
+                f"{known.not_testable}",
+                longest,
+                f"{known.kinds:.3f}",
+                f"{known.size_error:.3f}",
+            )
+        )
+    header = ("kind", "drives", "accuracy", "wrong name", "missed", "never showed", "longest delay [s]", "kind right")
+    yield Table(
+        "Faults by kind", (*header, "size within"), tuple(rows), "95 % of the sizes are within the last column."
+    )
+    yield tables.named("What went by which name", found)
+    known = summary(found)
+    yield _claim("kinds", "Kinds named rightly 2 s after the declaration.", known.kinds, at_least(0.98))
+    yield _claim("sizes", "Relative error of sizes, 95 % quantile.", known.size_error, at_most(0.1))
+    yield _claim("kinds-wrong", "Time of the faults with a sound element named.", known.wrong, exactly(0.0))
+
+
+def _pairs(effort: Effort) -> Iterator[Item]:
+    plans = ((1, SHORT, 41),) if effort.quick else ((1, SHORT, 41), (2, LONG, 42))
+    two = [each for plan in plans for each in sensor_pairs(*plan)]
+    mixed = [each for plan in plans for share in (1.0, 0.5) for each in mixed_pairs(*plan, share)]
+    found = scores(two[::6] if effort.quick else two, effort, (BEST,))[BEST]
+    others = scores(mixed[::12] if effort.quick else mixed, effort, (BEST,))[BEST]
+    yield Heading("Two at once", PAIRS_TEXT)
+    rows = tuple(
+        (name, str(len(of)), *(f"{share:.3f}" for share in isolated(of)))
+        for name, of in (("two sensors", found), ("a sensor and an actuator", others))
+    )
+    yield Table("Share of the drives by what was named", ("pair", "drives", *Isolated._fields), rows)
+    yield tables.named("Two sensors", found)
+    yield tables.named("A sensor and an actuator", others)
+    for key, name, of in (("pairs", "pairs of sensors", found), ("mixed", "pairs of sensor and actuator", others)):
+        told = isolated(of)
+        yield _claim(f"{key}-isolated", f"Share of {name} named, both and no other.", told.right, at_least(0.9))
+        yield _claim(f"{key}-wrong", f"Share of {name} with something sound named.", told.wrong, exactly(0.0))
+
+
+def _small(effort: Effort) -> Iterator[Item]:
+    sizes = SMALL[::4] if effort.quick else SMALL
+    seeds = (51,) if effort.quick else (51, 52, 53)
+    drives = [
+        Drive(course, TEST_SECONDS, 1 + place, seed, (Injected(sensor, OFFSET, size * OFFSETS[sensor]),))
+        for sensor in SENSORS
+        for size in sizes
+        for place, (course, seed) in enumerate(zip((SHORT, LONG, THIRD), seeds, strict=False))
+    ]
+    found = scores(drives, effort, (BEST,))[BEST]
+    yield _curve(found)
+    rows = []
+    for sensor in SENSORS:
+        own = [each for each in found if each.drive.injected[0].element == sensor]
+        unit = VALUES[sensor][1].replace("*", "·")
+        rows.append((f"{sensor} [{unit}]", *(f"{_least(own, within):.3g}" for within in (0.2, 0.5, 2.0, 20.0))))
+    yield Table(
+        "Smallest offset that is found every time within so long",
+        ("sensor", "0.2 s", "0.5 s", "2 s", "20 s"),
+        tuple(rows),
+        "Of the sizes tried, the smallest from which on every larger one was found on all rounds; inf: none.",
+    )
+
+
+def _least(of: Sequence[DriveScore], within: float) -> float:
+    """Smallest size from which on all are found within a time [s]."""
+    sizes = sorted({each.drive.injected[0].size for each in of}, reverse=True)
+    least = np.inf
+    for size in sizes:
+        if not all(f.delay <= within for each in of for f in each.faults if f.injected.size == size):
+            break
+        least = size
+    return float(least)
+
+
+def _curve(of: Sequence[DriveScore]) -> Chart:
+    marks = []
+    for sensor in SENSORS:
+        own = [fault for each in of for fault in each.faults if fault.injected.element == sensor]
+        sizes = sorted({fault.injected.size for fault in own})
+        late = [np.median([fault.delay for fault in own if fault.injected.size == size]) for size in sizes]
+        times = np.where(np.isfinite(late), np.maximum(late, 0.01), np.nan)
+        marks.append(Lines(sensor.replace("_", " "), np.array(sizes) / OFFSETS[sensor], times))
+    panel = Panel(
+        "delay by size",
+        "size / offset of the tests",
+        "median delay [s]",
+        tuple(marks),
+        logarithmic=True,
+        logarithmic_along=True,
+    )
+    return Chart(
+        "condition-detectable-size",
+        "How small an offset is found in what time",
+        "Median of three rounds; where a curve has no point, half of the offsets were not found within 20 s.",
+        "Delay of detection falling with the size of the offset, for six sensors.",
+        (panel,),
+    )
+
+
+def _claim(key: str, claim: str, measured: float, goal: Goal | None) -> Claim:
+    return Claim(f"beyond.{key}", claim, GOAL, None, measured, goal)

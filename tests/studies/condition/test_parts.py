@@ -1,0 +1,90 @@
+"""The parts of the study, on a diagnosis that is told the truth a little late: every figure is then known."""
+
+from __future__ import annotations
+
+import sys
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from tierod.recording import Recording
+from tierod.studies.claims import Claim
+from tierod.studies.condition import actuators, beyond, healthy, runs, sensors
+from tierod.studies.condition.declared import Declared
+from tierod.studies.condition.drives import Drive
+from tierod.studies.condition.recorded import recorded, sound
+from tierod.studies.condition.vehicles import vehicle
+from tierod.studies.content import Table
+from tierod.studies.registry import Effort
+
+LATE = 0.1
+
+
+def _declare(known: float, recording: Recording, name: str) -> Declared:
+    """What has failed, so much later, as long as it fails; the truth in the place of sensors."""
+    time = recording["yaw_rate"].time
+    faulty, kind, size, value = {}, {}, {}, {}
+    for fault in recording.metadata["faults"]:
+        element = fault["element"]
+        faulty[element] = (time >= fault["start"] + known - 1e-9) & (time < fault["end"] - 1e-9)
+        kind[element], size[element] = np.full(len(time), fault["kind"]), np.full(len(time), fault["size"])
+        if element in recording:
+            value[element] = sound(element, recording, vehicle(1).sensors)
+    return Declared(time, faulty, kind=kind, size=size, value=value)
+
+
+@pytest.fixture
+def told(monkeypatch):
+    module = ModuleType("told_the_truth")
+    module.calibrate, module.declare = lambda number, quick: LATE, _declare
+    monkeypatch.setitem(sys.modules, "told_the_truth", module)
+    variants = {"bank": runs.Variant("told the truth", "told_the_truth")}
+    for part in (runs, sensors, actuators, beyond, healthy, sensors.tables):
+        monkeypatch.setattr(part, "VARIANTS", variants)
+
+
+def _claims(part) -> dict[str, Claim]:
+    found = list(part.items(Effort(quick=True, processes=1)))
+    assert all(table.rows for table in found if isinstance(table, Table))
+    return {each.id: each for each in found if isinstance(each, Claim)}
+
+
+def test_the_tests_of_the_sensors_are_as_good_as_the_diagnosis(told):
+    claims = _claims(sensors)
+    assert claims["sensors.accuracy"].measured == pytest.approx(1.0 - LATE / 60.0)
+    assert claims["sensors.offsets"].measured == pytest.approx(LATE)
+    assert claims["sensors.kinds"].measured == 1.0
+    assert claims["sensors.value-yaw-rate"].measured == 0.0
+    assert not [claim for claim in claims.values() if claim.goal and not claim.met]
+
+
+def test_the_tests_of_the_actuators_are_as_good_as_the_diagnosis(told):
+    claims = _claims(actuators)
+    assert claims["actuators.lost-accuracy"].measured == pytest.approx(1.0 - LATE / 200.0)
+    assert claims["actuators.half-named"].measured == 1.0
+    assert not [claim for claim in claims.values() if claim.goal and not claim.met]
+
+
+def test_pairs_kinds_and_small_faults_are_all_found_by_who_is_told(told):
+    claims = _claims(beyond)
+    assert claims["beyond.pairs-isolated"].measured == 1.0
+    assert not [claim for claim in claims.values() if claim.goal and not claim.met]
+
+
+def test_healthy_driving_without_alarms_leaves_a_bound(told):
+    claims = _claims(healthy)
+    assert claims["healthy.alarms"].measured == 0
+    assert "29.9 per hour" in claims["healthy.alarms"].note or "30 per hour" in claims["healthy.alarms"].note
+
+
+def test_a_variant_is_calibrated_once_for_a_vehicle(told, monkeypatch):
+    asked = []
+    sys.modules["told_the_truth"].calibrate = lambda number, quick: asked.append(number) or LATE
+    monkeypatch.setattr(runs, "_known", {})
+    for _ in range(2):
+        runs.scores([Drive("short-round", 4.0, number) for number in (1, 2)], Effort(True, 1))
+    assert asked == [1, 2]
+    made = recorded(Drive("short-round", 4.0, 1))
+    known = runs.calibrations(["bank"], [1], True)
+    assert not runs.diagnosed("bank", Drive("short-round", 4.0, 1), made, known).faulty
