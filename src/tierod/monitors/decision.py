@@ -65,7 +65,7 @@ class Decision:
         name: what is decided
         distance: what the rule sees, and what that is measured in
         rule: the block of `tierod.detectors` that decides, with its threshold, or `OwnRule`
-        place: where it is in a session, attribute by attribute ("block.verdict.alarm")
+        place: where it is in a session, attribute by attribute ("block.verdict.alarm"); "" for the session itself
         mean_time_between_false_alarms: that it is designed for [unit]; None where only `demonstrated` is known
         demonstrated: on healthy data; None where nothing was observed
         source: where the design was made and measured
@@ -106,7 +106,7 @@ class Decision:
     def departures(self, session: Any) -> tuple[str, ...]:
         """What of the rule is not in effect in a session as it is declared; empty where all is."""
         try:
-            part = attrgetter(self.place)(session)
+            part = attrgetter(self.place)(session) if self.place else session
         except AttributeError:
             return (f"{self.name}: the session has no {self.place}",)
         if not isinstance(self.rule, OwnRule):

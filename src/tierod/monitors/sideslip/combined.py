@@ -7,9 +7,10 @@ what the car does not know about itself beside the motion.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple, Self
 
+from tierod.detectors.held_threshold import HeldThreshold
 from tierod.errors import ParameterError
 from tierod.estimators.kalman import KalmanFilter
 from tierod.estimators.linear_algebra import diagonal
@@ -21,6 +22,7 @@ from tierod.monitors.sideslip.combined_filter import GATE, combined_filter, held
 from tierod.monitors.sideslip.combined_output import told as told_of
 from tierod.monitors.sideslip.combined_sample import CombinedEstimate, CombinedSample
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning, per_sample
+from tierod.monitors.sideslip.decisions import limit_rule
 from tierod.monitors.sideslip.vehicle_tuning import tuning_of
 from tierod.physics.gravity import GRAVITY
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
@@ -87,7 +89,7 @@ class CombinedSideslip:
         free_rate: variance per sample of the road wheels' rate while the actuator's torque is not known
         slowest: speed below which the last estimate is held
         limit_share: of the greatest front force, from which the peak is announced
-        limit_certainty: standard deviations by which the share has to be above it
+        limit_rule: by how many standard deviations the share has to be above it
         most_misfit: mean squared innovation over its variance from which the filter is lost and starts anew
 
     Source: Yih, Ryu, Gerdes (2003), whose two observers it joins; tyres, unknowns and low speed are tierod's own.
@@ -100,7 +102,7 @@ class CombinedSideslip:
     free_rate: Annotated[float, "rad**2/s**2", NOT_NEGATIVE] = 0.0
     slowest: Annotated[float, "m/s", POSITIVE] = 0.5
     limit_share: Annotated[float, "", POSITIVE] = 0.7
-    limit_certainty: Annotated[float, "", NOT_NEGATIVE] = 1.0
+    limit_rule: HeldThreshold = field(default_factory=lambda: HeldThreshold(1.0, 1, "upper"))
     most_misfit: Annotated[float, "", POSITIVE] = 4.0
 
     Sample = CombinedSample
@@ -148,7 +150,7 @@ class CombinedSideslip:
             free_rate=per_sample(tuning.noises.free_road_wheel_rate, sample_time),
             slowest=tuning.slowest,
             limit_share=tuning.limit_share,
-            limit_certainty=tuning.limit_certainty,
+            limit_rule=limit_rule(tuning.limit_certainty),
             most_misfit=tuning.most_misfit,
         )
 
@@ -204,10 +206,12 @@ class CombinedSideslip:
         if not self.filter.model.steering:
             seen = seen._replace(road_wheel_angle=after.road_wheel_angle)
         told = told_of(self.filter, after.belief, seen)
-        share = told["front_friction_used"] - self.limit_certainty * told["front_friction_used_deviation"]
+        deviation = maximum(told["front_friction_used_deviation"], 1e-9)
+        distance = (told["front_friction_used"] - self.limit_share) / deviation
+        _, near = self.limit_rule.step(self.limit_rule.init(), distance, running)
         return CombinedEstimate(
             **told,
-            limit_ahead=where(both(running, share > self.limit_share), 1.0, 0.0),
+            limit_ahead=near.alarm,
             nis=estimate.nis,
             readings=estimate.present,
             held=where(running, 0.0, 1.0),

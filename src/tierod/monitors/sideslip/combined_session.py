@@ -12,11 +12,9 @@ from tierod.graph import Result
 from tierod.monitors.session import Conclusion
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.combined_identifiability import WORDS, identifiability
+from tierod.monitors.sideslip.decisions import MOST_RESTARTS
 from tierod.monitors.sideslip.session import OFFSET, SideslipSession
 from tierod.vehicles import Vehicle
-
-MOST_RESTARTS = 2.0
-"""New starts of the filter per minute above which its parameters do not fit: a wild minute may cost one."""
 
 
 class CombinedSession(SideslipSession):
@@ -39,7 +37,7 @@ class CombinedSession(SideslipSession):
         more: Mapping[str, tuple[str, str]] | None = None,
     ):
         super().__init__(estimator, vehicle, rate, name, more)
-        self._estimator = estimator
+        self._estimator, self.most_restarts = estimator, MOST_RESTARTS
         self._restarts, self._ahead, self._used = 0, 0, 0.0
         self._first_ahead: float | None = None
 
@@ -76,7 +74,7 @@ class CombinedSession(SideslipSession):
     def _judged(self, finding: Finding) -> Finding:
         """The finding with the limit in its headline; not identifiable where the filter had to start anew too often."""
         minutes = finding.evidence["enabled_s"] / 60.0
-        if finding.status is not Status.NOT_IDENTIFIABLE and self._restarts > max(MOST_RESTARTS * minutes, 1.0):
+        if finding.status is not Status.NOT_IDENTIFIABLE and self._restarts > max(self.most_restarts * minutes, 1.0):
             cause = f"the filter was lost and started anew {self._restarts} times"
             if OFFSET in finding.evidence:
                 return dataclasses.replace(

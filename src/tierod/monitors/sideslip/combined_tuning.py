@@ -95,7 +95,7 @@ class CombinedTuning:
     noises: Noises = field(default_factory=Noises)
     slowest: Annotated[float, "m/s", POSITIVE] = 0.5
     limit_share: Annotated[float, "", POSITIVE] = 0.7
-    limit_certainty: Annotated[float, "", NOT_NEGATIVE] = 1.0
+    limit_certainty: Annotated[float, "", POSITIVE] = 1.0
     most_misfit: Annotated[float, "", POSITIVE] = 4.0
 
     def followed(self, steering: bool) -> dict[str, Wandering]:

@@ -14,6 +14,7 @@ from tierod.monitors.sideslip.car_signals import BY_WIRE
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.combined_session import CombinedSession
 from tierod.monitors.sideslip.conventional import conventional_kalman, conventional_poles
+from tierod.monitors.sideslip.decisions import COMBINED_DECISIONS, DECISIONS
 from tierod.monitors.sideslip.over_drive import TRUTHS
 from tierod.monitors.sideslip.session import SideslipSession
 from tierod.monitors.sideslip.two_stage import two_stage_kalman, two_stage_poles
@@ -77,30 +78,35 @@ _VARIANTS = (
         "From 33 Hz on in a car steered by wire.",
         f"beyond {PAPER}; docs/sideslip.md",
         _combined,
+        COMBINED_DECISIONS,
     ),
     Variant(
         "two-stage-kalman",
         "The steering tells the aligning torque, that and the yaw rate the sideslip; Kalman gains. From 50 Hz on.",
         f"{PAPER}, eqs (18) to (24)",
         _paper("two-stage-kalman", two_stage_kalman),
+        DECISIONS,
     ),
     Variant(
         "two-stage-poles",
         "The same with placed poles: twice as fast as the vehicle at every speed.",
         f"{PAPER}, eqs (18) to (25)",
         _paper("two-stage-poles", two_stage_poles),
+        DECISIONS,
     ),
     Variant(
         "conventional-kalman",
         "Vehicle and steering in one observer of four states; Kalman gains.",
         f"{PAPER}, eqs (13) to (15)",
         _paper("conventional-kalman", conventional_kalman),
+        DECISIONS,
     ),
     Variant(
         "conventional-poles",
         "The same with placed poles, ten times as fast as the system as printed: passes much noise. From 50 Hz on.",
         f"{PAPER}, eqs (14) to (17)",
         _paper("conventional-poles", conventional_poles),
+        DECISIONS,
     ),
 )
 

@@ -8,7 +8,9 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.detectors.rule_design import alarms_at
 from tierod.models.single_track import SingleTrack
+from tierod.monitors.sideslip.decisions import USUAL_OFFSET, offset_rule
 from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
 from tierod.turns import TurnLimits
 
@@ -18,7 +20,6 @@ class SensorLimits:
     """When a signal counts as wrong.
 
     Args:
-        offset: of the yaw rate that is named: five times what production sensors have after calibration
         standing: speed below which the car stands
         still: spread of the yaw rate up to which it does so indeed
         standing_time: needed to tell the offset of a car that stands
@@ -28,7 +29,6 @@ class SensorLimits:
         largest_share: of the samples beyond it from which the unit is wrong, and not a few readings
     """
 
-    offset: Annotated[float, "rad/s"] = math.radians(0.6)
     standing: Annotated[float, "m/s"] = 0.1
     still: Annotated[float, "rad/s"] = 0.02
     standing_time: Annotated[float, "s"] = 1.0
@@ -55,7 +55,7 @@ class SensorsOverDrive:
     """
 
     def __init__(self, p: SingleTrack.Parameters, rate: float, limits: SensorLimits | None = None):
-        self.limits, self._rate = limits or SensorLimits(), rate
+        self.limits, self._rate, self.offset_rule = limits or SensorLimits(), rate, offset_rule()
         self._wheelbase = p.front_distance + p.rear_distance
         self._gradient = understeer_gradient(
             p.mass, p.front_distance, p.rear_distance, p.front_cornering_stiffness, p.rear_cornering_stiffness
@@ -102,7 +102,8 @@ class SensorsOverDrive:
         return self._worth_naming(smaller, "beside lateral acceleration and steering alike") if alike else None
 
     def _worth_naming(self, value: float, told_by: str) -> Offset | None:
-        return Offset(float(value), told_by) if abs(value) > self.limits.offset else None
+        named = alarms_at(self.offset_rule, float(value) / USUAL_OFFSET)
+        return Offset(float(value), told_by) if named else None
 
     def wrong_unit(self) -> str | None:
         """Which signals cannot have their units right, as half a sentence; None where they can."""

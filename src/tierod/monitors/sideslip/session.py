@@ -21,11 +21,13 @@ import numpy as np
 
 from tierod.analysis.consistency import ConsistencyAccumulator
 from tierod.block import Block
+from tierod.detectors.rule_design import alarms_at
 from tierod.findings import Estimate, Finding, Status
 from tierod.graph import Result
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.session import BlockSession, Conclusion
 from tierod.monitors.sideslip.car_signals import FromCarSignals
+from tierod.monitors.sideslip.decisions import LEAST_COVERAGE, USUAL_MISFIT, misfit_rule
 from tierod.monitors.sideslip.over_drive import TRUTHS, OverDrive, truth_in
 from tierod.monitors.sideslip.sensors_over_drive import SensorsOverDrive
 from tierod.monitors.sideslip.signs import TOGETHER, SignsOverDrive
@@ -38,15 +40,8 @@ JUDGED = ("road_wheel_angle", "steering_wheel_angle", "lateral_acceleration", "m
 LEAST_ENABLED = 5.0
 """Seconds of estimating below which nothing is said: a few time constants of the slowest observer."""
 
-FITTING = 4.0
-"""Mean NIS per reading from which on the parameters do not fit the car: innovations twice as large as expected. A
-consistent filter has 1; parameters that are wrong by a half give 0.4 to 2.7 (simulated)."""
-
 OFFSET = "yaw_rate_offset_rad_per_s"
 """Figure of the evidence that is there where the yaw rate has an offset."""
-
-LEAST_COVERAGE = 0.8
-"""Share of the time for which the 95 % band must hold a truth; less is not luck but a band that knows too little."""
 
 LEAST_COMPARED = 5.0
 """Seconds beside a truth from which on that share is judged."""
@@ -110,6 +105,7 @@ class SideslipSession(BlockSession):
         self._needs_torque, self._torque_known = needs_torque, block.actuator is not None
         self._signs, self._consistency = SignsOverDrive(), ConsistencyAccumulator()
         self._over = OverDrive()
+        self.misfit_rule, self.least_coverage = misfit_rule(), LEAST_COVERAGE
         self._sensors = SensorsOverDrive(vehicle.parameters_for(SingleTrack.Parameters), rate)
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
@@ -189,7 +185,7 @@ class SideslipSession(BlockSession):
         over = self._over
         estimate = Estimate("largest sideslip angle at the centre of gravity", over.peak, over.peak_deviation, "rad")
         told = f"{_signed(math.degrees(over.peak), 2)} ± {math.degrees(over.peak_deviation):.2f} degrees"
-        if nis > FITTING:
+        if alarms_at(self.misfit_rule, math.log(max(nis, 1e-12)) / USUAL_MISFIT):
             cause = f"the innovations are {math.sqrt(nis):.1f} times as large as the estimator expects"
             return Finding(
                 self.name,
@@ -202,7 +198,7 @@ class SideslipSession(BlockSession):
             )
         headline = f"Sideslip angle up to {told}, estimated for {evidence['enabled_s']:.0f} s."
         share = evidence.get("truth_within_band_share", 1.0)
-        if share < LEAST_COVERAGE and over.compared >= LEAST_COMPARED * self.rate:
+        if share < self.least_coverage and over.compared >= LEAST_COMPARED * self.rate:
             error = math.degrees(evidence["error_against_truth_rms_rad"])
             cause = f"the 95 % band holds the recorded truth for {100.0 * share:.0f} % of the time only"
             return Finding(

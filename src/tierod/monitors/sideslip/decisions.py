@@ -1,0 +1,119 @@
+"""What the sideslip monitor decides, and how its thresholds were designed."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from tierod.detectors.held_threshold import HeldThreshold
+from tierod.detectors.rule_design import RuleDesign
+from tierod.detectors.stopping_rules import HoldRule
+from tierod.monitors.decision import Decision, Demonstrated, OwnRule
+from tierod.monitors.sideslip.combined_tuning import CombinedTuning
+
+USUAL_OFFSET: Annotated[float, "rad/s"] = math.radians(0.12)
+"""Standard deviation of the offset that a production yaw rate sensor keeps after calibration."""
+
+USUAL_MISFIT = 0.48
+"""Standard deviation of the logarithm of the mean NIS: a consistent filter has a NIS of 1, parameters that are wrong by
+a half give 0.4 to 2.7 (simulated), taken as two deviations either way."""
+
+OFFSET_DESIGN = RuleDesign(HoldRule(1), values=1e6, shift=8.0, spacing=math.inf)
+MISFIT_DESIGN = RuleDesign(HoldRule(1, sides="upper"), values=500.0, shift=4.0, spacing=math.inf)
+"""One look at the end of a recording; the second is laid out for cars whose parameters are wrong by a half."""
+
+MOST_RESTARTS: Annotated[float, "1/min"] = 2.0
+"""New starts of the filter per minute above which its parameters do not fit: a wild minute may cost one."""
+
+LEAST_COVERAGE = 0.8
+"""Share of the time for which the 95 % band must hold a truth; less is not luck but a band that knows too little."""
+
+
+def offset_rule() -> HeldThreshold:
+    """For the yaw rate's offset over the usual one."""
+    return OFFSET_DESIGN.block()
+
+
+def misfit_rule() -> HeldThreshold:
+    """For the logarithm of the mean NIS over its usual deviation."""
+    return MISFIT_DESIGN.block()
+
+
+def limit_rule(certainty: float) -> HeldThreshold:
+    """For how far the share of the front force is above the limit, in standard deviations.
+
+    Args:
+        certainty: standard deviations []
+    """
+    return HeldThreshold(certainty, 1, "upper")
+
+
+OFFSET_DECISION = Decision(
+    name="offset of the yaw rate",
+    distance="mean yaw rate of the standing car, or beside lateral acceleration and steering alike, in standard "
+    "deviations of a calibrated sensor's offset (0.12 degrees per second)",
+    rule=offset_rule(),
+    place="_sensors.offset_rule",
+    mean_time_between_false_alarms=1e6,
+    demonstrated=Demonstrated(24.0),
+    source="Gaussian offsets; drives of the virtual car, random and mixed",
+    unit="recording",
+    design=OFFSET_DESIGN,
+)
+
+MISFIT_DECISION = Decision(
+    name="parameters do not fit",
+    distance="logarithm of the mean NIS per reading, in standard deviations of cars whose parameters are wrong by half",
+    rule=misfit_rule(),
+    place="misfit_rule",
+    mean_time_between_false_alarms=500.0,
+    demonstrated=Demonstrated(24.0),
+    source="lognormal NIS; drives of the virtual car, random and mixed (0.48 to 0.52)",
+    unit="recording",
+    design=MISFIT_DESIGN,
+    statistic="nis",
+)
+
+BAND_DECISION = Decision(
+    name="band beside a recorded truth",
+    distance="share of the time for which the 95 % band holds the truth",
+    rule=OwnRule("less than 80 % of 5 s or more", {"least_coverage": LEAST_COVERAGE}),
+    place="",
+    mean_time_between_false_alarms=None,
+    demonstrated=Demonstrated(24.0),
+    source="drives of the virtual car, random and mixed (0.96 to 1)",
+    unit="recording",
+)
+
+DECISIONS = (OFFSET_DECISION, MISFIT_DECISION, BAND_DECISION)
+"""Of every variant."""
+
+COMBINED_DECISIONS = (
+    *DECISIONS,
+    Decision(
+        name="limit of the front axle ahead",
+        distance="share of the greatest front force in use less 0.7, in standard deviations of the estimate",
+        rule=limit_rule(CombinedTuning().limit_certainty),
+        place="_estimator.limit_rule",
+        mean_time_between_false_alarms=None,
+        demonstrated=Demonstrated(0.91),
+        source="tierod study sideslip: false is an announcement with less than 60 % of the grip in use; one with more "
+        "is meant, so that no run length is asked for",
+        statistic="limit_ahead",
+    ),
+    Decision(
+        name="filter lost",
+        distance="new starts of the filter per minute of estimating; it starts anew where the innovations of 1 s are "
+        "twice as large as expected",
+        rule=OwnRule(
+            "more than 2 per minute, and more than one; mean NIS above 4",
+            {"most_restarts": MOST_RESTARTS, "_estimator.most_misfit": CombinedTuning().most_misfit},
+        ),
+        place="",
+        mean_time_between_false_alarms=None,
+        demonstrated=Demonstrated(24.0),
+        source="drives of the virtual car, random and mixed (none at all)",
+        unit="recording",
+    ),
+)
+"""Of the combined estimator."""
