@@ -1,12 +1,13 @@
 import math
 
+import numpy as np
 import pytest
 
 from report_pages import Page, charts
 from tierod.report.charts.study import study_figure
 from tierod.report.study_page import StudyPage, render_study
 from tierod.studies.claims import Claim, at_least, at_most
-from tierod.studies.content import Band, Bars, Boxes, Chart, Heading, Lines, Panel, Points, Table
+from tierod.studies.content import Band, Bars, Boxes, Cells, Chart, Heading, Lines, Panel, Points, Table
 
 CLAIMS = (
     Claim("paper.a", "It is <small>.", "Somebody, section 2", "1.5 to 2.2", 0.2, at_most(0.3), "N*m", "in few drives"),
@@ -115,3 +116,14 @@ def test_small_values_along_a_logarithmic_axis_are_kept():
     curve = Lines("curve", [1e-4, 1.0, 1e4], [1.0, 2.0, 3.0])
     figure = study_figure(Chart("c", "C", "", "", (Panel("", "x", "y", (curve,), logarithmic_along=True),)))
     assert figure.data[0]["x"] == [1e-4, 1.0, 1e4]
+
+
+def test_cells_are_drawn_from_the_top_with_their_shares_in_them():
+    cells = Cells("share", ["yaw rate", "angle"], ["yaw rate", "angle", "torque"], np.array([[1, 0, 0.25], [0, 1, 0]]))
+    figure = study_figure(Chart("told", "Told", "", "", (Panel("", "named", "true", (cells,)),)))
+    (drawn,) = figure.data
+    assert drawn["type"] == "heatmap"
+    assert drawn["z"][0] == [1.0, 0.0, 0.25]
+    assert drawn["text"] == [["1", "", "0.25"], ["", "1", ""]]
+    assert figure.layout["yaxis"]["autorange"] == "reversed"
+    assert figure.summary[0][1:] == ("0", "0.375", "1")

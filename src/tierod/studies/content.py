@@ -108,7 +108,23 @@ class Boxes:
     deviation: Numbers
 
 
-Mark = Lines | Bars | Points | Band | Boxes
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """A table of shares as colours, alone in its panel: which row goes with which column.
+
+    Args:
+        name: of what the shares are
+        down, across: names of rows and columns
+        shares: 0 to 1, (rows, columns); NaN leaves a cell empty
+    """
+
+    name: str
+    down: Sequence[str]
+    across: Sequence[str]
+    shares: np.ndarray
+
+
+Mark = Lines | Bars | Points | Band | Boxes | Cells
 
 
 @dataclass(frozen=True)

@@ -187,8 +187,8 @@ def test_the_structure_of_a_model_is_read_from_its_functions():
     model = structure_of(Mass, Mass.Parameters(), faults, known_inputs=["force"], without=["drift"])
     inside = {each.name: each.unknowns for each in model.equations}
     assert inside == {
-        "position": {"d position", "speed"},
-        "speed": {"d speed", "force", "position"},
+        "motion of position": {"d position", "speed"},
+        "motion of speed": {"d speed", "force", "position"},
         "d position": {"d position", "position"},
         "d speed": {"d speed", "speed"},
         "position_sensor": {"position"},

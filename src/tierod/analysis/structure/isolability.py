@@ -21,7 +21,7 @@ class Isolability:
         faults: names, in the order of rows and columns
         detectable: one per fault
         mistaken: row: the fault that is there, column: a fault that explains all that is seen as well; its diagonal is
-            true
+            true. Several at once are no explanation of what a part of them explains
     """
 
     faults: tuple[str, ...]
@@ -66,7 +66,8 @@ class Isolability:
 def isolability(model: StructuralModel, at_once: int = 1) -> Isolability:
     """Detectable and isolable faults of a model, of each by itself or of several at once.
 
-    Fault A is told from B where the equation of A is still in the overdetermined part once that of B is left out.
+    Fault A is told from B where the equation of A is still in the overdetermined part once that of B is left out. The
+    smallest explanation is meant: A and B together explain whatever A does, and do not count as one of it.
 
     Args:
         model: its equations
@@ -78,7 +79,9 @@ def isolability(model: StructuralModel, at_once: int = 1) -> Isolability:
     left = {each: _faults_of(overdetermined(_without(model, each))) for each in sets}
     seen = _faults_of(overdetermined(model.equations))
     detectable = np.array([bool(set(each) & seen) for each in sets])
-    mistaken = np.array([[not set(there) & left[other] for other in sets] for there in sets])
+    mistaken = np.array(
+        [[not set(there) & left[other] and not set(there) < set(other) for other in sets] for there in sets]
+    )
     return Isolability(tuple(" + ".join(each) for each in sets), detectable, mistaken.reshape(len(sets), len(sets)))
 
 
@@ -107,17 +110,18 @@ class SensorGain:
     own_isolable: bool
 
 
-def gain_of_sensors(model: StructuralModel, sensors: Sequence[Equation]) -> tuple[SensorGain, ...]:
+def gain_of_sensors(model: StructuralModel, sensors: Sequence[Equation], at_once: int = 1) -> tuple[SensorGain, ...]:
     """What each of several sensors would add by itself, the most helpful first.
 
     Args:
         model: as it is
         sensors: an equation each, with the fault of its own
+        at_once: faults at once that are to be told apart, see `isolability`
     """
-    now = isolability(model)
+    now = isolability(model, at_once)
     gains = []
     for sensor in sensors:
-        then = isolability(model.plus(sensor))
+        then = isolability(model.plus(sensor), at_once)
         old = [then.faults.index(fault) for fault in now.faults]
         among_old = Isolability(now.faults, then.detectable[old], then.mistaken[np.ix_(old, old)])
         shown = tuple(fault for fault in now.undetectable if fault not in among_old.undetectable)

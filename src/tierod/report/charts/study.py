@@ -24,7 +24,7 @@ from tierod.report.charts.figure import (
     strip_title,
 )
 from tierod.report.display import number
-from tierod.studies.content import Band, Bars, Boxes, Chart, Lines, Mark, Panel, Points
+from tierod.studies.content import Band, Bars, Boxes, Cells, Chart, Lines, Mark, Panel, Points
 
 _COLOURS = (BLUE, RED, GREEN, AMBER, "#6d28d9", "#0e7490", GREY, "#9d174d")
 _PANEL, _ALONE = 240, 330
@@ -70,15 +70,18 @@ def study_figure(chart: Chart) -> Figure:
 
 
 def _rows(panel: Panel) -> int:
-    """Height that the places of a sideways panel need; 0 for any other."""
+    """Height that the places of a sideways panel, or the rows of cells, need; 0 for any other."""
     most = max((len(mark.x) for mark in panel.marks if isinstance(mark, Points)), default=0)
-    return 150 + 22 * most if panel.sideways else 0
+    rows = max((len(mark.down) for mark in panel.marks if isinstance(mark, Cells)), default=0)
+    return 150 + 22 * most if panel.sideways else 230 + 26 * rows if rows else 0
 
 
 def _axes(panel: Panel, suffix: str, domain: list[float]) -> dict[str, Any]:
     along, up = axis(panel.x_title, anchor=f"y{suffix}", automargin=True), axis(panel.y_title)
     if panel.sideways:
         along, up = axis(panel.y_title, anchor=f"y{suffix}"), axis("", autorange="reversed", automargin=True)
+    if any(isinstance(mark, Cells) for mark in panel.marks):
+        up |= {"autorange": "reversed", "automargin": True}
     kind: dict[str, Any] = {"type": "log"} if panel.logarithmic else {}
     along |= {"type": "log", "dtick": 1, "minor": {"showgrid": True}} if panel.logarithmic_along else {}
     return {f"xaxis{suffix}": along, f"yaxis{suffix}": up | {"domain": domain, "anchor": f"x{suffix}"} | kind}
@@ -113,6 +116,28 @@ def _drawn(mark: Mark, colour: str, panel: Panel) -> dict[str, Any]:
             values = {key: rounded(value) for key, value in (ends | whiskers).items()}
             looks = {"line": {"color": colour, "width": 1.5}, "name": mark.name}
             return {"type": "box", "x": list(mark.places)} | values | looks
+        case Cells():
+            return _cells(mark, colour)
+
+
+def _cells(mark: Cells, colour: str) -> dict[str, Any]:
+    """Darker is more; the share stands in the cell, so that nothing depends on colour alone."""
+    shares = np.asarray(mark.shares, float)
+    return {
+        "type": "heatmap",
+        "name": mark.name,
+        "x": list(mark.across),
+        "y": list(mark.down),
+        "z": [rounded(row) for row in shares],
+        "text": [[number(value, 2) if value > 0.0 else "" for value in row] for row in shares],
+        "texttemplate": "%{text}",
+        "zmin": 0.0,
+        "zmax": 1.0,
+        "colorscale": [[0.0, "#f8fafc"], [1.0, colour]],
+        "showscale": False,
+        "xgap": 1,
+        "ygap": 1,
+    }
 
 
 def _points(mark: Points, colour: str) -> dict[str, Any]:
@@ -165,8 +190,17 @@ def _summary(panel: Panel, mark: Mark, count: int) -> Summary:
     if isinstance(mark, Band):
         low, high = (np.asarray(ends, float) for ends in (mark.low, mark.high))
         return f"{name}, band", *_three(low, 0.5 * (low + high), high)
-    values = np.asarray(mark.mean if isinstance(mark, Boxes) else mark.y, float)
+    values = np.asarray(_heights(mark), float)
     return name, *_three(values, values, values)
+
+
+def _heights(mark: Lines | Points | Boxes | Cells) -> Any:
+    match mark:
+        case Boxes():
+            return mark.mean
+        case Cells():
+            return mark.shares
+    return mark.y
 
 
 def _three(low: np.ndarray, middle: np.ndarray, high: np.ndarray) -> tuple[str, str, str]:

@@ -1,0 +1,46 @@
+"""Say what can be told of a car's sensors and actuators from its equations alone, and which sensor would help."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def isolability(
+    vehicle: Annotated[
+        str, typer.Option(help="A vehicle's name (see 'tierod vehicles') or the path of its TOML file.")
+    ] = "smartload",
+    without: Annotated[
+        list[str] | None, typer.Option(help="A sensor that the car does not have; may be given more than once.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Where the HTML page goes; beside you where not given.")
+    ] = None,
+    report: Annotated[bool, typer.Option(help="Write the HTML page.")] = True,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
+) -> int:
+    """Tell detectable and isolable faults of sensors and actuators: done (0), bad input (3)."""
+    from tierod.cli.analysed import refuse_to_overwrite, show, write_page
+    from tierod.cli.app import HEALTHY
+    from tierod.cli.terminal import messages, print_json
+    from tierod.cli.terminal import output as console
+    from tierod.report.analysis.isolability import analyse
+    from tierod.report.analysis.page import facts_of
+    from tierod.vehicles import load
+
+    car = load(vehicle)
+    target = (output or Path(f"{car.name}-isolability.html")) if report else None
+    refuse_to_overwrite(target, [car.path])
+    found = analyse(car, without or ())
+    if target is not None:
+        write_page(found, facts_of(car, ""), target, car.not_good_for)
+    if as_json:
+        told = {"vehicle": car.name, "remarks": list(found.remarks), **found.document}
+        print_json({"schema": "tierod.isolability/1", **told})
+    else:
+        show(found)
+    if target is not None:
+        (messages() if as_json else console()).print(f"page: {target}", soft_wrap=True, markup=False)
+    return HEALTHY

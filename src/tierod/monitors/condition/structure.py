@@ -1,0 +1,98 @@
+"""The structure of the automated vehicle: which sensor, which actuator stands in which equation."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Annotated, Any, NamedTuple
+
+from tierod.analysis.structure import Equation, StructuralModel, structure_of
+from tierod.errors import ParameterError, nearest
+from tierod.models.automated_vehicle import AutomatedVehicle
+from tierod.monitors.condition.signals import ACTUATORS, SENSORS
+from tierod.vehicles import Vehicle
+
+ERRORS = ("front_force_error", "rear_force_error", "tie_rod_force_error")
+"""States that stand for forces beside the model's."""
+OFFSETS = ("yaw_rate_offset", "angle_offset", "wheel_speed_difference", "grade_acceleration", "bank_acceleration")
+"""States that creep: sensors' offsets, wheels' radii, the road's slopes."""
+STEERING_MOTORS = ACTUATORS[:2]
+ACCELERATIONS = ("longitudinal_acceleration", "lateral_acceleration")
+"""Sensors that help and are not judged."""
+
+
+class _Actuated:
+    """The model of the vehicle with the torques that really act as its inputs.
+
+    The steering motors work on one shaft: their sum is all that the vehicle feels of them.
+    """
+
+    State, Output = AutomatedVehicle.State, AutomatedVehicle.Output
+
+    class Input(NamedTuple):
+        """Torques that act [N*m]."""
+
+        steering_torque: Annotated[float, "N*m"]
+        drive_left: Annotated[float, "N*m"]
+        drive_right: Annotated[float, "N*m"]
+
+    @staticmethod
+    def transition(x: Any, u: Any, p: Any) -> Any:
+        """The state one sample on, nobody suspected."""
+        return AutomatedVehicle.transition(x._replace(torque_loss=0.0), _asked(u), p)
+
+    @staticmethod
+    def output(x: Any, u: Any, p: Any) -> Any:
+        """What is measured."""
+        return AutomatedVehicle.output(x._replace(torque_loss=0.0), _asked(u), p)
+
+
+def _asked(u: Any) -> Any:
+    torques = (u.steering_torque, 0.0, u.drive_left, u.drive_right)
+    return AutomatedVehicle.Input(*torques, *torques, 0.0, 0.0, 0.0, 0.0)
+
+
+def vehicle_structure(vehicle: Vehicle, without: Collection[str] = (), forces_known: bool = True) -> StructuralModel:
+    """Equations of a vehicle with its sensors and actuators; a fault bears the name of whatever has it.
+
+    Args:
+        vehicle: with the parameters of `AutomatedVehicle`
+        without: sensors that the car or the recording does not have, accelerations included
+        forces_known: whether the forces of tyres and tie rods are those of the model; if not, they may be anything,
+            and what is left is kinematics and the steering's own balance
+
+    Raises:
+        ParameterError: parameters that are missing, or no such sensor
+    """
+    for name in without:
+        if name not in (*SENSORS, *ACCELERATIONS):
+            raise ParameterError(f"there is no sensor '{name}'{nearest(name, (*SENSORS, *ACCELERATIONS))}")
+    model = structure_of(
+        _Actuated,
+        vehicle.parameters_for(AutomatedVehicle.Parameters),
+        {**{name: name for name in SENSORS}, **{f"known {name}": name for name in ("drive_left", "drive_right")}},
+        known_inputs=("drive_left", "drive_right"),
+        without=(*OFFSETS, "torque_loss", *(ERRORS if forces_known else ()), *without),
+        free=() if forces_known else ERRORS,
+    )
+    motors = [Equation.of(f"known {name}", {name}, {name}, name) for name in STEERING_MOTORS]
+    return model.plus(Equation.of("sum of the steering motors", {"steering_torque", *STEERING_MOTORS}), *motors)
+
+
+def further_sensors(model: StructuralModel) -> tuple[Equation, ...]:
+    """Sensors that a car could have beside those of the model, each with a fault of its own."""
+    of_one = {
+        "speed over ground": "speed",
+        "optical sideslip sensor": "lateral_speed",
+        "second yaw rate sensor": "yaw_rate",
+        "rack position sensor": "column_angle",
+        "torque of steering motor 1, from its current": "steering_motor_1",
+        "torque of steering motor 2, from its current": "steering_motor_2",
+        "torque of the left drive, from its current": "drive_left",
+        "torque of the right drive, from its current": "drive_right",
+    }
+    offered = [Equation.of(name, {state}, {name}, name) for name, state in of_one.items() if state in model.unknowns]
+    for name in (*SENSORS, *ACCELERATIONS):
+        if name in model.by_name:
+            again = f"second {name}"
+            offered.append(Equation.of(again, model.by_name[name].unknowns, {again}, again))
+    return tuple(offered)

@@ -1,0 +1,221 @@
+"""What can be told of a car's sensors and actuators from its equations alone, in tables and a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import Any
+
+import numpy as np
+
+from tierod.analysis.structure import (
+    Isolability,
+    SensorGain,
+    StructuralModel,
+    decompose,
+    gain_of_sensors,
+    isolability,
+    minimal_redundant_sets,
+    minimal_test_sets,
+)
+from tierod.monitors.condition.signals import SENSORS
+from tierod.monitors.condition.structure import ACCELERATIONS, further_sensors, vehicle_structure
+from tierod.report.analysis.subjects import Analysis, Shown
+from tierod.report.display import words
+from tierod.studies.content import Cells, Chart, Heading, Panel, Table
+from tierod.vehicles import Vehicle
+
+SHOWN_SETS = 20
+"""Minimal test sets that the page lists; the document holds all."""
+
+WITH_FORCES = "forces of tyres and tie rods as the model has them"
+WITHOUT_FORCES = "forces of tyres and tie rods unknown"
+
+
+def analyse(vehicle: Vehicle, without: Collection[str] = ()) -> Analysis:
+    """Detectable and isolable faults of a vehicle's sensors and actuators, one and two at once.
+
+    Args:
+        vehicle: with the parameters of `AutomatedVehicle`
+        without: sensors that it does not have
+
+    Raises:
+        ParameterError: parameters that are missing, or no such sensor
+    """
+    models = {
+        WITH_FORCES: vehicle_structure(vehicle, without),
+        WITHOUT_FORCES: vehicle_structure(vehicle, without, forces_known=False),
+    }
+    single = {name: isolability(model) for name, model in models.items()}
+    pairs = {name: isolability(model, at_once=2) for name, model in models.items()}
+    model = models[WITHOUT_FORCES]
+    gains = gain_of_sensors(model, further_sensors(model), at_once=2)
+    sets = minimal_test_sets(model)
+    items: list[Shown] = [
+        Heading("One fault at a time"),
+        _table(single),
+        _picture(single[WITHOUT_FORCES]),
+        Heading("Two faults at a time"),
+        _pairs(pairs[WITHOUT_FORCES]),
+        Heading("What would help, and what would be missed"),
+        _gains(gains),
+        _missing(model),
+        Heading("What residuals can be made"),
+        _sets(model, sets),
+    ]
+    document = {
+        "without": sorted(without),
+        "faults": list(single[WITH_FORCES].faults),
+        "views": {name: _document(models[name], single[name], pairs[name]) for name in models},
+        "further_sensors": [_gain_document(gain) for gain in gains],
+        "minimal_redundant_sets": len(minimal_redundant_sets(model)),
+        "minimal_test_sets": [sorted(each) for each in sets],
+    }
+    return Analysis(f"Isolability of {vehicle.name}", _summary(single, pairs, gains), items, document, _remarks())
+
+
+def _summary(
+    single: dict[str, Isolability], pairs: dict[str, Isolability], gains: Sequence[SensorGain]
+) -> tuple[str, ...]:
+    told = []
+    for name, found in single.items():
+        alike = [group for group in found.groups if len(group) > 1]
+        lost = f"; nothing shows {_listed(found.undetectable)}" if found.undetectable else ""
+        mixed = "; ".join(f"{_listed(group)} are not told apart" for group in alike)
+        told.append(
+            f"With {name}: {len(found.isolable)} of {len(found.faults)} single faults are told from all others{lost}"
+            f"{'; ' + mixed if mixed else ''}; of {len(pairs[name].faults)} faults and pairs of them, "
+            f"{len(pairs[name].isolable)} are."
+        )
+    best = gains[0]
+    if best.told_apart or best.detectable:
+        told.append(
+            f"The sensor that would help most: {best.sensor}; it tells {best.told_apart} more ordered pairs of faults "
+            "and double faults apart."
+        )
+    return tuple(told)
+
+
+def _remarks() -> tuple[str, ...]:
+    return (
+        "Structure looks at what stands in which equation, not at how large it is: a fault that is isolable here can "
+        "still be too small, or the drive too quiet, to be told. What drives have shown stands in docs/condition.md.",
+        "Two steering motors act by their sum. A split of the torque that alternates tells them apart over time; "
+        "structure does not see that.",
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    plain = [name.replace("_", " ") for name in names]
+    return " and ".join([", ".join(plain[:-1]), plain[-1]] if len(plain) > 1 else plain)
+
+
+def _table(views: dict[str, Isolability]) -> Table:
+    rows = []
+    for place, fault in enumerate(next(iter(views.values())).faults):
+        verdicts = []
+        for found in views.values():
+            others = found.mistaken_for(fault)
+            verdicts.append(
+                "not seen"
+                if not found.detectable[place]
+                else f"not told from {_listed(others)}"
+                if others
+                else "isolable"
+            )
+        rows.append((words(fault), *verdicts))
+    return Table("Single faults", ("fault", *views), tuple(rows))
+
+
+def _picture(found: Isolability) -> Chart:
+    names = [words(fault) for fault in found.faults]
+    shares = np.where(found.detectable[:, None], found.mistaken, np.nan).astype(float)
+    cells = Cells("explains it", names, names, shares)
+    return Chart(
+        "isolability",
+        f"Which fault explains which, {WITHOUT_FORCES}",
+        "A row is a fault that is there, a filled cell a fault that explains all that is seen of it. Where only the "
+        "diagonal is filled, every fault is told from every other.",
+        "Matrix of faults against their explanations; the tables above hold the same.",
+        (Panel("", "explanation", "fault", (cells,)),),
+    )
+
+
+def _pairs(found: Isolability) -> Table:
+    rows = []
+    for fault, seen in zip(found.faults, found.detectable, strict=True):
+        others = found.mistaken_for(fault) if seen and " + " in fault else ()
+        if others:
+            more = f"; and {len(others) - 3} more" if len(others) > 3 else ""
+            rows.append((_pair(fault), "; ".join(map(_pair, others[:3])) + more))
+    total = sum(" + " in fault for fault in found.faults)
+    note = f"{total - len(rows)} of {total} pairs are told from everything else."
+    title = f"Pairs that something else explains, {WITHOUT_FORCES}"
+    return Table(title, ("pair", "explained by"), tuple(rows) or (("none", ""),), note)
+
+
+def _pair(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _gains(gains: Sequence[SensorGain]) -> Table:
+    rows = tuple(
+        (
+            words(gain.sensor),
+            f"{gain.told_apart}",
+            _listed(gain.detectable) if gain.detectable else "",
+            "yes" if gain.own_isolable else "no",
+        )
+        for gain in gains
+    )
+    header = ("one more sensor", "more told apart", "now seen", "own fault isolable")
+    note = "Ordered pairs among all single and double faults that the sensor would tell apart and that are not now."
+    return Table(f"What one more sensor would add, {WITHOUT_FORCES}", header, rows, note)
+
+
+def _missing(model: StructuralModel) -> Table:
+    accelerations = [name for name in ACCELERATIONS if name in model.by_name]
+    rows = []
+    for name in [name for name in SENSORS if name in model.by_name]:
+        alone, poorer = (isolability(model.without(name, *more)) for more in ((), accelerations))
+        rows.append((words(name), _lost(alone), _lost(poorer)))
+    header = ("without", "not told apart", "without accelerometers too")
+    return Table(f"A car that lacks a sensor, {WITHOUT_FORCES}", header, tuple(rows))
+
+
+def _lost(found: Isolability) -> str:
+    alike = "; ".join(_listed(group) for group in found.groups if len(group) > 1)
+    unseen = f"{_listed(found.undetectable)} not seen" if found.undetectable else ""
+    return "; ".join(filter(None, (alike, unseen)))
+
+
+def _sets(model: StructuralModel, sets: Sequence[frozenset[str]]) -> Table:
+    rows = tuple((_listed(sorted(each)), f"{len(each)}") for each in sets[:SHOWN_SETS])
+    note = (
+        f"{len(sets)} sets in all{', the smallest shown' if len(sets) > SHOWN_SETS else ''}; the equations have "
+        f"{decompose(model).redundancy} more than they need."
+    )
+    return Table(
+        f"Smallest sets of faults that one residual sees, {WITHOUT_FORCES}", ("residual of", "faults"), rows, note
+    )
+
+
+def _document(model: StructuralModel, single: Isolability, pairs: Isolability) -> dict[str, Any]:
+    return {
+        "equations": len(model.equations),
+        "unknowns": len(model.unknowns),
+        "redundancy": decompose(model).redundancy,
+        "detectable": [fault for fault in single.faults if fault not in single.undetectable],
+        "isolable": list(single.isolable),
+        "not_told_apart": [list(group) for group in single.groups if len(group) > 1],
+        "single_and_double_faults": len(pairs.faults),
+        "single_and_double_faults_isolable": len(pairs.isolable),
+    }
+
+
+def _gain_document(gain: SensorGain) -> dict[str, Any]:
+    return {
+        "sensor": gain.sensor,
+        "more_told_apart": gain.told_apart,
+        "now_detectable": list(gain.detectable),
+        "own_fault_isolable": gain.own_isolable,
+    }

@@ -1,0 +1,60 @@
+"""What 'tierod isolability' prints and writes, and what it refuses."""
+
+import json
+
+import pytest
+
+from report_pages import Page, charts
+from tierod.cli import main
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_demonstrator_is_told_in_tables_and_on_a_page(place, capsys):
+    assert main(["isolability", "--vehicle", "smartload"]) == 0
+    printed = capsys.readouterr().out
+    for told in ("not told from steering motor 2", "28 of 45 pairs", "from its current", "smartload-isolability.html"):
+        assert told in printed
+    text = (place / "smartload-isolability.html").read_text(encoding="utf-8")
+    seen = Page(text)
+    assert seen.open == []
+    assert len(set(seen.identifiers)) == len(seen.identifiers)
+    assert list(charts(text)) == ["isolability"]
+
+
+def test_json_is_one_document_and_tells_what_a_poorer_car_confuses(place, capsys):
+    poorer = [
+        "--without",
+        "tie_rod_force",
+        "--without",
+        "longitudinal_acceleration",
+        "--without",
+        "lateral_acceleration",
+    ]
+    assert main(["isolability", "--vehicle", "smartload", *poorer, "--json", "--no-report"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["schema"] == "tierod.isolability/1"
+    assert "tie_rod_force" not in document["faults"]
+    poor = document["views"]["forces of tyres and tie rods unknown"]
+    (group,) = poor["not_told_apart"]
+    assert {"steering_wheel_angle", "steering_shaft_torque", "steering_motor_1"} <= set(group)
+    assert list(place.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--without", "tie_rod_forze"], "tie_rod_force"),
+        (["--vehicle", "midsize-eps"], "midsize-eps"),
+        (["--vehicle", "smartlod"], "smartload"),
+    ],
+)
+def test_bad_input_is_named(place, capsys, arguments, told):
+    assert main(["isolability", *arguments]) == 3
+    said = capsys.readouterr().err
+    assert told in said
+    assert "Traceback" not in said

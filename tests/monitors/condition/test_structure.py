@@ -1,0 +1,64 @@
+"""The structure of the automated vehicle, beside a published toolbox and by what can be said without it."""
+
+import numpy as np
+import pytest
+
+from tierod.analysis.structure import decompose, gain_of_sensors, isolability, minimal_test_sets
+from tierod.errors import ParameterError
+from tierod.monitors.condition.signals import ACTUATORS, SENSORS
+from tierod.monitors.condition.structure import further_sensors, vehicle_structure
+from tierod.vehicles import load
+
+CAR = load("smartload")
+
+
+@pytest.mark.parametrize("forces_known", [True, False])
+def test_every_fault_has_its_equation_and_all_can_be_checked(forces_known):
+    model = vehicle_structure(CAR, forces_known=forces_known)
+    assert set(model.faults) == {*SENSORS, *ACTUATORS}
+    assert decompose(model).underdetermined == ()
+
+
+def test_forces_that_are_not_known_cost_redundancy():
+    known, unknown = (decompose(vehicle_structure(CAR, forces_known=each)).redundancy for each in (True, False))
+    assert known - unknown == 3  # one for each force
+    assert known == len(SENSORS) + 2  # each sensor that could be spared, and both accelerometers
+
+
+def test_a_sensor_that_is_left_out_costs_one_degree_of_redundancy():
+    whole = decompose(vehicle_structure(CAR)).redundancy
+    for name in SENSORS:
+        assert decompose(vehicle_structure(CAR, [name])).redundancy == whole - 1
+
+
+def test_wheels_and_yaw_rate_check_each_other_without_any_force():
+    assert frozenset(SENSORS[:3]) in minimal_test_sets(vehicle_structure(CAR, forces_known=False))
+
+
+def test_the_steering_motors_are_told_apart_by_the_current_of_one_only():
+    model = vehicle_structure(CAR)
+    assert isolability(model).mistaken_for("steering_motor_1") == ("steering_motor_2",)
+    gains = {gain.sensor: gain.told_apart for gain in gain_of_sensors(model, further_sensors(model))}
+    helpful = {sensor for sensor, told in gains.items() if told}
+    assert helpful == {f"torque of steering motor {k}, from its current" for k in (1, 2)}
+
+
+@pytest.mark.parametrize("without", [(), ("tie_rod_force", "lateral_acceleration", "longitudinal_acceleration")])
+def test_detectable_and_isolable_faults_are_those_of_the_toolbox(without):
+    toolbox = pytest.importorskip("faultdiagnosistoolbox")
+    model = vehicle_structure(CAR, without, forces_known=False)
+    rows = [[*sorted(each.unknowns), *([each.fault] if each.fault else [])] for each in model.equations]
+    faults = [f"fault_{name}" for name in model.faults]
+    rows = [
+        [*row[:-1], f"fault_{row[-1]}"] if each.fault else row for each, row in zip(model.equations, rows, strict=True)
+    ]
+    theirs = toolbox.DiagnosisModel({"type": "VarStruc", "x": list(model.unknowns), "f": faults, "z": [], "rels": rows})
+    found = isolability(model)
+    detectable, _ = theirs.DetectabilityAnalysis()
+    assert set(detectable) == {f"fault_{name}" for name in found.faults if name not in found.undetectable}
+    assert np.array_equal(found.mistaken, np.asarray(theirs.IsolabilityAnalysis()) > 0.5)
+
+
+def test_a_sensor_that_does_not_exist_is_refused():
+    with pytest.raises(ParameterError, match=r"no sensor 'yaw'.*yaw_rate"):
+        vehicle_structure(CAR, ["yaw"])
