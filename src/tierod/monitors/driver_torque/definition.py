@@ -8,6 +8,7 @@ from typing import Any
 
 from tierod.errors import ParameterError
 from tierod.models.steering_column import ColumnParameters
+from tierod.monitors.driver_torque.decisions import DECISIONS
 from tierod.monitors.driver_torque.delayed import DELAY, DelayedHandTorque
 from tierod.monitors.driver_torque.hands import HandsMonitor
 from tierod.monitors.driver_torque.hands_filters import FINE, SensorNoise
@@ -98,30 +99,35 @@ _VARIANTS = (
         "Three filters side by side, for hands whose torque has a rate, hands that jump, and friction that reverses.",
         f"beyond {PAPER}; docs/column.md",
         _opener("interacting", _default),
+        DECISIONS,
     ),
     Variant(
         "fixed-lag",
         "The torque of the hands 20 ms ago, from all samples until now: smoother and closer, for whoever may wait.",
         f"beyond {PAPER}; docs/column.md",
         _opener("fixed-lag", _delayed, _DELAYED, DELAY),
+        DECISIONS,
     ),
     Variant(
         "mechanical",
         "The paper's Kalman filter of the column without its gear, torsion bar and gear as springs in series.",
         f"{PAPER}, eqs (8) to (13)",
         _opener("mechanical", _printed("series spring"), _BARE),
+        DECISIONS,
     ),
     Variant(
         "balanced",
         "The paper's Kalman filter of the column reduced by balanced singular perturbation.",
         f"{PAPER}, eqs (14) to (18)",
         _opener("balanced", _printed("balanced"), _BARE),
+        DECISIONS,
     ),
     Variant(
         "full",
         "The paper's Kalman filter of the whole column, scaled.",
         f"{PAPER}, eqs (1) to (8)",
         _opener("full", _printed("full"), _BARE),
+        DECISIONS,
     ),
 )
 

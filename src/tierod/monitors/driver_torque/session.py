@@ -12,6 +12,7 @@ from tierod.analysis.consistency import ConsistencyAccumulator
 from tierod.findings import Status
 from tierod.graph import Result
 from tierod.monitors.driver_torque.below_bar import BelowBarOverDrive
+from tierod.monitors.driver_torque.decisions import FitRules
 from tierod.monitors.driver_torque.geometry import GeometryOverDrive
 from tierod.monitors.driver_torque.hands import OFF, ON, UNCERTAIN
 from tierod.monitors.driver_torque.hands_filters import SensorNoise
@@ -92,7 +93,7 @@ class DriverTorqueSession(BlockSession):
         self.signals = (*self.signals, TRUTH)
         self._geometry, self._stretches = GeometryOverDrive(rate), Stretches(1.0 / rate)
         self._below = BelowBarOverDrive(vehicle["motor_ratio"], rate)
-        self._over, self._remark = _OverDrive(), remark
+        self._over, self._remark, self.rules = _OverDrive(), remark, FitRules()
         self._truth, self._nis = np.full(delay, np.nan), np.empty(0)
         self._consistency = None if "nis" in untold else ConsistencyAccumulator()
 
@@ -139,7 +140,7 @@ class DriverTorqueSession(BlockSession):
             motor_inertia=self._below.inertia(),
             stretches=tuple(self._stretches.found()),
         )
-        finding = judge(drive, self.vehicle, self.name)
+        finding = judge(drive, self.vehicle, self.name, self.rules)
         told = finding.status is Status.HEALTHY
         unfit = finding.status is Status.SUSPECT
         withheld = (TRUTH,) if told else (TRUTH, *(name for name in self.traces if not (unfit and name == "nis")))

@@ -6,6 +6,15 @@ import math
 from typing import Annotated, NamedTuple
 
 from tierod.findings import Estimate, Finding, Status
+from tierod.monitors.driver_torque.decisions import (
+    INERTIA_SPREAD,
+    LAG_SPREAD,
+    MOTOR_INERTIA_SPREAD,
+    OFFSET_SPREAD,
+    RATIO_SPREAD,
+    STIFFNESS_SPREAD,
+    FitRules,
+)
 from tierod.monitors.driver_torque.geometry import ColumnGeometry
 from tierod.monitors.driver_torque.stretches import Stretch
 from tierod.monitors.driver_torque.vehicle_column import usual_tuning
@@ -21,19 +30,6 @@ LONG_OFF = 5.0
 """Hands off for longer are listed one by one [s]: driver assistance begins to warn there, or later."""
 MOST_LISTED = 20
 """Of those stretches, the longest ones."""
-FITTING = 10.0
-"""Mean NIS per measurement above which the column does not fit: three times the noise that is expected."""
-INERTIA_MARGIN, STIFFNESS_MARGIN, RATIO_MARGIN = 0.1, 0.25, 0.02
-"""Share by which a parameter may be off in the vehicle file: as the monitor tolerates; as bars scatter, or a gear in
-series; as gains of angle sensors do, for a design value."""
-
-OFFSET_MARGIN = 0.1
-"""Offset of the torque beyond what was learnt that hands may feign: two thirds of the torque that tells them [N m]."""
-LAG_MARGIN = 0.002
-"""Lag of a signal from which on it is named [s]: one of 1 ms costs a sixth of the accuracy, and at low rates a sample
-may be held for longer."""
-MOTOR_INERTIA_FACTOR = 1.5
-"""By which the motor's inertia may seem another one: over the time of its differences a sweep to 30 Hz makes it 1.2."""
 DEGREES, UNIT_MARGIN = math.degrees(1.0), 0.1
 """An angle in degrees that is read as radians, and how close to that factor, in its logarithm, a ratio must be."""
 
@@ -77,20 +73,21 @@ class Drive(NamedTuple):
     stretches: tuple[Stretch, ...]
 
 
-def judge(drive: Drive, vehicle: Vehicle, name: str) -> Finding:
+def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules) -> Finding:
     """The finding over a drive.
 
     Args:
         drive: what was collected
         vehicle: whose column it is
         name: of monitor and variant
+        rules: whether vehicle file and recording fit
     """
-    evidence = _evidence(drive, vehicle)
+    evidence = _evidence(drive, vehicle, rules)
     if reason := _obstacle(drive):
         status, cause, action = reason
         headline = f"Torque of the driver's hands: {status.value}; {cause}."
         return Finding(name, status, headline, evidence=evidence, cause=cause, action=action)
-    if wrong := _misfits(drive, vehicle):
+    if wrong := _misfits(drive, vehicle, rules):
         cause = "; ".join(wrong)
         action = "correct the vehicle file, or identify the column; if it is right, look for a sensor's gain or delay"
         headline = f"Torque of the driver's hands: withheld; vehicle file and recording do not fit: {cause}."
@@ -100,18 +97,18 @@ def judge(drive: Drive, vehicle: Vehicle, name: str) -> Finding:
     estimate = None  # what has no deviation has no interval
     if drive.hand_deviation > 0.0:
         estimate = Estimate("torque of the driver's hands, rms", drive.hand_rms, drive.hand_deviation, "N*m")
-    notices = _notices(drive, vehicle)
+    notices = _notices(drive, vehicle, rules)
     action = "correct the vehicle file before the disturbance torque is used" if notices else "none"
     return Finding(name, Status.HEALTHY, _told(drive), None, estimate, evidence, action=action, warnings=notices)
 
 
-def _notices(drive: Drive, vehicle: Vehicle) -> tuple[str, ...]:
+def _notices(drive: Drive, vehicle: Vehicle, rules: FitRules) -> tuple[str, ...]:
     """What is wrong in the vehicle file without touching the torque of the hands."""
     if drive.motor_inertia is None or not _zeroed(vehicle) or "motor_inertia" not in vehicle:
         return ()
     gear = vehicle["gear_inertia"] / vehicle["motor_ratio"] ** 2 if "gear_inertia" in vehicle else 0.0
     expected = vehicle["motor_inertia"] + gear
-    if abs(math.log(drive.motor_inertia / expected)) < math.log(MOTOR_INERTIA_FACTOR):
+    if not rules.apart(math.log(drive.motor_inertia / expected), MOTOR_INERTIA_SPREAD):
         return ()
     return (
         f"motor_inertia, with the gear's, is {expected:.2g} kg·m² at the motor's shaft, but the motor turns as with "
@@ -149,7 +146,7 @@ def _value(drive: Drive) -> dict[str, float]:
     return found
 
 
-def _evidence(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
+def _evidence(drive: Drive, vehicle: Vehicle, rules: FitRules) -> dict[str, float]:
     """What the signals and the innovations show, whether or not the torque of the hands can be told."""
     found = {
         "ready_s": drive.ready,
@@ -165,7 +162,7 @@ def _evidence(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
         found["stiffness_in_recording_Nm_per_rad"] = drive.geometry.stiffness
         if _zeroed(vehicle):
             found["torque_offset_in_recording_Nm"] = drive.geometry.torque_offset
-        if _late(drive):
+        if _late(drive, rules):
             found[f"{drive.geometry.late}_lag_s"] = drive.geometry.lag
     return found
 
@@ -197,21 +194,21 @@ def _obstacle(drive: Drive) -> tuple[Status, str, str] | None:
     return None
 
 
-def _misfits(drive: Drive, vehicle: Vehicle) -> list[str]:
+def _misfits(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
     """What of the vehicle file the data contradicts."""
     if unit := _wrong_unit(drive, vehicle):
         return [unit]
-    if _late(drive):
-        return _misshapen(drive, vehicle)
+    if _late(drive, rules):
+        return _misshapen(drive, vehicle, rules)
     wrong = []
     inertia = vehicle["steering_wheel_inertia"]
-    if abs(drive.inertia_error) > INERTIA_MARGIN * inertia:
+    if rules.apart(drive.inertia_error, INERTIA_SPREAD * inertia):
         there = inertia + drive.inertia_error
         wrong.append(
             f"steering_wheel_inertia is {inertia:.3g} kg·m², but without hands the wheel moves as with {there:.3g}"
         )
-    wrong += _misshapen(drive, vehicle)
-    if drive.nis > FITTING and (drive.geometry is None or not wrong):
+    wrong += _misshapen(drive, vehicle, rules)
+    if rules.misfit(drive.nis) and (drive.geometry is None or not wrong):
         wrong.append(
             f"the innovations are {math.sqrt(drive.nis):.0f} times as large as the observer expects; a signal may be "
             "late, have an offset or the wrong sign, or motor_inertia, gear_stiffness or the sensors' noise be off"
@@ -219,22 +216,22 @@ def _misfits(drive: Drive, vehicle: Vehicle) -> list[str]:
     return wrong
 
 
-def _misshapen(drive: Drive, vehicle: Vehicle) -> list[str]:
+def _misshapen(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
     """What angles and torque of the bar contradict; a late one spoils what they say of bar and offset."""
     found = drive.geometry
     if found is None:
         return []
     wrong = []
     ratio, bar = vehicle["motor_ratio"], vehicle["torsion_bar_stiffness"]
-    if abs(found.ratio / ratio - 1.0) > RATIO_MARGIN:
+    if rules.apart(found.ratio / ratio - 1.0, RATIO_SPREAD):
         wrong.append(f"motor_ratio is {ratio:.4g}, but the angles go by {found.ratio:.4g}")
-    if _late(drive):
+    if _late(drive, rules):
         others = "the others" if found.lag > 0.0 else "both others, which may themselves be late"
         when = "late" if found.lag > 0.0 else "early"
         return [*wrong, f"{found.late} is some {1e3 * abs(found.lag):.0f} ms {when} against {others}"]
-    if abs(math.log(found.stiffness / bar)) > STIFFNESS_MARGIN:
+    if rules.apart(math.log(found.stiffness / bar), STIFFNESS_SPREAD):
         wrong.append(f"torsion_bar_stiffness is {bar:.3g} N·m/rad, but the bar twists as with {found.stiffness:.3g}")
-    elif _zeroed(vehicle) and abs(found.torque_offset - drive.torque_offset) > OFFSET_MARGIN:
+    elif _zeroed(vehicle) and rules.apart(found.torque_offset - drive.torque_offset, OFFSET_SPREAD):
         offset, turn = found.torque_offset, math.degrees(abs(found.torque_offset) / found.stiffness)
         way = "high" if offset > 0.0 else "low"
         wrong.append(
@@ -244,10 +241,13 @@ def _misshapen(drive: Drive, vehicle: Vehicle) -> list[str]:
     return wrong
 
 
-def _late(drive: Drive) -> bool:
+def _late(drive: Drive, rules: FitRules) -> bool:
     """Whether a signal is late beyond its sampling, and the observer does not get along with it."""
-    unfit = not drive.nis <= FITTING
-    return drive.geometry is not None and unfit and abs(drive.geometry.lag) > max(LAG_MARGIN, drive.sample_time)
+    unfit = math.isnan(drive.nis) or rules.misfit(drive.nis)
+    if drive.geometry is None or not unfit:
+        return False
+    lag = drive.geometry.lag
+    return abs(lag) > drive.sample_time and rules.apart(lag, LAG_SPREAD)
 
 
 def _wrong_unit(drive: Drive, vehicle: Vehicle) -> str:
