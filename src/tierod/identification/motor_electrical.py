@@ -151,7 +151,8 @@ class _Part(NamedTuple):
     columns: dict[str, np.ndarray]
     instruments: dict[str, np.ndarray]
     voltage: np.ndarray
-    bend: np.ndarray
+    arc: np.ndarray
+    settling: np.ndarray
 
 
 def _columns(seen: MotorRecording, pole_pairs: float, warm: bool) -> _Part:
@@ -172,9 +173,10 @@ def _columns(seen: MotorRecording, pole_pairs: float, warm: bool) -> _Part:
         "F": window.growth(rotor),
         "B": window.growth(1j * rotor),
     }
-    # Between samples the flux of the stator grows evenly while the magnets' turns on an arc: the mean current differs
-    # from that of both ends by this, times flux over inductance.
-    bend = window.between(-(np.diff(angle) ** 2) / 12.0 * rise[1:] * np.exp(0.5j * (angle[1:] + angle[:-1])))
+    # The mean current of a step differs from that of both ends by a twelfth of its second derivative: the magnets turn
+    # on an arc, times flux over inductance, and the current settles, times resistance over inductance.
+    arc = window.between(-(np.diff(angle) ** 2) / 12.0 * rise[1:] * np.exp(0.5j * (angle[1:] + angle[:-1])))
+    settling = window.between(seen.step / 12.0 * rise[1:] ** 2 * np.diff(seen.current))
     voltage, middle = window.between(seen.voltage[1:]), window.mean(angle)
     earlier = length // window.stride + 2
     turn = np.exp(1j * (middle[earlier:] - middle[:-earlier]))
@@ -183,7 +185,7 @@ def _columns(seen: MotorRecording, pole_pairs: float, warm: bool) -> _Part:
         name: values[earlier:] if quiet[name] else values[:-earlier] * turn for name, values in columns.items()
     }
     columns = {name: values[earlier:] for name, values in columns.items()}
-    voltage, bend = voltage[earlier:], bend[earlier:]
+    voltage, arc, settling = voltage[earlier:], arc[earlier:], settling[earlier:]
     known = np.isfinite(voltage + sum(columns.values()) + sum(instruments.values()))
 
     def kept(values: np.ndarray) -> np.ndarray:
@@ -194,7 +196,8 @@ def _columns(seen: MotorRecording, pole_pairs: float, warm: bool) -> _Part:
         {name: kept(each) for name, each in columns.items()},
         {name: kept(each) for name, each in instruments.items()},
         kept(voltage),
-        kept(bend),
+        kept(arc),
+        kept(settling),
     )
 
 
@@ -211,7 +214,7 @@ def _quiet(
 
 
 def _fitted(parts: Sequence[_Part], kinds: Sequence[str], expected: tuple[float, float, float]) -> tuple[Fit, float]:
-    """The fit with currents that bend in a step, as unsure as half of what that changes; the share left over."""
+    """The fit with currents that bend in a step, as unsure as what that changes; the share left over."""
     rows = [
         Rows(part.voltage, *(np.column_stack([sum(of[k] for k in kind) for kind in kinds]) for of in part[:2]))
         for part in parts
@@ -221,11 +224,12 @@ def _fitted(parts: Sequence[_Part], kinds: Sequence[str], expected: tuple[float,
     if "DQ" in kinds and not np.isfinite(straight.deviations[1]):
         rows = [row._replace(target=row.target - expected[1] * row.regressors[:, 1]) for row in rows]
         straight = regress(rows)
-    known = kinds[1] != "F" and told[1] and told[kinds.index("F")]
-    ratio = straight.values[kinds.index("F")] / straight.values[1] if known else expected[2] / expected[1]
-    bent = regress(rows, [_only_first(ratio * part.bend, len(kinds)) for part in parts])
-    half = 0.5 * (bent.values - straight.values)
-    fit = bent._replace(covariance=bent.covariance + np.outer(half, half))
+    values = dict(zip(kinds, straight.values, strict=True)) if np.all(told[[0, 1, kinds.index("F")]]) else {}
+    inductance = values.get(kinds[1], expected[1]) if kinds[1] != "F" else expected[1]
+    arc, settling = values.get("F", expected[2]) / inductance, values.get("R", expected[0]) / inductance
+    bent = regress(rows, [_only_first(arc * part.arc + settling * part.settling, len(kinds)) for part in parts])
+    change = bent.values - straight.values
+    fit = bent._replace(covariance=bent.covariance + np.outer(change, change))
     return fit, fit.residual / _spread(parts)
 
 

@@ -74,8 +74,8 @@ def identify_mechanical(recordings: Sequence[MotorRecording], electrical: Electr
 
     The torque is that of flux and current. A load that was not measured is taken as a function of the angle that is
     straight between some places, so that a spring is no friction; what depends on the direction of turning is friction.
-    The angle over which friction builds up is that which leaves least over. All is as unsure as half of what half as
-    many places change, besides.
+    The angle over which friction builds up is that which leaves least over. All is as unsure, besides, as
+    half of what half as many places and samples change.
 
     Args:
         recordings: of one motor
@@ -86,16 +86,14 @@ def identify_mechanical(recordings: Sequence[MotorRecording], electrical: Electr
     """
     from scipy.optimize import minimize_scalar
 
-    shafts = [_Shaft(each, electrical, pole_pairs, _KNOTS) for each in recordings]
+    shafts = [_Shaft(each, electrical, pole_pairs) for each in recordings]
     found = minimize_scalar(
         lambda x: _left(shafts, float(np.exp(x))), bounds=np.log(_REACHES), method="bounded", options={"xatol": 5e-3}
     )
     best = float(found.x)
     rows = _rows(shafts, float(np.exp(best)))
     fit = regress(rows)
-    coarse = regress(
-        _rows([_Shaft(each, electrical, pole_pairs, _KNOTS // 2) for each in recordings], float(np.exp(best)))
-    )
+    coarse = regress(_rows([_Shaft(each, electrical, pole_pairs, 0.5) for each in recordings], float(np.exp(best))))
     bent = 0.5 * (coarse.values[:3] - fit.values[:3])
     ahead, behind = (_rows(shafts, float(np.exp(best + side * _MOVED))) for side in (1.0, -1.0))
     wider = []
@@ -131,8 +129,8 @@ def identify_mechanical(recordings: Sequence[MotorRecording], electrical: Electr
 class _Shaft:
     """One recording at a slower rate: what does not change with the reach of the friction."""
 
-    def __init__(self, seen: MotorRecording, electrical: Electrical, pole_pairs: float, places: int) -> None:
-        many = max(round(_STEP / seen.step), 1)
+    def __init__(self, seen: MotorRecording, electrical: Electrical, pole_pairs: float, fineness: float = 1.0) -> None:
+        many = max(round(_STEP / fineness / seen.step), 1)
         self._many, self._count = many, len(seen.time) // many
         step = many * seen.step
         length = max(round(_WINDOW / step), 12)
@@ -148,7 +146,11 @@ class _Shaft:
         driving = self._slower(torque) - (0.0 if load is None else load)
         self.target = self.window.mean(driving)
         electrical_angle = _SLOTS * (pole_pairs * self.angle + electrical.zero.value)
-        others = [np.cos(electrical_angle), np.sin(electrical_angle), *self._loads(0 if load is not None else places)]
+        others = [
+            np.cos(electrical_angle),
+            np.sin(electrical_angle),
+            *self._loads(0 if load is not None else int(fineness * _KNOTS)),
+        ]
         self.moving = [self.window.acceleration(self.angle), self.window.rate(self.angle)]
         self.others = [self.window.mean(each) for each in others]
         self.known = np.isfinite(self.target + sum(self.moving))

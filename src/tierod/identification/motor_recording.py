@@ -34,6 +34,7 @@ _CURRENT = _Source(
 _VOLTAGE = _Source(
     ("motor_voltage_alpha", "motor_voltage_beta"), ("motor_voltage_a", "motor_voltage_b", "motor_voltage_c")
 )
+_COMMAND = _Source(("motor_target_voltage_alpha", "motor_target_voltage_beta"), None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,18 +64,20 @@ class MotorRecording:
     torque: tuple[np.ndarray, np.ndarray] | None = None
 
 
-def motor_recording(name: str, recording: Recording, pole_pairs: float) -> MotorRecording:
+def motor_recording(name: str, recording: Recording, pole_pairs: float, commanded: bool = False) -> MotorRecording:
     """A recording of a motor on the grid of its currents.
 
     Args:
         name: for messages
         recording: with currents and voltages in the stator's axes or of the phases, and the motor's angle
         pole_pairs: electrical turns per turn of the shaft
+        commanded: whether its voltages are those that the inverter was told to make
 
     Raises:
         InputError: channels are missing or constant, too slow, or the recording is too short
     """
-    currents, voltages = _channels(name, recording, _CURRENT), _channels(name, recording, _VOLTAGE)
+    currents = _channels(name, recording, _CURRENT)
+    voltages = _channels(name, recording, _COMMAND if commanded else _VOLTAGE)
     electrical = "motor_angle_mechanical" not in recording
     angle = "motor_angle_electrical" if electrical else "motor_angle_mechanical"
     if angle not in recording:
