@@ -9,7 +9,21 @@ from typing import Annotated, Any, NamedTuple, get_type_hints
 from tierod.errors import ParameterError
 from tierod.estimators.kalman import KalmanFilter
 from tierod.estimators.shapes import Belief
-from tierod.graph.maths import absolute, all_of, both, exp, expm1, floor, hypot, limit, maximum, present, sqrt, where
+from tierod.graph.maths import (
+    absolute,
+    all_of,
+    both,
+    exp,
+    expm1,
+    floor,
+    hypot,
+    limit,
+    maximum,
+    minimum,
+    present,
+    sqrt,
+    where,
+)
 from tierod.models.commanded_motor import CommandedMotorParameters
 from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters, StatorFrameMotor
 from tierod.monitors.motor_angle.stator_filter import angle_variance_place, stator_filter
@@ -33,6 +47,10 @@ class Pace(NamedTuple):
     standing: Any
     slow: Any
     against: Any
+
+
+_LONGEST_WAIT = 1e6
+"""Samples beyond which none are counted."""
 
 
 @dataclass(frozen=True)
@@ -71,12 +89,13 @@ class MotorAngleObserver:
         motor_angle_mechanical: Annotated[float, "rad"]
 
     class State(NamedTuple):
-        """Belief of the filter, whether it has begun, the last angle of the sensor, whether the last sample told it."""
+        """Belief of the filter, whether it has begun, the sensor's last angle, what it gained in how many samples."""
 
         belief: Any
         begun: Any
         sensed: Any
-        told: Any
+        gained: Any
+        waited: Any
         pace: Pace
 
     class Output(NamedTuple):
@@ -137,7 +156,7 @@ class MotorAngleObserver:
     def init(self) -> State:
         """Nothing seen."""
         # A motor that stands at first, as most do, would be turned by what resistance and voltages are wrong by.
-        return self.State(self.filter.init(), 0.0, 0.0, 0.0, Pace(0.0, 1.0, 1.0, 0.0))
+        return self.State(self.filter.init(), 0.0, 0.0, 0.0, 0.0, Pace(0.0, 1.0, 1.0, 0.0))
 
     def step(self, state: State, sample: Any) -> tuple[State, Output]:
         """One sample on."""
@@ -150,9 +169,7 @@ class MotorAngleObserver:
         given = StatorFrameMotor.Input(
             sample.motor_voltage_alpha, sample.motor_voltage_beta, where(known, increment, 0.0), standing
         )
-        # After a gap the increment is that of several samples: it still moves a standing angle, but tells no speed.
-        recent = all_of(known, state.told, pace.slow, state.begun)
-        rate = where(recent, increment / self.parameters.sample_time, math.inf)
+        rate, gained, waited = self._rate(state, increment)
         measured = StatorFrameMotor.Output(sample.motor_current_alpha, sample.motor_current_beta, rate)
         free = where(standing, 0.0, 1.0)
         current = hypot(sample.motor_current_alpha, sample.motor_current_beta)
@@ -166,11 +183,10 @@ class MotorAngleObserver:
             process_noise=self._process_noise(filter_, standing, sample),
         )
         after = self._kept(belief, after, begun)
-        told = where(present(sample.motor_angle_mechanical), 1.0, 0.0)
-        sensed = where(told, sample.motor_angle_mechanical, state.sensed)
+        sensed = where(present(sample.motor_angle_mechanical), sample.motor_angle_mechanical, state.sensed)
         advanced = self._pace(pace, after, estimate)
         output = self._output(after, sample, standing, begun, estimate.nis)
-        return self.State(after, begun, sensed, told, advanced), output
+        return self.State(after, begun, sensed, gained, waited, advanced), output
 
     def _begun(self, state: State, sample: Any) -> tuple[Belief, Any]:
         """The belief, begun by the first sample that tells currents and angle."""
@@ -192,6 +208,16 @@ class MotorAngleObserver:
         gained = sample.motor_angle_mechanical - state.sensed
         turns = floor(gained / (2.0 * math.pi) + 0.5)
         return where(state.begun, gained - 2.0 * math.pi * turns, 0.0 * gained)
+
+    def _rate(self, state: State, increment: Any) -> tuple[Any, Any, Any]:
+        """Speed that increments tell while the motor is slow, what the sensor has gained since, in how many samples."""
+        known, time = present(increment), self.parameters.sample_time
+        gained, waited = state.gained + where(known, increment, 0.0), minimum(state.waited + 1.0, _LONGEST_WAIT)
+        window = maximum(self.tuning.increment_time / time, 1.0)
+        due = both(known, waited > window - 0.5)
+        # After a gap the sum still moves a standing angle, but tells no speed of the moment.
+        recent = all_of(due, waited < 2.0 * window + 0.5, state.pace.slow, state.begun)
+        return where(recent, gained / (waited * time), math.inf), where(due, 0.0, gained), where(due, 0.0, waited)
 
     def _process_noise(self, filter_: KalmanFilter, standing: Any, sample: Any) -> tuple[Any, ...]:
         noise = list(filter_.process_noise)

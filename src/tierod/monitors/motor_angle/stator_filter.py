@@ -31,7 +31,7 @@ def stator_filter(p: SampledMotorParameters, t: MotorAngleTuning) -> KalmanFilte
         t.first_flux,
     )
     wander: tuple[float, ...] = (t.resistance_wander**2 * p.sample_time, t.flux_wander**2 * p.sample_time)
-    reading = 2.0 * (t.sensor_noise / p.sample_time) ** 2
+    reading = 2.0 * (t.sensor_noise / max(t.increment_time, p.sample_time)) ** 2
     model: Any = StatorFrameMotor
     mean: tuple[float, ...] = (0.0,) * 7
     if isinstance(p, CommandedMotorParameters):

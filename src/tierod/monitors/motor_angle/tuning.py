@@ -32,6 +32,7 @@ class MotorAngleTuning:
         standing_speed: below it the back-EMF tells no angle
         standing_time: for so long it must be below
         slow_speed: below it increments of the sensor tell the speed too
+        increment_time: they are summed for so long: their noise does not add up, and the motor hardly accelerates
         lag: of the speed that decides about this
         widest: logarithms of resistance and flux stay within this
         widest_knee: that of the knee: from a fifth to five times its value
@@ -58,6 +59,7 @@ class MotorAngleTuning:
     standing_speed: Annotated[float, "rad/s", POSITIVE] = 1.0
     standing_time: Annotated[float, "s", POSITIVE] = 0.02
     slow_speed: Annotated[float, "rad/s", POSITIVE] = 8.0
+    increment_time: Annotated[float, "s", POSITIVE] = 1e-3
     lag: Annotated[float, "s", POSITIVE] = 0.005
     widest: Annotated[float, "", POSITIVE] = 0.7
     widest_knee: Annotated[float, "", POSITIVE] = 1.6
