@@ -26,7 +26,8 @@ SETTLED = 0.5
 """So long after a fault shows it is judged by what name it goes [s]."""
 
 FOUND, MISSED, NOT_TESTABLE = "found", "missed", "not testable"
-NOBODY, AMBIGUOUS = "none", "ambiguous"
+NOBODY, AMBIGUOUS, NEVER = "none", "ambiguous", "never shows"
+"""In place of names: nothing is declared, several together, or there was nothing to see."""
 
 
 class FaultScore(NamedTuple):
@@ -69,7 +70,7 @@ class DriveScore(NamedTuple):
         false_alarms: declarations that begin while nothing, or something else, is at fault, those within a fault aside
         healthy_hours: without fault
         flagged_share: share of the healthy time in which anything at all is declared
-        named: what was declared at most samples at which all faults have shown for a while
+        named: what was declared at most samples at which a fault shows and all have shown for a while
     """
 
     drive: Drive
@@ -195,11 +196,11 @@ def _replaced(each: Injected, truth: Truth, declared: Declared, within: np.ndarr
 def _name(declared: Declared, shown: Mapping[str, np.ndarray], time: np.ndarray) -> str:
     """Names of the declared elements, joined by " + ", as they are said most of the time once all faults show."""
     if not shown:
-        return NOBODY
+        return NEVER
     late = np.logical_and.reduce([_after(each, round(SETTLED / _step(time))) for each in shown.values()])
     late &= np.logical_or.reduce(list(shown.values()))
     if not late.any():
-        return NOBODY
+        return NEVER
     flags = np.array([declared.said("faulty", element)[late] for element in ELEMENTS])
     unsure = np.logical_or.reduce([declared.said("candidates", element)[late] for element in ELEMENTS])
     codes = (1 << np.arange(len(ELEMENTS))) @ flags

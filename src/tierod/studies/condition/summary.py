@@ -10,7 +10,17 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from tierod.campaigns.figures import rate_bound
-from tierod.studies.condition.scoring import AMBIGUOUS, FOUND, MISSED, NOBODY, NOT_TESTABLE, DriveScore, FaultScore
+from tierod.studies.condition.scoring import (
+    AMBIGUOUS,
+    ELEMENTS,
+    FOUND,
+    MISSED,
+    NEVER,
+    NOBODY,
+    NOT_TESTABLE,
+    DriveScore,
+    FaultScore,
+)
 
 
 class Summary(NamedTuple):
@@ -106,8 +116,6 @@ def confusion(scores: Iterable[DriveScore]) -> dict[str, Counter[str]]:
 
 def injected_name(each: DriveScore) -> str:
     """What has failed in a drive, in the form of `DriveScore.named`."""
-    from tierod.studies.condition.scoring import ELEMENTS
-
     failed = {fault.injected.element for fault in each.faults}
     return " + ".join(element for element in ELEMENTS if element in failed)
 
@@ -123,8 +131,11 @@ class Isolated(NamedTuple):
 
 
 def isolated(scores: Sequence[DriveScore]) -> Isolated:
-    """How well the faults of some drives are told apart, by what they were named most of the time."""
-    verdicts = [_verdict(each) for each in scores if each.faults]
+    """How well the faults of some drives are told apart, by what they were named most of the time.
+
+    Drives in which not all faults show for long enough to be named are left out.
+    """
+    verdicts = [_verdict(each) for each in scores if each.faults and each.named != NEVER]
     return Isolated(*(mean(verdict == name for verdict in verdicts) for name in Isolated._fields))
 
 
