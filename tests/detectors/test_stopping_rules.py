@@ -6,7 +6,14 @@ from scipy.special import ndtr
 
 from tierod.detectors import design
 from tierod.detectors.comparison import RULES, designed
-from tierod.detectors.stopping_rules import AverageRule, CusumRule, HoldRule, LikelihoodRatioRule, SequentialRule
+from tierod.detectors.stopping_rules import (
+    AverageRule,
+    CusumRule,
+    HoldRule,
+    LikelihoodRatioRule,
+    SequentialRule,
+    StoppingRule,
+)
 from tierod.errors import ParameterError
 from tierod.graph import scan
 
@@ -120,3 +127,13 @@ def test_a_likelihood_ratio_finds_shifts_of_every_size():
 def test_wrong_requests_are_refused(call, says):
     with pytest.raises(ParameterError, match=says):
         call()
+
+
+@pytest.mark.parametrize("sides", ["both", "upper"])
+def test_a_single_look_has_its_threshold_in_closed_form(sides):
+    rule = HoldRule(1, sides=sides)
+    for samples in (3.0, 1e3, 1e9):
+        assert rule.run_length(rule.threshold_for(samples)) == pytest.approx(samples, rel=1e-9)
+        assert rule.threshold_for(samples) == pytest.approx(StoppingRule.threshold_for(rule, samples), rel=1e-6)
+    with pytest.raises(ParameterError, match="ask for more"):
+        rule.threshold_for(0.5)

@@ -6,6 +6,8 @@ import pytest
 
 from tierod.errors import InputError, ParameterError
 from tierod.findings import Status
+from tierod.monitors.hysteresis.decisions import INCREASE
+from tierod.monitors.hysteresis.definition import IncreaseLimits
 from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.registry import MONITORS
 from tierod.monitors.run import diagnose
@@ -73,3 +75,16 @@ def test_the_limits_of_an_own_loop_lie_as_far_above_it_as_those_of_the_vehicle()
         "fault": pytest.approx(32.3),
     }
     assert "-0.00" not in finding.headline
+
+
+def test_what_may_be_chance_is_suspect_and_no_fault():
+    limits = IncreaseLimits(4.0, 4.8, 7.5)
+    assert limits.status(0.7, 0.01, INCREASE.rule) is Status.HEALTHY
+    assert limits.status(1.5, 0.4, INCREASE.rule) is Status.RISING
+    assert limits.status(1.5, 0.6, INCREASE.rule) is Status.SUSPECT
+    assert limits.status(4.0, 0.6, INCREASE.rule) is Status.FAULT
+    # against a nominal friction of 4.0 ± 0.5 N·m, one more N·m is no proof
+    finding = diagnose(lock_to_lock(5.0, hoist=True), "midsize-eps", "hysteresis", "hoist").findings[0]
+    assert finding.status is Status.SUSPECT
+    assert "--own-level" in finding.action
+    assert finding.evidence["increase_standard_deviation_Nm"] > 0.5

@@ -10,6 +10,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -237,6 +238,17 @@ class HoldRule(StoppingRule):
         if chance <= 1e-300 ** (1.0 / self.hold):
             return math.inf
         return (chance**-self.hold - 1.0) / (1.0 - chance) if chance < 1.0 else float(self.hold)
+
+    def threshold_for(self, samples: float) -> float:
+        """The threshold with so many samples between false alarms on average.
+
+        Raises:
+            ParameterError: so few samples that no threshold is needed, or not a finite number
+        """
+        sides = len(WAYS[self.sides])
+        if self.hold > 1 or not 2.0 / sides < samples < math.inf:
+            return super().threshold_for(samples)
+        return -NormalDist().inv_cdf(1.0 / (sides * samples))
 
     def growth(self, threshold: float) -> float:
         """The square: tails of a Gaussian value."""

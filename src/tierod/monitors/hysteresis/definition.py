@@ -9,8 +9,11 @@ from typing import Annotated
 
 import numpy as np
 
+from tierod.detectors.held_threshold import HeldThreshold
+from tierod.detectors.rule_design import alarms_at
 from tierod.findings import Estimate, Finding, Status
 from tierod.identification.hysteresis import HysteresisFriction, HysteresisIdentification, Support
+from tierod.monitors.hysteresis.decisions import INCREASE
 from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.session import Conclusion, Monitor, Session, Variant
 from tierod.recording import Aligned, Channel, Recording
@@ -34,11 +37,19 @@ class IncreaseLimits:
     rising_friction: Annotated[float, "N*m"]
     fault_friction: Annotated[float, "N*m"]
 
-    def status(self, above_nominal: float) -> Status:
-        """The status of a friction so far above the nominal one [N m]."""
-        if above_nominal > self.fault_friction - self.nominal_friction:
-            return Status.FAULT
-        return Status.RISING if above_nominal > self.rising_friction - self.nominal_friction else Status.HEALTHY
+    def status(self, above_nominal: float, deviation: float, rule: HeldThreshold) -> Status:
+        """The status of a friction above the nominal one; suspect where it is above a limit but may be by chance.
+
+        Args:
+            above_nominal: [N m]
+            deviation: one standard deviation of it [N m]
+            rule: for the distance, above_nominal over its deviation
+        """
+        if not above_nominal > self.rising_friction - self.nominal_friction:
+            return Status.HEALTHY
+        if not alarms_at(rule, above_nominal / max(deviation, 1e-9)):
+            return Status.SUSPECT
+        return Status.FAULT if above_nominal > self.fault_friction - self.nominal_friction else Status.RISING
 
     def above(self, base: float) -> dict[str, float]:
         """The frictions [N m] from which a car that had `base` when it was sound is rising and faulted."""
@@ -87,6 +98,7 @@ class HysteresisSession:
     def __init__(self, name: str, support: Support, vehicle: Vehicle, rate: float, own_level: OwnLevel | None):
         self.name, self.support, self.vehicle, self.own_level = name, support, vehicle, own_level
         self._limits = vehicle.parameters_for(IncreaseLimits) if vehicle.calibrated else None
+        self.rule = INCREASE.rule
         self.identification = HysteresisIdentification.of_vehicle(vehicle, rate)
         self._pieces: list[Aligned] = []
 
@@ -135,7 +147,8 @@ class HysteresisSession:
         else:
             base, name, against = limits.nominal_friction, "nominal", f"{limits.nominal_friction:.1f} N·m nominal"
             deviation = found.standard_deviation
-        status = limits.status(found.friction_torque - base)
+        spread = deviation if self.own_level is not None else math.hypot(deviation, self._nominal_deviation())
+        status = limits.status(found.friction_torque - base, spread, self.rule)
         reference = {name: base} | limits.above(base)
         return Finding(
             self.name,
@@ -144,11 +157,15 @@ class HysteresisSession:
             f"{status.value}, {found.friction_torque - base:+z.2f} N·m against {against}, "
             f"fault from {reference['fault']:.1f} N·m.",
             estimate=self._estimate(found, reference),
-            evidence=_evidence(found) | {"increase_Nm": found.friction_torque - base},
-            cause=f"the loop is {'as wide as' if status is Status.HEALTHY else 'wider than'} it should be",
+            evidence=_evidence(found)
+            | {"increase_Nm": found.friction_torque - base, "increase_standard_deviation_Nm": spread},
+            cause=_CAUSES.get(status, "the loop is wider than it should be"),
             action=_ACTIONS[status],
             warnings=self._warnings(found.friction_torque),
         )
+
+    def _nominal_deviation(self) -> float:
+        return self.vehicle.parameters["nominal_friction"].standard_deviation or 0.0
 
     def _warnings(self, friction: float) -> tuple[str, ...]:
         if self.support != "hoist" or "noticeable_friction" not in self.vehicle:
@@ -175,7 +192,13 @@ _REMEDIES = {
     Status.NOT_TESTABLE: "compare with the same test of the unfaulted car (--own-level), or repeat it on a hoist",
     Status.NOT_IDENTIFIABLE: "give the torque per count in the channel map",
 }
+_CAUSES = {
+    Status.HEALTHY: "the loop is as wide as it should be",
+    Status.SUSPECT: "the loop is wider than it should be, but no wider than damping, scatter and the unknown friction "
+    "of this car when it was sound may explain",
+}
 _ACTIONS = {
+    Status.SUSPECT: "compare with the same test of the unfaulted car (--own-level), or turn slowly and several times",
     Status.HEALTHY: "none",
     Status.RISING: "watch it: repeat the test at the next service, and inspect the boots of the steering gear",
     Status.FAULT: "inspect column joints, bearings, steering gear and motor for corrosion, water or damage",
@@ -207,12 +230,19 @@ HYSTERESIS = Monitor(
     minimum_rate=20.0,
     maximum_age=0.1,
     variants={
-        "hoist": Variant("hoist", "Wheels hang free: the loop is the friction of the steering.", PAPER, _open("hoist")),
+        "hoist": Variant(
+            "hoist",
+            "Wheels hang free: the loop is the friction of the steering.",
+            PAPER,
+            _open("hoist"),
+            (INCREASE,),
+        ),
         "ground": Variant(
             "ground",
             "Tyres scrub: only the difference to the unfaulted car's loop is friction.",
             PAPER,
             _open("ground"),
+            (INCREASE,),
         ),
     },
     default=None,

@@ -1,0 +1,27 @@
+"""What the lock-to-lock test decides, and how its threshold was designed."""
+
+from __future__ import annotations
+
+import math
+
+from tierod.detectors.rule_design import RuleDesign
+from tierod.detectors.stopping_rules import HoldRule
+from tierod.monitors.decision import Decision, Demonstrated
+
+INCREASE_DESIGN = RuleDesign(HoldRule(1, sides="upper"), values=1000.0, shift=8.0, spacing=math.inf)
+"""One look at a test."""
+
+INCREASE = Decision(
+    name="friction has risen",
+    distance="friction above that of the sound loop, in standard deviations of both: damping, scatter of the loops, "
+    "and the nominal friction where no loop of the sound car is known",
+    rule=INCREASE_DESIGN.block(),
+    place="rule",
+    mean_time_between_false_alarms=1000.0,
+    demonstrated=Demonstrated(12.0),
+    source="Gaussian errors; virtual tests on hoist and ground, each against another of the same car",
+    unit="recording",
+    design=INCREASE_DESIGN,
+)
+"""Beyond it the limits of the vehicle file say how much is rising, and how much a fault; short of it a friction above a
+limit is suspect."""
