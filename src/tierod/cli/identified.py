@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 if TYPE_CHECKING:
     from tierod.identification.column_result import ColumnIdentification, Found
+    from tierod.identification.inverter import InverterIdentification
     from tierod.identification.motor_result import MotorIdentification
     from tierod.recording import Recording
     from tierod.studies.content import Item, Table
@@ -136,6 +137,25 @@ def _motor_document(result: MotorIdentification) -> dict[str, Any]:
     }
 
 
+def _inverter(
+    car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any
+) -> InverterIdentification:
+    from tierod.identification.inverter import identified_inverter
+
+    before = {name: (each.value, each.standard_deviation) for name, each in car.parameters.items()}
+    return identified_inverter(recordings, car["motor_pole_pairs"], free, before)
+
+
+def _inverter_tables(result: InverterIdentification) -> Sequence[Table]:
+    from tierod.report.identification_page import found_table
+
+    return [found_table(result.found)]
+
+
+def _inverter_document(result: InverterIdentification) -> dict[str, Any]:
+    return {"fit": result.fit._asdict(), "explained": not result.doubt}
+
+
 SUBJECTS = {
     "column": Subject(
         "Column",
@@ -158,6 +178,16 @@ SUBJECTS = {
         _motor_tables,
         _motor_lines,
         _motor_document,
+    ),
+    "inverter": Subject(
+        "Inverter",
+        "Loss of a phase and knee of it under which the commands, less what the inverter takes, are the voltages of a "
+        "motor with these currents and this angle.",
+        _inverter,
+        _inverter_tables,
+        _inverter_tables,
+        lambda result: [],
+        _inverter_document,
     ),
 }
 """By the name that the command line takes."""

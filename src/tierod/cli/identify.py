@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def identify(
-    subject: Annotated[str, typer.Argument(help="What to identify: column or motor.")],
+    subject: Annotated[str, typer.Argument(help="What to identify: column, motor or inverter.")],
     recordings: Annotated[
         list[Path], typer.Argument(help="Recordings of bench or drive, one experiment each or more.")
     ],
