@@ -22,6 +22,7 @@ from tierod.detectors.sequential_test import SequentialTest
 from tierod.detectors.threshold import Debounce, Hysteresis
 from tierod.detectors.two_sided import TwoSided
 from tierod.diagnosis.debounce import DebounceCounter, DebounceCounters
+from tierod.diagnosis.rules import RuleDiagnosis
 from tierod.diagnosis.substitution import Substitute, SubstitutionGraph
 from tierod.diagnosis.switchover import Switchover
 from tierod.estimators.fixed_lag import FixedLag
@@ -49,9 +50,18 @@ from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.models.steering_column import ColumnParameters
 from tierod.models.two_inertia_column import TwoInertiaParameters
 from tierod.monitors.condition.lane import LeaveOutFilter
+from tierod.monitors.condition.residuals.actuator_set import ActuatorSet, actuator_set
 from tierod.monitors.condition.residuals.adaptive_speed import AdaptiveSpeed
+from tierod.monitors.condition.residuals.all_residuals import AllResiduals
+from tierod.monitors.condition.residuals.calibration import ResidualCalibration
+from tierod.monitors.condition.residuals.catalogue import RESIDUALS
+from tierod.monitors.condition.residuals.parameters import Coefficients
 from tierod.monitors.condition.residuals.residual_set import ResidualSet, residual_set
+from tierod.monitors.condition.residuals.shares import LostShares
 from tierod.monitors.condition.residuals.steering_signals import SteeringSignals
+from tierod.monitors.condition.residuals.thresholds import ResidualThreshold
+from tierod.monitors.condition.rule_files import rules
+from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
 from tierod.monitors.driver_torque.column_friction import ColumnFrictionObserver
 from tierod.monitors.driver_torque.delayed import DelayedHandTorque
 from tierod.monitors.driver_torque.hands import HandsMonitor
@@ -190,6 +200,14 @@ def examples() -> dict[type, Callable[[], Any]]:
         AdaptiveSpeed: lambda: AdaptiveSpeed.design(1.084, DT),
         SteeringSignals: SteeringSignals,
         ResidualSet: lambda: residual_set(DEMONSTRATOR),
+        ActuatorSet: lambda: actuator_set(DEMONSTRATOR),
+        AllResiduals: lambda: AllResiduals(residual_set(DEMONSTRATOR), actuator_set(DEMONSTRATOR)),
+        LostShares: lambda: LostShares(0.4, 0.5, DT),
+        RuleDiagnosis: lambda: RuleDiagnosis(rules("rules"), DT),
+        RuleMonitor: lambda: rule_monitor(
+            DEMONSTRATOR,
+            ResidualCalibration(Coefficients(), dict.fromkeys(RESIDUALS, ResidualThreshold(0.5)), {}, 0),
+        ),
         FeedforwardAngle: lambda: FeedforwardAngle(MOTOR),
         FeedforwardWithLoad: lambda: FeedforwardWithLoad.of(MOTOR, slow="increments"),
         FluxObserver: lambda: FluxObserver(MOTOR),

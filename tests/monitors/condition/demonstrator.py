@@ -1,4 +1,4 @@
-"""The demonstrator as its paper prints it, and motions of it in closed form."""
+"""The demonstrator as its vehicle file tells it, and motions of it in closed form."""
 
 import math
 
@@ -6,10 +6,9 @@ import numpy as np
 
 from tierod.monitors.condition.residuals.parameters import ResidualParameters
 from tierod.monitors.condition.signals import ConditionSample
+from tierod.vehicles import load
 
-CAR = ResidualParameters(
-    403.2, 548.3, 0.904, 1.166, 35e3, 35e3, 1.084, 1.0 / 19.7, 0.045, 3.0, 31227.0, 22867.0, 1.0 / 146.12, 1.11, 0.243
-)
+CAR = load("smartload").parameters_for(ResidualParameters)
 
 
 def circle(radius=20.0, speed=6.0, seconds=5.0, **changed):

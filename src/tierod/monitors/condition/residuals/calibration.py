@@ -1,108 +1,158 @@
-"""Coefficients and thresholds of the residuals from healthy drives."""
+"""Coefficients and thresholds of all residuals from healthy drives, never from drives with faults."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
-from tierod.errors import InputError
+from tierod.detectors.measured import threshold_from_records
+from tierod.detectors.stopping_rules import HoldRule
+from tierod.errors import InputError, ParameterError
 from tierod.graph import scan
-from tierod.monitors.condition.residuals.parameters import Coefficients
-from tierod.monitors.condition.residuals.residual_set import ResidualSet
-from tierod.monitors.condition.residuals.rolling import steer_of_rolling
-from tierod.monitors.condition.signals import ConditionSample
+from tierod.monitors.condition.residuals.actuator_set import actuator_set
+from tierod.monitors.condition.residuals.all_residuals import AllResiduals
+from tierod.monitors.condition.residuals.catalogue import RESIDUALS
+from tierod.monitors.condition.residuals.fit import FEWEST, SETTLING, fit_coefficients, samples_of
+from tierod.monitors.condition.residuals.parameters import Coefficients, ResidualParameters
+from tierod.monitors.condition.residuals.residual_set import residual_set
+from tierod.monitors.condition.residuals.thresholds import GROWTHS, Excitation, ResidualThreshold
 from tierod.recording import Recording
 
-SETTLING = 2.0
-"""Left out at the start of every drive, while the filters settle [s]."""
+MARGIN = 1.15
+"""Of a threshold over the largest healthy residual, where it is not designed for a rate of false alarms."""
 
-FEWEST = 3000
-"""Samples of healthy driving that a fit needs: half a minute at 100 Hz."""
+MIRRORED = (("r7", "r11"), ("r8", "r12"), ("r9", "r13"), ("r10", "r14"), ("motor_1_share", "motor_2_share"))
+"""Residuals of the same thing on either side, which are compared with each other: they get one threshold."""
 
-
-def samples_of(recording: Recording) -> np.ndarray:
-    """The columns of `ConditionSample`, (n, 14); NaN for a signal that the recording does not have.
-
-    Args:
-        recording: its channels on one grid
-
-    Raises:
-        InputError: none of the signals is there, or they are not on one grid
-    """
-    names = [name for name in ConditionSample._fields if name in recording.channels]
-    if not names:
-        raise InputError("the recording has none of the signals of the condition monitor; map its channels first")
-    lengths = {len(recording[name].values) for name in names}
-    if len(lengths) > 1:
-        raise InputError(f"the signals have {sorted(lengths)} samples; align them on one grid first")
-    columns = np.full((lengths.pop(), len(ConditionSample._fields)), np.nan)
-    for column, name in enumerate(ConditionSample._fields):
-        if name in names:
-            columns[:, column] = recording[name].values
-    return columns
+_LEAST = 1e-3
+"""Least threshold of a residual that hardly moves, in its unit."""
 
 
-def fit_coefficients(block: ResidualSet, drives: Sequence[np.ndarray]) -> Coefficients:
-    """The coefficients of eqs (11) and (46), and the understeer, by least squares.
+@dataclass(frozen=True)
+class ResidualCalibration:
+    """What healthy drives say of a vehicle's residuals.
 
     Args:
-        block: whose signals are used; its coefficients do not matter
-        drives: healthy, columns of `ConditionSample`
+        coefficients: of the models
+        thresholds: by residual
+        deviations: standard deviation of every residual, in its unit
+        samples: healthy samples behind the thresholds
+        printed: whether the equations were taken with their misprints
+        adaptive: whether the thresholds widen with excitation
+        hours_between_alarms: of each residual by itself, that the thresholds are designed for; None where they are the
+            largest healthy residual and a margin
+    """
+
+    coefficients: Coefficients
+    thresholds: Mapping[str, ResidualThreshold]
+    deviations: Mapping[str, float]
+    samples: int
+    printed: bool = False
+    adaptive: bool = False
+    hours_between_alarms: Annotated[float, "h"] | None = None
+
+
+def calibrate_residuals(
+    car: ResidualParameters,
+    fitted: Sequence[Recording],
+    healthy: Sequence[Recording],
+    *,
+    sample_time: float = 0.01,
+    printed: bool = False,
+    adaptive: bool = False,
+    hours_between_alarms: float | None = None,
+) -> ResidualCalibration:
+    """Coefficients and thresholds from healthy drives.
+
+    Args:
+        car: the vehicle
+        fitted: healthy drives for the coefficients, 5 minutes or more
+        healthy: healthy drives for the thresholds, an hour or more
+        sample_time: of all recordings [s]
+        printed: whether the equations are taken with their misprints
+        adaptive: whether thresholds widen with speed, yaw acceleration, lateral acceleration and steering rate
+        hours_between_alarms: wanted of each residual by itself; None takes the largest healthy residual and 15 %
 
     Raises:
-        InputError: too little driving
+        InputError: too little healthy driving
     """
-    torque, force, angle = _Equations(6), _Equations(4), _Equations(2)
-    for samples in drives:
-        steer = scan(block.steering, samples[:, [3, 4, 5, 7]])
-        columns: dict[str, np.ndarray] = {name: steer[name] for name in block.steering.Output._fields}
-        left, right, yaw, turned = samples[:, :4].T
-        late = round(SETTLING / block.steering.sample_time)
-        use = np.isfinite(samples[:, :8]).all(axis=1) & (np.maximum(left, right) > block.moving)
-        use[:late] = False
-        ones = np.ones(len(samples))
-        motion = [columns["angle"], columns["rate"], columns["acceleration"], columns["direction"]]
-        across = columns["lateral_acceleration"]
-        torque.add([*motion, across, ones], columns["torque"], use)
-        force.add([block.car.mass * across, columns["torque"], columns["direction"], ones], columns["force"], use)
-        rolling = steer_of_rolling(yaw, left, right, block.car)
-        angle.add([0.5 * (left + right) * yaw, ones], block.car.steering_ratio * turned - rolling, use)
-    turn, rate, acceleration, friction, cornering, torque_offset = torque.solved()
-    per_mass, per_torque, rubbing, force_offset = force.solved()
-    understeer, angle_offset = angle.solved()
-    return Coefficients(
-        turn,
-        rate,
-        acceleration,
-        friction,
-        cornering,
-        torque_offset,
-        per_mass,
-        per_torque,
-        force_friction=-rubbing / per_torque if per_torque else 0.0,
-        force_offset=force_offset,
-        understeer=understeer,
-        angle_offset=angle_offset / block.car.steering_ratio,
-    )
+    if hours_between_alarms is not None and not hours_between_alarms > 0.0:
+        raise ParameterError(f"hours_between_alarms is {hours_between_alarms}; expected more than zero")
+    block = residual_set(car, None, sample_time, printed)
+    known = fit_coefficients(block, [samples_of(each) for each in fitted])
+    whole = AllResiduals(residual_set(car, known, sample_time, printed), actuator_set(car, known, sample_time))
+    drives = [_Healthy.of(whole, samples_of(each), sample_time) for each in healthy]
+    count = sum(len(each.excitation) for each in drives)
+    if count < FEWEST:
+        raise InputError(f"{count} samples of healthy driving are too few for thresholds; give {FEWEST} or more")
+    alarm_samples = None if hours_between_alarms is None else hours_between_alarms * 3600.0 / sample_time
+    thresholds, deviations = {}, {}
+    for name in RESIDUALS:
+        thresholds[name], deviations[name] = _threshold(drives, name, adaptive, alarm_samples)
+    for left, right in MIRRORED:
+        thresholds |= _alike(left, thresholds[left], right, thresholds[right])
+    return ResidualCalibration(known, thresholds, deviations, count, printed, adaptive, hours_between_alarms)
 
 
-class _Equations:
-    """Normal equations of a least-squares fit, drive by drive."""
+@dataclass(frozen=True)
+class _Healthy:
+    """One healthy drive: residuals by name, NaN where not there, and excitations, (n, 5), the first of them one."""
 
-    def __init__(self, count: int):
-        self.left, self.right, self.samples = np.zeros((count, count)), np.zeros(count), 0
+    residuals: dict[str, np.ndarray]
+    excitation: np.ndarray
 
-    def add(self, regressors: list[np.ndarray], wanted: np.ndarray, use: np.ndarray) -> None:
-        rows = np.stack([each[use] for each in regressors])
-        self.left += rows @ rows.T
-        self.right += rows @ wanted[use]
-        self.samples += int(use.sum())
+    @classmethod
+    def of(cls, block: AllResiduals, samples: np.ndarray, sample_time: float) -> _Healthy:
+        result = scan(block, samples)
+        settled = slice(round(SETTLING / sample_time), None)
+        residuals = {
+            name: np.where(result[f"there.{name}"] > 0.5, result[f"residuals.{name}"], np.nan)[settled]
+            for name in RESIDUALS
+        }
+        lively = [np.abs(result[f"excitation.{name}"][settled]) for name in Excitation._fields]
+        return cls(residuals, np.stack([np.ones_like(lively[0]), *lively], axis=1))
 
-    def solved(self) -> list[float]:
-        if self.samples < FEWEST:
-            raise InputError(
-                f"{self.samples} samples of healthy driving are too few to fit the residuals' models on; "
-                f"give {FEWEST} or more while the vehicle moves"
-            )
-        return [float(each) for each in np.linalg.lstsq(self.left, self.right, rcond=1e-12)[0]]
+
+def _threshold(
+    drives: Sequence[_Healthy], name: str, adaptive: bool, alarm_samples: float | None
+) -> tuple[ResidualThreshold, float]:
+    """Threshold and standard deviation of one residual."""
+    values = np.concatenate([each.residuals[name] for each in drives])
+    there = np.isfinite(values)
+    if there.sum() < FEWEST:
+        return ResidualThreshold(np.inf), np.nan
+    deviation = float(np.std(values[there]))
+    plain = not adaptive and alarm_samples is None
+    centre = 0.0 if plain else float(np.median(values[there]))
+    shape = np.array([1.0, 0.0, 0.0, 0.0, 0.0])
+    if adaptive:
+        shape = _spread(np.concatenate([each.excitation for each in drives])[there], np.abs(values[there] - centre))
+    relative = [(each.residuals[name] - centre) / (each.excitation @ shape) for each in drives]
+    if alarm_samples is None:
+        scale = MARGIN * max(float(np.nanmax(np.abs(each))) for each in relative if np.isfinite(each).any())
+    else:
+        design = threshold_from_records(HoldRule(sides="both", hold=1), relative, alarm_samples)
+        scale = design.threshold * design.deviation
+    base = max(float(scale * shape[0]), _LEAST)
+    growths = {name: float(scale * each) for name, each in zip(GROWTHS, shape[1:], strict=True)}
+    return ResidualThreshold(base, **growths, centre=centre), deviation
+
+
+def _alike(left: str, first: ResidualThreshold, right: str, second: ResidualThreshold) -> dict[str, ResidualThreshold]:
+    """Both with the larger of each part of their thresholds, and centres of their own."""
+    names = ("base", *GROWTHS)
+    parts = {name: max(getattr(first, name), getattr(second, name)) for name in names}
+    return {left: replace(first, **parts), right: replace(second, **parts)}
+
+
+def _spread(excitation: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Mean size of a residual as a sum of what each excitation adds, none of it negative, (5,)."""
+    from scipy.optimize import nnls
+
+    thinned = slice(None, None, 5)
+    found, _ = nnls(excitation[thinned], size[thinned])
+    found[0] = max(found[0], 0.2 * float(np.mean(size)))
+    return found

@@ -16,6 +16,7 @@ _LATERAL = (LEFT, RIGHT, YAW, ANGLE, ACROSS)
 _SPEED = (*_LATERAL, ALONG)
 _WHEELS = (LEFT, RIGHT)
 _TARGETS = ("target_steering_wheel_angle", "target_vehicle_speed")
+_DRIVES = ("target_drive_torque_left", "target_drive_torque_right")
 _TORQUES = ("steering_motor_1_target_torque", "steering_motor_2_target_torque")
 
 
@@ -31,6 +32,7 @@ class Residual:
         unit: SI
         correction: what was corrected, "" where it is as printed
         moving: whether it is judged only while the vehicle moves
+        steady: whether it is judged only while the asked steering torque does not jump
     """
 
     name: str
@@ -40,6 +42,7 @@ class Residual:
     unit: str
     correction: str = ""
     moving: bool = True
+    steady: bool = False
 
 
 def _wheel(name: str, side: str, by: str, route: str, number: int) -> Residual:
@@ -52,6 +55,10 @@ def _wheel(name: str, side: str, by: str, route: str, number: int) -> Residual:
     return Residual(
         name, f"{side} rear wheel from {through} and {angle}", f"{PAPER}eq ({number})", signals, "m/s", correction
     )
+
+
+def _beyond(name: str, meaning: str, signals: tuple[str, ...]) -> Residual:
+    return Residual(name, meaning, "beyond the paper: least squares over the last half second", signals, "")
 
 
 SENSOR_RESIDUALS: tuple[Residual, ...] = (
@@ -134,11 +141,16 @@ ACTUATOR_RESIDUALS: tuple[Residual, ...] = (
         "N*m",
         "both motors' targets are added, since the sensor sees their sum",
         moving=False,
+        steady=True,
     ),
     Residual("r7a", "target less actual speed", PAPER + "eqs (51), (52)", (_TARGETS[1], *_WHEELS), "m/s", moving=False),
-    Residual("r8a", "tie-rod force by the targets", PAPER + "eq (52)", (*_TARGETS, *_TORQUES, FORCE), "N"),
+    Residual("r8a", "tie-rod force by the targets", PAPER + "eq (52)", (*_TARGETS, *_TORQUES, FORCE), "N", steady=True),
+    _beyond("motor_1_share", "share of motor 1's torque missing at the shaft", (*_TORQUES, TORQUE)),
+    _beyond("motor_2_share", "share of motor 2's torque missing at the shaft", (*_TORQUES, TORQUE)),
+    _beyond("drive_share", "drives' torque missing along", (*_DRIVES, *_WHEELS, ANGLE, ALONG, ACROSS)),
+    _beyond("drive_side", "drives' torque found at the tie rods", (*_DRIVES, ANGLE, TORQUE, FORCE, ACROSS)),
 )
-"""r1a to r8a, of actuators; the paper calls them r1 to r8 there."""
+"""r1a to r8a, of actuators, which the paper calls r1 to r8 there; and what goes beyond it."""
 
 RESIDUALS: dict[str, Residual] = {each.name: each for each in (*SENSOR_RESIDUALS, *ACTUATOR_RESIDUALS)}
 """All, by name."""

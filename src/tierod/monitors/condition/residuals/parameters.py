@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from tierod.models.single_track import SingleTrack
-from tierod.monitors.condition.residuals.stiff_rack import StiffRack
+from tierod.models.stiff_rack import StiffRack
 from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE
 
 
@@ -21,8 +21,8 @@ class ResidualParameters:
         front_cornering_stiffness, rear_cornering_stiffness: of an axle, both tyres together
         track_width: between the rear wheels
         steering_ratio: road-wheel angle per turn of the column
-        column_inertia: of column and motors
-        rack_mass, rack_stiffness, rack_damping: of the rack
+        column_inertia: of all that turns with the column
+        rack_stiffness, rack_damping: of the rack
         rack_ratio: rack travel per turn of the column
         nominal_friction: dry friction of the sound steering at the column
         wheel_radius: dynamic rolling radius
@@ -40,7 +40,6 @@ class ResidualParameters:
     track_width: Annotated[float, "m", POSITIVE]
     steering_ratio: Annotated[float, "", POSITIVE]
     column_inertia: Annotated[float, "kg*m**2", POSITIVE]
-    rack_mass: Annotated[float, "kg", POSITIVE]
     rack_stiffness: Annotated[float, "N/m", NOT_NEGATIVE]
     rack_damping: Annotated[float, "N*s/m", NOT_NEGATIVE]
     rack_ratio: Annotated[float, "m/rad", POSITIVE]
@@ -69,7 +68,6 @@ class ResidualParameters:
         """Of the steering."""
         return StiffRack.Parameters(
             self.column_inertia,
-            self.rack_mass,
             self.rack_stiffness,
             self.rack_damping,
             self.rack_ratio,
@@ -91,6 +89,8 @@ class Coefficients:
         force_offset: of the sensor
         understeer: steer per speed and yaw rate, which eq (7) leaves out
         angle_offset: of the sensor
+        inertia, resistance, drag, turning: force of the drives by longitudinal acceleration, at rest, per squared
+            speed, and per lateral acceleration and steer
     """
 
     angle: Annotated[float, "N*m/rad", ANY] = 0.0
@@ -105,3 +105,7 @@ class Coefficients:
     force_offset: Annotated[float, "N", ANY] = 0.0
     understeer: Annotated[float, "rad*s**2/m", ANY] = 0.0
     angle_offset: Annotated[float, "rad", ANY] = 0.0
+    inertia: Annotated[float, "kg", ANY] = 0.0
+    resistance: Annotated[float, "N", ANY] = 0.0
+    drag: Annotated[float, "N*s**2/m**2", ANY] = 0.0
+    turning: Annotated[float, "kg", ANY] = 0.0

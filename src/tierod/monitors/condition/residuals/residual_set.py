@@ -11,6 +11,7 @@ from tierod.filters.hold import InputHold
 from tierod.graph.maths import all_of, both, limit, maximum, present, where
 from tierod.models.exponential import discretise_pair
 from tierod.models.single_track import SingleTrack
+from tierod.models.stiff_rack import StiffRack
 from tierod.monitors.condition.residuals.adaptive_speed import AdaptiveSpeed
 from tierod.monitors.condition.residuals.catalogue import SENSOR_RESIDUALS
 from tierod.monitors.condition.residuals.lateral_filter import lateral_filter
@@ -22,7 +23,7 @@ from tierod.monitors.condition.residuals.rolling import (
     wheels_of_mean,
 )
 from tierod.monitors.condition.residuals.steering_signals import SteeringSignals
-from tierod.monitors.condition.residuals.stiff_rack import StiffRack
+from tierod.monitors.condition.residuals.thresholds import Excitation
 from tierod.monitors.condition.signals import ConditionSample
 from tierod.physics.planar_motion import lateral_acceleration_of_turning, longitudinal_acceleration
 from tierod.physics.rack_balance import tie_rod_force_of_balance
@@ -112,11 +113,13 @@ class ResidualSet:
         speed: Any
 
     class Output(NamedTuple):
-        """Residuals, whether each is there, and what the filters say."""
+        """Residuals, whether each is there, what the filters say, the readings after the hold, and the excitation."""
 
         residuals: SensorResiduals
         there: SensorFlags
         motion: Motion
+        held: Measured
+        excitation: Excitation
 
     def init(self) -> State:
         """At rest."""
@@ -151,7 +154,15 @@ class ResidualSet:
         there = self._there(held, moving)
         values = SensorResiduals(*(where(flag, value, 0.0) for flag, value in zip(there, values, strict=True)))
         after = self.State(hold, steering, angle, unmeasured, lateral, speed)
-        return after, self.Output(values, there, expected)
+        excitation = self._excitation(now, steer, turning, forward)
+        return after, self.Output(values, there, expected, held, excitation)
+
+    def _excitation(self, now: Measured, steer: Any, turning: Any, forward: Any) -> Excitation:
+        """How lively the drive is, by what the filters say rather than by single sensors."""
+        speed = maximum(forward.forward_speed, self.moving)
+        inputs = SingleTrack.Input(self.car.steering_ratio * steer.angle, speed)
+        slope = SingleTrack.derivative(turning, inputs, self.car.single_track)
+        return Excitation(forward.forward_speed, slope.yaw_rate, now.lateral_acceleration, steer.rate)
 
     def _there(self, held: Measured, moving: Any) -> Any:
         """Whether all signals of each residual are there, and the vehicle moves where it must."""

@@ -12,7 +12,8 @@ from tierod.physics.rack_balance import column_balance
 class StiffRack:
     """Column and rack that turn together, driven by a torque at the column against the tie rods.
 
-    Validity: below some 100 Hz; the teeth of the two bodies swing at 666 Hz. Source: Li, Frey, Gauterin, eq (2), its
+    Validity: below some 100 Hz; the teeth of the two bodies swing at 666 Hz. The rack's 3 kg would add 0.3 % to the
+    inertia and are left out. Source: Li, Frey, Gauterin, eq (2), its
     rows added with the rack's position taken as ratio times angle, which eq (5) also does (printed inverted).
     """
 
@@ -38,8 +39,7 @@ class StiffRack:
         """Inertia, rack and friction.
 
         Args:
-            column_inertia: of column and motors
-            rack_mass: of the rack
+            column_inertia: of all that turns with the column
             rack_stiffness: of the rack to its middle
             rack_damping: of the rack
             rack_ratio: rack travel per turn of the column
@@ -48,7 +48,6 @@ class StiffRack:
         """
 
         column_inertia: Annotated[float, "kg*m**2"]
-        rack_mass: Annotated[float, "kg"]
         rack_stiffness: Annotated[float, "N/m"]
         rack_damping: Annotated[float, "N*s/m"]
         rack_ratio: Annotated[float, "m/rad"]
@@ -69,8 +68,7 @@ class StiffRack:
             p.rack_stiffness,
             p.rack_damping,
         )
-        inertia = p.column_inertia + p.rack_ratio * p.rack_ratio * p.rack_mass
-        return StiffRack.State(x.steering_wheel_rate, left / inertia)
+        return StiffRack.State(x.steering_wheel_rate, left / p.column_inertia)
 
     @staticmethod
     def output(x: State, u: Input, p: Parameters) -> Output:
