@@ -1,0 +1,326 @@
+"""Which sensors and actuators are at fault: the judge over the bank of filters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.block import Tree, map_leaves, rebuild, skeleton
+from tierod.block import leaves as leaves_of
+from tierod.graph import KEEP, JudgeSample, Verdict
+from tierod.graph.maths import absolute, all_of, any_of, both, either, maximum, negated, present, where
+from tierod.monitors.condition.lane import LeaveOutFilter, Readings
+from tierod.monitors.condition.signals import ACTUATORS, SENSORS, Hypothesis
+from tierod.monitors.condition.weighing import Limits, Weighing, Weights, chosen
+
+ELEMENTS = SENSORS + ACTUATORS
+"""Everything that is judged, in the order of all outputs."""
+
+
+class Elements(NamedTuple):
+    """One number per sensor and actuator; mostly whether (1) or not (0)."""
+
+    wheel_speed_rear_left: Annotated[float, ""]
+    wheel_speed_rear_right: Annotated[float, ""]
+    yaw_rate: Annotated[float, ""]
+    steering_wheel_angle: Annotated[float, ""]
+    steering_shaft_torque: Annotated[float, ""]
+    tie_rod_force: Annotated[float, ""]
+    steering_motor_1: Annotated[float, ""]
+    steering_motor_2: Annotated[float, ""]
+    drive_left: Annotated[float, ""]
+    drive_right: Annotated[float, ""]
+
+
+class Diagnosis(NamedTuple):
+    """What is decided at one sample.
+
+    Args:
+        hypothesis: the number of the active hypothesis, 0 for healthy
+        faulty: what is declared
+        candidates: what might be at fault, where several hypotheses explain the samples about as well
+        testable: whether a total loss would show now
+        gated: readings that are far off in this sample alone, or not declared yet
+        value: of every sensor, its own where it is trusted, otherwise what the other sensors say
+        prediction, deviation: of the reading of every sensor from all before and its standard deviation; of those at
+            fault without their own readings
+        torque_loss, loss_deviation: lost share of the torque of the actuator that is declared
+        speed, lateral_speed: of the centre of gravity
+        best: the number of the hypothesis that explains the last samples best, the active one included
+        lead: its mean log-likelihood ratio per sample less that of its best rival
+    """
+
+    hypothesis: Annotated[float, ""]
+    faulty: Elements
+    candidates: Elements
+    testable: Elements
+    gated: Readings
+    value: Readings
+    prediction: Readings
+    deviation: Readings
+    torque_loss: Annotated[float, ""]
+    loss_deviation: Annotated[float, ""]
+    speed: Annotated[float, "m/s"]
+    lateral_speed: Annotated[float, "m/s"]
+    best: Annotated[float, ""]
+    lead: Annotated[float, ""]
+
+
+class DecisionState(NamedTuple):
+    """What the judge remembers.
+
+    Args:
+        weights: of all hypotheses against the active one
+        active: number of the active hypothesis
+        leading: number of the hypothesis that led at the sample before, 0 for none
+        led: for how many samples in a row
+        exceeded: for how many samples in a row any hypothesis was beyond its limit
+        good: for how many samples each suspect has been as it should
+    """
+
+    weights: Weights
+    active: Any
+    leading: Any
+    led: Any
+    exceeded: Any
+    good: Elements
+
+
+@dataclass(frozen=True)
+class Decision:
+    """Declare what is at fault from the likelihoods of all hypotheses, and take back what has recovered.
+
+    A hypothesis is declared when its smoothed log-likelihood ratio against the active one is beyond its limit and it
+    leads all others by a gap, for some samples in a row; without the gap, all that come close are candidates. All
+    lanes then go on from the state of the one that is declared. Until then a lane to which a sample is all but
+    impossible goes on from the state of the lane that explains it best: a reading far off is gated at once, and a
+    faulty one does not pull the lanes that believe it.
+
+    Args:
+        weighing: of the hypotheses, with the limits
+        samples: in a row that a hypothesis must lead
+        samples_of_actuators: likewise, of one that suspects an actuator; motors are told apart by a changing split of
+            their torque, which takes some 0.1 s to change
+        impossible: log-likelihood ratio of one sample against the best hypothesis at which a lane is corrected; twice
+            the price of leaving out a sensor
+        gate: number of standard deviations beyond which a single reading is not believed
+        shows: number of standard deviations of its prediction that a reading must be away from zero for a loss to show
+        agrees: number of standard deviations within which a reading counts as it should
+        recovers: for how long it must, in samples at which a loss would show
+        loss_recovered: share of lost torque below which an actuator counts as whole
+
+    Source: Li, Frey, Gauterin, sections 3 and 4, replaced: their rules name no sensor for most faults.
+    """
+
+    weighing: Weighing
+    samples: Annotated[float, ""] = 3.0
+    samples_of_actuators: Annotated[float, ""] = 10.0
+    impossible: Annotated[float, ""] = 12.0
+    gate: Annotated[float, ""] = 6.0
+    shows: Annotated[float, ""] = 4.0
+    agrees: Annotated[float, ""] = 4.0
+    recovers: Annotated[float, "s"] = 0.3
+    loss_recovered: Annotated[float, ""] = 0.15
+
+    def feedback(self) -> Tree:
+        """Lanes are told nothing; they are given the states of others."""
+        return ()
+
+    def init(self) -> DecisionState:
+        """Healthy."""
+        return DecisionState(self.weighing.init(), 0.0, 0.0, 0.0, 0.0, Elements(*(0.0,) * len(ELEMENTS)))
+
+    def step(self, state: DecisionState, sample: JudgeSample) -> tuple[DecisionState, Verdict]:
+        """One sample on."""
+        lanes, readings = sample.lanes, sample.sample[: len(SENSORS)]
+        likelihoods = [lane.log_likelihood for lane in lanes]
+        weights = self.weighing.smoothed(state.weights, likelihoods, state.active)
+        ranking = self.weighing.ranking(weights, state.active)
+        source, far_off = self._source(likelihoods, state.active)
+        seen = _selected(lanes, source)
+        suspected = self._elements_of(state.active)
+        testable = self._testable(lanes, suspected, seen)
+        good = self._good(state.good, suspected, readings, seen)
+        kept = self._after_return(state.active, suspected, good)
+
+        led = where(ranking.best == state.leading, state.led, 0.0) + 1.0
+        led = where(both(ranking.exceeding, ranking.lead > self.weighing.limits.gap), led, 0.0)
+        exceeded = where(ranking.exceeding, state.exceeded + 1.0, 0.0)
+        patient = any_of(0.0, *(ranking.best == k for k, each in enumerate(self.weighing.hypotheses) if each.actuators))
+        declares = led >= where(patient, self.samples_of_actuators, self.samples)
+        active = where(declares, ranking.best, kept)
+        changed = negated(active == state.active)
+        unsure = both(exceeded >= self.samples, negated(changed))
+        faulty = self._elements_of(active)
+        candidates = self._candidates(ranking.rivals, unsure, faulty)
+
+        after = DecisionState(
+            map_leaves(lambda each: where(changed, 0.0, each), weights),
+            active,
+            where(changed, 0.0, ranking.best),
+            where(changed, 0.0, led),
+            where(changed, 0.0, exceeded),
+            Elements(
+                *(where(both(each, negated(changed)), count, 0.0) for each, count in zip(faulty, good, strict=True))
+            ),
+        )
+        gated = self._gated(readings, seen, faulty)
+        output = Diagnosis(
+            active,
+            faulty,
+            candidates,
+            testable,
+            gated,
+            self._values(readings, seen, faulty, gated),
+            seen.prediction,
+            seen.deviation,
+            seen.torque_loss,
+            seen.loss_deviation,
+            seen.speed,
+            seen.lateral_speed,
+            where(ranking.exceeding, ranking.best, active),
+            where(ranking.exceeding, ranking.lead, 0.0),
+        )
+        return after, Verdict(output, self._adopted(source, far_off, active, changed))
+
+    # -- lanes ---------------------------------------------------------------------------------------------------
+
+    def _source(self, likelihoods: Sequence[Any], active: Any) -> tuple[Any, list[Any]]:
+        """The lane that is believed in this sample, and which lanes find the sample all but impossible."""
+        best, top = active, chosen(likelihoods, active)
+        own = top
+        for number, value in enumerate(likelihoods):
+            better = both(self._contains(number, active), value > top)
+            best, top = where(better, float(number), best), where(better, value, top)
+        far_off = [value < top - self.impossible for value in likelihoods]
+        return where(own < top - self.impossible, best, active), far_off
+
+    def _contains(self, number: int, active: Any) -> Any:
+        """Whether a hypothesis suspects all that the active one does."""
+        own = set(self.weighing.hypotheses[number].suspects)
+        parts = [k for k, each in enumerate(self.weighing.hypotheses) if set(each.suspects) <= own]
+        return any_of(0.0, *(active == part for part in parts))
+
+    def _adopted(self, source: Any, far_off: Sequence[Any], active: Any, changed: Any) -> tuple[Any, ...]:
+        """Whose state each lane goes on from; a lost share of torque is never taken over by another actuator's lane."""
+        taken = where(changed, active, source)
+        adopted = []
+        for number, own in enumerate(self.weighing.hypotheses):
+            alien = [
+                k
+                for k, other in enumerate(self.weighing.hypotheses)
+                if own.actuators and other.actuators and own.actuators != other.actuators
+            ]
+            foreign = any_of(0.0, *(taken == k for k in alien))
+            moves = all_of(either(changed, far_off[number]), negated(foreign), negated(taken == number))
+            adopted.append(where(moves, taken, KEEP))
+        return tuple(adopted)
+
+    # -- elements ------------------------------------------------------------------------------------------------
+
+    def _elements_of(self, number: Any) -> Elements:
+        """What a hypothesis suspects."""
+        return Elements(*(any_of(0.0, *(number == k for k in self._naming(name))) for name in ELEMENTS))
+
+    def _naming(self, name: str) -> list[int]:
+        return [k for k, each in enumerate(self.weighing.hypotheses) if name in each.suspects]
+
+    def _candidates(self, rivals: Sequence[Any], unsure: Any, faulty: Elements) -> Elements:
+        return Elements(
+            *(
+                all_of(unsure, negated(known), any_of(0.0, *(rivals[k] for k in self._naming(name))))
+                for name, known in zip(ELEMENTS, faulty, strict=True)
+            )
+        )
+
+    def _testable(self, lanes: Sequence[Any], suspected: Elements, seen: Any) -> Elements:
+        """Whether a loss would show: a reading far enough from zero, a share of torque known well enough."""
+        flags = []
+        for place, name in enumerate(ELEMENTS):
+            number = self.weighing.number(name)
+            own = lanes[number or 0]
+            if name in SENSORS:
+                away, deviation = (where(suspected[place], s[place], o[place]) for s, o in _pairs(seen, own))
+                flags.append(absolute(away) > self.shows * deviation)
+            else:
+                deviation = where(suspected[place], seen.loss_deviation, own.loss_deviation)
+                flags.append(self.shows * deviation < 1.0)
+        return Elements(*(where(flag, 1.0, 0.0) for flag in flags))
+
+    def _good(self, before: Elements, suspected: Elements, readings: Sequence[Any], seen: Any) -> tuple[Any, ...]:
+        """For how many samples each suspect has been as it should; unbroken where that cannot be told."""
+        counts = []
+        for place, (name, count) in enumerate(zip(ELEMENTS, before, strict=True)):
+            if name in SENSORS:
+                prediction, deviation = seen.prediction[place], seen.deviation[place]
+                right = absolute(readings[place] - prediction) < self.agrees * deviation
+                shows = absolute(prediction) > self.shows * deviation
+            else:
+                right = seen.torque_loss < maximum(self.loss_recovered, seen.loss_deviation)
+                shows = self.shows * seen.loss_deviation < 1.0
+            following = where(right, count + where(shows, 1.0, 0.0), 0.0)
+            counts.append(where(suspected[place], following, 0.0))
+        return tuple(counts)
+
+    def _after_return(self, active: Any, suspected: Elements, good: Sequence[Any]) -> Any:
+        """The active hypothesis without those that have recovered."""
+        back = [
+            both(each, count * self.weighing.sample_time >= self.recovers)
+            for each, count in zip(suspected, good, strict=True)
+        ]
+        following = active
+        for number, each in enumerate(self.weighing.hypotheses):
+            for kept in ((), *((name,) for name in each.suspects if len(each.suspects) > 1)):
+                target = self.weighing.number(*kept)
+                gone = [back[ELEMENTS.index(name)] for name in each.suspects if name not in kept]
+                if target is None or not gone:
+                    continue
+                stay = [negated(back[ELEMENTS.index(name)]) for name in kept]
+                following = where(all_of(active == number, *gone, *stay), float(target), following)
+        return following
+
+    def _gated(self, readings: Sequence[Any], seen: Any, faulty: Elements) -> Readings:
+        """Readings far off that belong to nobody declared."""
+        return Readings(
+            *(
+                all_of(
+                    negated(known),
+                    present(reading),
+                    absolute(where(present(reading), reading, 0.0) - prediction) > self.gate * deviation,
+                )
+                for reading, prediction, deviation, known in zip(
+                    readings, seen.prediction, seen.deviation, faulty, strict=False
+                )
+            )
+        )
+
+    def _values(self, readings: Sequence[Any], seen: Any, faulty: Elements, gated: Readings) -> Readings:
+        """What stands in for every sensor."""
+        return Readings(
+            *(
+                where(all_of(present(reading), negated(known), negated(off)), reading, estimate)
+                for reading, estimate, known, off in zip(readings, seen.estimate, faulty, gated, strict=False)
+            )
+        )
+
+
+def judge(hypotheses: tuple[Hypothesis, ...], limits: Limits, sample_time: float = 0.01) -> Decision:
+    """The judge over a bank of these hypotheses.
+
+    Args:
+        hypotheses: in the order of the lanes, healthy first
+        limits: from calibration
+        sample_time: [s]
+    """
+    return Decision(Weighing(hypotheses, limits, sample_time))
+
+
+def _pairs(first: Any, second: Any) -> list[tuple[Any, Any]]:
+    return [(first.prediction, second.prediction), (first.deviation, second.deviation)]
+
+
+def _selected(lanes: Sequence[Any], number: Any) -> Any:
+    """The output of one lane, by a number that is known at run time only."""
+    columns = zip(*([leaf for _, leaf in leaves_of(lane)] for lane in lanes), strict=True)
+    return rebuild(skeleton(LeaveOutFilter.Output), [chosen(column, number) for column in columns])

@@ -1,0 +1,200 @@
+"""Hypotheses weighed against the active one: limited log-likelihood ratios, smoothed fast and slowly."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.errors import ParameterError
+from tierod.graph.maths import all_of, any_of, both, either, exp, maximum, negated, where
+from tierod.monitors.condition.signals import Hypothesis
+
+NEVER = -1e9
+"""Score of what cannot be chosen: far below any ratio."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What decides between hypotheses; all of it comes from calibration on healthy drives.
+
+    Args:
+        fast, slow: per hypothesis but healthy, in their order: mean log-likelihood ratio against the active hypothesis,
+            over the short and the long time, that only a fault exceeds; above 0, so that a missing reading never does
+        gap: by which the best hypothesis leads all that do not contain it, nor are contained
+        margin: by which two suspects must explain more than one
+    """
+
+    fast: tuple[Annotated[float, ""], ...]
+    slow: tuple[Annotated[float, ""], ...]
+    gap: Annotated[float, ""]
+    margin: Annotated[float, ""]
+
+
+class Weights(NamedTuple):
+    """Smoothed log-likelihood ratios of all hypotheses against the active one, per sample."""
+
+    fast: tuple[Any, ...]
+    slow: tuple[Any, ...]
+
+
+class Ranking(NamedTuple):
+    """The outcome of one sample.
+
+    Args:
+        exceeding: whether any other hypothesis is beyond its limit
+        best: the number of the best of those
+        lead: score of the best less that of the best rival
+        rivals: per hypothesis, whether it might as well be the one
+    """
+
+    exceeding: Any
+    best: Any
+    lead: Any
+    rivals: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Weighing:
+    """Ratios and ranks of the hypotheses of a bank.
+
+    Args:
+        hypotheses: in the order of the lanes, healthy first
+        limits: from calibration
+        sample_time: [s]
+        fast_time, slow_time: constants of both exponential means
+        largest: by which one sample may speak for one hypothesis against another, so that a single reading far off
+            declares nothing; some three times the price of leaving out a sensor
+    """
+
+    hypotheses: tuple[Hypothesis, ...]
+    limits: Limits
+    sample_time: Annotated[float, "s"] = 0.01
+    fast_time: Annotated[float, "s"] = 0.05
+    slow_time: Annotated[float, "s"] = 0.5
+    largest: Annotated[float, ""] = 20.0
+
+    def __post_init__(self) -> None:
+        for name in ("fast", "slow"):
+            given = len(getattr(self.limits, name))
+            if given != len(self.hypotheses) - 1:
+                raise ParameterError(
+                    f"{given} {name} limits came for {len(self.hypotheses) - 1} hypotheses beside the healthy one; "
+                    "give one for each, in their order"
+                )
+
+    def init(self) -> Weights:
+        """All alike."""
+        zeros = (0.0,) * len(self.hypotheses)
+        return Weights(zeros, zeros)
+
+    def smoothed(self, weights: Weights, likelihoods: Sequence[Any], active: Any) -> Weights:
+        """One sample on.
+
+        Args:
+            weights: after the sample before
+            likelihoods: logarithm of each hypothesis' density of this sample
+            active: the number of the hypothesis that holds
+        """
+        best = likelihoods[0]
+        for value in likelihoods[1:]:
+            best = maximum(best, value)
+        limited = [maximum(value, best - self.largest) for value in likelihoods]
+        own = chosen(limited, active)
+        ratios = [value - own for value in limited]
+        shares = [1.0 - exp(-self.sample_time / time) for time in (self.fast_time, self.slow_time)]
+        return Weights(*(_on(mean, ratios, share) for mean, share in zip(weights, shares, strict=True)))
+
+    def ranking(self, weights: Weights, active: Any) -> Ranking:
+        """Who explains the samples better than the active hypothesis, and who best."""
+        holds = [active == number for number in range(len(self.hypotheses))]
+        allowed = [self._is_new(number, holds) for number in range(len(self.hypotheses))]
+        scores = [
+            fast + slow - self.limits.margin * max(len(each.suspects) - 1, 0)
+            for fast, slow, each in zip(weights.fast, weights.slow, self.hypotheses, strict=True)
+        ]
+        beyond = [
+            both(allowed[number], self._is_beyond(number, weights, holds)) if number else 0.0
+            for number in range(len(self.hypotheses))
+        ]
+        best, top = _highest(scores, beyond)
+        chosen_one = [best == number for number in range(len(self.hypotheses))]
+        rivals = [
+            both(allowed[number], negated(any_of(0.0, *(chosen_one[other] for other in self._related(number)))))
+            if number
+            else 0.0
+            for number in range(len(self.hypotheses))
+        ]
+        _, second = _highest(scores, rivals)
+        close = [
+            either(chosen_one[number], all_of(rivals[number], beyond[number], top - scores[number] < self.limits.gap))
+            for number in range(len(self.hypotheses))
+        ]
+        exceeding = any_of(0.0, *beyond[1:])
+        return Ranking(exceeding, best, top - second, tuple(both(exceeding, each) for each in close))
+
+    def number(self, *suspects: str) -> int | None:
+        """The number of the hypothesis that suspects exactly these; None if there is none."""
+        for number, each in enumerate(self.hypotheses):
+            if set(each.suspects) == set(suspects):
+                return number
+        return None
+
+    def _is_new(self, number: int, holds: Sequence[Any]) -> Any:
+        """Whether a hypothesis may follow the active one: it suspects all its sensors, and something else.
+
+        A lost sensor whose true value is near zero agrees with hypotheses that believe it, which says nothing; a wrong
+        one recovers once the right one is suspected beside it.
+        """
+        own = set(self.hypotheses[number].suspects)
+        before = [
+            holds[k]
+            for k, each in enumerate(self.hypotheses)
+            if set(each.sensors) <= own and not own <= set(each.suspects)
+        ]
+        return any_of(0.0, *before)
+
+    def _is_beyond(self, number: int, weights: Weights, holds: Sequence[Any]) -> Any:
+        """Whether a hypothesis is beyond its limit: of two suspects, one active, that of the other alone."""
+        fast, slow = self._limits_of(number)
+        suspects = self.hypotheses[number].suspects
+        for known in suspects if len(suspects) > 1 else ():
+            single, others = self.number(known), self.number(*(name for name in suspects if name != known))
+            if single is not None and others is not None:
+                own = self._limits_of(others)
+                fast, slow = where(holds[single], own[0], fast), where(holds[single], own[1], slow)
+        return either(weights.fast[number] > fast, weights.slow[number] > slow)
+
+    def _limits_of(self, number: int) -> tuple[Any, Any]:
+        return self.limits.fast[number - 1], self.limits.slow[number - 1]
+
+    def _related(self, number: int) -> list[int]:
+        """Hypotheses that contain this one or are contained, healthy left out."""
+        own = set(self.hypotheses[number].suspects)
+        return [
+            k
+            for k, each in enumerate(self.hypotheses)
+            if k and (own <= set(each.suspects) or own >= set(each.suspects))
+        ]
+
+
+def chosen(values: Sequence[Any], number: Any) -> Any:
+    """One of several values, by a number that is known at run time only; the first where there is no such."""
+    result = values[0]
+    for position, value in enumerate(values[1:], 1):
+        result = where(number == position, value, result)
+    return result
+
+
+def _on(means: tuple[Any, ...], values: Sequence[Any], share: Any) -> tuple[Any, ...]:
+    return tuple(mean + share * (value - mean) for mean, value in zip(means, values, strict=True))
+
+
+def _highest(scores: Sequence[Any], counts: Sequence[Any]) -> tuple[Any, Any]:
+    """Number and score of the highest among those that count; 0 and `NEVER` if none does."""
+    best: Any = 0.0
+    top: Any = NEVER
+    for number, (score, count) in enumerate(zip(scores, counts, strict=True)):
+        better = both(count, score > top)
+        best, top = where(better, float(number), best), where(better, score, top)
+    return best, top
