@@ -103,12 +103,22 @@ class Decision:
         wanted = f"{mean:,.0f}".replace(",", " ") if 100.0 <= mean < 1e7 else f"{mean:.2g}"
         return f"designed: one in {wanted} {unit}; demonstrated: {shown}"
 
+    def part_of(self, session: Any) -> Any:
+        """The part of a session that decides; None where the vehicle does not have it.
+
+        Raises:
+            AttributeError: no session has such a part
+        """
+        return attrgetter(self.place)(session) if self.place else session
+
     def departures(self, session: Any) -> tuple[str, ...]:
         """What of the rule is not in effect in a session as it is declared; empty where all is."""
         try:
-            part = attrgetter(self.place)(session) if self.place else session
+            part = self.part_of(session)
         except AttributeError:
             return (f"{self.name}: the session has no {self.place}",)
+        if part is None:
+            return ()
         if not isinstance(self.rule, OwnRule):
             return () if _alike(part, self.rule) else (f"{self.name}: {self.place} is {part}, declared {self.rule}",)
         found = {name: _reached(part, name) for name in self.rule.values}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from tierod.errors import ParameterError
+from tierod.monitors.motor_angle.decisions import DECISIONS
 from tierod.monitors.motor_angle.detector import MotorAngleMonitor
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition
 from tierod.monitors.motor_angle.session import MotorAngleSession
@@ -32,7 +33,8 @@ def _required(voltages: str) -> tuple[str, ...]:
 
 def _variant(voltages: str, summary: str) -> Variant:
     source = f"beyond {PAPER}; docs/motor-angle.md"
-    return Variant(VARIANTS[voltages], summary, source, partial(_open, voltages), required=_required(voltages))
+    opener = partial(_open, voltages)
+    return Variant(VARIANTS[voltages], summary, source, opener, DECISIONS, required=_required(voltages))
 
 
 MOTOR_ANGLE = Monitor(

@@ -1,0 +1,116 @@
+"""Every monitor declares its decisions, and the thresholds in effect are those declared; new ones are found."""
+
+import contextlib
+import dataclasses
+
+import pytest
+
+from tierod.detectors import Cusum, GeometricAverage, HeldThreshold, LikelihoodRatio, SequentialTest
+from tierod.errors import ParameterError
+from tierod.monitors.decision import OwnRule
+from tierod.monitors.registry import MONITORS
+from tierod.vehicles import load, shipped
+
+DECIDING = (Cusum, GeometricAverage, HeldThreshold, LikelihoodRatio, SequentialTest)
+"""Blocks whose only use is to decide."""
+
+VARIANTS = [(monitor, variant) for monitor in MONITORS for variant in MONITORS[monitor].variants]
+
+
+def opened(monitor, variant):
+    """A session for the shipped vehicle with which the monitor has most of its parts."""
+    found = []
+    for name in shipped():
+        with contextlib.suppress(ParameterError):
+            session = MONITORS[monitor].variants[variant].open(load(name), MONITORS[monitor].rate, None)
+            decisions = MONITORS[monitor].variants[variant].decisions
+            wanting = sum(each.part_of(session) is None for each in decisions)
+            found.append((wanting, len(found), session))
+            if not wanting:
+                break
+    assert found, f"no shipped vehicle serves {monitor}, {variant}"
+    return min(found)[-1]
+
+
+def parts_of(value, path=(), seen=None):
+    """(path, part) of all that an object of tierod holds, attribute by attribute."""
+    seen = set() if seen is None else seen
+    if id(value) in seen:
+        return
+    seen.add(id(value))
+    yield path, value
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        inside = [(field.name, getattr(value, field.name)) for field in dataclasses.fields(value)]
+    elif isinstance(value, dict):
+        inside = list(value.items())
+    elif isinstance(value, list | tuple):
+        inside = list(enumerate(value))
+    elif type(value).__module__.startswith("tierod.monitors"):
+        inside = list(vars(value).items())
+    else:
+        return
+    for name, part in inside:
+        yield from parts_of(part, (*path, str(name)), seen)
+
+
+@pytest.fixture(scope="module")
+def sessions():
+    return {}
+
+
+@pytest.fixture(params=VARIANTS, ids=", ".join)
+def case(request, sessions):
+    monitor, variant = request.param
+    if request.param not in sessions:
+        sessions[request.param] = opened(monitor, variant)
+    return MONITORS[monitor].variants[variant], sessions[request.param]
+
+
+def test_every_variant_declares_its_decisions(case):
+    variant, _ = case
+    assert variant.decisions
+    names = [decision.name for decision in variant.decisions]
+    assert len(set(names)) == len(names)
+    for decision in variant.decisions:
+        assert decision.distance
+        assert decision.source
+        assert decision.rule_told
+        # Nothing may be claimed of false alarms that was neither designed nor observed.
+        assert decision.mean_time_between_false_alarms or decision.demonstrated
+
+
+def test_the_thresholds_in_effect_are_the_declared_ones(case):
+    variant, session = case
+    assert [each for decision in variant.decisions for each in decision.departures(session)] == []
+
+
+def test_no_block_decides_without_being_declared(case):
+    variant, session = case
+    declared = [decision.part_of(session) for decision in variant.decisions if decision.place]
+    known = {id(part) for whole in declared for _, part in parts_of(whole)}
+    bare = [".".join(path) for path, part in parts_of(session) if isinstance(part, DECIDING) and id(part) not in known]
+    assert bare == []
+
+
+def test_a_designed_threshold_is_that_of_its_design(case):
+    variant, _ = case
+    for decision in variant.decisions:
+        if decision.design is not None and not isinstance(decision.rule, OwnRule):
+            wanted = decision.mean_time_between_false_alarms
+            spacing = decision.design.spacing / 3600.0 if decision.unit == "h" else 1.0
+            assert decision.design.run_length(decision.design.threshold) * spacing == pytest.approx(wanted, rel=1e-3)
+
+
+def test_a_threshold_that_was_changed_is_found(case):
+    variant, session = case
+    for decision in variant.decisions:
+        rule = decision.rule
+        if decision.part_of(session) is None:
+            continue
+        if isinstance(rule, OwnRule):
+            other = OwnRule(rule.told, {name: 1.01 * value for name, value in rule.values.items()})
+        else:
+            name = next(n for n in ("threshold", "upper") if hasattr(rule, n))
+            room = {"ceiling": 2.0 * rule.ceiling} if hasattr(rule, "ceiling") else {}
+            other = dataclasses.replace(rule, **{name: 1.01 * getattr(rule, name)}, **room)
+        assert dataclasses.replace(decision, rule=other).departures(session)
