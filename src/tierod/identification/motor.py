@@ -92,7 +92,9 @@ def identify_motor(
     mechanical = _mechanical(seen, electrical, pole_pairs)
     told = [*_electrical_values(electrical, seen), *(_mechanical_values(mechanical) if mechanical else ())]
     good = [each for each in told if _is_told(each, electrical, parameters, before or {})]
-    untold = tuple(_untold(name, mechanical) for name in _expected_names(told) if name not in {g.name for g in good})
+    untold = tuple(
+        _untold(name, electrical, mechanical) for name in _expected_names(told) if name not in {g.name for g in good}
+    )
     missing = [each for each in untold if each.name in free]
     if missing:
         raise InputError(
@@ -168,12 +170,23 @@ def _expected_names(told: Sequence[_Told]) -> list[str]:
     return [name for name in CURES if name != "motor_saliency" or name in {each.name for each in told}]
 
 
-def _untold(name: str, mechanical: Mechanical | None) -> Untold:
-    moving = name in ("motor_inertia", "motor_damping", "motor_friction", "motor_friction_stiffness")
-    if moving and mechanical is None:
+def _untold(name: str, electrical: Electrical, mechanical: Mechanical | None) -> Untold:
+    if name in _LACKING and mechanical is None:
         return Untold(name, "the shaft did not turn, or the flux is not told", "the motor turning to and fro")
-    why = "it does not act here, or not apart from another parameter or the load"
+    why = _LACKING.get(name, "currents, or the speed, change too little")
+    others = [each for each in electrical.blind if each != name]
+    if name in electrical.blind and others and mechanical is None:
+        why = f"it does not separate from {' and '.join(others)} at one speed and one current, or at rest"
     return Untold(name, why, CURES[name])
+
+
+_LACKING = {
+    "motor_inertia": "the shaft hardly accelerates, or a load does as it does",
+    "motor_damping": "the speeds are too much alike, or there is hardly any damping",
+    "motor_friction": "the shaft does not go to and fro over the same angles, so that a load may hide it",
+    "motor_friction_stiffness": "there are too few reversals",
+}
+"""Why a parameter of the shaft is not told."""
 
 
 def _found(each: _Told, before: Mapping[str, tuple[float, float | None]]) -> Found:

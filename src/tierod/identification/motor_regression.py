@@ -48,14 +48,16 @@ def regress(rows: Sequence[Rows], correction: Sequence[np.ndarray] | None = None
 
     The covariance is the larger of the sandwich and of what the coefficients spread without one stretch after the
     other: the sandwich is blind to a coefficient that a single transient tells. Coefficients that the instruments do
-    not tell at all come out as zero with an infinite deviation.
+    not tell at all come out as zero with an infinite deviation; those whose regressors are nearly a combination of
+    others keep their value with an infinite deviation, since the least error of the model would decide between them.
 
     Args:
         rows: of every recording
         correction: added to the regressors, not to the instruments
 
     Source: T. Soderstrom, P. Stoica, Instrumental Variable Methods for System Identification (1983), chapter 4; H. R.
-    Kuensch, Annals of Statistics 17 (1989) 1217, on stretches left out.
+    Kuensch, Annals of Statistics 17 (1989) 1217, on stretches left out; D. Belsley, E. Kuh, R. Welsch, Regression
+    Diagnostics (1980), ch. 3, on regressors that are nearly combinations of others.
     """
     added = correction or [np.zeros(1)] * len(rows)
     shown = [each.regressors + more for each, more in zip(rows, added, strict=True)]
@@ -73,8 +75,10 @@ def regress(rows: Sequence[Rows], correction: Sequence[np.ndarray] | None = None
     left = [r.target - f @ values for r, f in zip(rows, shown, strict=True)]
     scores = [np.real(np.conj(r.instruments) * e[:, None]) @ inverse.T for r, e in zip(rows, left, strict=True)]
     covariance = _larger(sandwich(np.eye(len(values)), scores), _left_out(rows, shown, values, chosen))
-    covariance[~told, :] = covariance[:, ~told] = 0.0
-    covariance[~told, ~told] = np.inf
+    untold = ~told
+    untold[chosen] |= _confused([each[:, chosen] for each in shown])
+    covariance[untold, :] = covariance[:, untold] = 0.0
+    covariance[untold, untold] = np.inf
     residual = float(np.sqrt(np.mean(np.abs(np.concatenate(left)) ** 2)))
     return Fit(values, covariance, residual)
 
@@ -99,6 +103,17 @@ def _left_out(rows: Sequence[Rows], shown: Sequence[np.ndarray], values: np.ndar
     return out
 
 
+def _confused(shown: Sequence[np.ndarray]) -> np.ndarray:
+    """Coefficients of which a combination has hardly any regressor left."""
+    if not shown[0].shape[1]:
+        return np.zeros(0, bool)
+    size = np.sqrt(_power(shown))
+    together = sum(np.real(np.conj(each).T @ each) for each in shown) / np.outer(size, size)
+    values, directions = np.linalg.eigh(together)
+    little = values < values[-1] / CONDITION**2
+    return np.any(np.abs(directions[:, little]) > _PART, axis=1)
+
+
 def _larger(covariance: np.ndarray, variances: np.ndarray) -> np.ndarray:
     """A covariance with its variances no less than others, its correlations kept."""
     own = np.diag(covariance)
@@ -108,6 +123,9 @@ def _larger(covariance: np.ndarray, variances: np.ndarray) -> np.ndarray:
 
 BLOCKS = 20
 """Stretches that are left out one by one."""
+
+CONDITION, _PART = 30.0, 0.3
+"""Condition index from which regressors are combinations of others, the usual one; what takes part in a combination."""
 
 WEAK = 0.1
 """Correlation of a regressor with its instrument below which the regressor is noise."""

@@ -14,6 +14,8 @@ PARTS: Mapping[str, str] = {
     "table_one": "what a step costs",
     "sensor_faults": "faults of the angle sensor",
     "run_length": "time between false alarms",
+    "identified": "parameters from a drive",
+    "real_drives": "recordings of a real drive",
 }
 """Module of every part, and what it is about."""
 
