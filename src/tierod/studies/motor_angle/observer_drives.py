@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from tierod.block import Block
 from tierod.graph import Result, scan
 from tierod.graph.trace import trace
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
@@ -30,6 +31,7 @@ class ObserverDrive:
         angle, speed: of the shaft [rad], [rad/s], (n,)
         load: all that opposes the rotor but its viscous friction [N*m], (n,)
         commands: voltages that the inverter was told to make, in the stator's axes [V], (n, 2)
+        resistance: of a phase, as warm as it is [ohm], (n,)
     """
 
     samples: np.ndarray
@@ -37,6 +39,7 @@ class ObserverDrive:
     speed: np.ndarray
     load: np.ndarray
     commands: np.ndarray
+    resistance: np.ndarray
 
     @property
     def commanded(self) -> np.ndarray:
@@ -83,19 +86,20 @@ def to_and_fro(
     return drive(bench(temperature, inverter=inverter), course(time, seed), np.zeros(len(time)), seed)
 
 
-def drive(plant: MotorBench, target: np.ndarray, load: np.ndarray, seed: int) -> ObserverDrive:
+def drive(plant: Block, target: np.ndarray, load: np.ndarray, seed: int, **more: np.ndarray) -> ObserverDrive:
     """A drive of a bench under control of its angle.
 
     Args:
-        plant: the bench
+        plant: the bench, or one that varies
         target: angle, a value per step of the bench [rad]
         load: torque that opposes besides the spring, likewise [N*m]
         seed: of the noises
+        more: further inputs of the bench by name, likewise
     """
-    return _run(plant, seed, target_motor_angle=target, load_torque=load, control=np.ones(len(target)))
+    return _run(plant, seed, target_motor_angle=target, load_torque=load, control=np.ones(len(target)), **more)
 
 
-def locked(plant: MotorBench, torque: np.ndarray, seed: int) -> ObserverDrive:
+def locked(plant: Block, torque: np.ndarray, seed: int) -> ObserverDrive:
     """A bench whose shaft is held still.
 
     Args:
@@ -106,7 +110,7 @@ def locked(plant: MotorBench, torque: np.ndarray, seed: int) -> ObserverDrive:
     return _run(plant, seed, motor_torque=torque, locked=np.ones(len(torque)))
 
 
-def _run(plant: MotorBench, seed: int, **given: np.ndarray) -> ObserverDrive:
+def _run(plant: Block, seed: int, **given: np.ndarray) -> ObserverDrive:
     steps = len(next(iter(given.values())))
     inputs = {name: np.full(steps, 1.0 if name.endswith(".gain") else 0.0) for name in trace(plant).sample} | given
     found = scan(plant, np.column_stack(list(inputs.values())))
@@ -119,4 +123,5 @@ def _run(plant: MotorBench, seed: int, **given: np.ndarray) -> ObserverDrive:
     opposing = found["motor.truth_load_torque"] + found["motor.truth_motor_friction_torque"]
     commands = np.column_stack([fine(f"motor_target_voltage_{axis}") for axis in ("alpha", "beta")])
     angle, speed = fine("motor_angle_mechanical"), fine("motor_speed")
-    return ObserverDrive(true + noise, angle, speed, np.repeat(opposing, SUBSTEPS), commands)
+    load, resistance = (np.repeat(each, SUBSTEPS) for each in (opposing, found["motor.truth_motor_resistance"]))
+    return ObserverDrive(true + noise, angle, speed, load, commands, resistance)

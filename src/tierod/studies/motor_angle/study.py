@@ -12,6 +12,8 @@ PARTS: Mapping[str, str] = {
     "load_bias": "what an unknown load does",
     "printed": "the observers side by side",
     "table_one": "what a step costs",
+    "resistance": "a warmer winding",
+    "inverter": "voltages as commanded",
     "sensor_faults": "faults of the angle sensor",
     "run_length": "time between false alarms",
     "identified": "parameters from a drive",
