@@ -24,7 +24,7 @@ class AutomatedParameters:
         turn_slip_stiffness: torque of one wheel per turn that it makes on a metre of road
         jacking_torque: of both kingpins per road-wheel angle, from the weight that a turn lifts
         scrub_radius: of the drives' forces about the kingpins
-        wheel_radius: effective; the drives' torques act with it
+        wheel_radius: effective and nominal; the drives' torques act with it over `wheel_speed_scale`, all tyres alike
         rolling_resistance, drag: forces against the motion
         steering_ratio: road wheel angle per angle of the column
         rack_ratio: travel of the rack per angle of the column

@@ -224,7 +224,8 @@ def _turn_slip(x: Any, p: Any) -> tuple[Any, Any]:
 
 def _forces(x: Any, torques: Torques, p: Any) -> Forces:
     sine, cosine = _direction(x, p)
-    left, right = torques.drive_left / p.wheel_radius, torques.drive_right / p.wheel_radius
+    per_radius = p.wheel_speed_scale / p.wheel_radius
+    left, right = per_radius * torques.drive_left, per_radius * torques.drive_right
     drive = left + right
     load = front_axle_load(p.mass, p.front_distance, p.rear_distance)
     other = front_axle_load(p.mass, p.rear_distance, p.front_distance)

@@ -18,7 +18,7 @@ from tierod.graph.maths import absolute, both, exp, limit, log, maximum, minimum
 from tierod.models.automated_vehicle import AutomatedVehicle, Torques
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS, ConditionSample, Hypothesis
 from tierod.monitors.condition.tuning import ModelError, PlausibleRange, SensorNoise
-from tierod.monitors.condition.updates import logarithm, spread_of, update
+from tierod.monitors.condition.updates import Correction, logarithm, spread_of, update
 from tierod.vehicles import Vehicle
 
 LIMITS = AutomatedVehicle.State(
@@ -29,6 +29,13 @@ LIMITS = AutomatedVehicle.State(
 
 SHORTEST_LAG = 1e-4
 """Of an actuator [s]: keeps a lag of zero from being divided by."""
+
+
+ALIKE = 0.8
+"""Correlation of the errors of a steering torque that has jumped, in the mean of a step and at its end: a jump at
+some instant of the step, a lag of a third of it [-]."""
+
+_OF_TORQUE = (0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
 class Readings(NamedTuple):
@@ -62,6 +69,26 @@ class Memory(NamedTuple):
     change_2: Any
 
 
+class Seen(NamedTuple):
+    """What one sample said.
+
+    Args:
+        expected: readings, before any of the sample
+        rows: their derivatives by the state, and by the steering torque's error
+        innovations: readings less the expected ones
+        used: whether they count
+        spread: variance of the first six innovations
+        correction: by all that count
+    """
+
+    expected: Any
+    rows: Any
+    innovations: tuple[Any, ...]
+    used: Any
+    spread: tuple[Any, ...]
+    correction: Correction
+
+
 @dataclass(frozen=True)
 class LeaveOutFilter:
     """Extended Kalman filter of the whole vehicle that leaves out what a hypothesis suspects.
@@ -73,8 +100,8 @@ class LeaveOutFilter:
         vehicle: parameters of the model
         sensor_noise, model_error: standard deviations
         plausible: ranges of failed sensors
-        influence: standard deviations beyond which a reading moves the state no further, though it counts in full
-            against the hypothesis: far more than healthy readings reach, and a fault does not throw the filter about
+        influence: standard deviations beyond which a reading neither moves the state further nor counts more against
+            the hypothesis: far more than healthy readings reach; a fault does not throw the filter about
         use_wheel_speed_rear_left ... use_tie_rod_force: 1, or 0 for a sensor that is left out
         trust_steering_motor_1 ... trust_drive_right: 1, or 0 for an actuator that may have lost torque;
             suspect one at a time, since all suspected ones share one loss
@@ -154,54 +181,63 @@ class LeaveOutFilter:
 
     def step(self, state: Any, sample: Any) -> tuple[Any, Any]:
         """One sample on."""
+        after, seen = self.corrected(state, sample)
+        judged, correction, mean = len(SENSORS), seen.correction, after.mean
+        pairs = zip(seen.expected[:judged], seen.rows[:judged], strict=True)
+        surprise = [
+            where(present(innovation), innovation * innovation, 0.0) / variance
+            for innovation, variance in zip(seen.innovations, seen.spread, strict=False)
+        ]
+        loss = AutomatedVehicle.State._fields.index("torque_loss")
+        return after, self.Output(
+            self._log_likelihood(seen),
+            Readings(*seen.expected[:judged]),
+            Readings(*(sqrt(value) for value in seen.spread)),
+            Readings(*(plus(value, dot(row, correction.shift)) for value, row in pairs)),
+            Surprise(*surprise),
+            mean.torque_loss,
+            sqrt(maximum(diagonal(after.covariance)[loss], 0.0)),
+            mean.speed,
+            mean.lateral_speed,
+        )
+
+    def corrected(self, state: Any, sample: Any) -> tuple[Any, Seen]:
+        """The belief after a sample, and what the sample said."""
         torques, inputs, jump = self._torques(state.torques, sample)
         mean, covariance = self._predicted(state, inputs, jump)
         expected = AutomatedVehicle.output(mean, inputs, self.vehicle)
-        rows = jacobian(lambda at: AutomatedVehicle.output(at, inputs, self.vehicle), mean)
-        readings, noise = sample[: len(expected)], self._noise(jump)
-        innovations = [reading - value for reading, value in zip(readings, expected, strict=True)]
+        derivatives = jacobian(lambda at: AutomatedVehicle.output(at, inputs, self._coarse), mean)
+        rows = [(*row, share) for row, share in zip(derivatives, _OF_TORQUE, strict=True)]
+        readings, noise = sample[: len(expected)], self._noise()
+        innovations = tuple(reading - value for reading, value in zip(readings, expected, strict=True))
         judged = len(SENSORS)
         spread = [spread_of(covariance, row) + r for row, r in zip(rows[:judged], noise[:judged], strict=True)]
-        used = [both(present(reading), use > 0.5) for reading, use in zip(readings, self._uses(), strict=True)]
-        after = update(covariance, rows, innovations, noise, self._noise(0.0), used, self.influence)
-        moved = [value + shift for value, shift in zip(mean, after.shift, strict=True)]
+        used = [both(present(each), use > 0.5) for each, use in zip(innovations, self._uses(), strict=True)]
+        correction = update(covariance, rows, innovations, noise, used, self.influence)
+        moved = [value + shift for value, shift in zip(mean, correction.shift, strict=False)]
         bounded = AutomatedVehicle.State(*(limit(v, -most, most) for v, most in zip(moved, LIMITS, strict=True)))
-        estimate = [
-            plus(value, dot(row, after.shift)) for value, row in zip(expected[:judged], rows[:judged], strict=True)
-        ]
-        surprise = [
-            where(present(reading), innovation * innovation, 0.0) / s
-            for reading, innovation, s in zip(readings, innovations, spread, strict=False)
-        ]
-        loss = AutomatedVehicle.State._fields.index("torque_loss")
-        return self.State(bounded, after.covariance, torques), self.Output(
-            self._log_likelihood(readings, used, after),
-            Readings(*expected[:judged]),
-            Readings(*(sqrt(value) for value in spread)),
-            Readings(*estimate),
-            Surprise(*surprise),
-            bounded.torque_loss,
-            sqrt(maximum(diagonal(after.covariance)[loss], 0.0)),
-            bounded.speed,
-            bounded.lateral_speed,
-        )
+        kept = pack([row[: len(mean)] for row in unpack(correction.covariance)[: len(mean)]])
+        seen = Seen(expected, rows, innovations, used, tuple(spread), correction)
+        return self.State(bounded, kept, torques), seen
+
+    @property
+    def _coarse(self) -> Any:
+        """The vehicle for the derivatives: what is small there would fill them with entries, to no gain."""
+        return replace(self.vehicle, turn_slip_stiffness=0.0, steering_motor_inertia=0.0)
 
     def _uses(self) -> tuple[Any, ...]:
         """Whether each reading is used; accelerations always are."""
         return (*(getattr(self, f"use_{name}") for name in SENSORS), 1.0, 1.0)
 
-    def _noise(self, jump: Any) -> tuple[Any, ...]:
-        """Variance of each reading; of the torque more where it has just jumped."""
+    def _noise(self) -> tuple[Any, ...]:
+        """Variance of each reading."""
         noise = self.sensor_noise
         deviations = (
             *(noise.wheel_speed, noise.wheel_speed, noise.yaw_rate, noise.steering_wheel_angle),
             *(noise.steering_shaft_torque, noise.tie_rod_force),
             *(noise.longitudinal_acceleration, noise.lateral_acceleration),
         )
-        variances = [value * value for value in deviations]
-        torque = SENSORS.index("steering_shaft_torque")
-        variances[torque] = plus(variances[torque], jump)
-        return tuple(variances)
+        return tuple(value * value for value in deviations)
 
     def _torques(self, memory: Any, sample: Any) -> tuple[Any, Any, Any]:
         """Next memory, inputs of the model, and the variance of the steering torque between the samples [N^2*m^2].
@@ -235,13 +271,11 @@ class LeaveOutFilter:
     def _predicted(self, state: Any, inputs: Any, jump: Any) -> tuple[Any, Any]:
         """Mean and packed covariance before the readings."""
 
-        def transition(at: Any) -> Any:
-            return AutomatedVehicle.transition(at, inputs, self.vehicle)
-
-        rows = jacobian(transition, state.mean)
+        rows = jacobian(lambda at: AutomatedVehicle.transition(at, inputs, self._coarse), state.mean)
         process = self._process_noise(state.mean, inputs)
         covariance = predict_covariance(rows, state.covariance, process)
-        return transition(state.mean), _with_torque_noise(covariance, self._torque_gain(), self._torque_noise(jump))
+        mean = AutomatedVehicle.transition(state.mean, inputs, self.vehicle)
+        return mean, self._with_torque(covariance, jump)
 
     def _process_noise(self, mean: Any, inputs: Any) -> Any:
         """Variance that each state gains per sample; that of the forces grows with the forces."""
@@ -276,26 +310,39 @@ class LeaveOutFilter:
             wheel_speed_difference=gained(error.wheel_speed_difference, fading.offset),
         )
 
-    def _torque_noise(self, jump: Any) -> Any:
-        return self.model_error.steering_torque * self.model_error.steering_torque + jump
+    def _with_torque(self, covariance: Any, jump: Any) -> Any:
+        """The covariance with the steering torque's error at the end of the step as a last row.
 
-    def _torque_gain(self) -> tuple[Any, Any]:
-        """Angle and rate of the column per torque that acts over a sample."""
-        vehicle = self.vehicle
+        Its error in the mean of the step has moved angle and rate of the column; where it has jumped, both errors are
+        nearly the same.
+        """
+        vehicle, full = self.vehicle, unpack(covariance)
         damping = vehicle.rack_ratio * vehicle.rack_ratio * vehicle.rack_damping
         left = exp(-damping * vehicle.sample_time / vehicle.column_inertia)
         path = vehicle.column_inertia / damping * (1.0 - left)
-        return (vehicle.sample_time - path) / damping, (1.0 - left) / damping
+        angle = AutomatedVehicle.State._fields.index("column_angle")
+        gain = {angle: (vehicle.sample_time - path) / damping, angle + 1: (1.0 - left) / damping}
+        variance = self.model_error.steering_torque * self.model_error.steering_torque + jump
+        for i, first in gain.items():
+            for j, second in gain.items():
+                full[i][j] = full[i][j] + first * second * variance
+        last = [ALIKE * gain[i] * jump if i in gain else 0.0 for i in range(len(full))]
+        return pack([[*row, entry] for row, entry in zip(full, last, strict=True)] + [[*last, jump]])
 
-    def _log_likelihood(self, readings: Any, used: Any, after: Any) -> Any:
+    def _log_likelihood(self, seen: Seen) -> Any:
         """Of the readings that there are: as innovations where used, as anything plausible where not."""
         plausible = self.plausible
         widths = (
             *(plausible.wheel_speed, plausible.wheel_speed, plausible.yaw_rate, plausible.steering_wheel_angle),
             *(plausible.steering_shaft_torque, plausible.tie_rod_force, 1.0, 1.0),
         )
-        total = -0.5 * (after.squares + logarithm(after.widening))
-        for reading, counts, variance, width in zip(readings, used, self._noise(0.0), widths, strict=True):
+        squares: Any = 0.0
+        widening: Any = 1.0
+        for over, wide in zip(seen.correction.whitened, seen.correction.widening, strict=True):
+            squares = squares + minimum(over * over, self.influence * self.influence)
+            widening = widening * wide
+        total = -0.5 * (squares + logarithm(widening))
+        for reading, counts, variance, width in zip(seen.innovations, seen.used, self._noise(), widths, strict=True):
             left_out = where(present(reading), -log(width), 0.0)
             total = total + where(counts, -0.5 * log(2.0 * math.pi * variance), left_out)
         return total
@@ -315,16 +362,4 @@ def leaving_out(hypothesis: Hypothesis, base: LeaveOutFilter) -> LeaveOutFilter:
 
 def _jump(change: Any, before: Any) -> Any:
     """Square of what a torque has jumped by, beyond going on as it went [N^2*m^2]."""
-    bent = change - before
-    return minimum(change * change, bent * bent)
-
-
-def _with_torque_noise(covariance: Any, gain: tuple[Any, Any], variance: Any) -> Any:
-    """The covariance with a noise of the torque on the column, which moves angle and rate together."""
-    full = unpack(covariance)
-    angle = AutomatedVehicle.State._fields.index("column_angle")
-    on = {angle: gain[0], angle + 1: gain[1]}
-    for i, first in on.items():
-        for j, second in on.items():
-            full[i][j] = full[i][j] + first * second * variance
-    return pack(full)
+    return absolute(change * (change - before))

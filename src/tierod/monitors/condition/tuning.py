@@ -20,12 +20,12 @@ class SensorNoise:
 
     wheel_speed: Annotated[float, "m/s"] = 0.022
     yaw_rate: Annotated[float, "rad/s"] = 0.0032
-    steering_wheel_angle: Annotated[float, "rad"] = 8e-4
+    steering_wheel_angle: Annotated[float, "rad"] = 6e-4
     steering_shaft_torque: Annotated[float, "N*m"] = 0.11
     tie_rod_force: Annotated[float, "N"] = 20.5
     longitudinal_acceleration: Annotated[float, "m/s**2"] = 0.12
     lateral_acceleration: Annotated[float, "m/s**2"] = 0.12
-    jump: Annotated[float, ""] = 0.3
+    jump: Annotated[float, ""] = 0.45
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import math
 from typing import Any, NamedTuple
 
 from tierod.estimators.linear_algebra import Matrix, Vector, dot, is_structural, minus, pack, plus, times, unpack, upper
-from tierod.graph.maths import sqrt, where
+from tierod.graph.maths import limit, sqrt, where
 
 _ROOTS = 6
 """Square roots before the series of the logarithm: x^(1/64) of what spreads over twenty powers of ten is near one."""
@@ -18,14 +18,14 @@ class Correction(NamedTuple):
     Args:
         shift: of the mean, (n,)
         covariance: packed, after all readings
-        squares: sum of squared innovations over their variances
-        widening: product of those variances over the given noises
+        whitened: every innovation, given the readings before it, over its standard deviation; 0 where it does not count
+        widening: variance of every such innovation over the given noise; 1 where it does not count
     """
 
     shift: tuple[Any, ...]
     covariance: tuple[Any, ...]
-    squares: Any
-    widening: Any
+    whitened: tuple[Any, ...]
+    widening: tuple[Any, ...]
 
 
 def update(
@@ -33,7 +33,6 @@ def update(
     rows: Matrix,
     innovations: Vector,
     noise: Vector,
-    usual: Vector,
     used: Vector,
     influence: Any,
 ) -> Correction:
@@ -44,30 +43,28 @@ def update(
         rows: derivatives of the expected readings by the state, m rows of n
         innovations: reading less expected reading, (m,); NaN where missing
         noise: variance of each reading, (m,)
-        usual: variances over which the widening is counted, (m,)
         used: whether a reading counts, (m,)
         influence: standard deviations beyond which an innovation moves the mean no further
     """
     after = unpack(covariance)
     n = len(after)
     shift: list[Any] = [0.0] * n
-    squares: Any = 0.0
-    widening: Any = 1.0
-    for row, innovation, variance, nominal, counts in zip(rows, innovations, noise, usual, used, strict=True):
+    whitened, widening = [], []
+    for row, innovation, variance, counts in zip(rows, innovations, noise, used, strict=True):
         cross = [dot(row, column) for column in after]
         spread = plus(dot(row, cross), variance)
         inverse = 1.0 / where(counts, spread, math.inf)
         left = minus(where(counts, innovation, 0.0), dot(row, shift))
-        weighted = left * inverse
-        far = weighted * left > influence * influence
-        pushed = where(far, where(left > 0.0, influence, -influence) * sqrt(inverse), weighted)
+        root = sqrt(inverse)
+        over = left * root
+        pushed = root * limit(over, -influence, influence)
         gain = [times(value, inverse) for value in cross]
         shift = [plus(done, times(value, pushed)) for done, value in zip(shift, cross, strict=True)]
         for i, j in upper(n):
             after[i][j] = after[j][i] = minus(after[i][j], times(gain[i], cross[j]))
-        squares = plus(squares, left * weighted)
-        widening = times(widening, where(counts, spread / nominal, 1.0))
-    return Correction(tuple(shift), pack(after), squares, widening)
+        whitened.append(over)
+        widening.append(where(counts, spread / variance, 1.0))
+    return Correction(tuple(shift), pack(after), tuple(whitened), tuple(widening))
 
 
 def spread_of(covariance: Vector, row: Vector) -> Any:
