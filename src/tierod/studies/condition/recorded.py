@@ -87,14 +87,22 @@ def _driven(drive: Drive, folder: str | None) -> Recording:
     if path is not None and path.exists():
         with np.load(path) as stored:
             return _recording(dict(stored))
-    made = outcome(drive).recording
-    columns: dict[str, Any] = {name: made[name].values.astype(np.float32) for name in (*MEASURED, *TRUTHS)}
+    columns = _columns(outcome(drive).recording)
     if path is not None:
         path.parent.mkdir(parents=True, exist_ok=True)
         partial_file = path.with_suffix(f".{os.getpid()}.npz")
         np.savez(partial_file, **columns)
         partial_file.replace(path)
     return _recording(columns)
+
+
+def as_recorded(made: Recording) -> Recording:
+    """A recording of the proving ground as those of `recorded` are: `MEASURED` and `TRUTHS` alone, on one grid."""
+    return _recording(_columns(made))
+
+
+def _columns(made: Recording) -> dict[str, Any]:
+    return {name: made[name].values.astype(np.float32) for name in (*MEASURED, *TRUTHS)}
 
 
 def _recording(columns: dict[str, np.ndarray]) -> Recording:

@@ -29,7 +29,12 @@ class Variant(NamedTuple):
     module: str
 
 
-VARIANTS: Mapping[str, Variant] = {}
+_RULES = "tierod.studies.condition.by_rules"
+VARIANTS: Mapping[str, Variant] = {
+    "rules-printed": Variant("rules as printed", _RULES),
+    "rules": Variant("rules, corrected", _RULES),
+    "rules-discriminating": Variant("rules that discriminate", _RULES),
+}
 """Every diagnosis that the study holds against the others, by the name of the monitor's variant."""
 
 BEST = "bank"

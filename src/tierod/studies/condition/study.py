@@ -10,6 +10,12 @@ from tierod.studies.registry import Effort, Progress
 
 PARTS: Mapping[str, str] = {
     "driven": "what is driven",
+    "figures": "the paper's figures",
+    "sensors": "tests of the sensors",
+    "actuators": "tests of the actuators",
+    "beyond": "more faults, and two at once",
+    "healthy": "healthy driving",
+    "real_cars": "real cars",
 }
 """Module of every part, and what it is about."""
 

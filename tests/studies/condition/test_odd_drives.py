@@ -1,0 +1,47 @@
+"""Odd recordings are as odd as they say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tierod.studies.condition.odd_drives import all_lost, odd_drives
+
+
+@pytest.fixture(scope="module")
+def drives():
+    return odd_drives(1)
+
+
+def test_standing_reversing_and_sliding_are_driven(drives):
+    assert np.max(np.abs(drives["standstill"]["truth_speed"].values)) < 0.05
+    assert np.min(drives["three-point turns with reversing"]["truth_speed"].values) < -1.0
+    ice = drives["ice on a bend"]
+    assert np.min(ice["truth_road_friction"].values) == pytest.approx(0.36, abs=0.01)
+    assert len(ice["yaw_rate"].values) == 6000
+    assert np.max(np.abs(ice["truth_lateral_offset"].values)) > 2.0
+
+
+def test_a_restart_begins_in_motion_at_time_zero(drives):
+    begun = drives["restart in mid-drive"]
+    assert begun["yaw_rate"].time[0] == 0.0
+    assert begun["truth_speed"].values[0] > 3.0
+
+
+def test_wiring_and_logging_are_odd_and_no_more(drives):
+    swapped, late = drives["wheels swapped"], drives["steering bus 0.3 s late"]
+    usual = drives["angle in another gear ratio"]
+    left, right = (swapped[f"wheel_speed_rear_{side}"].values for side in ("left", "right"))
+    np.testing.assert_array_equal(left, usual["wheel_speed_rear_right"].values)
+    np.testing.assert_array_equal(right, usual["wheel_speed_rear_left"].values)
+    np.testing.assert_allclose(late["tie_rod_force"].values[100:], usual["tie_rod_force"].values[70:-30], atol=1e-6)
+    np.testing.assert_array_equal(late["yaw_rate"].values, usual["yaw_rate"].values)
+    assert "yaw_rate" not in drives["without yaw rate"]
+    gaps = drives["gaps of 0.3 s in all signals"]
+    assert np.mean(np.isnan(gaps["yaw_rate"].values)) == pytest.approx(0.03, abs=0.002)
+
+
+def test_everything_can_be_lost_at_once():
+    lost = all_lost(1)
+    assert np.all(lost["tie_rod_force"].values[2000:] == 0.0)
+    assert np.any(lost["tie_rod_force"].values[:2000] != 0.0)
