@@ -125,7 +125,11 @@ STUDIES: Mapping[str, Study] = {
             "The paper of Reinelt et al. claim by claim, and how exact and how soon tierod watches the motor's sensor.",
             _motor_angle,
             {
-                "motor-angle": "Observers",
+                "motor-angle": "The observers as printed",
+                "car": "In the car",
+                "accuracy": "Motors that differ from the vehicle file",
+                "standing": "Standing, and a wrong beginning",
+                "temperature": "Temperature",
                 "faults": "Faults of the angle sensor",
                 "run-length": "Time between false alarms",
             },

@@ -174,7 +174,7 @@ class MotorAngleObserver:
         free = where(standing, 0.0, 1.0)
         current = hypot(sample.motor_current_alpha, sample.motor_current_beta)
         # A small current tells nothing of the resistance, and its noise would drive it.
-        masks = (free, where(current > self.tuning.least_current, 1.0, 0.0), free)
+        masks: tuple[Any, ...] = (free, where(current > self.tuning.least_current, 1.0, 0.0), free)
         masks = (*masks, where(pace.slow, 0.0, 1.0)) if self.commanded else masks
         enabled = get_type_hints(filter_.Sample)["enabled"](*masks)
         after, estimate = filter_.step(

@@ -30,15 +30,15 @@ class Accuracy(NamedTuple):
     largest: float
 
 
-def parameters() -> tuple[DqMotorParameters, SampledMotorParameters]:
-    """Of the bench, for observers in the rotor's and in the stator's axes."""
-    vehicle = load("motor-bench")
+def parameters(name: str = "motor-bench") -> tuple[DqMotorParameters, SampledMotorParameters]:
+    """Of a vehicle, for observers in the rotor's and in the stator's axes."""
+    vehicle = load(name)
     return vehicle.parameters_for(DqMotorParameters), vehicle.parameters_for(SampledMotorParameters)
 
 
-def methods() -> dict[str, Any]:
-    """Every observer by name."""
-    dq, fixed = parameters()
+def methods(vehicle: str = "motor-bench") -> dict[str, Any]:
+    """Every observer of a vehicle's motor by name."""
+    dq, fixed = parameters(vehicle)
     found: dict[str, Any] = {}
     for name, make in (
         ("Luenberger", luenberger),
