@@ -7,6 +7,8 @@ from itertools import combinations
 
 import numpy as np
 
+from tierod.monitors.odd_one_out import odd_ones_out
+
 TOGETHER = ("steering angle", "yaw rate", "lateral acceleration", "steering torque")
 """What has the same sign in a steady turn."""
 
@@ -51,11 +53,5 @@ class SignsOverDrive:
 
     def turned(self) -> tuple[str, ...]:
         """The signal of `TOGETHER` whose sign contradicts the others; several where they cannot be told apart."""
-        found = {pair: value for pair, value in self.agreements().items() if abs(value) > CLEAR}
-        against = [pair for pair, value in found.items() if value < 0.0]
-        with_ = [pair for pair, value in found.items() if value > 0.0]
-        if not against:
-            return ()
-        suspects = [name for name in TOGETHER if all(name in pair for pair in against)]
-        cleared = [name for name in suspects if not any(name in pair for pair in with_)]
-        return tuple(cleared or suspects or TOGETHER)
+        clear = {pair: value > 0.0 for pair, value in self.agreements().items() if abs(value) > CLEAR}
+        return odd_ones_out(TOGETHER, clear)

@@ -1,0 +1,124 @@
+"""What is wired, scaled or timed wrongly is told from motion that was made up; faults on the way are left alone."""
+
+import numpy as np
+import pytest
+
+from tierod.models.automated_vehicle import AutomatedVehicle
+from tierod.monitors.condition.wiring import Wiring
+from tierod.vehicles import load
+
+CAR = load("smartload").parameters_for(AutomatedVehicle.Parameters)
+RATE, SECONDS, SPEED = 100.0, 120.0, 8.0
+
+
+def turning(seconds=SECONDS, speed=SPEED):
+    """A car without slip that weaves as chance has it, its signals without error."""
+    rng = np.random.default_rng(4)
+    count = round(seconds * RATE)
+    rough = np.convolve(rng.normal(size=count + 400), np.hanning(200) / 100.0, "same")[200:-200]
+    yaw_rate = 0.3 * rough / rough.std()
+    angle = yaw_rate / max(speed, 0.1) * (CAR.front_distance + CAR.rear_distance) / CAR.steering_ratio
+    force = 4000.0 * yaw_rate
+    torque = CAR.rack_ratio * (force + CAR.rack_ratio * CAR.rack_stiffness * angle)
+    half = 0.5 * CAR.track_width * yaw_rate
+    return {
+        "wheel_speed_rear_left": CAR.wheel_speed_scale * (speed - half),
+        "wheel_speed_rear_right": CAR.wheel_speed_scale * (speed + half),
+        "yaw_rate": yaw_rate,
+        "steering_wheel_angle": angle,
+        "steering_shaft_torque": torque,
+        "tie_rod_force": force,
+        "lateral_acceleration": speed * yaw_rate,
+        "steering_motor_1_target_torque": 0.5 * torque,
+        "steering_motor_2_target_torque": 0.5 * torque,
+    }
+
+
+def problems(signals, piece=1000):
+    wiring = Wiring(CAR, RATE)
+    for start in range(0, len(signals["yaw_rate"]), piece):
+        wiring.add({name: values[start : start + piece] for name, values in signals.items()})
+    return wiring.problems()
+
+
+def changed(**factors):
+    signals = turning()
+    return signals | {name: factor * signals[name] for name, factor in factors.items()}
+
+
+def test_nothing_is_wrong_with_what_is_right():
+    assert problems(turning()) == ()
+
+
+def test_swapped_wheels_are_told():
+    signals = turning()
+    left, right = "wheel_speed_rear_left", "wheel_speed_rear_right"
+    (problem,) = problems(signals | {left: signals[right], right: signals[left]})
+    assert problem.elements == (left, right)
+    assert "swapped" in problem.cause
+
+
+@pytest.mark.parametrize(
+    "name", ["yaw_rate", "steering_wheel_angle", "steering_shaft_torque", "tie_rod_force", "lateral_acceleration"]
+)
+def test_a_wrong_sign_is_told(name):
+    (problem,) = problems(changed(**{name: -1.0}))
+    assert problem.kind == "sign"
+    assert problem.elements in ((name,), ())
+    assert name.split("_")[0] in problem.cause
+
+
+@pytest.mark.parametrize(
+    ("name", "factor", "told"),
+    [
+        ("steering_wheel_angle", 1.5, "steering ratio"),
+        ("steering_wheel_angle", 0.6, "steering ratio"),
+        ("yaw_rate", 57.3, "yaw rate has the wrong unit"),
+        ("lateral_acceleration", 1 / 9.81, "lateral acceleration has the wrong unit"),
+    ],
+)
+def test_a_wrong_scale_is_told_with_its_size(name, factor, told):
+    (problem,) = problems(changed(**{name: factor}))
+    assert problem.kind == "scale"
+    assert told in problem.cause
+    assert f"reads {factor:.3g} times" in problem.cause
+
+
+@pytest.mark.parametrize("factor", [0.8, 1.25])
+def test_what_tyres_and_radii_do_is_no_wrong_scale(factor):
+    assert problems(changed(steering_wheel_angle=factor)) == ()
+
+
+@pytest.mark.parametrize(("late", "told"), [(0.4, "late"), (-0.4, "early")])
+def test_a_bus_with_a_clock_of_its_own_is_told(late, told):
+    signals = turning()
+    shift = round(late * RATE)
+    (problem,) = problems(signals | {"yaw_rate": np.roll(signals["yaw_rate"], shift)})
+    assert problem.kind == "time"
+    assert problem.elements == ("yaw_rate",)
+    assert told in problem.cause
+
+
+def test_what_becomes_wrong_on_the_way_is_left_to_the_monitor():
+    signals = turning()
+    angle = signals["steering_wheel_angle"].copy()
+    angle[len(angle) // 2 :] *= -1.0
+    assert problems(signals | {"steering_wheel_angle": angle}) == ()
+
+
+def test_without_turning_nothing_is_told():
+    signals = turning()
+    straight = {name: 0.01 * values for name, values in signals.items()} | {
+        name: np.full(len(signals["yaw_rate"]), SPEED) for name in ("wheel_speed_rear_left", "wheel_speed_rear_right")
+    }
+    assert problems(straight | {"yaw_rate": -straight["yaw_rate"]}) == ()
+    assert Wiring(CAR, RATE).problems() == ()
+
+
+def test_a_missing_sensor_and_a_lost_one_are_no_wrong_wiring():
+    signals = turning()
+    missing = np.full(len(signals["yaw_rate"]), np.nan)
+    assert problems(signals | {"tie_rod_force": missing}) == ()
+    assert problems(signals | {"lateral_acceleration": missing}) == ()
+    assert problems(signals | {"steering_wheel_angle": 0.0 * missing}) == ()
+    assert problems(signals | {"steering_wheel_angle": np.zeros(len(missing))}) == ()
