@@ -202,8 +202,9 @@ def friction(speed: Recording, position: Recording) -> Iterator[Item]:
     yield Heading(
         "Friction in amperes",
         (
-            f"{POSITION} holds current and position of a motion to and fro, every {1e3 * step:.3g} ms, in its own unit. "
-            "No torque constant is known, so inertia and friction come in amperes.",
+            f"{POSITION} holds current and position of a motion to and fro, every {1e3 * step:.3g} ms. "
+            "The unit of its position is the recorder's, and no torque constant is known: inertia and friction come in "
+            "amperes.",
         ),
     )
     yield Table("Current across the flux explained by the motion", ("by", "value", "σ"), rows)
