@@ -152,6 +152,46 @@ class ChannelQuality:
 
 
 @dataclass(frozen=True)
+class Curve:
+    """What the design of a stopping rule trades, for a chart.
+
+    Args:
+        along, up: (n,) each
+        along_title, up_title: with unit
+        chosen: the point that is in effect; None where it is off the curve
+        chance: whether `up` is a chance from 0 to 1, over a size; else both are times, on logarithmic axes
+    """
+
+    along: tuple[float, ...]
+    up: tuple[float, ...]
+    along_title: str
+    up_title: str
+    chosen: tuple[float, float] | None = None
+    chance: bool = False
+
+
+@dataclass(frozen=True)
+class Decided:
+    """One rule by which a monitor decided, as a report tells it.
+
+    Args:
+        name, distance, rule, false_alarms, source: in words
+        statistic: trace that the rule compares; "" where there is none
+        levels: thresholds in the unit of that trace
+        curve: of its design; None without one
+    """
+
+    name: str
+    distance: str
+    rule: str
+    false_alarms: str
+    source: str
+    statistic: str = ""
+    levels: tuple[float, ...] = ()
+    curve: Curve | None = None
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """Everything that one run of monitors over one recording gives; report and JSON are made from it alone.
 
@@ -165,6 +205,7 @@ class Diagnosis:
         remarks: how to read a part of the report, by its name ("consistency")
         quality: one per channel used
         parameters: rows (name, value, unit, standard deviation, source)
+        decisions: the rules by which the monitors decided
         recording, vehicle, version, command, created: provenance
     """
 
@@ -177,6 +218,7 @@ class Diagnosis:
     remarks: dict[str, str] = field(default_factory=dict)
     quality: tuple[ChannelQuality, ...] = ()
     parameters: tuple[tuple[str, float, str, float | None, str], ...] = ()
+    decisions: tuple[Decided, ...] = ()
     recording: dict[str, Any] = field(default_factory=dict)
     vehicle: dict[str, Any] = field(default_factory=dict)
     version: str = ""

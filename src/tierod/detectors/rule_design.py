@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any
 
+from tierod.detectors.cusum import Cusum
 from tierod.detectors.stopping_rules import StoppingRule
 from tierod.errors import ParameterError
 
@@ -77,8 +78,14 @@ class RuleDesign:
         return math.exp(min(self.line.start + self.line.slope * self.rule.growth(threshold), 700.0))
 
     def delay(self, threshold: float, shift: float | None = None) -> float:
-        """Values until a shift is found, on average over white ones; the one that must be found where None is given."""
+        """Values until a shift is found; the one that must be found where None is given.
+
+        On average where values are white. Where they remember, noise hardly changes while a sum grows: a steady shift.
+        """
         change = self.shift if shift is None else shift
+        block = self.rule.block(threshold, 1.0)
+        if self.line is not None and isinstance(block, Cusum):
+            return math.ceil(block.threshold / (change - block.drift)) if change > block.drift else math.inf
         return self.rule.run_length(threshold, -change if self.rule.sides == "lower" else change)
 
     def block(self, deviation: float = 1.0) -> Any:

@@ -150,7 +150,8 @@ def rule_in_words(rule: Any) -> str:
     if isinstance(rule, OwnRule):
         return rule.told
     if isinstance(rule, Cusum):
-        return f"cumulative sum{sides}: {rule.drift:.3g} forgiven per value, threshold {rule.threshold:.4g}"
+        forgiven = f"{rule.drift:.3g} forgiven per value, " if rule.drift else ""
+        return f"cumulative sum{sides}: {forgiven}threshold {rule.threshold:.4g}"
     if isinstance(rule, HeldThreshold):
         held = f" in {rule.hold} values one after the other" if rule.hold > 1 else ""
         return f"threshold {rule.threshold:.4g}{sides}{held}"

@@ -13,6 +13,7 @@ from tierod.decimation import Decimator
 from tierod.derive import complete, ingredients
 from tierod.errors import InputError, ParameterError, nearest
 from tierod.findings import Diagnosis
+from tierod.monitors.decided import decided
 from tierod.monitors.named_vehicle import other_vehicle, vehicle_named_in
 from tierod.monitors.own_level import OwnLevel, load_own_level, refuse_foreign, store_own_level
 from tierod.monitors.pieces import CHUNK, OVERLAP, joined, pieces_of, refuse_leap, share_read
@@ -227,6 +228,7 @@ class Run:
             remarks=dict(conclusion.remarks),
             quality=self._quality.rows(),
             parameters=(*self.vehicle.rows(), *conclusion.parameters),
+            decisions=decided(self.variant.decisions, self.session),
             recording=self._metadata | {"duration_s": self._steps / self.monitor.rate, "start_s": self._start},
             vehicle={
                 "name": self.vehicle.name,

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tierod.findings import Diagnosis, Finding
+from tierod.report.charts.decisions import decision_figure, design_figures
 from tierod.report.charts.figure import Figure
 from tierod.report.charts.histograms import histogram_figure
 from tierod.report.charts.loops import loop_figure
@@ -42,6 +43,8 @@ def render(diagnosis: Diagnosis) -> str:
         "histograms": histogram_figure(diagnosis),
         "innovations": innovation_figure(diagnosis),
         "results": result_figure(diagnosis),
+        "decisions": decision_figure(diagnosis),
+        "designs": design_figures(diagnosis),
         "signals": signal_figure(diagnosis),
     }
     return template("report.html.j2").render(
@@ -56,6 +59,9 @@ def render(diagnosis: Diagnosis) -> str:
         parameters=[_parameter_row(row) for row in diagnosis.parameters if not _is_tuning(row)],
         tuning=[_parameter_row(row) for row in diagnosis.parameters if _is_tuning(row)],
         sources=_sentence(", ".join(sorted({row[4] for row in diagnosis.parameters if _is_tuning(row)}))).rstrip("."),
+        decisions=[
+            (each.name, each.distance, each.rule, each.false_alarms, each.source) for each in diagnosis.decisions
+        ],
         consistency=[evidence(name, value) for name, value in diagnosis.consistency.items()],
         name=_name(diagnosis),
         created=moment(diagnosis.created),
@@ -95,7 +101,9 @@ def _sentence(text: str) -> str:
 
 
 def _all(figures: dict[str, Any]) -> list[Figure]:
-    return [*figures["estimates"], *(figure for key, figure in figures.items() if key != "estimates" and figure)]
+    several = ("estimates", "designs")
+    lists = (figure for name in several for figure in figures[name])
+    return [*lists, *(figure for key, figure in figures.items() if key not in several and figure)]
 
 
 def _quality_row(row: Any) -> dict[str, Any]:

@@ -116,7 +116,6 @@ DECISIONS = (
         source="lognormal NIS",
         unit="recording",
         design=MISFIT_DESIGN,
-        statistic="nis",
     ),
 )
 """Of every variant."""

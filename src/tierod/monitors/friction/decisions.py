@@ -38,7 +38,7 @@ OWN_LEVEL = tuple(
     Decision(
         name=f"{name}, own level",
         distance=f"friction over {ratio:g} times the car's own level, less one, in standard deviations of a sound "
-        f"car's wander ({TUNING.wander:g}), times the sample time",
+        f"car's wander ({TUNING.wander:g}), by the second",
         rule=TUNING.alarm,
         place="block.verdict.alarm",
         mean_time_between_false_alarms=mean,
@@ -55,7 +55,7 @@ OWN_LEVEL = tuple(
 )
 
 ABSOLUTE = Decision(
-    name="rising and fault, limits of the vehicle file",
+    name="limits of the vehicle file",
     distance="friction over the limit, in standard deviations of the torques' common gain (8 %) and of the estimate",
     rule=OwnRule(
         "the same sum for friction less one standard deviation; 1.2 times nominal is 3.8 of them away",

@@ -212,6 +212,7 @@ class CombinedSideslip:
         return CombinedEstimate(
             **told,
             limit_ahead=near.alarm,
+            limit_distance=distance,
             nis=estimate.nis,
             readings=estimate.present,
             held=where(running, 0.0, 1.0),

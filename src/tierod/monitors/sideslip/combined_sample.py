@@ -35,6 +35,7 @@ class CombinedEstimate(NamedTuple):
         self_aligning_torque: of the front axle, opposes positive steer
         front_friction_used, rear_friction_used: lateral force over the greatest that the axle can make now
         limit_ahead: 1 where `front_friction_used` is above the tuning's share by its standard deviations, and not held
+        limit_distance: by how many of them it is
         front_stiffness, rear_stiffness: true over given cornering stiffness
         friction: true over given friction coefficient
         bank_angle: of the road
@@ -59,6 +60,7 @@ class CombinedEstimate(NamedTuple):
     front_friction_used_deviation: Annotated[Any, ""]
     rear_friction_used: Annotated[Any, ""]
     limit_ahead: Annotated[Any, ""]
+    limit_distance: Annotated[Any, ""]
     front_stiffness: Annotated[Any, ""]
     front_stiffness_deviation: Annotated[Any, ""]
     front_stiffness_identified: Annotated[Any, ""]

@@ -71,7 +71,6 @@ MISFIT_DECISION = Decision(
     source="lognormal NIS; drives of the virtual car, random and mixed (0.48 to 0.52)",
     unit="recording",
     design=MISFIT_DESIGN,
-    statistic="nis",
 )
 
 BAND_DECISION = Decision(
@@ -99,7 +98,8 @@ COMBINED_DECISIONS = (
         demonstrated=Demonstrated(0.91),
         source="tierod study sideslip: false is an announcement with less than 60 % of the grip in use; one with more "
         "is meant, so that no run length is asked for",
-        statistic="limit_ahead",
+        statistic="limit_distance",
+        levels=(CombinedTuning().limit_certainty,),
     ),
     Decision(
         name="filter lost",

@@ -68,6 +68,7 @@ COMBINED_TRACES = {
     "bank_angle": ("estimated_bank_angle", "rad"),
     "bank_angle_deviation": ("estimated_bank_angle_standard_deviation", "rad"),
     "limit_ahead": ("limit_ahead", ""),
+    "limit_distance": ("limit_distance", ""),
 }
 """What the combined estimator shows beside the sideslip: stiffness as a share of the vehicle file's, grip, bank."""
 

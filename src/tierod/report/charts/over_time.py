@@ -70,6 +70,7 @@ def result_figure(diagnosis: Diagnosis) -> Figure | None:
     """What else the monitor computed, one strip each."""
     mains = main_names(diagnosis)
     taken = {
+        *(each.statistic for each in diagnosis.decisions),
         *(STRIPS if mains else ()),
         *mains,
         *(name + DEVIATION for name in mains),

@@ -47,6 +47,12 @@
     const halved = pair && pair.querySelectorAll(".chart").length > 1;
     return halved ? [HALF.width, Math.min(height, HALF.height)] : [PRINTED_WIDTH, printed(height)];
   }
+  // A chart that was drawn in a closed fold takes the width of the page when that opens.
+  for (const fold of document.querySelectorAll("details.keep")) {
+    fold.addEventListener("toggle", () => {
+      if (fold.open) for (const chart of fold.querySelectorAll(".chart")) Plotly.Plots.resize(chart);
+    });
+  }
   const folded = document.querySelectorAll("details.keep:not([open])");
   window.addEventListener("beforeprint", () => {
     for (const each of folded) each.open = true;

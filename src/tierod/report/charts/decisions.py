@@ -1,0 +1,146 @@
+"""What a monitor decided on: statistics with their thresholds over time, and what the design of each rule trades."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tierod.findings import Decided, Diagnosis
+from tierod.report.charts.figure import (
+    BLUE,
+    GREY,
+    RED,
+    Figure,
+    axis,
+    band,
+    centres,
+    layout,
+    line,
+    merged,
+    rounded,
+    strip_title,
+    summary,
+)
+from tierod.report.charts.over_time import span
+from tierod.report.display import bracketed, number, shown, time_scale, words
+
+_STRIP, _PANEL = 130, 250
+
+
+def statistics(diagnosis: Diagnosis) -> dict[str, tuple[float, ...]]:
+    """The traces that rules compare, with their thresholds: several rules may share one."""
+    found: dict[str, tuple[float, ...]] = {}
+    for each in diagnosis.decisions:
+        if each.statistic in diagnosis.traces:
+            found[each.statistic] = (*found.get(each.statistic, ()), *each.levels)
+    return found
+
+
+def decision_figure(diagnosis: Diagnosis) -> Figure | None:
+    """Every statistic over time, its thresholds dashed, red where it is beyond one."""
+    found = statistics(diagnosis)
+    if not found:
+        return None
+    per_second, clock = time_scale(span(diagnosis)[1] - span(diagnosis)[0])
+    height = _STRIP * len(found) + 70
+    data: list[dict[str, Any]] = []
+    axes: dict[str, Any] = {}
+    shapes, rows, titles = [], [], []
+    for index, (name, levels) in enumerate(found.items()):
+        trace = merged(diagnosis.traces[name])
+        factor, label = shown(trace.unit)
+        suffix = "" if index == 0 else str(index + 1)
+        domain = [1.0 - (index + 1) / len(found), 1.0 - index / len(found) - 26.0 / height]
+        axes[f"yaxis{suffix}"] = axis("", domain=domain, nticks=4)
+        limits = [level * factor for level in levels]
+        data += _strip(trace, per_second, factor, limits, f"y{suffix}")
+        shapes += [_level(limit, f"y{suffix}") for limit in limits]
+        titles.append(strip_title(_titled(name, label, limits), domain[1]))
+        rows.append(summary(words(name), trace, factor, label))
+    bottom = f"y{len(found)}" if len(found) > 1 else "y"
+    axes["xaxis"] = axis(f"time [{clock}]", range=[per_second * end for end in span(diagnosis)], anchor=bottom)
+    return Figure(
+        name="decisions",
+        title="What was decided on",
+        caption="What the stopping rules compare, over time. Dashed: thresholds. Red: beyond one, an alarm.",
+        alternative=f"{', '.join(map(words, found))} over time, with thresholds; ranges in the table beneath.",
+        data=data,
+        layout=layout(height, hovermode="x", showlegend=False, shapes=shapes, annotations=titles, **axes),
+        height=height,
+        summary=rows,
+        timed=True,
+    )
+
+
+def _titled(name: str, label: str, limits: list[float]) -> str:
+    told = ", ".join(number(limit, 3) for limit in limits)
+    return bracketed(words(name), label) + (f", alarm from {told}" if told else "")
+
+
+def _strip(trace: Any, per_second: float, factor: float, limits: list[float], axis_name: str) -> list[dict[str, Any]]:
+    time = centres(trace, per_second)
+    lower, upper, mean = (np.asarray(part, float) * factor for part in (trace.lower, trace.upper, trace.mean))
+    beyond = np.zeros(len(mean), bool)
+    for limit in limits:
+        beyond |= (upper >= limit) if limit > 0.0 else (lower <= limit)
+    extreme = np.where(beyond, np.where(np.abs(upper) >= np.abs(lower), upper, lower), np.nan)
+    text = {"hovertemplate": "%{y:.4g}<extra>" + words(trace.name) + "</extra>"}
+    drawn = [
+        band(time, lower, upper, "rgba(29,95,168,0.30)", yaxis=axis_name),
+        line(time, mean, BLUE, words(trace.name), yaxis=axis_name, **text) | {"line": {"color": BLUE, "width": 1.0}},
+    ]
+    if beyond.any():
+        marks = {"mode": "markers", "marker": {"color": RED, "size": 4}}
+        drawn.append(line(time, extreme, RED, "alarm", yaxis=axis_name, hoverinfo="skip") | marks)
+    return drawn
+
+
+def _level(value: float, axis_name: str) -> dict[str, Any]:
+    looks = {"color": RED, "width": 1.2, "dash": "dash"}
+    return {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "yref": axis_name, "y0": value, "y1": value} | {
+        "line": looks
+    }
+
+
+def design_figures(diagnosis: Diagnosis) -> list[Figure]:
+    """One chart for every rule that was designed; rules of one design share one."""
+    drawn: dict[Any, list[Decided]] = {}
+    for each in diagnosis.decisions:
+        if each.curve is not None and each.curve.along:
+            drawn.setdefault(each.curve, []).append(each)
+    return [_design(index, group) for index, group in enumerate(drawn.values())]
+
+
+def _design(index: int, group: list[Decided]) -> Figure:
+    curve = group[0].curve
+    assert curve is not None
+    name = "; ".join(each.name for each in group)
+    kind: dict[str, Any] = {} if curve.chance else {"type": "log"}
+    data = [line(np.asarray(curve.along), np.asarray(curve.up), BLUE, "design")]
+    if curve.chosen is not None:
+        place = {"x": rounded([curve.chosen[0]]), "y": rounded([curve.chosen[1]])}
+        looks = {"mode": "markers", "marker": {"color": RED, "size": 9}, "name": "in effect"}
+        data.append({"type": "scatter"} | place | looks)
+    told = "How often a change of that size is found at one look" if curve.chance else "What fewer false alarms cost"
+    guide = {"color": GREY, "width": 1, "dash": "dot"}
+    shapes = [
+        {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "x0": curve.chosen[0], "x1": curve.chosen[0], "line": guide}
+        for _ in (1,)
+        if curve.chosen is not None and curve.chance
+    ]
+    return Figure(
+        name=f"design-{index}",
+        title=f"Rule of: {name}",
+        caption=f"{told}. Red: in effect; {group[0].false_alarms}.",
+        alternative=f"{curve.up_title} over {curve.along_title}.",
+        data=data,
+        layout=layout(
+            _PANEL,
+            showlegend=False,
+            shapes=shapes,
+            xaxis=axis(curve.along_title, **kind),
+            yaxis=axis(curve.up_title, **kind),
+        ),
+        height=_PANEL,
+    )
