@@ -24,6 +24,7 @@ LAYERS = (
         "filters",
         "identification",
         "analysis",
+        "derive",
         "readers",
         "writers",
         "vehicles",

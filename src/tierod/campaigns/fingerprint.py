@@ -23,6 +23,7 @@ GROUND = ("proving_ground", "physics", "graph")
 TOWER = (
     "monitors",
     "control",
+    "derive",
     "estimators",
     "detectors",
     "filters",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tierod.derive import ingredients
+from tierod.derive import RECIPES
 from tierod.errors import InputError, nearest
 from tierod.monitors.session import Monitor
 from tierod.recording import Recording
@@ -48,5 +48,5 @@ def _refuse_counts(monitor: Monitor, vehicle: Vehicle, piece: Recording) -> None
 
 def _with_ingredients(name: str) -> str:
     """The signal, and what it could be made from."""
-    made_from = ingredients([name])[1:]
+    made_from = RECIPES[name].needs if name in RECIPES else ()
     return f"{name} (or {' and '.join(made_from)})" if made_from else name

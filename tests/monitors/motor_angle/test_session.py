@@ -9,7 +9,7 @@ from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.errors import InputError
 from tierod.findings import Status
 from tierod.monitors.run import diagnose
-from tierod.recording import Recording
+from tierod.recording import Channel, Recording
 from tierod.studies.motor_angle.fault_drives import drive
 from tierod.studies.motor_angle.fault_kinds import FAULTS, FIVE_DEGREES
 
@@ -117,3 +117,29 @@ def test_what_the_user_got_wrong_fills_no_memory(tmp_path):
     diagnosed(changed(motor_angle_mechanical=4.0 * ANGLE), memory=path)
     memory = FaultMemory.opened(path, "motor-bench")
     assert not any(entry.status & 0x08 for entry in memory.entries.values())
+
+
+def with_phases(samples, names="abc"):
+    """A recording of phase currents in place of their vector."""
+    channels = dict(recording(samples).channels)
+    alpha, beta = channels.pop("motor_current_alpha"), channels.pop("motor_current_beta")
+    across = 0.5 * math.sqrt(3.0) * beta.values
+    values = {"a": alpha.values, "b": across - 0.5 * alpha.values, "c": -across - 0.5 * alpha.values}
+    for name in names:
+        channels[f"motor_current_{name}"] = Channel(f"motor_current_{name}", alpha.time, values[name], "A")
+    return channels
+
+
+@pytest.mark.parametrize("names", ["abc", "ab"])
+def test_two_or_three_phase_currents_are_as_good_as_their_vector(names):
+    found = diagnose(Recording(with_phases(SOUND().samples, names)), "motor-bench", "motor-angle").findings[0]
+    assert found.status is Status.HEALTHY
+    assert found.evidence == pytest.approx(finding(SOUND().samples).evidence, rel=1e-6)
+
+
+def test_phase_currents_that_do_not_add_up_are_named():
+    channels = with_phases(SOUND().samples)
+    third = channels["motor_current_c"]
+    channels["motor_current_c"] = replace(third, values=third.values + 5.0)
+    found = diagnose(Recording(channels), "motor-bench", "motor-angle").findings[0]
+    assert found.cause == "the phase currents do not add up to zero"

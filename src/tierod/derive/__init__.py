@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable
 
 import numpy as np
 
+from tierod.derive.phases import of_phases
+from tierod.derive.recipe import Recipe
 from tierod.recording import Channel, Recording
 
 WINDOW = 0.05
@@ -14,23 +15,6 @@ WINDOW = 0.05
 
 OLDEST = 0.1
 """A wheel speed older than this [s] does not count; chassis buses send it every 10 to 20 ms."""
-
-
-@dataclass(frozen=True)
-class Recipe:
-    """How a signal is made.
-
-    Args:
-        name: of the signal
-        needs: the signals it is made from
-        memory: how far back [s] it looks
-        make: from the channels needed, in order
-    """
-
-    name: str
-    needs: tuple[str, ...]
-    memory: float
-    make: Callable[..., Channel]
 
 
 def backward_rate(angle: Channel, window: float = WINDOW) -> tuple[np.ndarray, np.ndarray]:
@@ -78,6 +62,7 @@ RECIPES: dict[str, Recipe] = {
     for recipe in (
         Recipe("vehicle_speed", ("wheel_speed_rear_left", "wheel_speed_rear_right"), OLDEST, _speed),
         Recipe("steering_wheel_rate", ("steering_wheel_angle",), 10.0 * WINDOW, _rate),
+        *(of_phases(quantity, axis) for quantity in ("motor_current", "motor_voltage") for axis in ("alpha", "beta")),
     )
 }
 """Every signal that can be made from others, by name."""
@@ -88,7 +73,7 @@ def ingredients(names: Iterable[str]) -> tuple[str, ...]:
     wanted = dict.fromkeys(names)
     for name in tuple(wanted):
         if name in RECIPES:
-            wanted |= dict.fromkeys(RECIPES[name].needs)
+            wanted |= dict.fromkeys((*RECIPES[name].needs, *RECIPES[name].further))
     return tuple(wanted)
 
 
@@ -103,5 +88,9 @@ def complete(recording: Recording, names: Iterable[str] | None = None) -> Record
     for name in RECIPES if names is None else names:
         recipe = RECIPES.get(name)
         if recipe and name not in recording and all(need in recording for need in recipe.needs):
-            made.append(recipe.make(*(recording[need] for need in recipe.needs)))
+            further = (recording.channels.get(name) for name in recipe.further)
+            made.append(recipe.make(*(recording[need] for need in recipe.needs), *further))
     return recording.with_channels(made) if made else recording
+
+
+__all__ = ["RECIPES", "Recipe", "backward_rate", "complete", "ingredients"]

@@ -76,3 +76,50 @@ def test_ingredients():
         "wheel_speed_rear_left",
         "wheel_speed_rear_right",
     }
+
+
+ANGLE = np.linspace(0.0, 12.0, 400)
+PHASES = {phase: 10.0 * np.cos(ANGLE - shift) for phase, shift in zip("abc", (0.0, 2.0944, 4.18879), strict=True)}
+MILLISECONDS = np.arange(400) * 1e-3
+
+
+def phases(names, offset=0.0):
+    return [Channel(f"motor_current_{name}", MILLISECONDS, PHASES[name] + offset, "A", f"i_{name}") for name in names]
+
+
+@pytest.mark.parametrize("names", ["abc", "ab"])
+def test_two_phases_or_three_make_a_vector(names):
+    made = complete(recording(*phases(names)), ["motor_current_alpha", "motor_current_beta"])
+    assert made["motor_current_alpha"].values == pytest.approx(10.0 * np.cos(ANGLE), abs=1e-3)
+    assert made["motor_current_beta"].values == pytest.approx(10.0 * np.sin(ANGLE), abs=1e-3)
+    assert made["motor_current_alpha"].unit == "A"
+    assert "Clarke" in made["motor_current_beta"].note
+
+
+def test_what_three_phases_share_drops_out():
+    made = complete(recording(*phases("abc", offset=2.0)), ["motor_current_alpha"])
+    assert made["motor_current_alpha"].values == pytest.approx(10.0 * np.cos(ANGLE), abs=1e-3)
+
+
+def test_a_vector_that_was_recorded_is_kept_and_one_phase_makes_none():
+    own = Channel("motor_current_alpha", MILLISECONDS, np.zeros(400), "A")
+    made = complete(recording(own, *phases("abc")), ["motor_current_alpha"])
+    assert made["motor_current_alpha"].values.max() == 0.0
+    assert "motor_current_alpha" not in complete(recording(*phases("a")), ["motor_current_alpha"])
+
+
+def test_a_phase_that_is_missing_at_an_instant_makes_none_there():
+    a, b = phases("ab")
+    late = Channel(b.name, np.delete(b.time, slice(100, 110)), np.delete(b.values, slice(100, 110)), "A")
+    alpha = complete(recording(a, late), ["motor_current_alpha"])["motor_current_alpha"].values
+    assert np.isnan(alpha[101:109]).all()
+    assert np.isfinite(np.delete(alpha, slice(99, 111))).all()
+
+
+def test_ingredients_name_all_that_may_be_used():
+    assert set(ingredients(["motor_voltage_beta"])) == {
+        "motor_voltage_beta",
+        "motor_voltage_a",
+        "motor_voltage_b",
+        "motor_voltage_c",
+    }
