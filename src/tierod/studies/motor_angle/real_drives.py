@@ -13,9 +13,7 @@ import numpy as np
 
 from tierod.errors import InputError
 from tierod.graph import scan
-from tierod.identification.modulation import Modulation
 from tierod.identification.motor import identify_motor
-from tierod.identification.motor_regression import Fit, Rows, regress
 from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters
 from tierod.monitors.motor_angle.feedforward import FeedforwardAngle
 from tierod.monitors.motor_angle.flux_observer import FluxObserver
@@ -26,6 +24,8 @@ from tierod.recording import Channel, Recording
 from tierod.report.display import number
 from tierod.studies.claims import Claim, at_least, at_most, between
 from tierod.studies.content import Heading, Item, Table
+from tierod.studies.motor_angle import real_friction
+from tierod.studies.motor_angle.real_friction import column
 from tierod.studies.registry import Effort
 from tierod.studies.sideslip.real_recordings import DATA, NO_DATA
 
@@ -40,8 +40,6 @@ _FINE = 2e-4
 """Time step to which the recording is interpolated for the observers [s]: its own is too long for their integration."""
 _SETTLED = 1.0 / 3.0
 """Share of the recording in which the observers settle."""
-_STANDS = 0.05
-"""Speed [1/s] around which dry friction is smeared."""
 _EARLIER = "earlier trial"
 
 
@@ -49,11 +47,6 @@ def recorded(name: str) -> Recording | None:
     """A recording of the drive; None where it is not here."""
     path = Path(os.environ.get(DATA, "../shared/data")) / FOLDER / name
     return read(path) if path.exists() else None
-
-
-def column(recording: Recording, name: str) -> np.ndarray:
-    """A channel by the last part of its name."""
-    return recording[next(each for each in recording.names if each.rpartition(".")[2] == name)].values
 
 
 def items(effort: Effort) -> Iterator[Item]:
@@ -70,7 +63,9 @@ def items(effort: Effort) -> Iterator[Item]:
         found = recorded(name)
         yield from part(found) if found is not None else _absent(part.__name__)
     speed, position = recorded(SPEED), recorded(POSITION)
-    yield from friction(speed, position) if speed is not None and position is not None else _absent("friction")
+    yield from (
+        real_friction.items(speed, position) if speed is not None and position is not None else _absent("friction")
+    )
 
 
 class Agreement(NamedTuple):
@@ -190,43 +185,6 @@ def beside(recording: Recording) -> Iterator[Item]:
         ),
     )
     yield _claim("encoder", "Standard deviation of the drive's estimate from an encoder.", agreed.deviation, 0.075)
-
-
-def friction(speed: Recording, position: Recording) -> Iterator[Item]:
-    """Current across the flux over speed and position: friction and inertia in amperes."""
-    fit, step = motion(position)
-    there, needed = float(np.mean(column(speed, "UserSpeed"))), float(np.mean(column(speed, "motor_current_q")))
-    foretold = fit.values[1] * there + fit.values[2]
-    names = ("acceleration (A per 1/s²)", "speed (A per 1/s)", "dry friction (A)", "constant (A)")
-    rows = tuple((n, number(v, 3), number(d, 2)) for n, v, d in zip(names, fit.values, fit.deviations, strict=True))
-    yield Heading(
-        "Friction in amperes",
-        (
-            f"{POSITION} holds current and position of a motion to and fro, every {1e3 * step:.3g} ms. "
-            "The unit of its position is the recorder's, and no torque constant is known: inertia and friction come in "
-            "amperes.",
-        ),
-    )
-    yield Table("Current across the flux explained by the motion", ("by", "value", "σ"), rows)
-    yield Claim(
-        "real.friction",
-        f"Current that this friction needs at the speed of {SPEED}, over what was recorded there.",
-        "another recording of the same drive",
-        None,
-        float(foretold / needed),
-        between(0.9, 1.1),
-    )
-
-
-def motion(recording: Recording) -> tuple[Fit, float]:
-    """Current over acceleration, speed and direction of the position; and the time between samples [s]."""
-    name = next(each for each in recording.names if each.rpartition(".")[2] == "PosFeedBack")
-    step = float(np.median(np.diff(recording[name].time)))
-    window, place = Modulation(16, 2, step), recording[name].values
-    direction = np.tanh(column(recording, "UserSpeed") / _STANDS)
-    columns = [window.acceleration(place), window.rate(place), window.mean(direction)]
-    regressors = np.column_stack([*columns, np.ones_like(columns[0])])
-    return regress([Rows(window.mean(column(recording, "motor_current_q")), regressors, regressors)]), step
 
 
 _CURRENTS = ("motor_current_alpha", "motor_current_beta")
