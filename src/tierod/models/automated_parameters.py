@@ -97,8 +97,8 @@ class Fading:
         road: grade and bank
     """
 
-    force: Annotated[float, "s"] = 0.7
-    tie_rod: Annotated[float, "s"] = 0.4
+    force: Annotated[float, "s"] = 0.9
+    tie_rod: Annotated[float, "s"] = 0.6
     loss: Annotated[float, "s"] = 4.0
     offset: Annotated[float, "s"] = 600.0
-    road: Annotated[float, "s"] = 4.0
+    road: Annotated[float, "s"] = 6.0

@@ -22,9 +22,11 @@ from tierod.monitors.condition.updates import Correction, logarithm, spread_of, 
 from tierod.vehicles import Vehicle
 
 LIMITS = AutomatedVehicle.State(
-    *(80.0, 30.0, 10.0, 1.0, 1.0, 20.0, 80.0, 1.0, 1e4, 1e4, 1e4, 2.0, 1.0, 3.0, 6.0, 6.0, 0.5),
+    *(80.0, 30.0, 10.0, 1.0, 1.0, 20.0, 80.0, 1.0),
+    *(600.0, 600.0, 500.0, 1.5, 0.03, 0.15, 1.7, 1.2, 0.03),
 )
-"""Beyond which no state goes, whatever a faulty sensor says: the filter stays finite, and its Jacobians with it."""
+"""Beyond which no state goes, whatever a faulty sensor says. The filter stays finite; and a hypothesis that is wrong
+cannot explain readings by a bank of thirty degrees or tyres of another size, however long it is given."""
 
 
 SHORTEST_LAG = 1e-4

@@ -37,7 +37,7 @@ class ModelError:
         lateral_acceleration: white, per sample
         yaw_acceleration: white, per sample
         slip: of the tyres' deflection, white, per sample
-        steering_torque: white, per sample
+        steering_torque: of both motors, white, per sample
         friction_share: of the column's friction, white, per sample
         force, force_share: of an axle: lasting error at small force, and its growth with the force
         tie_rod, tie_rod_share: likewise, of the tie rod's force
@@ -47,16 +47,16 @@ class ModelError:
         road: acceleration by grade or bank
     """
 
-    acceleration: Annotated[float, "m/s**2"] = 0.15
-    lateral_acceleration: Annotated[float, "m/s**2"] = 0.15
-    yaw_acceleration: Annotated[float, "rad/s**2"] = 0.15
+    acceleration: Annotated[float, "m/s**2"] = 0.12
+    lateral_acceleration: Annotated[float, "m/s**2"] = 0.12
+    yaw_acceleration: Annotated[float, "rad/s**2"] = 0.08
     slip: Annotated[float, ""] = 1e-4
-    steering_torque: Annotated[float, "N*m"] = 0.15
-    friction_share: Annotated[float, ""] = 0.02
+    steering_torque: Annotated[float, "N*m"] = 0.08
+    friction_share: Annotated[float, ""] = 0.012
     force: Annotated[float, "N"] = 15.0
-    force_share: Annotated[float, ""] = 0.05
+    force_share: Annotated[float, ""] = 0.035
     tie_rod: Annotated[float, "N"] = 6.0
-    tie_rod_share: Annotated[float, ""] = 0.05
+    tie_rod_share: Annotated[float, ""] = 0.035
     standing: Annotated[float, "N"] = 150.0
     loss: Annotated[float, ""] = 0.7
     yaw_rate_offset: Annotated[float, "rad/s"] = 0.003
