@@ -11,6 +11,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from tierod.monitors.decision import Decision
+from tierod.monitors.registry import MONITORS
 from tierod.nomenclature import nomenclature
 from tierod.vehicles import QUANTITIES, load, shipped
 
@@ -123,8 +125,34 @@ def _type(field: dict[str, Any]) -> str:
     return f"object of {_type(inner)}" if isinstance(inner, dict) else " or ".join(kinds)
 
 
+DECISIONS = ("<!-- decisions: begin; made by scripts/docs.py -->\n", "<!-- decisions: end -->\n")
+
+
+def stopping_rules_page() -> str:
+    """The page on stopping rules, with the table of what every monitor decides."""
+    text = (ROOT / "docs/stopping-rules.md").read_text(encoding="utf-8")
+    before, _, rest = text.partition(DECISIONS[0])
+    return before + DECISIONS[0] + _decisions() + DECISIONS[1] + rest.partition(DECISIONS[1])[2]
+
+
+def _decisions() -> str:
+    rows = ["| monitor | decides | distance | stopping rule | false alarms | where from |", "|---|---|---|---|---|---|"]
+    for monitor in MONITORS.values():
+        told: list[Decision] = []
+        for variant in monitor.variants.values():
+            for each in variant.decisions:
+                if each not in told:
+                    told.append(each)
+                    sharing = [other.name for other in monitor.variants.values() if each in other.decisions]
+                    some = "" if len(sharing) == len(monitor.variants) else f" ({', '.join(sharing)})"
+                    cells = (each.name, each.distance, each.rule_told, each.false_alarms_told, each.source)
+                    rows.append(f"| {monitor.name}{some} | {' | '.join(cells)} |")
+    return "\n".join(rows) + "\n"
+
+
 PAGES = {
     "docs/nomenclature.md": nomenclature,
+    "docs/stopping-rules.md": stopping_rules_page,
     "docs/parameters.md": parameters_page,
     "docs/json.md": json_page,
 }

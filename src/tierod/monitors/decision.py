@@ -97,7 +97,7 @@ class Decision:
         """In words: what it was designed for, and what was shown."""
         shown = self.demonstrated.told(self.unit) if self.demonstrated else "nothing observed"
         if self.mean_time_between_false_alarms is None:
-            return f"demonstrated: {shown}"
+            return f"demonstrated: {shown}" if self.demonstrated else shown
         unit = "h" if self.unit == "h" else f"{self.unit}s"
         mean = self.mean_time_between_false_alarms
         wanted = f"{mean:,.0f}".replace(",", " ") if 100.0 <= mean < 1e7 else f"{mean:.2g}"
