@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
+from tierod.derive import complete
 from tierod.errors import InputError
-from tierod.physics.clarke_park import PhaseValues, clarke
 from tierod.recording import Recording
 
 SHORTEST = 0.2
@@ -21,20 +20,9 @@ _MISSING = 0.2
 """Share of the samples that may be missing."""
 
 
-class _Source(NamedTuple):
-    """Channels that tell a vector: its two parts, or three phases."""
-
-    parts: tuple[str, str]
-    phases: tuple[str, str, str] | None
-
-
-_CURRENT = _Source(
-    ("motor_current_alpha", "motor_current_beta"), ("motor_current_a", "motor_current_b", "motor_current_c")
-)
-_VOLTAGE = _Source(
-    ("motor_voltage_alpha", "motor_voltage_beta"), ("motor_voltage_a", "motor_voltage_b", "motor_voltage_c")
-)
-_COMMAND = _Source(("motor_target_voltage_alpha", "motor_target_voltage_beta"), None)
+_CURRENT = ("motor_current_alpha", "motor_current_beta")
+_VOLTAGE = ("motor_voltage_alpha", "motor_voltage_beta")
+_COMMAND = ("motor_target_voltage_alpha", "motor_target_voltage_beta")
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +64,9 @@ def motor_recording(name: str, recording: Recording, pole_pairs: float, commande
     Raises:
         InputError: channels are missing or constant, too slow, or the recording is too short
     """
-    currents = _channels(name, recording, _CURRENT)
-    voltages = _channels(name, recording, _COMMAND if commanded else _VOLTAGE)
+    currents, voltages = _CURRENT, _COMMAND if commanded else _VOLTAGE
+    recording = complete(recording, (*currents, *voltages))
+    _require_channels(name, recording, currents, voltages)
     electrical = "motor_angle_mechanical" not in recording
     angle = "motor_angle_electrical" if electrical else "motor_angle_mechanical"
     if angle not in recording:
@@ -100,15 +89,14 @@ def motor_recording(name: str, recording: Recording, pole_pairs: float, commande
     return MotorRecording(name, step, grid, current, voltage, turned, warmth, load, torque)
 
 
-def _channels(name: str, recording: Recording, source: _Source) -> tuple[str, ...]:
-    for channels in (source.parts, source.phases):
-        if channels is not None and all(each in recording for each in channels):
-            return channels
-    missing = " and ".join(each for each in source.parts if each not in recording)
-    raise InputError(
-        f"{name} lacks {missing}; the identification of a motor needs currents and voltages in the stator's axes, or "
-        "of all three phases, and the motor's angle: record them, or name them in a channel map"
-    )
+def _require_channels(name: str, recording: Recording, *vectors: tuple[str, str]) -> None:
+    for channels in vectors:
+        missing = " and ".join(each for each in channels if each not in recording)
+        if missing:
+            raise InputError(
+                f"{name} lacks {missing}; the identification of a motor needs currents and voltages in the stator's "
+                "axes, or of the phases, and the motor's angle: record them, or name them in a channel map"
+            )
 
 
 def _step(name: str, recording: Recording, currents: tuple[str, ...]) -> float:
@@ -135,10 +123,7 @@ def _common(name: str, recording: Recording, channels: tuple[str, ...]) -> tuple
 
 def _vector(recording: Recording, channels: tuple[str, ...], grid: np.ndarray, step: float) -> np.ndarray:
     aligned = recording.align(channels, 1.0 / step, "hold", 0.6 * step, float(grid[0]), float(grid[-1]) + 0.5 * step)
-    values = aligned.values[: len(grid)]
-    if values.shape[1] == 2:
-        return values[:, 0] + 1j * values[:, 1]
-    alpha, beta = clarke(PhaseValues(*values.T))
+    alpha, beta = aligned.values[: len(grid)].T
     return alpha + 1j * beta
 
 

@@ -16,7 +16,6 @@ from tierod.physics.pm_motor import flux_at
 from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.proving_ground.motor import Machine
 from tierod.recording import Channel, Recording
-from tierod.report.display import number
 from tierod.studies.claims import Claim, at_least, at_most
 from tierod.studies.content import Heading, Item, Table
 from tierod.studies.motor_angle.fault_drives import RATE, SUBSTEPS, course
@@ -216,7 +215,7 @@ def _observer(motors: list[Drawn], found: list[MotorIdentification], effort: Eff
     away = np.array([angle_errors(motor, result, 5.0 if effort.quick else 20.0) for motor, result in pairs])
     median = np.median(away, axis=0)
     rows = tuple(
-        (name, number(median[k], 3), number(float(away[:, k].max()), 3))
+        (name, f"{median[k]:.3g}", f"{away[:, k].max():.3g}")
         for k, name in enumerate(("identified", "true", "of the vehicle file"))
     )
     yield Table(

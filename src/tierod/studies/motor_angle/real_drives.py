@@ -21,7 +21,6 @@ from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
 from tierod.readers import read
 from tierod.recording import Channel, Recording
-from tierod.report.display import number
 from tierod.studies.claims import Claim, at_least, at_most, between
 from tierod.studies.content import Heading, Item, Table
 from tierod.studies.motor_angle import real_friction
@@ -112,7 +111,7 @@ def dragged(recording: Recording) -> Iterator[Item]:
             settled = slice(int(_SETTLED * len(own)), None)
             agreed[name, sign] = agreement(angle[settled], own[settled])
             counted = "turned round" if sign < 0.0 else "as recorded"
-            rows.append((name, counted, *(number(each, 2) for each in agreed[name, sign])))
+            rows.append((name, counted, *(f"{each:.2g}" for each in agreed[name, sign])))
     yield Heading(
         "A current that is counted the other way",
         (
@@ -150,8 +149,8 @@ def turning(recording: Recording) -> Iterator[Item]:
         "The integral of the voltage alone",
         (
             f"In {TURNING} there are no currents. The integral of the recorded voltage, with no resistance and its "
-            f"mean taken out, has a length of {number(flux, 3)} V·s and is {number(agreed.mean, 2)} ± "
-            f"{number(agreed.deviation, 2)} rad from the drive's angle, which the recorder writes with the other sign.",
+            f"mean taken out, has a length of {flux:.3g} V·s and is {agreed.mean:.2g} ± "
+            f"{agreed.deviation:.2g} rad from the drive's angle, which the recorder writes with the other sign.",
         ),
     )
     yield _claim(
@@ -179,8 +178,8 @@ def beside(recording: Recording) -> Iterator[Item]:
     yield Heading(
         "The drive's own estimate beside an encoder",
         (
-            f"In {BESIDE} the drive turns at 0.6 Hz electrical. Its estimate stands {number(agreed.mean, 3)} rad "
-            f"beside the encoder, half a turn, by {number(agreed.deviation, 2)} rad standard deviation: with that much "
+            f"In {BESIDE} the drive turns at 0.6 Hz electrical. Its estimate stands {agreed.mean:.3g} rad "
+            f"beside the encoder, half a turn, by {agreed.deviation:.2g} rad standard deviation: with that much "
             "the estimate of the other recordings has to be reckoned.",
         ),
     )

@@ -9,7 +9,6 @@ import numpy as np
 from tierod.identification.modulation import Modulation
 from tierod.identification.motor_regression import Fit, Rows, regress
 from tierod.recording import Recording
-from tierod.report.display import number
 from tierod.studies.claims import Claim, between
 from tierod.studies.content import Heading, Item, Table
 
@@ -28,7 +27,7 @@ def items(speed: Recording, position: Recording) -> Iterator[Item]:
     there, needed = float(np.mean(column(speed, "UserSpeed"))), float(np.mean(column(speed, "motor_current_q")))
     foretold = fit.values[1] * there + fit.values[2]
     names = ("acceleration (A per 1/s²)", "speed (A per 1/s)", "dry friction (A)", "constant (A)")
-    rows = tuple((n, number(v, 3), number(d, 2)) for n, v, d in zip(names, fit.values, fit.deviations, strict=True))
+    rows = tuple((n, f"{v:.3g}", f"{d:.2g}") for n, v, d in zip(names, fit.values, fit.deviations, strict=True))
     yield Heading(
         "Friction in amperes",
         (
