@@ -23,7 +23,6 @@ def sound():
         "resolver_sine": 2.0 * np.sin(electrical),
         "resolver_cosine": 2.0 * np.cos(electrical),
         "supply_voltage": 13.0 + noise(),
-        "turning": np.ones(len(TIME)),
     }
     return {name: np.array(value) for name, value in values.items()}
 
@@ -69,5 +68,7 @@ def test_every_fault_is_named(alarm):
 
 def test_a_standing_motor_saturates_nothing():
     values = sound()
-    values["motor_current_alpha"][FAULT], values["turning"][FAULT] = 7.0, 0.0
+    for name in ("motor_angle_mechanical", "resolver_sine", "resolver_cosine", "motor_current_alpha"):
+        values[name][FAULT] = values[name][FAULT.start]
+    values["motor_current_alpha"][FAULT] = 7.0
     assert failing(values) == {}

@@ -65,3 +65,15 @@ def test_what_an_inverter_takes_is_a_column_of_its_own():
 def test_a_motor_that_stands_without_current_tells_nothing():
     nothing = np.zeros(2000)
     assert balanced(nothing + 0j, nothing, nothing).best() is None
+
+
+def test_long_recordings_are_put_together(monkeypatch):
+    whole = balanced(CURRENT, voltage())
+    monkeypatch.setattr("tierod.monitors.motor_angle.voltage_balance.PART", 7)
+    monkeypatch.setattr("tierod.monitors.motor_angle.voltage_balance.MOST_PARTS", 20)
+    merged = balanced(CURRENT, voltage(), pieces=9)
+    assert merged.best().resistance == pytest.approx(whole.best().resistance)
+    assert merged.best().windows == whole.best().windows
+    first, second = merged.halves(AS_RECORDED)
+    assert first.windows + second.windows == merged.best().windows
+    assert min(first.windows, second.windows) > 0.3 * merged.best().windows

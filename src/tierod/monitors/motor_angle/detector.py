@@ -13,6 +13,7 @@ from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Angles
 from tierod.monitors.motor_angle.residual import Observed, ResidualGate
 from tierod.monitors.motor_angle.second_tests import Backwards, Following, Increments, NotFollowing, Stuck, Turning
 from tierod.monitors.motor_angle.voltages import MEASURED, MotorVoltages, VoltageSignals
+from tierod.monitors.motor_angle.which_angle import Opinions
 from tierod.vehicles import Vehicle
 
 NOT_READY, NOT_ENABLED, HEALTHY, FAULT = 0.0, 1.0, 2.0, 3.0
@@ -55,6 +56,7 @@ class MotorAngleSample(NamedTuple):
     motor_duty_cycle_a: Annotated[float, ""]
     motor_duty_cycle_b: Annotated[float, ""]
     motor_duty_cycle_c: Annotated[float, ""]
+    vehicle_speed: Annotated[float, "m/s"]
 
 
 class Alarms(NamedTuple):
@@ -125,6 +127,7 @@ class MotorAngleMonitor:
         speed: Any
         model: Any
         voltages: Any
+        which: Any
 
     class Output(NamedTuple):
         """The estimate, differences and sums, alarms, the running verdict, and the voltage that all this rests on."""
@@ -200,6 +203,7 @@ class MotorAngleMonitor:
             speed=self.speed.init(),
             model=self.model.init(),
             voltages=self.voltages.init(),
+            which=() if self.plausibility is None else self.plausibility.which.init(),
         )
 
     def step(self, state: State, sample: Any) -> tuple[State, Output]:
@@ -235,8 +239,9 @@ class MotorAngleMonitor:
             state.not_following, Following(sample.target_motor_angle_mechanical, sensor)
         )
         model, fitting = self.model.step(state.model, estimate.nis)
-        electrical, checks = self.electrical.step(state.electrical, self._electrical(sample, gated.known))
+        electrical, checks = self.electrical.step(state.electrical, self._electrical(sample))
         plausible, fits = self._plausible(state.plausibility, sample)
+        which, suspect = self._which(state.which, fits, difference, gated.counts)
         alarms = Alarms(
             summed.alarm, speeds.alarm, against.alarm, still.alarm, fitting.alarm, behind.alarm, fits.alarm, checks
         )
@@ -253,6 +258,7 @@ class MotorAngleMonitor:
             speed,
             model,
             voltages,
+            which,
         )
         return after, self.Output(
             estimate.motor_angle,
@@ -274,21 +280,26 @@ class MotorAngleMonitor:
             gained.observer,
             gained.tells,
             fits.mismatch,
-            fits.suspect,
+            suspect,
             alarms,
             self._verdict(gate, gated.known, alarms),
             voltage,
         )
 
-    def _electrical(self, sample: Any, turning: Any) -> ElectricalSample:
-        return ElectricalSample(
-            **{name: turning if name == "turning" else getattr(sample, name) for name in ElectricalSample._fields}
-        )
+    def _electrical(self, sample: Any) -> ElectricalSample:
+        return ElectricalSample(*(getattr(sample, name) for name in ElectricalSample._fields))
 
     def _plausible(self, state: Any, sample: Any) -> tuple[Any, AnglePlausibility.Output]:
         if self.plausibility is None:
-            return (), AnglePlausibility.Output(0.0, 0.0, 0.0)
+            return (), AnglePlausibility.Output(0.0, 0.0, 0.0, 0.0)
         return self.plausibility.step(state, Angles(*(getattr(sample, name) for name in Angles._fields)))
+
+    def _which(self, state: Any, fits: AnglePlausibility.Output, residual: Any, counts: Any) -> tuple[Any, Any]:
+        """Which of the three angles is wrong (code)."""
+        if self.plausibility is None:
+            return (), 0.0
+        after, told = self.plausibility.which.step(state, Opinions(*fits, residual, counts))
+        return after, told.suspect
 
     def _verdict(self, gate: Any, known: Any, alarms: Alarms) -> Any:
         fault = any_of(*(each > 0.5 for each in (*alarms[:-1], *alarms.electrical)))

@@ -30,7 +30,7 @@ LEARNT = 0.2
 
 
 class ElectricalSample(NamedTuple):
-    """What is measured at one instant, NaN where it is not; and whether the motor turns by its observer."""
+    """What is measured at one instant, NaN where it is not."""
 
     motor_angle_mechanical: Annotated[float, "rad"]
     motor_current_alpha: Annotated[float, "A"]
@@ -43,7 +43,6 @@ class ElectricalSample(NamedTuple):
     resolver_sine: Annotated[float, "V"]
     resolver_cosine: Annotated[float, "V"]
     supply_voltage: Annotated[float, "V"]
-    turning: Annotated[float, ""]
 
 
 class ElectricalAlarms(NamedTuple):
@@ -70,10 +69,11 @@ class ElectricalAlarms(NamedTuple):
 
 
 class Clipped(NamedTuple):
-    """A signal and for how many samples it has stood still, away from zero."""
+    """A signal, for how many samples it has stood still, away from zero, and the angle when it began to."""
 
     last: Any
     same: Any
+    since: Any
 
 
 @dataclass(frozen=True)
@@ -92,6 +92,7 @@ class ElectricalChecks:
         greatest_sum: of the phase currents, ten times the noise of one [A]
         least_peak_current, least_peak_voltage: below these nothing saturates [A], [V]
         same_samples: with noise, no signal stays equal for so many samples []
+        least_turn: electrical, meanwhile: the top of a sine falls by 3 % over it, more than a converter's step [rad]
         hold: for so long a check must fail [s]
     """
 
@@ -107,6 +108,7 @@ class ElectricalChecks:
     least_peak_current: Annotated[float, "A", POSITIVE] = 2.0
     least_peak_voltage: Annotated[float, "V", POSITIVE] = 1.0
     same_samples: Annotated[float, "", POSITIVE] = 20.0
+    least_turn: Annotated[float, "rad", POSITIVE] = 0.5
     hold: Annotated[float, "s", POSITIVE] = 0.01
     holding: Debounce = field(init=False, repr=False)
 
@@ -131,7 +133,7 @@ class ElectricalChecks:
 
     def init(self) -> State:
         """Nothing seen."""
-        fresh = Clipped(0.0, 0.0)
+        fresh = Clipped(0.0, 0.0, 0.0)
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, (fresh,) * 7, (self.holding.init(),) * 4)
 
     def step(self, state: State, sample: Any) -> tuple[State, ElectricalAlarms]:
@@ -202,13 +204,17 @@ class ElectricalChecks:
             "voltage_alpha",
             "voltage_beta",
         )
+        fresh = present(sample.motor_angle_mechanical)
+        angle = where(fresh, sample.motor_angle_mechanical, state.angle)
         clipped, flags = [], []
         for old, name in zip(state.clipped, names, strict=True):
             value = getattr(sample, f"motor_{name}")
             told = present(value)
             least = self.least_peak_current if name.startswith("current") else self.least_peak_voltage
-            here = all_of(told, sample.turning, absolute(value) > least, absolute(value - old.last) < 1e-9)
+            here = both(absolute(value) > least, absolute(value - old.last) < 1e-9)
             same = where(told, where(here, minimum(old.same + 1.0, self.same_samples), 0.0), old.same)
-            clipped.append(Clipped(where(told, value, old.last), same))
-            flags.append(same > self.same_samples - 0.5)
+            since = where(told, where(here, old.since, angle), old.since)
+            turned = self.pole_pairs * absolute(wrapped(angle - since))
+            clipped.append(Clipped(where(told, value, old.last), same, since))
+            flags.append(both(same > self.same_samples - 0.5, turned > self.least_turn))
         return tuple(clipped), where(any_of(*flags[:5]), 1.0, 0.0), where(any_of(*flags[5:]), 1.0, 0.0)

@@ -15,6 +15,9 @@ WINDOW = 5e-3
 PART = 100
 """Windows that are kept together: halves are cut between them."""
 
+MOST_PARTS = 1000
+"""Kept apart; beyond, neighbours are put together."""
+
 _CURRENT, _GAIN, _ROTOR, _SIGNS, _VOLTAGE = 0, 2, 4, 6, 8
 """Places of the columns, each followed by its mirror image; the signs stay empty where the voltages are measured."""
 
@@ -114,6 +117,14 @@ class VoltageBalance:
             part = rows[:, start : start + PART]
             self._parts.append(np.conj(part) @ part.T)
             self._windows.append(part.shape[1])
+        if len(self._parts) > MOST_PARTS:
+            self._merge()
+
+    def _merge(self) -> None:
+        """Neighbours become one part, lest days of driving fill the memory."""
+        pairs = range(0, len(self._parts), 2)
+        self._parts = [np.sum(self._parts[k : k + 2], axis=0) for k in pairs]
+        self._windows = [sum(self._windows[k : k + 2]) for k in pairs]
 
     def over(self, reading: Reading, share: tuple[float, float] = (0.0, 1.0)) -> Balance | None:
         """The balance of one reading; None where the windows do not tell its numbers.
@@ -139,10 +150,10 @@ class VoltageBalance:
         normal = (np.conj(phase)[:, None] * gram[np.ix_(places, places)] * phase).real
         right = (np.conj(phase) * gram[places, _VOLTAGE]).real
         scale = np.sqrt(np.diag(normal))
-        if not scale.all() or np.linalg.cond(normal / np.outer(scale, scale)) > 1e6:
+        power = gram[_VOLTAGE, _VOLTAGE].real
+        if not (scale.all() and power > 0.0) or np.linalg.cond(normal / np.outer(scale, scale)) > 1e6:
             return None
         found = np.linalg.solve(normal, right)
-        power = gram[_VOLTAGE, _VOLTAGE].real
         left = max(power - float(found @ right), 0.0)
         return Balance(
             reading,
