@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.block import named_tuple
 from tierod.diagnosis.symptoms import SymptomRule, SymptomTable
-from tierod.graph.maths import absolute, all_of, any_of, both, maximum, minimum, negated, present, where
+from tierod.graph.maths import absolute, all_of, any_of, both, either, maximum, minimum, present, where
 from tierod.ranges import POSITIVE
 
 
@@ -38,6 +38,7 @@ class RuleDiagnosis:
     Args:
         table: the rules
         sample_time: between two samples
+        groups: of faults, in each of which one fault at a time is assumed; all are one group where there is none
         least_score: candidates are told where no rule holds although something is abnormal, if they fit so well
 
     The output has a number for each fault. `faulty`: 1 where its rule has held for the confirm time (and, with
@@ -48,6 +49,7 @@ class RuleDiagnosis:
 
     table: SymptomTable
     sample_time: Annotated[float, "s", POSITIVE]
+    groups: tuple[tuple[str, ...], ...] = ()
     least_score: Annotated[float, "", POSITIVE] = 0.75
 
     @property
@@ -64,34 +66,37 @@ class RuleDiagnosis:
         abnormal: Any
 
     class State(NamedTuple):
-        """Held symptoms, and for how long each rule has held [s]."""
+        """Held symptoms, for how long each rule has held, and how long it still counts as not sound [s]."""
 
         symptoms: tuple[Held, ...]
         held: tuple[Any, ...]
+        unsound: tuple[Any, ...]
 
     def init(self) -> State:
         """Nothing was ever abnormal."""
-        return self.State((Held(0.0, 0.0),) * len(self.table.residuals), (0.0,) * len(self.table.rules))
+        count = len(self.table.rules)
+        return self.State((Held(0.0, 0.0),) * len(self.table.residuals), (0.0,) * count, (0.0,) * count)
 
     def step(self, state: State, sample: Any) -> tuple[State, Output]:
         """One sample on."""
         pairs = [self._symptom(held, ratio) for held, ratio in zip(state.symptoms, sample, strict=True)]
         ratios = dict(zip(self.table.residuals, (ratio for _, ratio in pairs), strict=True))
-        holds: dict[str, Any] = {}
-        scores = []
-        for rule in self.table.rules:
-            matched, score = _fit(rule, ratios)
-            sound = [negated(holds[name]) for name in rule.sound]
-            holds[rule.fault] = where(all_of(matched, *sound), 1.0, 0.0)
-            scores.append(score)
         longest = self.table.timing.confirm_time + self.sample_time
-        held = tuple(
-            where(flag > 0.5, minimum(before + self.sample_time, longest), 0.0)
-            for flag, before in zip(holds.values(), state.held, strict=True)
-        )
-        abnormal = where(any_of(*(absolute(each) >= 1.0 for each in ratios.values())), 1.0, 0.0)
-        after = self.State(tuple(symptom for symptom, _ in pairs), held)
-        return after, self._said(held, scores, abnormal)
+        held: dict[str, Any] = {}
+        unsound: dict[str, Any] = {}
+        scores = {}
+        for rule, before, left in zip(self.table.rules, state.held, state.unsound, strict=True):
+            matched, scores[rule.fault] = _fit(rule, ratios)
+            sound = [unsound[name] < 0.5 * self.sample_time for name in rule.sound]
+            holds = all_of(matched, *sound)
+            held[rule.fault] = where(holds, minimum(before + self.sample_time, longest), 0.0)
+            kept = maximum(left - self.sample_time, 0.0)
+            after = maximum(self.table.timing.sound_after, self.sample_time)
+            unsound[rule.fault] = where(held[rule.fault] > self._confirmed, after, kept)
+        flags = {name: where(each > self._confirmed, 1.0, 0.0) for name, each in held.items()}
+        seen = {name: where(absolute(each) >= 1.0, 1.0, 0.0) for name, each in ratios.items()}
+        state = self.State(tuple(symptom for symptom, _ in pairs), tuple(held.values()), tuple(unsound.values()))
+        return state, self._said(flags, scores, seen)
 
     @property
     def _confirmed(self) -> Any:
@@ -105,21 +110,24 @@ class RuleDiagnosis:
         held = where(beyond, ratio, before.ratio)
         return Held(held, left), where(left > 0.5 * self.sample_time, held, ratio)
 
-    def _said(self, held: tuple[Any, ...], scores: list[Any], abnormal: Any) -> Output:
-        confirmed = [where(each > self._confirmed, 1.0, 0.0) for each in held]
-        count: Any = sum(confirmed[1:], confirmed[0])
-        best = scores[0]
-        for score in scores[1:]:
-            best = maximum(best, score)
-        unknown = all_of(count < 0.5, abnormal > 0.5, best >= self.least_score)
-        several = count > 1.5
-        candidates = [
-            where(any_of(both(several, flag > 0.5), both(unknown, score >= best - 1e-9)), 1.0, 0.0)
-            for flag, score in zip(confirmed, scores, strict=True)
-        ]
-        faulty = [where(several, 0.0, flag) for flag in confirmed] if self.table.one_fault else confirmed
+    def _said(self, flags: dict[str, Any], scores: dict[str, Any], seen: dict[str, Any]) -> Output:
+        faulty, candidates = {}, {}
+        raised = {rule.fault: rule.raised for rule in self.table.rules}
+        for group in self.groups or (self.table.faults,):
+            names = [name for name in group if name in flags]
+            known = frozenset().union(*(raised[name] for name in names))
+            count: Any = sum((flags[name] for name in names), start=0.0)
+            best: Any = 0.0
+            for name in names:
+                best = maximum(best, scores[name])
+            abnormal: Any = any_of(0.0, *(seen[each] for each in self.table.residuals if each in known))
+            unknown = all_of(count < 0.5, abnormal, best >= self.least_score)
+            for name in names:
+                fits = both(unknown, scores[name] >= best - 1e-9)
+                candidates[name] = where(either(both(count > 1.5, flags[name]), fits), 1.0, 0.0)
+                faulty[name] = where(count > 1.5, 0.0, flags[name]) if self.table.one_fault else flags[name]
         of = faults_class(self.table.faults)
-        return self.Output(of(*faulty), of(*candidates), of(*scores), abnormal)
+        return self.Output(of(**faulty), of(**candidates), of(**scores), where(any_of(0.0, *seen.values()), 1.0, 0.0))
 
 
 def _fit(rule: SymptomRule, ratios: dict[str, Any]) -> tuple[Any, Any]:

@@ -5,6 +5,7 @@
     source = "Where the rules come from."
     confirm_time = "0.05 s"
     hold_on = "0.1 s"
+    sound_after = "0 s"
     one_fault = true                 # rules that hold together name candidates
 
     [[rule]]
@@ -14,7 +15,7 @@
     positive = ["r10"]               # abnormal, and above zero
     negative = []                    # abnormal, and below zero
     larger = [["r10", "r14"]]        # the first more thresholds off zero than the second
-    sound = ["yaw_rate"]             # other faults whose own rule does not hold
+    sound = ["yaw_rate"]             # other faults whose own rule has not held for a while
     weights = { r10 = 2.0 }          # in the score; 1 where nothing is said
 
 What a rule does not name does not matter to it.
@@ -32,7 +33,7 @@ from tierod.toml import Document, build
 
 _LISTS = ("abnormal", "normal", "positive", "negative")
 _KEYS = ("fault", *_LISTS, "larger", "sound", "weights")
-_TIMES = ("confirm_time", "hold_on")
+_TIMES = ("confirm_time", "hold_on", "sound_after")
 _TABLE_KEYS = ("name", "description", "source", *_TIMES, "one_fault", "rule")
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Annotated
 
@@ -17,10 +16,12 @@ class Timing:
     Args:
         confirm_time: a rule must hold so long without a break until its fault is named
         hold_on: a residual stays abnormal for so long after it was
+        sound_after: a fault counts as sound, where another rule asks for that, so long after its own rule held
     """
 
     confirm_time: Annotated[float, "s", NOT_NEGATIVE] = 0.0
     hold_on: Annotated[float, "s", NOT_NEGATIVE] = 0.1
+    sound_after: Annotated[float, "s", NOT_NEGATIVE] = 0.0
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,3 @@ class SymptomTable:
     def not_isolable(self) -> tuple[tuple[str, str], ...]:
         """Pairs of faults, one of whose rules holds wherever the other does: symptoms alone never tell them apart."""
         return tuple((a.fault, b.fault) for a, b in combinations(self.rules, 2) if a.implies(b) or b.implies(a))
-
-    def about(self, faults: Collection[str]) -> SymptomTable:
-        """The table with the rules of these faults alone."""
-        return replace(self, rules=tuple(rule for rule in self.rules if rule.fault in faults))

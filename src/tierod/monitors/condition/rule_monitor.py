@@ -35,7 +35,7 @@ class RuleMonitor:
         sensors: residuals r1 to r19
         actuators: residuals r1a and on, with sensors that are faulty replaced by what the models expect
         sensor_thresholds, actuator_thresholds: one for each residual, in their order
-        sensor_rules, actuator_rules: evaluated side by side
+        rules: evaluated side by side
 
     Build it by `rule_monitor`.
     """
@@ -44,8 +44,7 @@ class RuleMonitor:
     actuators: ActuatorSet
     sensor_thresholds: tuple[ResidualThreshold, ...]
     actuator_thresholds: tuple[ResidualThreshold, ...]
-    sensor_rules: RuleDiagnosis
-    actuator_rules: RuleDiagnosis
+    rules: RuleDiagnosis
 
     Sample = ConditionSample
 
@@ -54,8 +53,7 @@ class RuleMonitor:
 
         sensors: Any
         actuators: Any
-        sensor_rules: Any
-        actuator_rules: Any
+        rules: Any
         faulty: Any
 
     class Output(NamedTuple):
@@ -83,8 +81,7 @@ class RuleMonitor:
         return self.State(
             self.sensors.init(),
             self.actuators.init(),
-            self.sensor_rules.init(),
-            self.actuator_rules.init(),
+            self.rules.init(),
             SensorStates(*[0.0] * len(SENSORS)),
         )
 
@@ -97,20 +94,21 @@ class RuleMonitor:
         actuators, driven = self.actuators.step(state.actuators, ActuatorSet.Sample(targets, repaired))
         ratios = _ratios(seen, self.sensor_thresholds, seen.excitation)
         ratios |= _ratios(driven, self.actuator_thresholds, seen.excitation)
-        first, said = self.sensor_rules.step(state.sensor_rules, _picked(self.sensor_rules, ratios))
-        second, moved = self.actuator_rules.step(state.actuator_rules, _picked(self.actuator_rules, ratios))
+        after, said = self.rules.step(
+            state.rules, self.rules.Sample(*(ratios[name] for name in self.rules.table.residuals))
+        )
         faulty = _in_order(SensorStates, said.faulty)
         output = self.Output(
             faulty,
-            _in_order(ActuatorStates, moved.faulty),
+            _in_order(ActuatorStates, said.faulty),
             _in_order(SensorStates, said.candidates),
-            _in_order(ActuatorStates, moved.candidates),
+            _in_order(ActuatorStates, said.candidates),
             _in_order(SensorStates, said.scores),
-            _in_order(ActuatorStates, moved.scores),
+            _in_order(ActuatorStates, said.scores),
             self._not_testable(seen, expected),
             expected,
         )
-        return self.State(sensors, actuators, first, second, faulty), output
+        return self.State(sensors, actuators, after, faulty), output
 
     def _expected(self, seen: Any) -> Any:
         """What each sensor should read: its reading and what its main residual adds, the model alone for the rest."""
@@ -130,7 +128,7 @@ class RuleMonitor:
         """The readings with those of faulty sensors replaced."""
         values = seen.held._asdict()
         values |= {name: where(getattr(faulty, name) > 0.5, getattr(expected, name), values[name]) for name in SENSORS}
-        return Repaired(Measured(**values), seen.motion, seen.residuals.r19)
+        return Repaired(Measured(**values), seen.motion, seen.held.steering_shaft_torque, seen.residuals.r19)
 
     def _not_testable(self, seen: Any, expected: Any) -> Any:
         """Reading and expectation of each sensor, both within the threshold of its main residual."""
@@ -161,10 +159,6 @@ def _ratios(seen: Any, thresholds: tuple[ResidualThreshold, ...], excitation: Ex
 _ABSENT = float("inf")
 
 
-def _picked(diagnosis: RuleDiagnosis, ratios: dict[str, Any]) -> Any:
-    return diagnosis.Sample(*(ratios[name] for name in diagnosis.table.residuals))
-
-
 def _in_order(states: Any, faults: Any) -> Any:
     """The numbers of a rule table in the order of all sensors or actuators; 0 for one that has no rule."""
     return states(*(getattr(faults, name, 0.0) for name in states._fields))
@@ -184,13 +178,11 @@ def rule_monitor(
         variant: "rules", "rules-printed", "rules-discriminating", or the path of a rule file
         sample_time: [s]
     """
-    table = rules(variant)
     known = calibration.coefficients
     return RuleMonitor(
         residual_set(car, known, sample_time, calibration.printed),
         actuator_set(car, known, sample_time),
         tuple(calibration.thresholds[each.name] for each in SENSOR_RESIDUALS),
         tuple(calibration.thresholds[each.name] for each in ACTUATOR_RESIDUALS),
-        RuleDiagnosis(table.about(SENSORS), sample_time),
-        RuleDiagnosis(table.about(ACTUATORS), sample_time),
+        RuleDiagnosis(rules(variant), sample_time, (SENSORS, ACTUATORS)),
     )

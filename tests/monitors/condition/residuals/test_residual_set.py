@@ -7,10 +7,10 @@ from scipy.linalg import expm
 from monitors.condition.demonstrator import CAR, circle
 from tierod.graph import scan
 from tierod.models.exponential import discretise_pair
+from tierod.models.stiff_rack import StiffRack
 from tierod.monitors.condition.residuals.catalogue import RESIDUALS, SENSOR_RESIDUALS
 from tierod.monitors.condition.residuals.parameters import Coefficients
 from tierod.monitors.condition.residuals.residual_set import residual_set
-from tierod.models.stiff_rack import StiffRack
 from tierod.monitors.condition.signals import ConditionSample
 
 BLOCK = residual_set(CAR)

@@ -40,10 +40,11 @@ ActuatorFlags: Any = named_tuple("ActuatorFlags", [(each.name, Annotated[float, 
 
 
 class Repaired(NamedTuple):
-    """The sensors as reconfigured, what the filters say, and the residual of the tie-rod force (r19)."""
+    """The sensors as reconfigured, what the filters say, the torque as it is sensed, and r19."""
 
     measured: Measured
     motion: Motion
+    sensed_torque: Annotated[float, "N*m"]
     force_residual: Annotated[float, "N"]
 
 
@@ -131,13 +132,13 @@ class ActuatorSet:
         ideal = model.transition(state.ideal, turn, model.Parameters(self.car.single_track, self.sample_time))
         ideal = SingleTrack.State(*(where(moving, value, 0.0) for value in ideal))
         change = (1.0 - exp(-self.sample_time / self.speed_memory)) * (wanted.target_vehicle_speed - state.speed)
-        values, torque = self._of_paper(wanted, seen, motion, ideal, turn, change / self.sample_time)
+        values = self._of_paper(wanted, seen, motion, ideal, turn, change / self.sample_time)
         use = all_of(moving, *(present(each) for each in (*now, *held)))
         asked = wanted.steering_motor_1_target_torque + wanted.steering_motor_2_target_torque
         unrest = maximum(absolute(asked - state.asked), 0.5 * state.unrest)
         steady = unrest < self.restless
-        by_motion = asked - motion.torque
-        missing = where(absolute(by_motion) < absolute(torque), by_motion, torque)
+        gaps = (asked - sample.repaired.sensed_torque + self.coefficients.torque_offset, asked - motion.torque)
+        missing = where(absolute(gaps[1]) < absolute(gaps[0]), gaps[1], gaps[0])
         motors, by_motor = self.motors.step(state.motors, LostShares.Sample(missing, *wanted[:2]), both(use, steady))
         drives, lost, side, on_side = self._drives(state, wanted, seen, sample.repaired.force_residual, use)
         values = (*values, by_motor.first, by_motor.second, lost, on_side)
@@ -156,8 +157,8 @@ class ActuatorSet:
 
     def _of_paper(
         self, wanted: Targets, seen: Measured, motion: Motion, ideal: Any, turn: Any, speed_rate: Any
-    ) -> tuple[tuple, Any]:
-        """r1a to r8a, and the torque that is missing at the shaft."""
+    ) -> tuple:
+        """r1a to r8a."""
         known, car = self.coefficients, self.car
         across = SingleTrack.output(ideal, turn, car.single_track).lateral_acceleration
         along = longitudinal_acceleration(speed_rate, turn.vehicle_speed, ideal.sideslip_angle, ideal.yaw_rate)
@@ -165,7 +166,7 @@ class ActuatorSet:
         torque = asked - seen.steering_shaft_torque + known.torque_offset
         force = tie_rod_force_of_balance(asked, 0.0, car.mass, across, known.per_mass, known.per_torque)
         mean = 0.5 * (seen.wheel_speed_rear_left + seen.wheel_speed_rear_right)
-        values = (
+        return (
             ideal.yaw_rate - seen.yaw_rate,
             ideal.sideslip_angle - motion.sideslip,
             along - seen.longitudinal_acceleration,
@@ -175,7 +176,6 @@ class ActuatorSet:
             wanted.target_vehicle_speed - mean,
             force + known.force_offset - seen.tie_rod_force,
         )
-        return values, torque
 
     def _drives(self, state: State, wanted: Targets, seen: Measured, force: Any, use: Any) -> tuple:
         """Share of the drives' sum that is missing along, and of their sum as a side force at the tie rods."""

@@ -55,7 +55,7 @@ class AllResiduals:
         """One sample on."""
         sensors, seen = self.sensors.step(state.sensors, sample)
         targets = Targets(*(getattr(sample, name) for name in Targets._fields))
-        repaired = Repaired(seen.held, seen.motion, seen.residuals.r19)
+        repaired = Repaired(seen.held, seen.motion, seen.held.steering_shaft_torque, seen.residuals.r19)
         actuators, driven = self.actuators.step(state.actuators, ActuatorSet.Sample(targets, repaired))
         output = self.Output(
             Residuals(*seen.residuals, *driven.residuals),

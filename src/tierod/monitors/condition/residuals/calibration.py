@@ -41,7 +41,7 @@ class ResidualCalibration:
         deviations: standard deviation of every residual, in its unit
         samples: healthy samples behind the thresholds
         printed: whether the equations were taken with their misprints
-        adaptive: whether the thresholds widen with excitation
+        adaptive: whether the thresholds widen with excitation, where that lowers them on average
         hours_between_alarms: of each residual by itself, that the thresholds are designed for; None where they are the
             largest healthy residual and a margin
     """
@@ -73,7 +73,8 @@ def calibrate_residuals(
         healthy: healthy drives for the thresholds, an hour or more
         sample_time: of all recordings [s]
         printed: whether the equations are taken with their misprints
-        adaptive: whether thresholds widen with speed, yaw acceleration, lateral acceleration and steering rate
+        adaptive: whether a threshold may widen with speed, yaw acceleration, lateral acceleration and steering rate;
+            it does where it is lower on average so
         hours_between_alarms: wanted of each residual by itself; None takes the largest healthy residual and 15 %
 
     Raises:
@@ -127,18 +128,26 @@ def _threshold(
     deviation = float(np.std(values[there]))
     plain = not adaptive and alarm_samples is None
     centre = 0.0 if plain else float(np.median(values[there]))
-    shape = np.array([1.0, 0.0, 0.0, 0.0, 0.0])
-    if adaptive:
-        shape = _spread(np.concatenate([each.excitation for each in drives])[there], np.abs(values[there] - centre))
-    relative = [(each.residuals[name] - centre) / (each.excitation @ shape) for each in drives]
+    lively = np.concatenate([each.excitation for each in drives])[there]
+    shapes = [_FIXED, *([_spread(lively, np.abs(values[there] - centre))] if adaptive else [])]
+    found = []
+    for shape in shapes:
+        relative = [(each.residuals[name] - centre) / (each.excitation @ shape) for each in drives]
+        found.append(_scale(relative, alarm_samples) * shape)
+    lowest = min(found, key=lambda each: float(np.mean(lively @ each)))
+    growths = dict(zip(GROWTHS, (float(each) for each in lowest[1:]), strict=True))
+    return ResidualThreshold(max(float(lowest[0]), _LEAST), **growths, centre=centre), deviation
+
+
+_FIXED = np.array([1.0, 0.0, 0.0, 0.0, 0.0])
+
+
+def _scale(relative: Sequence[np.ndarray], alarm_samples: float | None) -> float:
+    """By what a shape is multiplied to be the threshold of residuals that were divided by it."""
     if alarm_samples is None:
-        scale = MARGIN * max(float(np.nanmax(np.abs(each))) for each in relative if np.isfinite(each).any())
-    else:
-        design = threshold_from_records(HoldRule(sides="both", hold=1), relative, alarm_samples)
-        scale = design.threshold * design.deviation
-    base = max(float(scale * shape[0]), _LEAST)
-    growths = {name: float(scale * each) for name, each in zip(GROWTHS, shape[1:], strict=True)}
-    return ResidualThreshold(base, **growths, centre=centre), deviation
+        return MARGIN * max(float(np.nanmax(np.abs(each))) for each in relative if np.isfinite(each).any())
+    design = threshold_from_records(HoldRule(sides="both", hold=1), relative, alarm_samples)
+    return design.threshold * design.deviation
 
 
 def _alike(left: str, first: ResidualThreshold, right: str, second: ResidualThreshold) -> dict[str, ResidualThreshold]:

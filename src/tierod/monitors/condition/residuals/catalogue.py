@@ -33,6 +33,7 @@ class Residual:
         correction: what was corrected, "" where it is as printed
         moving: whether it is judged only while the vehicle moves
         steady: whether it is judged only while the asked steering torque does not jump
+        gentle: whether it is judged only at lateral accelerations that linear tyres follow
     """
 
     name: str
@@ -43,6 +44,7 @@ class Residual:
     correction: str = ""
     moving: bool = True
     steady: bool = False
+    gentle: bool = False
 
 
 def _wheel(name: str, side: str, by: str, route: str, number: int) -> Residual:
@@ -78,6 +80,7 @@ SENSOR_RESIDUALS: tuple[Residual, ...] = (
         (LEFT, RIGHT, YAW, ANGLE),
         "rad",
         "ratio turned round in eq (9); arctangent instead of cotangents; understeer added",
+        gentle=True,
     ),
     Residual(
         "r3",
@@ -94,6 +97,7 @@ SENSOR_RESIDUALS: tuple[Residual, ...] = (
         _LATERAL,
         "rad/s",
         "C[1,1] of eq (14) without the speed",
+        gentle=True,
     ),
     Residual(
         "r5",
@@ -103,7 +107,9 @@ SENSOR_RESIDUALS: tuple[Residual, ...] = (
         "m/s**2",
         "terms of a changing speed in eq (17)",
     ),
-    Residual("r6", "lateral acceleration from the single track", PAPER + "eqs (18), (21)", _LATERAL, "m/s**2"),
+    Residual(
+        "r6", "lateral acceleration from the single track", PAPER + "eqs (18), (21)", _LATERAL, "m/s**2", gentle=True
+    ),
     _wheel("r7", "left", "mean", "yaw", 34),
     _wheel("r8", "left", "filter", "yaw", 35),
     _wheel("r9", "left", "mean", "angle", 36),
@@ -114,8 +120,12 @@ SENSOR_RESIDUALS: tuple[Residual, ...] = (
     _wheel("r14", "right", "filter", "angle", 41),
     Residual("r15", "speed of the two-stage filter beside the wheels' mean", PAPER + "eq (42)", _SPEED, "m/s"),
     Residual("r16", "acceleration of the two-stage filter less the sensor's", PAPER + "eq (43)", _SPEED, "m/s**2"),
-    Residual("r17", "sideslip of the single track beside the steering's", PAPER + "eq (44)", _LATERAL, "rad"),
-    Residual("r18", "sideslip of the single track beside the yaw rate's", PAPER + "eq (45)", _LATERAL, "rad"),
+    Residual(
+        "r17", "sideslip of the single track beside the steering's", PAPER + "eq (44)", _LATERAL, "rad", gentle=True
+    ),
+    Residual(
+        "r18", "sideslip of the single track beside the yaw rate's", PAPER + "eq (45)", _LATERAL, "rad", gentle=True
+    ),
     Residual(
         "r19",
         "tie-rod force from lateral acceleration and steering torque",

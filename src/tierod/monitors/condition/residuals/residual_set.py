@@ -8,12 +8,12 @@ from typing import Annotated, Any, NamedTuple
 from tierod.block import named_tuple
 from tierod.estimators import KalmanFilter, UnscentedFilter
 from tierod.filters.hold import InputHold
-from tierod.graph.maths import all_of, both, limit, maximum, present, where
+from tierod.graph.maths import absolute, all_of, both, limit, maximum, present, where
 from tierod.models.exponential import discretise_pair
 from tierod.models.single_track import SingleTrack
 from tierod.models.stiff_rack import StiffRack
 from tierod.monitors.condition.residuals.adaptive_speed import AdaptiveSpeed
-from tierod.monitors.condition.residuals.catalogue import SENSOR_RESIDUALS
+from tierod.monitors.condition.residuals.catalogue import ACROSS, SENSOR_RESIDUALS
 from tierod.monitors.condition.residuals.lateral_filter import lateral_filter
 from tierod.monitors.condition.residuals.parameters import Coefficients, ResidualParameters
 from tierod.monitors.condition.residuals.rolling import (
@@ -85,6 +85,7 @@ class ResidualSet:
         lateral: filter of the single track
         speed: two-stage adaptive filter
         moving: speed of the faster rear wheel below which the vehicle counts as standing
+        most_lateral_acceleration: above it residuals of the single track are not judged: its tyres are linear
         printed: whether the equations are taken with their misprints: (9), (11), (14), (27), (46)
 
     Build it by `residual_set`.
@@ -98,6 +99,7 @@ class ResidualSet:
     lateral: KalmanFilter
     speed: AdaptiveSpeed
     moving: Annotated[float, "m/s", POSITIVE] = 1.5
+    most_lateral_acceleration: Annotated[float, "m/s**2", POSITIVE] = 6.0
     printed: bool = False
 
     Sample = ConditionSample
@@ -165,12 +167,14 @@ class ResidualSet:
         return Excitation(forward.forward_speed, slope.yaw_rate, now.lateral_acceleration, steer.rate)
 
     def _there(self, held: Measured, moving: Any) -> Any:
-        """Whether all signals of each residual are there, and the vehicle moves where it must."""
+        """Whether all signals of each residual are there, and the drive is one that it is made for."""
         known = {name: present(value) for name, value in held._asdict().items()}
+        gentle = absolute(where(known[ACROSS], held.lateral_acceleration, 0.0)) < self.most_lateral_acceleration
         flags = []
         for each in SENSOR_RESIDUALS:
-            complete = all_of(*(known[name] for name in each.signals))
-            flags.append(where(all_of(complete, moving) if each.moving else complete, 1.0, 0.0))
+            asked = [known[name] for name in each.signals]
+            asked += ([moving] if each.moving else []) + ([gentle] if each.gentle else [])
+            flags.append(where(all_of(*asked), 1.0, 0.0))
         return SensorFlags(*flags)
 
     def _balanced(self, state: Any, held: Measured) -> tuple[Any, Any]:

@@ -42,7 +42,7 @@ class SteeringSignals:
         lateral_acceleration: Annotated[float, "m/s**2"]
 
     class Output(NamedTuple):
-        """The signals, smooth; rate and acceleration of the angle; the direction of motion (-1 to 1)."""
+        """The signals, smooth; the angle's rate, its mean acceleration over the sample, and its direction (-1 to 1)."""
 
         angle: Annotated[float, "rad"]
         rate: Annotated[float, "rad/s"]
@@ -60,8 +60,7 @@ class SteeringSignals:
         """One sample on."""
         after = tuple(self._follow(each, value) for each, value in zip(state, sample, strict=True))
         angle, torque, force, lateral = after
-        pull = where(present(sample.steering_wheel_angle), sample.steering_wheel_angle - angle.value, 0.0)
-        acceleration = self.bandwidth * (self.bandwidth * pull - 2.0 * angle.rate)
+        acceleration = (angle.rate - state[0].rate) / self.sample_time
         direction = tanh(angle.rate / self.friction_width)
         return after, self.Output(
             angle.value, angle.rate, acceleration, direction, torque.value, force.value, lateral.value
