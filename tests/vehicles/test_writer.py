@@ -5,7 +5,7 @@ import pytest
 from tierod.errors import ParameterError
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import SHIPPED
-from tierod.vehicles.writer import Change, changed
+from tierod.vehicles.writer import Change, changed, with_thresholds
 
 TEXT = (SHIPPED / "column-bench.toml").read_text(encoding="utf-8")
 FOUND = Change(0.0012345678901, 1.23456e-5, 'identified from "bench.mf4"')
@@ -54,3 +54,37 @@ def test_line_ends_of_windows_stay():
     after = changed(TEXT.replace("\n", "\r\n"), {"motor_damping": FOUND})
     assert after.replace("\r\n", "\n") == changed(TEXT, {"motor_damping": FOUND})
     assert after.count("\r\n") == after.count("\n")
+
+
+THRESHOLDS = {"source": "an hour of healthy driving", "gap": 2.5, "fast": {"yaw_rate": 1.0, "yaw_rate + angle": 2.0}}
+
+
+def test_thresholds_are_added_and_read_back(tmp_path):
+    path = tmp_path / "car.toml"
+    path.write_text(with_thresholds(TEXT, "condition", THRESHOLDS), encoding="utf-8")
+    assert path.read_text(encoding="utf-8").startswith(TEXT.rstrip())
+    car = load(path)
+    assert car.thresholds == {"condition": THRESHOLDS}
+    assert car.parameters.keys() == load("column-bench").parameters.keys()
+
+
+def test_older_thresholds_are_replaced_and_those_of_others_stay():
+    first = with_thresholds(with_thresholds(TEXT, "condition", THRESHOLDS), "rules", {"r1": 1.0})
+    again = with_thresholds(first, "condition", THRESHOLDS | {"gap": 3.0})
+    assert again.count("[thresholds.condition]") == 1
+    assert tomllib.loads(again)["thresholds"] == {"rules": {"r1": 1.0}, "condition": THRESHOLDS | {"gap": 3.0}}
+    windows = with_thresholds(first.replace("\n", "\r\n"), "condition", THRESHOLDS)
+    assert "\n" not in windows.replace("\r\n", "")
+
+
+def test_older_thresholds_in_line_are_refused_with_the_cure():
+    text = TEXT + "\n[thresholds]\ncondition = {gap = 1.0}\n"
+    with pytest.raises(ParameterError, match=r"\[thresholds.condition\]"):
+        with_thresholds(text, "condition", THRESHOLDS)
+
+
+def test_thresholds_that_are_no_numbers_are_refused_with_their_line(tmp_path):
+    path = tmp_path / "car.toml"
+    path.write_text(TEXT + "\n[thresholds.condition]\ngap = [1, 2]\n", encoding="utf-8")
+    with pytest.raises(ParameterError, match=r"line \d+.*thresholds.condition"):
+        load(path)

@@ -99,6 +99,9 @@ _CATALOGUE = (
     Quantity(
         "superposition_input_ratio", "", "turns of the steering wheel's shaft per turn of the pinion", (0.1, 10.0)
     ),
+    Quantity("superposition_gain_standing", "", "turn of the pinion over that without motor, at rest", (0.1, 10.0)),
+    Quantity("superposition_gain_fast", "", "the same at very high speed", (0.1, 10.0)),
+    Quantity("superposition_gain_speed", "m/s", "speed at which it is half way between both", (0.1, 100.0)),
     Quantity("motor_torque_constant", "N*m/A", "torque of the assist motor per ampere", (1e-3, 2.0)),
     Quantity("maximum_assist_torque", "N*m", "largest assist at the steering wheel axis", (1.0, 500.0), torque=True),
     Quantity("nominal_friction", "N*m", "friction of the sound steering at the wheel axis", (0.1, 50.0), torque=True),

@@ -87,6 +87,7 @@ class _Reader:
             path=self.path,
             channel_map=self.beside("map", file.channels.map),
             database=self.beside("dbc", file.channels.dbc),
+            thresholds=file.thresholds,
         )
 
     def validated(self, content: dict[str, Any]) -> VehicleFile:

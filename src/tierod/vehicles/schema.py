@@ -29,6 +29,10 @@ class ChannelsEntry(_Strict):
     dbc: Text | None = None
 
 
+Threshold = FiniteFloat | Text | dict[str, FiniteFloat]
+"""A number, a word on where it comes from, or numbers by name."""
+
+
 class VehicleFile(_Strict):
     """One vehicle file as a whole."""
 
@@ -40,3 +44,4 @@ class VehicleFile(_Strict):
     torque_unit: Literal["N*m", "count"]
     parameters: dict[str, ParameterEntry]
     channels: ChannelsEntry = ChannelsEntry()
+    thresholds: dict[str, dict[str, Threshold]] = {}

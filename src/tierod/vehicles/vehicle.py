@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from tierod.errors import ParameterError, nearest
 
@@ -53,6 +53,8 @@ class Vehicle:
         parameters: by name, in SI units
         path: the file it was read from
         channel_map, database: files that tell how to read the vehicle's bus, where the set names them
+        thresholds: that a calibration on healthy drives has found, by what they are of; each in words, numbers, and
+            numbers by name, which the monitor that uses them checks
     """
 
     name: str
@@ -65,6 +67,7 @@ class Vehicle:
     path: Path
     channel_map: Path | None = None
     database: Path | None = None
+    thresholds: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     @property
     def calibrated(self) -> bool:

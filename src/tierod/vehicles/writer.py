@@ -56,6 +56,53 @@ def changed(text: str, changes: Mapping[str, Change]) -> str:
     return text.replace("\n", "\r\n") if windows else text
 
 
+def with_thresholds(text: str, of: str, table: Mapping[str, float | str | Mapping[str, float]]) -> str:
+    """The text of a vehicle file with thresholds at its end, in place of those that it had of the same thing.
+
+    Args:
+        text: of a vehicle file that has been read without error
+        of: what they are thresholds of: a word with hyphens
+        table: words, numbers, and numbers by name
+
+    Raises:
+        ParameterError: older thresholds are written in a way that this cannot replace
+    """
+    windows, text = "\r\n" in text, text.replace("\r\n", "\n")
+    header = re.compile(rf"\[thresholds\.{re.escape(of)}(\..+)?\]\s*(#.*)?")
+    kept, inside = [], False
+    for line in text.split("\n"):
+        if line.lstrip().startswith("["):
+            inside = header.fullmatch(line.strip()) is not None
+        if not inside:
+            kept.append(line)
+    plain = [f"{key} = {_written(value)}" for key, value in table.items() if not isinstance(value, Mapping)]
+    parts = [[f"[thresholds.{of}]", *plain]]
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            rows = [f"{json.dumps(name)} = {_written(number)}" for name, number in value.items()]
+            parts.append([f"[thresholds.{of}.{key}]", *rows])
+    whole = "\n".join(kept).rstrip() + "".join("\n\n" + "\n".join(part) for part in parts) + "\n"
+    if _less_thresholds(text, of) != _less_thresholds(whole, of):
+        raise ParameterError(
+            f"the older thresholds cannot be replaced; write them as tables [thresholds.{of}], or leave them out"
+        )
+    return whole.replace("\n", "\r\n") if windows else whole
+
+
+def _less_thresholds(text: str, of: str) -> dict[str, Any] | None:
+    """The content of a vehicle file without some thresholds; None where it is no TOML."""
+    try:
+        content = tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        return None
+    thresholds = {name: table for name, table in content.pop("thresholds", {}).items() if name != of}
+    return content | {"thresholds": thresholds}
+
+
+def _written(value: float | str) -> str:
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(float(f"{value:.6g}"))
+
+
 def _entry(name: str, change: Change, entry: Mapping[str, Any] | None) -> dict[str, str]:
     """Keys of a parameter's table, as TOML writes their values."""
     unit = QUANTITIES[name].unit

@@ -1,0 +1,128 @@
+"""From what is said sample by sample to episodes of faults and courses of trouble codes, piece by piece."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tierod.findings import Episode, Estimate, Status
+from tierod.monitors.condition.said import ELEMENTS, Said, told
+from tierod.monitors.session import StatusChange
+
+TOGETHER = 0.3
+"""Two episodes of one element with less between them are one [s]."""
+LEAST_DOUBT = 0.5
+"""Doubt between several elements that ends sooner is on the way to a verdict, and not told [s]."""
+SHARE = 0.5
+"""Of an episode, over which another element must be a candidate beside it to be named with it."""
+
+NOBODY, NOT_TESTABLE, HEALTHY, SUSPECT, FAULT = range(5)
+STATUSES = (Status.NOT_AVAILABLE, Status.NOT_TESTABLE, Status.HEALTHY, Status.SUSPECT, Status.FAULT)
+"""Of the codes of the running verdicts."""
+
+
+@dataclass
+class Stretch:
+    """A run of samples in which an element is declared, or a candidate.
+
+    Args:
+        start, end: [s]
+        count: of samples
+        others: at how many of them each element was a candidate
+        kind, size, deviation: last told
+    """
+
+    start: float
+    end: float
+    count: int
+    others: np.ndarray
+    kind: float = 0.0
+    size: float = np.nan
+    deviation: float = np.nan
+
+
+@dataclass
+class ElementCourse:
+    """One element over a recording.
+
+    Args:
+        element: its name
+        period: of the samples [s]
+    """
+
+    element: str
+    period: float
+    faults: list[Stretch] = field(default_factory=list)
+    doubts: list[Stretch] = field(default_factory=list)
+    course: list[StatusChange] = field(default_factory=list)
+    testable: float = 0.0
+    available: float = 0.0
+
+    def add(self, time: np.ndarray, said: Said, available: np.ndarray) -> None:
+        """The next piece.
+
+        Args:
+            time: [s], (n,)
+            said: of all elements
+            available: whether this one could be judged at all, (n,)
+        """
+        place = ELEMENTS.index(self.element)
+        faulty, candidate = said.faulty[:, place], said.candidates[:, place]
+        testable = said.testable[:, place] & available
+        self.available += float(np.count_nonzero(available)) * self.period
+        self.testable += float(np.count_nonzero(testable)) * self.period
+        self._extend(self.faults, time, faulty, said, place)
+        self._extend(self.doubts, time, candidate & ~faulty, said, place)
+        code = np.select([~available, faulty, candidate, ~testable], [NOBODY, FAULT, SUSPECT, NOT_TESTABLE], HEALTHY)
+        for at in np.flatnonzero(np.diff(code, prepend=-1)).tolist():
+            status = STATUSES[code[at]]
+            if not self.course or self.course[-1].status is not status:
+                self.course.append(StatusChange(float(time[at]), status))
+
+    def _extend(self, stretches: list[Stretch], time: np.ndarray, there: np.ndarray, said: Said, place: int) -> None:
+        edges = np.flatnonzero(np.diff(there.astype(int), prepend=0, append=0))
+        for start, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+            new = Stretch(
+                float(time[start]),
+                float(time[stop - 1]) + self.period,
+                stop - start,
+                said.candidates[start:stop].sum(axis=0),
+            )
+            named = np.flatnonzero(said.kind[start:stop, place] > 0.5)
+            if len(named):
+                last = start + int(named[-1])
+                new.kind, new.size, new.deviation = (
+                    float(values[last, place]) for values in (said.kind, said.size, said.deviation)
+                )
+            if stretches and new.start - stretches[-1].end < TOGETHER:
+                before = stretches[-1]
+                before.end, before.count, before.others = new.end, before.count + new.count, before.others + new.others
+                if new.kind:
+                    before.kind, before.size, before.deviation = new.kind, new.size, new.deviation
+            else:
+                stretches.append(new)
+
+    def episodes(self, end: float) -> tuple[Episode, ...]:
+        """Faults and lasting doubts in the order of time; `end`: of the recording [s]."""
+        last = end - 1.5 * self.period
+        found = [self._episode(each, last) for each in self.faults]
+        found += [
+            self._episode(each, last, doubt=True)
+            for each in self.doubts
+            if each.end - each.start >= LEAST_DOUBT and self._others(each)
+        ]
+        return tuple(sorted(found, key=lambda episode: episode.start))
+
+    def _others(self, stretch: Stretch) -> tuple[str, ...]:
+        beside = stretch.others > SHARE * stretch.count
+        return tuple(name for name, there in zip(ELEMENTS, beside, strict=True) if there and name != self.element)
+
+    def _episode(self, stretch: Stretch, last: float, doubt: bool = False) -> Episode:
+        words = told(self.element, stretch.kind, stretch.size)
+        size = None
+        if words.quantity and np.isfinite(stretch.size):
+            name = f"{words.quantity} of {self.element.replace('_', ' ')}"
+            size = Estimate(name, stretch.size, stretch.deviation, words.unit)
+        end = None if stretch.end >= last else stretch.end
+        return Episode(words.kind, stretch.start, end, size, self._others(stretch) if doubt else ())

@@ -1,0 +1,113 @@
+"""What a variant of the condition monitor says of every sensor and actuator, sample by sample: one form for all."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.graph import Result
+from tierod.monitors.condition.kind import DELAY, DRIFT, GAIN, LOSS, NOISE, OFFSET, OUTLIER, STUCK
+from tierod.monitors.condition.signals import ACTUATORS, SENSORS
+from tierod.signals import SIGNALS
+
+ELEMENTS = (*SENSORS, *ACTUATORS)
+"""In the order of all columns."""
+
+LOST_TORQUE = 100.0
+"""Number of the kind "loss of torque" of an actuator, beside the kinds of sensors."""
+
+
+class Said(NamedTuple):
+    """Over n samples, one column for each of `ELEMENTS`.
+
+    Args:
+        faulty, candidates, testable: whether declared, one of several that may be it, and whether a fault would show
+        kind: number of the kind; 0 where none is told
+        size, deviation: of the fault, see `told`; NaN where none is told
+    """
+
+    faulty: np.ndarray
+    candidates: np.ndarray
+    testable: np.ndarray
+    kind: np.ndarray
+    size: np.ndarray
+    deviation: np.ndarray
+
+
+def said_by_bank(result: Result) -> Said:
+    """Of the bank of filters, whose output is a `Judgement`."""
+    faulty = _columns(result, "decision.faulty", ELEMENTS)
+    kind, size, deviation = (np.full(faulty.shape, np.nan) for _ in range(3))
+    for place, name in enumerate(SENSORS):
+        kind[:, place] = result[f"kinds.{name}.kind"]
+        size[:, place], deviation[:, place] = result[f"kinds.{name}.size"], result[f"kinds.{name}.deviation"]
+    torque = slice(len(SENSORS), None)
+    lost = faulty[:, torque] > 0.5
+    kind[:, torque] = np.where(lost, LOST_TORQUE, 0.0)
+    size[:, torque] = np.where(lost, result["loss.share"][:, None], np.nan)
+    deviation[:, torque] = np.where(lost, result["loss.deviation"][:, None], np.nan)
+    return Said(
+        faulty > 0.5,
+        _columns(result, "decision.candidates", ELEMENTS) > 0.5,
+        _columns(result, "decision.testable", ELEMENTS) > 0.5,
+        kind,
+        size,
+        deviation,
+    )
+
+
+def said_by_rules(result: Result) -> Said:
+    """Of a variant of the rules, whose output is that of `RuleMonitor`; rules tell neither kind nor size."""
+    faulty, candidates = (
+        np.hstack([_columns(result, f"sensor{what}", SENSORS), _columns(result, f"actuator{what}", ACTUATORS)]) > 0.5
+        for what in ("s", "_candidates")
+    )
+    testable = np.hstack(
+        [_columns(result, "not_testable", SENSORS) < 0.5, np.ones((len(faulty), len(ACTUATORS)), bool)]
+    )
+    untold = np.full(testable.shape, np.nan)
+    return Said(faulty, candidates, testable, np.zeros(testable.shape), untold, untold)
+
+
+def _columns(result: Result, group: str, names: tuple[str, ...]) -> np.ndarray:
+    return np.column_stack([result[f"{group}.{name}"] for name in names])
+
+
+class Told(NamedTuple):
+    """A kind of fault with its size, as people read it.
+
+    Args:
+        kind: in words
+        quantity: that the size tells; "" where the kind has no size
+        unit: of the size
+    """
+
+    kind: str
+    quantity: str = ""
+    unit: str = ""
+
+
+def told(element: str, kind: float, size: float) -> Told:
+    """A kind of fault in words; empty words where none is told.
+
+    Args:
+        element: at fault
+        kind: its number
+        size: of an offset, a drift, noise in the unit of the signal (a drift: per second), of a gain or an outlier the
+            factor, of a delay [s], of a loss of torque the share
+    """
+    if kind == LOST_TORQUE:
+        return Told("loss of torque", "lost share of the torque")
+    unit = SIGNALS[element].unit if element in SIGNALS else ""
+    sign = "positive" if size > 0.0 else "negative"
+    return {
+        LOSS: Told("total loss"),
+        STUCK: Told("stuck"),
+        OFFSET: Told(f"{sign} offset", "offset", unit),
+        GAIN: Told("wrong gain", "reading over truth"),
+        DRIFT: Told("drift", "growth of the error", f"{unit}/s"),
+        OUTLIER: Told("outlier", "reading over truth"),
+        NOISE: Told("noise", "standard deviation of the noise", unit),
+        DELAY: Told("delay", "delay", "s"),
+    }.get(kind, Told(""))

@@ -1,0 +1,154 @@
+"""What else tells the reading of a sensor: the filter of all others, and plain relations for when that is gone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+from tierod.block import named_tuple
+from tierod.diagnosis.substitution import SubstitutionGraph, graph_from
+from tierod.diagnosis.switchover import Switchover
+from tierod.graph.maths import maximum
+from tierod.models.automated_vehicle import AutomatedVehicle
+from tierod.monitors.condition.signals import SENSORS, ConditionSample
+from tierod.physics.central_axis import rolling_yaw_rate
+from tierod.vehicles import Vehicle
+
+FILTER = "filter-of-the-others"
+"""Substitute that the bank gives: the filter that leaves out all that is at fault."""
+LEAST_SPEED = 1.0
+"""Taken for slower ones where something is divided by the speed [m/s]."""
+FADE = 0.2
+"""Time constant of a switch between two sound sources [s]: far longer than a sample, far shorter than a turn."""
+
+GROWTH = (1.0, 1.0, 0.3, 1.5, 3.0, 200.0)
+"""By which a held value may be off after a second [unit of the signal per s]: usual rates of change."""
+
+
+@lru_cache(maxsize=1)
+def substitution_graph() -> SubstitutionGraph:
+    """The substitutes of every sensor, the best first, with their measured errors."""
+    from tierod.toml import Document
+
+    path = Path(__file__).with_name("substitutes.toml")
+    return graph_from(Document.read(path, "table of substitutes").content)
+
+
+Faulty: Any = named_tuple("Faulty", [(name, Annotated[float, ""]) for name in SENSORS])
+"""Whether each sensor is declared faulty, 1 or 0."""
+Filtered: Any = named_tuple("Filtered", [(name, Annotated[float, ""]) for name in SENSORS])
+"""What the bank says of each sensor, in its unit."""
+
+
+def plain_relations(readings: Any, vehicle: Any) -> dict[str, dict[str, Any]]:
+    """Every substitute but the filter: sensor -> name -> value, in the unit of the sensor.
+
+    Args:
+        readings: a `ConditionSample`
+        vehicle: parameters of `AutomatedVehicle`
+
+    Validity: rear tyres that roll, gentle turns; each holds for a sensor in so far as those that it uses are sound.
+    Source: Li, Frey, Gauterin, eqs (7), (9), (30) to (33), (46), simplified and corrected.
+    """
+    left, right, yaw_rate, angle, torque, force = readings[: len(SENSORS)]
+    scale, track = vehicle.wheel_speed_scale, vehicle.track_width
+    difference = vehicle.wheel_speed_difference
+    from_left, from_right = left / (scale * (1.0 - 0.5 * difference)), right / (scale * (1.0 + 0.5 * difference))
+    turning, steered = yaw_rate - vehicle.yaw_rate_offset, angle - vehicle.steering_wheel_angle_offset
+    base = vehicle.front_distance + vehicle.rear_distance
+    speed = 0.5 * (from_left + from_right)
+    load = vehicle.mass / base
+    understeer = load * (
+        vehicle.rear_distance / vehicle.front_cornering_stiffness
+        - vehicle.front_distance / vehicle.rear_cornering_stiffness
+    )
+    rolling = rolling_yaw_rate(vehicle.steering_ratio * steered, speed, base)
+    by_angle = rolling / (1.0 + understeer * speed * speed / base)
+    asked = readings.steering_motor_1_target_torque + readings.steering_motor_2_target_torque
+    spring = vehicle.rack_ratio * vehicle.rack_stiffness * steered
+    return {
+        "wheel_speed_rear_left": {
+            "other-wheel-and-yaw-rate": (from_right - track * turning) * scale * (1.0 - 0.5 * difference)
+        },
+        "wheel_speed_rear_right": {
+            "other-wheel-and-yaw-rate": (from_left + track * turning) * scale * (1.0 + 0.5 * difference)
+        },
+        "yaw_rate": {
+            "rear-wheels": (from_right - from_left) / track + vehicle.yaw_rate_offset,
+            "steering-angle-and-speed": by_angle + vehicle.yaw_rate_offset,
+        },
+        "steering_wheel_angle": {
+            "yaw-rate-and-speed": turning
+            * (base + understeer * speed * speed)
+            / (vehicle.steering_ratio * maximum(speed, LEAST_SPEED))
+            + vehicle.steering_wheel_angle_offset
+        },
+        "steering_shaft_torque": {
+            "targets-of-the-motors": asked + vehicle.steering_shaft_torque_offset,
+            "tie-rod-force": vehicle.rack_ratio * (force - vehicle.tie_rod_force_offset + spring)
+            + vehicle.steering_shaft_torque_offset,
+        },
+        "tie_rod_force": {
+            "steering-torque": (torque - vehicle.steering_shaft_torque_offset) / vehicle.rack_ratio
+            - spring
+            + vehicle.tie_rod_force_offset
+        },
+    }
+
+
+@dataclass(frozen=True)
+class Reconfiguration:
+    """Give every sensor's signal to those who need it: its own reading, or the best substitute that is left.
+
+    Args:
+        switchover: with the graph of substitutes
+        vehicle: parameters of `AutomatedVehicle`
+    """
+
+    switchover: Switchover
+    vehicle: Any
+
+    class Sample(NamedTuple):
+        """Readings and targets, what is declared, and what the bank says in place of each sensor."""
+
+        readings: ConditionSample
+        faulty: Faulty
+        filtered: Filtered
+
+    @classmethod
+    def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01) -> Reconfiguration:
+        """With the shipped graph of substitutes.
+
+        Args:
+            vehicle: with the parameters of `AutomatedVehicle`
+            sample_time: [s]
+
+        Raises:
+            ParameterError: parameters that are missing
+        """
+        switchover = Switchover(substitution_graph(), GROWTH, FADE, sample_time)
+        return cls(switchover, vehicle.parameters_for(AutomatedVehicle.Parameters))
+
+    @property
+    def Output(self) -> type:
+        """Per sensor what is supplied."""
+        return self.switchover.Output
+
+    def init(self) -> Any:
+        """Nothing supplied yet."""
+        return self.switchover.init()
+
+    def step(self, state: Any, sample: Any) -> tuple[Any, Any]:
+        """One sample on."""
+        relations = plain_relations(sample.readings, self.vehicle)
+        graph = self.switchover.graph
+        offered = []
+        for sensor, ways in zip(graph.sensors, graph.ways, strict=True):
+            values = relations[sensor] | {FILTER: getattr(sample.filtered, sensor)}
+            own = getattr(sample.readings, sensor), getattr(sample.faulty, sensor)
+            offered.append((*own, *(values[way.name] for way in ways)))
+        offer = self.switchover.Sample
+        kinds = list(offer.__annotations__.values())
+        return self.switchover.step(state, offer(*(kind(*each) for kind, each in zip(kinds, offered, strict=True))))
