@@ -49,6 +49,7 @@ from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.models.steering_column import ColumnParameters
 from tierod.models.two_inertia_column import TwoInertiaParameters
+from tierod.monitors.condition.kind import KindOfFault
 from tierod.monitors.condition.lane import LeaveOutFilter
 from tierod.monitors.condition.residuals.actuator_set import ActuatorSet, actuator_set
 from tierod.monitors.condition.residuals.adaptive_speed import AdaptiveSpeed
@@ -92,6 +93,7 @@ from tierod.monitors.motor_angle.printed_observers import RotorFrameObserver, ex
 from tierod.monitors.motor_angle.residual import ResidualGate
 from tierod.monitors.motor_angle.second_tests import Backwards, Increments, NotFollowing, Stuck
 from tierod.monitors.motor_angle.voltages import MotorVoltages
+from tierod.monitors.motor_angle.which_angle import WhichAngle
 from tierod.monitors.sideslip.car_signals import FromCarSignals
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.conventional import (
@@ -115,7 +117,7 @@ COLUMN = TwoInertiaParameters(0.035, 0.23, 132.0, 18.0, 1.6e-4, 1.5e-3)
 BASES = {"GaussianFilter", "EachSignal", "SteeringTorqueObserver"}
 """What several blocks share; they are exercised through those."""
 
-PARTS = {"AngleObserver", "Decision"}
+PARTS = {"AngleObserver", "ConditionJudge", "Decision"}
 """Steps with arguments of their own, used inside one block and exercised through it."""
 
 
@@ -157,6 +159,7 @@ def examples() -> dict[type, Callable[[], Any]]:
         DebounceCounters: lambda: DebounceCounters((DebounceCounter(127.0, 128.0), DebounceCounter()), ((), (0,))),
         Switchover: lambda: Switchover(SUBSTITUTES, (1.0, 1.0), 0.1, DT),
         Hysteresis: lambda: Hysteresis(0.4, 0.1, 0.05, DT),
+        KindOfFault: lambda: KindOfFault(7.5, 0.75, 0.75, 3e-4),
         KalmanFilter: lambda: replace(consistent(CAR).filter, hold_missing_input=True),
         UnscentedFilter: lambda: replace(unscented(CAR).filter, hold_missing_input=True),
         Butterworth: lambda: Butterworth(SteeringSample, DT, 0.0, 5.0),
@@ -223,6 +226,7 @@ def examples() -> dict[type, Callable[[], Any]]:
         Backwards: Backwards,
         Stuck: Stuck,
         NotFollowing: NotFollowing,
+        WhichAngle: WhichAngle,
         ColumnObserver: lambda: ColumnObserver.of_vehicle(load("column-bench")),
         ColumnFrictionObserver: lambda: ColumnFrictionObserver.of_vehicle(load("column-bench")),
         ColumnSigns: lambda: ColumnSigns(18.0),

@@ -33,3 +33,34 @@ def superposed_angle(motor_angle: Any, input_angle: Any, motor_ratio: Any, input
     shaft with 1/i_D.
     """
     return motor_angle / motor_ratio + input_angle / input_ratio
+
+
+def variable_gain(speed: Any, standing: Any, fast: Any, middle_speed: Any) -> Any:
+    """Wanted turn of the pinion [-] per turn that the steering wheel gives it without motor, over the speed.
+
+    It falls from one gain to the other and passes the mean of both at the middle speed:
+    fast + (standing - fast) / (1 + (v / v_middle)^2).
+
+    Args:
+        speed: of the vehicle, v_X [m/s]
+        standing, fast: gains at rest and at very high speed [-]
+        middle_speed: above zero [m/s]
+
+    Source: Reinelt et al., eq (4), which leaves the ratio open; this course of it is assumed.
+    """
+    share = speed / middle_speed
+    return fast + (standing - fast) / (1.0 + share * share)
+
+
+def superposed_target(input_angle: Any, gain: Any, motor_ratio: Any, input_ratio: Any) -> Any:
+    """Angle of the motor [rad] that makes the pinion turn by `gain` times what the steering wheel gives it.
+
+    Args:
+        input_angle: of the shaft from the steering wheel, delta_S [rad]
+        gain: of `variable_gain` [-]
+        motor_ratio: turns of the motor per turn of the pinion, i_M [-]
+        input_ratio: turns of the shaft per turn of the pinion, i_D [-]
+
+    Source: Reinelt et al., eqs (1) and (4), solved for delta_Md.
+    """
+    return motor_ratio * (gain - 1.0) / input_ratio * input_angle

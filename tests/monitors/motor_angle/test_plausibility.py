@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from tierod.graph import scan
-from tierod.monitors.motor_angle.plausibility import MOTOR, NONE, PINION, WHEEL, AnglePlausibility, Superposition
+from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, VariableGain
+from tierod.monitors.motor_angle.which_angle import MOTOR, NONE, PINION, WHEEL
 
 TIME = np.arange(60_000) / 1e4
 TORQUE = 4.0 * np.sin(3.0 * TIME)
@@ -12,13 +13,14 @@ PINION_ANGLE = MOTOR_ANGLE / 22.5 + WHEEL_ANGLE - TORQUE / 140.0
 LATE = TIME > 3.0
 
 
-def judged(motor=MOTOR_ANGLE, wheel=WHEEL_ANGLE, pinion=PINION_ANGLE, torque=TORQUE):
+def judged(motor=MOTOR_ANGLE, wheel=WHEEL_ANGLE, pinion=PINION_ANGLE, torque=TORQUE, speed=None, gain=None):
     """Sampled as in a car: the motor's angle every millisecond, the others every ten with their resolution."""
     columns = [
         np.where(np.arange(len(TIME)) % 10 == 0, motor, np.nan),
         *(np.where(np.arange(len(TIME)) % 100 == 0, each, np.nan) for each in (np.round(wheel, 3), pinion, torque)),
+        np.full(len(TIME), np.nan) if speed is None else np.where(np.arange(len(TIME)) % 200 == 0, speed, np.nan),
     ]
-    return scan(AnglePlausibility(Superposition(22.5, 1.0, 140.0)), np.column_stack(columns))
+    return scan(AnglePlausibility(Superposition(22.5, 1.0, 140.0), gain=gain), np.column_stack(columns))
 
 
 def test_angles_that_fit_pass_with_any_zero_and_wrapped():
@@ -53,3 +55,22 @@ def test_where_none_stands_out_none_is_named():
 def test_angles_that_do_not_come_are_not_compared():
     assert judged(motor=np.where(LATE, np.nan, MOTOR_ANGLE))["alarm"].max() == 0.0
     assert judged(pinion=np.full(len(TIME), np.nan))["alarm"].max() == 0.0
+
+
+GAIN = VariableGain(1.5, 0.75, 20.0)
+SPEED = 20.0 + 10.0 * np.sin(0.5 * TIME)
+WANTED = 22.5 * (GAIN.superposition_gain_fast + 0.75 / (1.0 + (SPEED / 20.0) ** 2) - 1.0) * WHEEL_ANGLE
+BELOW = WANTED / 22.5 + WHEEL_ANGLE - TORQUE / 140.0
+
+
+def test_a_motor_that_follows_the_variable_ratio_makes_no_detour():
+    found = judged(motor=WANTED, pinion=BELOW, speed=SPEED, gain=GAIN)
+    assert found["alarm"].max() == 0.0
+    assert np.abs(found["detour"]).max() < 0.01
+
+
+def test_a_recorded_wheel_that_is_wrong_makes_one_and_without_speed_there_is_none():
+    wrong = WHEEL_ANGLE + 0.2 * np.maximum(TIME - 3.0, 0.0)
+    found = judged(motor=WANTED, pinion=BELOW, wheel=wrong, speed=SPEED, gain=GAIN)
+    assert np.abs(found["detour"]).max() > 0.05
+    assert np.abs(judged(motor=WANTED, pinion=BELOW, wheel=wrong, gain=GAIN)["detour"]).max() == 0.0

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 from tierod.errors import ParameterError
 from tierod.monitors.motor_angle.decisions import DECISIONS
 from tierod.monitors.motor_angle.detector import MotorAngleMonitor
-from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition
+from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, VariableGain
 from tierod.monitors.motor_angle.session import MotorAngleSession
 from tierod.monitors.motor_angle.voltages import COMMANDED, DUTY_CYCLES, MEASURED, SIGNALS, VARIANTS, MotorVoltages
+from tierod.monitors.motor_angle.which_angle import WhichAngle
 from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.session import Monitor, Variant
 from tierod.vehicles import Vehicle
@@ -18,13 +20,20 @@ PAPER = "Reinelt, Lundquist, Johansson, On-line sensor monitoring in an active f
 
 
 def _open(voltages: str, vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> MotorAngleSession:
-    try:
-        gear = vehicle.parameters_for(Superposition)
-    except ParameterError:
-        gear = None
-    plausibility = AnglePlausibility(gear, 1.0 / rate) if gear is not None else None
+    plausibility, gear = None, _if_told(vehicle, Superposition)
+    if gear is not None:
+        gain, which = _if_told(vehicle, VariableGain), WhichAngle(1.0 / rate)
+        plausibility = AnglePlausibility(gear, 1.0 / rate, gain=gain, which=which)
     source = MotorVoltages(voltages)  # type: ignore[arg-type]
     return MotorAngleSession(MotorAngleMonitor.of_vehicle(vehicle, 1.0 / rate, plausibility, source), vehicle, rate)
+
+
+def _if_told(vehicle: Vehicle, kind: Any) -> Any:
+    """Parameters that a vehicle file may leave out."""
+    try:
+        return vehicle.parameters_for(kind)
+    except ParameterError:
+        return None
 
 
 def _required(voltages: str) -> tuple[str, ...]:
@@ -54,6 +63,7 @@ MOTOR_ANGLE = Monitor(
         "steering_wheel_angle",
         "pinion_angle",
         "driver_torque",
+        "vehicle_speed",
         *SIGNALS[COMMANDED],
         *SIGNALS[DUTY_CYCLES],
     ),

@@ -9,8 +9,8 @@ from typing import Annotated, NamedTuple
 
 from tierod.findings import Estimate, Finding, Status
 from tierod.monitors.motor_angle.inverter_finding import Lost, inverter_remarks, knee_beyond
-from tierod.monitors.motor_angle.plausibility import MOTOR, PINION, WHEEL
 from tierod.monitors.motor_angle.voltages import MEASURED, VARIANTS
+from tierod.monitors.motor_angle.which_angle import MOTOR, NOT_MOTOR, PINION, WHEEL
 from tierod.vehicles import Vehicle
 
 LEAST_KNOWN = 1.0
@@ -88,7 +88,12 @@ STALLS = ("stuck", "backwards", "not_following")
 SURPRISING = 20.0
 """An innovation beyond this comes in one of 6000 samples by chance: three measurements have a mean of three."""
 
-SUSPECTS = {MOTOR: "the motor's angle", WHEEL: "the steering wheel's angle", PINION: "the pinion's angle"}
+SUSPECTS = {
+    MOTOR: "the motor's angle",
+    WHEEL: "the steering wheel's angle",
+    PINION: "the pinion's angle",
+    NOT_MOTOR: "the steering wheel's angle or the pinion's, not the motor's,",
+}
 
 
 NOT_THE_SENSOR = ("model", "angle", "speed", "stuck", "backwards", "not_following", "electrical.angle_gradient")

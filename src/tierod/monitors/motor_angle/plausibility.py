@@ -9,11 +9,9 @@ from tierod.detectors.threshold import Debounce
 from tierod.fields import check_ranges
 from tierod.graph.maths import absolute, all_of, both, maximum, minimum, negated, present, where
 from tierod.monitors.motor_angle.residual import wrapped
-from tierod.physics.gear import superposed_angle
+from tierod.monitors.motor_angle.which_angle import MOTOR, NONE, PINION, WHEEL, WhichAngle
+from tierod.physics.gear import superposed_angle, superposed_target, variable_gain
 from tierod.ranges import POSITIVE
-
-NONE, MOTOR, WHEEL, PINION = 0.0, 1.0, 2.0, 3.0
-"""Codes of the angle that is suspected."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +29,20 @@ class Superposition:
     torsion_bar_stiffness: Annotated[float, "N*m/rad"]
 
 
+@dataclass(frozen=True)
+class VariableGain:
+    """Over the speed, what the superposition adds to the turn of the steering wheel; named as in a vehicle file.
+
+    Args:
+        superposition_gain_standing, superposition_gain_fast: turn of the pinion over that without motor []
+        superposition_gain_speed: at which it is half way between both [m/s]
+    """
+
+    superposition_gain_standing: Annotated[float, ""]
+    superposition_gain_fast: Annotated[float, ""]
+    superposition_gain_speed: Annotated[float, "m/s", POSITIVE]
+
+
 class Angles(NamedTuple):
     """What is measured of the superposition at one instant, NaN where it is not."""
 
@@ -38,6 +50,7 @@ class Angles(NamedTuple):
     steering_wheel_angle: Annotated[float, "rad"]
     pinion_angle: Annotated[float, "rad"]
     driver_torque: Annotated[float, "N*m"]
+    vehicle_speed: Annotated[float, "m/s"]
 
 
 class Moved(NamedTuple):
@@ -52,9 +65,8 @@ class Moved(NamedTuple):
 class AnglePlausibility:
     """Alarm when the pinion is not where motor and steering wheel put it.
 
-    The angle that stood still while the disagreement grew, or that jumped with it, is named. Where neither tells,
-    whoever has a fourth opinion of the motor's angle decides between it and the other two. What the three disagree in
-    at the start is taken as their zeros.
+    The angle that stood still while the disagreement grew, or that jumped with it, is suspected; `which` decides. What
+    the three disagree in at the start is taken as their zeros.
 
     Args:
         gear: ratios and stiffness
@@ -63,9 +75,14 @@ class AnglePlausibility:
         hold: for so long [s]
         learning: readings from which the zeros are taken []
         longest_gap: angles older than this are not compared [s]
+        gain: of the superposition over the speed; None where the vehicle file does not tell it
+        which: decides which angle is wrong, with the observer of the motor as a fourth opinion
 
-    Source: Reinelt et al., eq (1); the twist of the torsion bar, which the paper leaves out, is added: under 4 N m it
-    turns the pinion by more than the motor does at 13 degrees.
+    Where the gain is known, the motor is compared with what it wants of the steering wheel's angle, too: a detour that
+    grows while motor and pinion agree otherwise tells the recorded angle of the wheel from the others.
+
+    Source: Reinelt et al., eqs (1) and (4); the twist of the torsion bar, which the paper leaves out, is added: under
+    4 N m it turns the pinion by more than the motor does at 13 degrees.
     """
 
     gear: Superposition
@@ -74,6 +91,8 @@ class AnglePlausibility:
     hold: Annotated[float, "s", POSITIVE] = 0.05
     learning: Annotated[float, "", POSITIVE] = 50.0
     longest_gap: Annotated[float, "s", POSITIVE] = 0.05
+    gain: VariableGain | None = None
+    which: WhichAngle = field(default_factory=WhichAngle)
     holding: Debounce = field(init=False, repr=False)
 
     Sample = Angles
@@ -95,13 +114,20 @@ class AnglePlausibility:
         mismatch: Any
         jumped: Any
         held: Any
+        speed: Any
+        detour_zero: Any
+        detour: Any
 
     class Output(NamedTuple):
-        """Pinion less what the other two tell, whether that is too far, and the angle that is suspected (code)."""
+        """Pinion less what the other two tell, whether that is too far, and the angle that is suspected (code).
+
+        The detour is where the motor puts the pinion less where the gain over the speed wants it; 0 where unknown.
+        """
 
         mismatch: Annotated[float, "rad"]
         alarm: Annotated[float, ""]
         suspect: Annotated[float, ""]
+        detour: Annotated[float, "rad"]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "holding", Debounce(self.hold, self.hold, self.sample_time))
@@ -110,7 +136,9 @@ class AnglePlausibility:
     def init(self) -> State:
         """Nothing seen."""
         none = Moved(0.0, 0.0, 0.0)
-        return self.State(0.0, 0.0, 1.0, 0.0, none, none, none, 0.0, 1.0, 0.0, 0.0, 0.0, NONE, self.holding.init())
+        return self.State(
+            0.0, 0.0, 1.0, 0.0, none, none, none, 0.0, 1.0, 0.0, 0.0, 0.0, NONE, self.holding.init(), -1.0, 0.0, 0.0
+        )
 
     def step(self, state: State, sample: Any) -> tuple[State, Output]:
         """One sample on; angles are compared where the pinion's brings a reading."""
@@ -139,6 +167,10 @@ class AnglePlausibility:
         jumped = self._jumped(state, now, where(ready, mismatch - state.mismatch, 0.0), agrees)
         held, out = self.holding.step(state.held, where(far, 1.0, 0.0))
         suspect = where(out.active, where(jumped > 0.5, jumped, self._still(now)), NONE)
+        speed = where(present(sample.vehicle_speed), sample.vehicle_speed, state.speed)
+        off = self._detour(turned, wheel, speed)
+        detour_zero = state.detour_zero + where(learning, (off - state.detour_zero) / maximum(readings, 1.0), 0.0)
+        detour = where(both(ready, speed > -0.5), off - detour_zero, state.detour)
         after = self.State(
             motor_last,
             turned,
@@ -154,14 +186,26 @@ class AnglePlausibility:
             mismatch,
             jumped,
             held,
+            speed,
+            detour_zero,
+            detour,
         )
-        return after, self.Output(mismatch, out.active, suspect)
+        return after, self.Output(mismatch, out.active, suspect, detour)
 
     def _told(self, motor: Any, wheel: Any, torque: Any) -> Any:
         """Where motor and steering wheel put the pinion [rad]."""
         g = self.gear
         superposed = superposed_angle(motor, wheel, g.superposition_motor_ratio, g.superposition_input_ratio)
         return superposed - torque * g.superposition_input_ratio / g.torsion_bar_stiffness
+
+    def _detour(self, motor: Any, wheel: Any, speed: Any) -> Any:
+        """Where the motor puts the pinion less where the variable gain wants it [rad]."""
+        if self.gain is None:
+            return 0.0
+        ratios = self.gear.superposition_motor_ratio, self.gear.superposition_input_ratio
+        names = self.gain.superposition_gain_standing, self.gain.superposition_gain_fast
+        wanted = variable_gain(maximum(speed, 0.0), *names, self.gain.superposition_gain_speed)
+        return (motor - superposed_target(wheel, wanted, *ratios)) / ratios[0]
 
     def _still(self, now: tuple[Moved, ...]) -> Any:
         """The one angle that has not moved since all agreed, while another has."""

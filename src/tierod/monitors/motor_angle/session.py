@@ -192,7 +192,8 @@ class _OverDrive:
         self.after[1] += float(residual[late].sum())
         self.after[2] += float((residual[late] ** 2).sum())
         suspects = result["suspect"][result["suspect"] > 0.5]
-        self.suspect = self.suspect or (float(suspects[-1]) if len(suspects) else 0.0)
+        # The observer's opinion comes while the motor turns, after the alarm: the last one counts.
+        self.suspect = float(suspects[-1]) if len(suspects) else self.suspect
         if known.any():
             self.resistance, self.flux = (float(result[f"motor_{name}"][known][-1]) for name in ("resistance", "flux"))
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
+from tierod.physics.gear import superposed_target
 from tierod.proving_ground.cars.car import Car, Observed
 from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory
 from tierod.proving_ground.control.assist import AssistMemory, AssistUnit
@@ -84,8 +85,8 @@ class ActiveFrontCar(Car):
             wheel,
             read("steering_wheel_rate", seen.hand.rate),
         )
-        share = (self.ratio.gain(speed) - 1.0) / self.steering.input_ratio
-        target = self.steering.motor_ratio * share * wheel
+        ratios = self.steering.motor_ratio, self.steering.input_ratio
+        target = superposed_target(wheel, self.ratio.gain(speed), *ratios)
         sensed = read("motor_angle_mechanical", before.angle)
         angle, torque = self.angle_control.decide(memory.angle, target, sensed)
         motor, signals = self.motor.turn(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
+from tierod.physics.gear import variable_gain
 from tierod.ranges import POSITIVE
 
 
@@ -12,8 +13,7 @@ from tierod.ranges import POSITIVE
 class VariableRatio:
     """Turn of the pinion per turn of the steering wheel: direct when parking, indirect at high speed.
 
-    The gain falls from `standing` to `fast` and passes the mean of both at the middle speed, as
-    fast + (standing - fast) / (1 + (v / v_middle)^2).
+    The gain falls from `standing` to `fast`, see `tierod.physics.gear.variable_gain`.
 
     Args:
         standing: at rest; 1.45 makes a ratio of 15.5 into 10.7
@@ -27,5 +27,4 @@ class VariableRatio:
 
     def gain(self, speed: Any) -> Any:
         """Gain [-] at a speed [m/s]."""
-        share = speed / self.middle_speed
-        return self.fast + (self.standing - self.fast) / (1.0 + share * share)
+        return variable_gain(speed, self.standing, self.fast, self.middle_speed)
