@@ -6,10 +6,10 @@ import pytest
 
 from shared_data import shared_data
 from tierod.cli import main
-from tierod.cli.inspect import obstacles
+from tierod.cli.inspect import fewest_obstacles, obstacles
 from tierod.findings import ChannelQuality
 from tierod.monitors.registry import MONITORS
-from tierod.monitors.session import Monitor
+from tierod.monitors.session import Monitor, Variant
 from tierod.recording import Channel, Recording
 from tierod.signals import SIGNALS
 from tierod.writers import write
@@ -39,6 +39,14 @@ def test_what_a_channel_lacks_is_named(change, sentence):
     row = dataclasses.replace(GOOD, **change)
     assert obstacles(MONITOR, named(yaw_rate=GOOD, vehicle_speed=row)) == [sentence]
     assert obstacles(MONITOR, named(vehicle_speed=GOOD)) == ["yaw_rate is missing"]
+
+
+def test_another_variant_may_have_what_the_default_lacks():
+    plain = Variant("plain", "", "", lambda *_: None)
+    other = Variant("other", "", "", lambda *_: None, required=("yaw_rate", "motor_torque"))
+    monitor = dataclasses.replace(MONITOR, variants={"plain": plain, "other": other}, default="plain")
+    assert fewest_obstacles(monitor, named(yaw_rate=GOOD, motor_torque=GOOD)) == []
+    assert fewest_obstacles(monitor, named(motor_torque=GOOD)) == ["yaw_rate is missing", "vehicle_speed is missing"]
 
 
 def recording(names, **values):

@@ -24,6 +24,16 @@ def test_tells_the_default_or_that_there_is_none(capsys):
     assert "Only if this is a lock-to-lock test of the standing car." in printed
 
 
+def test_tells_what_a_variant_needs_in_place_of_the_monitors_signals(capsys):
+    main(["monitors", "motor-angle"])
+    printed = " ".join(capsys.readouterr().out.split())
+    assert (
+        "commanded-voltage needs motor_target_voltage_alpha, motor_target_voltage_beta in place of "
+        "motor_voltage_alpha, motor_voltage_beta." in printed
+    )
+    assert "stator-frame needs" not in printed
+
+
 @pytest.mark.parametrize("monitor", MONITORS.values())
 def test_every_default_is_a_variant(monitor):
     assert monitor.default is None or monitor.default in monitor.variants

@@ -42,7 +42,7 @@ def inspect(
     whole = complete(whole)
     quality = [channel_quality(channel) for channel in whole.channels.values()]
     warnings = (*whole.warnings, *sign_warnings(whole), *turn_warnings(whole))
-    lacks = {name: obstacles(monitor, {row.name: row for row in quality}) for name, monitor in MONITORS.items()}
+    lacks = {name: fewest_obstacles(monitor, {row.name: row for row in quality}) for name, monitor in MONITORS.items()}
     if json:
         print_json(_document(whole, quality, warnings, lacks))
     else:
@@ -56,6 +56,18 @@ def _read(path: Path, dbc: list[Path] | None, channel_map: Path | None, vehicle:
     car = load(vehicle) if vehicle else None
     databases = dbc or ([car.database] if car and car.database else None)
     return read(path, dbc=databases, channel_map=channel_map or (car.channel_map if car else None))
+
+
+def fewest_obstacles(monitor: Monitor, quality: dict[str, ChannelQuality]) -> list[str]:
+    """Those of the default, or of another variant that a diagnosis would take in its place.
+
+    Args:
+        monitor: with the signals and the rate that it needs
+        quality: by name of the channel
+    """
+    found = obstacles(monitor, quality)
+    others = [monitor.needing(each) for each in monitor.variants.values()] if monitor.default else []
+    return found if all(obstacles(each, quality) for each in others) else []
 
 
 def obstacles(monitor: Monitor, quality: dict[str, ChannelQuality]) -> list[str]:

@@ -48,6 +48,7 @@ def _document(monitor: Monitor) -> dict[str, Any]:
                 "name": each.name,
                 "summary": each.summary,
                 "source": each.source,
+                "required": list(monitor.needing(each).required),
                 "decisions": [_decision(decision) for decision in each.decisions],
             }
             for each in monitor.variants.values()
@@ -90,8 +91,19 @@ def _show(monitor: Monitor) -> None:
     console.print(
         rows(("variant", "what it does", "source"), [(v.name, v.summary, v.source) for v in monitor.variants.values()])
     )
+    for line in _other_needs(monitor):
+        console.print(line, markup=False)
     _show_decisions(monitor)
     console.print()
+
+
+def _other_needs(monitor: Monitor) -> Iterable[str]:
+    """What variants need in place of the monitor's signals; a diagnosis takes them where those are missing."""
+    for each in monitor.variants.values():
+        needed = monitor.needing(each).required
+        if others := [name for name in needed if name not in monitor.required]:
+            spared = [name for name in monitor.required if name not in needed]
+            yield f"{each.name} needs {', '.join(others)} in place of {', '.join(spared)}."
 
 
 def _show_decisions(monitor: Monitor) -> None:
