@@ -59,5 +59,4 @@ def curve_of(decision: Decision) -> Curve | None:
         design.delay(design.threshold) * design.spacing,
     )
     along, up = zip(*points, strict=True) if points else ((), ())
-    shift = f"delay, shift of {design.shift:.3g} σ [s]"
-    return Curve(along, up, "between false alarms [h]", shift, chosen)
+    return Curve(along, up, "between false alarms [h]", "delay at the shift [s]", chosen)

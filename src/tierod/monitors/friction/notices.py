@@ -40,6 +40,14 @@ LARGEST_ALIGNING = 2.5
 """Factor on the self-aligning torque, or one over it, from which the vehicle file is doubted [-]; 3 of 120 cars whose
 trail scatters by 30 % exceed it, simulated."""
 
+ONE_SIDED = 0.2
+"""Share of the enabled time that turned to one side below which offsets may leak into friction [-]: an offset then acts
+with three fifths of its size or more."""
+
+OPPOSED = 0.1
+"""Share of the worked time with driver and motor against each other from which that is said [-]: ten times that of
+sound driving, a third of what withholds the verdict."""
+
 
 def notices(run: FrictionRun) -> tuple[str, ...]:
     """Every warning about a run that has a verdict."""
@@ -112,9 +120,9 @@ def _signals(run: FrictionRun) -> list[str]:
             "on the rest and says nothing of what happened meanwhile"
         )
     left = figures.left_seconds / figures.enabled_seconds
-    if not 0.2 < left < 0.8:
+    if not ONE_SIDED < left < 1.0 - ONE_SIDED:
         warnings.append(f"{left:.0%} of the enabled time turned left: one-sided, offsets may leak into friction")
-    if figures.worked_seconds > 0.0 and figures.opposed_seconds > 0.1 * figures.worked_seconds:
+    if figures.worked_seconds > 0.0 and figures.opposed_seconds > OPPOSED * figures.worked_seconds:
         share = figures.opposed_seconds / figures.worked_seconds
         warnings.append(
             f"driver and motor opposed each other for {share:.0%} of the time that the wheel was worked: was lane "

@@ -45,6 +45,9 @@ FARTHEST = 3.5
 """Standard deviations of its prior that the logarithm of a factor may be away from its usual value: a guard against
 running away where the linearised filter is too sure. Never less than one, a factor of e."""
 
+FARTHEST_SHOWN = 10.0
+"""Distance from the limit beyond which more standard deviations say no more."""
+
 NARROWEST = 1.0
 """How far a factor always may be [-, natural logarithm]: none of a tyre is known better than to a factor of e."""
 
@@ -212,7 +215,7 @@ class CombinedSideslip:
         return CombinedEstimate(
             **told,
             limit_ahead=near.alarm,
-            limit_distance=distance,
+            limit_distance=limit(distance, -FARTHEST_SHOWN, FARTHEST_SHOWN),
             nis=estimate.nis,
             readings=estimate.present,
             held=where(running, 0.0, 1.0),

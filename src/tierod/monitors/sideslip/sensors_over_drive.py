@@ -25,6 +25,8 @@ class SensorLimits:
         standing_time: needed to tell the offset of a car that stands
         rolling: speed above which the car tells of offset and units
         rolling_time: needed for that
+        alike: factor within which lateral acceleration and steering must tell the same offset; a bank, or an angle that
+            is off, moves one of them only
         largest: yaw rate that no car reaches
         largest_share: of the samples beyond it from which the unit is wrong, and not a few readings
     """
@@ -34,6 +36,7 @@ class SensorLimits:
     standing_time: Annotated[float, "s"] = 1.0
     rolling: Annotated[float, "m/s"] = 5.0
     rolling_time: Annotated[float, "s"] = 10.0
+    alike: Annotated[float, ""] = 2.0
     largest: Annotated[float, "rad/s"] = 3.0
     largest_share: Annotated[float, ""] = 0.01
 
@@ -97,7 +100,7 @@ class SensorsOverDrive:
         if count < self.limits.rolling_time * self._rate:
             return None
         one, other = beside_acceleration / count, beside_steering / count
-        alike = one * other > 0.0 and 0.5 < abs(one / other) < 2.0
+        alike = one * other > 0.0 and 1.0 / self.limits.alike < abs(one / other) < self.limits.alike
         smaller = min(one, other, key=abs)
         return self._worth_naming(smaller, "beside lateral acceleration and steering alike") if alike else None
 

@@ -26,6 +26,7 @@ from tierod.report.charts.over_time import span
 from tierod.report.display import bracketed, number, shown, time_scale, words
 
 _STRIP, _PANEL = 130, 250
+DELAY = "What fewer false alarms cost, at the shift that must be found; what the estimator takes comes on top"
 
 
 def statistics(diagnosis: Diagnosis) -> dict[str, tuple[float, ...]]:
@@ -122,7 +123,7 @@ def _design(index: int, group: list[Decided]) -> Figure:
         place = {"x": rounded([curve.chosen[0]]), "y": rounded([curve.chosen[1]])}
         looks = {"mode": "markers", "marker": {"color": RED, "size": 9}, "name": "in effect"}
         data.append({"type": "scatter"} | place | looks)
-    told = "How often a change of that size is found at one look" if curve.chance else "What fewer false alarms cost"
+    told = "How often a change of that size is found at one look" if curve.chance else DELAY
     guide = {"color": GREY, "width": 1, "dash": "dot"}
     shapes = [
         {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "x0": curve.chosen[0], "x1": curve.chosen[0], "line": guide}
