@@ -36,7 +36,8 @@ def folder(tmp_path_factory):
     return folder
 
 
-def test_it_writes_what_a_diagnosis_then_has_nothing_to_say_about(folder, capsys):
+def test_it_writes_what_a_diagnosis_then_has_nothing_to_say_about(folder, capsys, monkeypatch):
+    monkeypatch.chdir(folder)
     drive, found = str(folder / "drive.parquet"), folder / "found.toml"
     vehicle = str(folder / "bench.toml")
     main(["diagnose", drive, "--monitor", "motor-angle", "--vehicle", vehicle, "--json"])
