@@ -102,6 +102,7 @@ def test_a_drawn_motor_of_the_bench_is_found(driven):
         assert abs(each.errors[0]) < 4.0 * each.deviations[0], name
         assert each.deviations[0] < 0.05, name
     assert any("no load_torque was recorded" in remark for remark in result.remarks)
+    assert not any("samples" in remark for remark in result.remarks)
 
 
 def test_two_recordings_tell_more_than_one(driven):
@@ -166,6 +167,20 @@ def test_slips_of_a_recording_are_named(driven, factors, words):
     _, recording = driven
     with pytest.raises(InputError, match=words):
         identify_motor(FILE, {"drive": changed(recording, **factors)})
+
+
+@pytest.mark.parametrize(("late", "words"), [(1, "1 samples late"), (-1, "1 samples early"), (0.5, "0.5 samples late")])
+def test_voltages_of_another_step_are_moved(driven, late, words):
+    motor, recording = driven
+    moved = []
+    for name in ("motor_voltage_alpha", "motor_voltage_beta"):
+        values = recording[name].values
+        before = np.roll(values, 1) if late > 0 else np.roll(values, -1)
+        moved.append(replace(recording[name], values=before if abs(late) == 1 else 0.5 * (values + before)))
+    result = identify_motor(FILE, {"drive": recording.with_channels(moved)})
+    assert any(words in remark for remark in result.remarks)
+    assert result.electrical.inductance.value == pytest.approx(motor.machine.inductance_q, rel=0.005)
+    assert result.electrical.resistance.value == pytest.approx(motor.machine.resistance, rel=0.002)
 
 
 def test_recordings_that_cannot_be_used(driven):

@@ -15,7 +15,7 @@ from tierod.identification.motor_electrical import Electrical, Value, identify_e
 from tierod.identification.motor_mechanical import Mechanical, identify_mechanical
 from tierod.identification.motor_recording import MotorRecording, motor_recording
 from tierod.identification.motor_result import MotorIdentification, Untold
-from tierod.identification.motor_slips import refuse_slips
+from tierod.identification.motor_slips import in_time, refuse_slips
 from tierod.identification.motor_torque import torque_ratio
 from tierod.models.stator_frame_motor import MotorParameters
 from tierod.physics.pm_motor import COPPER, NEODYMIUM, REFERENCE_TEMPERATURE, flux_at
@@ -86,6 +86,8 @@ def identify_motor(
     seen = [motor_recording(name, each, pole_pairs) for name, each in recordings.items()]
     for each in seen:
         refuse_slips(each, pole_pairs, expected)
+    timed = [in_time(each, pole_pairs, expected) for each in seen]
+    seen = [each for each, _ in timed]
     progress(0.3)
     electrical = identify_electrical(seen, pole_pairs, expected)
     progress(0.6)
@@ -109,7 +111,7 @@ def identify_motor(
         electrical,
         mechanical,
         ratio,
-        tuple(_remarks(seen, electrical, mechanical, ratio)),
+        (*filter(None, (words for _, words in timed)), *_remarks(seen, electrical, mechanical, ratio)),
     )
 
 

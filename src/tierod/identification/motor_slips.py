@@ -19,6 +19,10 @@ _UNEXPLAINED, _BETTER = 0.25, 0.4
 _SURE = 3.0
 """Standard deviations by which a resistance must be negative."""
 _POLE_PAIRS = range(1, 13)
+_LATE = (-1.0, -0.5, 0.5, 1.0)
+"""Samples by which voltages may come late, as the step that begins at a sample or is around it is recorded."""
+_IN_TIME = 0.9
+"""What is left over in time, of that as recorded, from which they are moved; the mean of two in a window is no gain."""
 
 
 class _Slip(NamedTuple):
@@ -57,6 +61,41 @@ def refuse_slips(seen: MotorRecording, pole_pairs: float, expected: tuple[float,
         if unsure and held.values[0] < -_SURE * held.deviations[0]:
             note = ", with the inductance of the vehicle file and the angle as recorded"
             raise InputError(_opposite(seen.name, held.values[0], held.deviations[0], note))
+
+
+def in_time(
+    seen: MotorRecording, pole_pairs: float, expected: tuple[float, float, float]
+) -> tuple[MotorRecording, str]:
+    """The recording with its voltages moved to the steps that they belong to, and what is to be told of it.
+
+    Args:
+        seen: the recording
+        pole_pairs: as the vehicle file says
+        expected: resistance [ohm], inductance [H] and flux [V s] of the vehicle file
+    """
+    part = _middle(seen)
+
+    def left(samples: float) -> float:
+        return electrical_fit([_moved(part, samples)], pole_pairs, expected)[1]
+
+    best = min(_LATE, key=left)
+    if not left(best) < _IN_TIME * left(0.0):
+        return seen, ""
+    words = f"{abs(best):g} samples {'late' if best > 0.0 else 'early'}"
+    return _moved(seen, best), (
+        f"{seen.name}: the voltages come {words} and are moved: a sample should hold their mean over the step that "
+        "ends there, of which half a step costs the inductance some per cent"
+    )
+
+
+def _moved(seen: MotorRecording, samples: float) -> MotorRecording:
+    """With voltages from so many samples later."""
+    whole = int(np.floor(samples))
+    padded = np.concatenate([[np.nan], seen.voltage, [np.nan, np.nan]])
+    first = 1 + np.arange(len(seen.voltage)) + whole
+    share = samples - whole
+    ahead = padded[first + 1] if share else 0.0
+    return replace(seen, voltage=(1.0 - share) * padded[first] + share * ahead)
 
 
 def _opposite(name: str, value: float, deviation: float, note: str) -> str:
