@@ -41,6 +41,7 @@ class Diagnosis(NamedTuple):
         faulty: what is declared
         candidates: what might be at fault, where several hypotheses explain the samples about as well
         testable: whether a total loss would show now
+        recovering: declared, but as it should for the last samples
         gated: readings that are far off in this sample alone, or not declared yet
         value: of every sensor, its own where it is trusted, otherwise what the other sensors say
         prediction, deviation: of the reading of every sensor from all before and its standard deviation; of those at
@@ -55,6 +56,7 @@ class Diagnosis(NamedTuple):
     faulty: Elements
     candidates: Elements
     testable: Elements
+    recovering: Elements
     gated: Readings
     value: Readings
     prediction: Readings
@@ -105,9 +107,9 @@ class Decision:
         impossible: log-likelihood ratio of one sample against the best hypothesis at which a lane is corrected; twice
             the price of leaving out a sensor
         gate: number of standard deviations beyond which a single reading is not believed
-        shows: number of standard deviations of its prediction that a reading must be away from zero for a loss to show
+        shows: number of standard deviations of its prediction by which a fault must change a reading to show in it
         agrees: number of standard deviations within which a reading counts as it should
-        recovers: for how long it must, in samples at which a loss would show
+        recovers: for how long it must, in samples at which its fault would show
         loss_recovered: share of lost torque below which an actuator counts as whole
 
     Source: Li, Frey, Gauterin, sections 3 and 4, replaced: their rules name no sensor for most faults.
@@ -131,8 +133,14 @@ class Decision:
         """Healthy."""
         return DecisionState(self.weighing.init(), 0.0, 0.0, 0.0, 0.0, Elements(*(0.0,) * len(ELEMENTS)))
 
-    def step(self, state: DecisionState, sample: JudgeSample) -> tuple[DecisionState, Verdict]:
-        """One sample on."""
+    def step(self, state: DecisionState, sample: JudgeSample, effects: Tree = None) -> tuple[DecisionState, Verdict]:
+        """One sample on.
+
+        Args:
+            state: after the sample before
+            sample: of the bank, and the outputs of all lanes
+            effects: what the fault of each sensor that is declared adds to its reading; a loss if None
+        """
         lanes, readings = sample.lanes, sample.sample[: len(SENSORS)]
         likelihoods = [lane.log_likelihood for lane in lanes]
         weights = self.weighing.smoothed(state.weights, likelihoods, state.active)
@@ -141,7 +149,7 @@ class Decision:
         seen = _selected(lanes, source)
         suspected = self._elements_of(state.active)
         testable = self._testable(lanes, suspected, seen)
-        good = self._good(state.good, suspected, readings, seen)
+        good = self._good(state.good, suspected, readings, seen, effects)
         kept = self._after_return(state.active, suspected, good)
 
         led = where(ranking.best == state.leading, state.led, 0.0) + 1.0
@@ -171,6 +179,7 @@ class Decision:
             faulty,
             candidates,
             testable,
+            Elements(*(both(each, count > 0.0) for each, count in zip(faulty, good, strict=True))),
             gated,
             self._values(readings, seen, faulty, gated),
             seen.prediction,
@@ -248,14 +257,17 @@ class Decision:
                 flags.append(self.shows * deviation < 1.0)
         return Elements(*(where(flag, 1.0, 0.0) for flag in flags))
 
-    def _good(self, before: Elements, suspected: Elements, readings: Sequence[Any], seen: Any) -> tuple[Any, ...]:
-        """For how many samples each suspect has been as it should; unbroken where that cannot be told."""
+    def _good(
+        self, before: Elements, suspected: Elements, readings: Sequence[Any], seen: Any, effects: Tree
+    ) -> tuple[Any, ...]:
+        """For how many samples each suspect has been as it should; unbroken where its fault would not show."""
         counts = []
         for place, (name, count) in enumerate(zip(ELEMENTS, before, strict=True)):
             if name in SENSORS:
                 prediction, deviation = seen.prediction[place], seen.deviation[place]
                 right = absolute(readings[place] - prediction) < self.agrees * deviation
-                shows = absolute(prediction) > self.shows * deviation
+                effect = prediction if effects is None else effects[place]
+                shows = absolute(effect) > self.shows * deviation
             else:
                 right = seen.torque_loss < maximum(self.loss_recovered, seen.loss_deviation)
                 shows = self.shows * seen.loss_deviation < 1.0

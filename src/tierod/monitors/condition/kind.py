@@ -1,0 +1,324 @@
+"""What kind of fault a sensor has, and how large: its readings against what the other sensors say they should be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.block import Ring
+from tierod.graph.maths import absolute, all_of, both, either, log, maximum, minimum, negated, present, sqrt, where
+from tierod.monitors.condition.signals import SENSORS
+from tierod.monitors.condition.tuning import PlausibleRange
+
+KINDS = ("loss", "stuck", "offset", "gain", "drift", "outlier", "noise", "delay")
+"""Kinds of faults of a sensor; the number of a kind is its place here plus one, 0 stands for none."""
+
+NONE, LOSS, STUCK, OFFSET, GAIN, DRIFT, OUTLIER, NOISE, DELAY = (float(number) for number in range(9))
+
+DELAYS = (0.04, 0.06, 0.08, 0.11, 0.15, 0.2, 0.26, 0.34, 0.45)
+"""Delays that are compared [s]: each some third longer than the one before, so that a parabola lies well between."""
+
+
+class Fit(NamedTuple):
+    """One parameter learnt from readings, and how likely the readings were on the way."""
+
+    value: Any
+    variance: Any
+    score: Any
+
+
+class SlopeFit(NamedTuple):
+    """Start and slope learnt from readings, and how likely the readings were on the way."""
+
+    start: Any
+    slope: Any
+    start_variance: Any
+    covariance: Any
+    slope_variance: Any
+    score: Any
+
+
+class KindState(NamedTuple):
+    """What is remembered of one sensor.
+
+    Args:
+        seen: samples with a reading since the declaration
+        last: reading of the sample before
+        repeated: whether every reading since the declaration was the same
+        constant, offset, gain: fits of one parameter
+        drift: fit of a slope
+        weight, power, expected: sum of weights, mean squared deviation, and what it would be without fault
+        noise: how likely the readings were as noise
+        delays: how likely the readings were with each of `DELAYS`
+        past: predictions, one line for each delay
+    """
+
+    seen: Any
+    last: Any
+    repeated: Any
+    constant: Fit
+    offset: Fit
+    gain: Fit
+    drift: SlopeFit
+    weight: Any
+    power: Any
+    expected: Any
+    noise: Any
+    delays: tuple[Any, ...]
+    past: tuple[Any, ...]
+
+
+class Kind(NamedTuple):
+    """The kind of a fault.
+
+    Args:
+        kind: number of the kind; 0 while nothing is declared
+        size: of an offset in the unit of the signal, of a gain or an outlier the factor, of a drift per second, of
+            noise its standard deviation, of a delay in seconds; 0 of what has none
+        deviation: standard deviation of the size
+        effect: what the fault adds to this reading [unit of the signal]
+    """
+
+    kind: Annotated[float, ""]
+    size: Annotated[float, ""]
+    deviation: Annotated[float, ""]
+    effect: Annotated[float, ""]
+
+
+@dataclass(frozen=True)
+class KindOfFault:
+    """Weigh the kinds of faults of one sensor against each other from its declaration on.
+
+    Each kind predicts the next reading with what it has learnt so far (recursive least squares in the Bayesian sense);
+    the product of those densities is its likelihood. Errors of the prediction last for a while, so that a sample counts
+    for a part of one only. A reading that never changes is a loss at zero and stuck elsewhere; a large factor is an
+    outlier while it is young, since nothing else tells them apart.
+
+    Args:
+        offset: expected size of offsets, standard deviation [unit of the signal]
+        drift: likewise, of drifts [unit per second]
+        rough: likewise, of noise [unit of the signal]
+        zero: below which a reading that never changes is a loss [unit of the signal]
+        factor: expected size of factors about one
+        start: of a drift when it is declared, in deviations of the prediction
+        alike: over which errors of the prediction are alike
+        shortest: for which a reading must repeat itself
+        young: until which a large factor is an outlier; Li, Frey, Gauterin, section 5, have outliers of one second
+        large: what a large factor differs from one by
+        sample_time: [s]
+    """
+
+    offset: Annotated[float, ""]
+    drift: Annotated[float, ""]
+    rough: Annotated[float, ""]
+    zero: Annotated[float, ""]
+    factor: Annotated[float, ""] = 1.0
+    start: Annotated[float, ""] = 6.0
+    alike: Annotated[float, "s"] = 0.1
+    shortest: Annotated[float, "s"] = 0.1
+    young: Annotated[float, "s"] = 1.1
+    large: Annotated[float, ""] = 1.0
+    sample_time: Annotated[float, "s"] = 0.01
+    delays: tuple[int, ...] = tuple(round(delay / 0.01) for delay in DELAYS)
+
+    class Sample(NamedTuple):
+        """One reading.
+
+        Args:
+            reading: of the sensor
+            prediction: of the reading, from all others
+            deviation: standard deviation of reading less prediction
+            declared: whether the sensor is declared faulty
+            recovering: whether it has been as it should for a while: nothing is learnt from such readings
+        """
+
+        reading: Annotated[float, ""]
+        prediction: Annotated[float, ""]
+        deviation: Annotated[float, ""]
+        declared: Annotated[float, ""]
+        recovering: Annotated[float, ""]
+
+    @classmethod
+    def of_sensor(cls, name: str, plausible: PlausibleRange, sample_time: float = 0.01) -> KindOfFault:
+        """For one of `SENSORS`, expecting sizes in proportion to its plausible range."""
+        widths = (
+            *(plausible.wheel_speed, plausible.wheel_speed, plausible.yaw_rate, plausible.steering_wheel_angle),
+            *(plausible.steering_shaft_torque, plausible.tie_rod_force),
+        )
+        width = widths[SENSORS.index(name)]
+        lines = tuple(max(round(delay / sample_time), 1) for delay in DELAYS)
+        return cls(0.25 * width, 0.025 * width, 0.025 * width, 1e-5 * width, sample_time=sample_time, delays=lines)
+
+    def init(self) -> KindState:
+        """Nothing declared."""
+        empty = (0.0,) * len(self.delays)
+        fit = Fit(0.0, 1.0, 0.0)
+        lines = tuple(Ring(size) for size in self.delays)
+        return KindState(0.0, 0.0, 1.0, fit, fit, fit, SlopeFit(*(0.0,) * 6), 0.0, 0.0, 0.0, 0.0, empty, lines)
+
+    def step(self, state: KindState, sample: Any) -> tuple[KindState, Kind]:
+        """One sample on."""
+        known = all_of(present(sample.reading), present(sample.prediction), present(sample.deviation))
+        declared = where(present(sample.declared), sample.declared, 0.0) > 0.5
+        paused = where(present(sample.recovering), sample.recovering, 0.0) > 0.5
+        counts, dropped = all_of(known, declared, negated(paused)), negated(declared)
+        reading, prediction = where(known, sample.reading, 0.0), where(known, sample.prediction, 0.0)
+        deviation = where(both(known, sample.deviation > 0.0), sample.deviation, 1.0)
+        fresh = self._fresh(state, deviation)
+        before = _selected(either(dropped, state.seen < 0.5), fresh, state)
+        learnt = self._learnt(before, reading, prediction, deviation)
+        after = _selected(counts, learnt, before)
+        after = after._replace(last=where(known, reading, state.last), past=state.past)
+        named = self._named(after, prediction, dropped)
+        return after._replace(past=tuple(line.push(prediction) for line in state.past)), named
+
+    # -- learning ------------------------------------------------------------------------------------------------
+
+    def _fresh(self, state: KindState, deviation: Any) -> KindState:
+        """Before the first reading after a declaration."""
+        wide = self.offset * self.offset
+        start = self.start * deviation
+        drift = SlopeFit(0.0, 0.0, start * start, 0.0, self.drift * self.drift, 0.0)
+        return state._replace(
+            seen=0.0,
+            repeated=1.0,
+            constant=Fit(0.0, 4.0 * wide, 0.0),
+            offset=Fit(0.0, wide, 0.0),
+            gain=Fit(1.0, self.factor * self.factor, 0.0),
+            drift=drift,
+            weight=0.0,
+            power=0.0,
+            expected=0.0,
+            noise=0.0,
+            delays=(0.0,) * len(self.delays),
+        )
+
+    def _learnt(self, before: KindState, reading: Any, prediction: Any, deviation: Any) -> KindState:
+        """After one reading."""
+        off, square = reading - prediction, deviation * deviation
+        time = before.seen * self.sample_time
+        spread = square + maximum(before.power - before.expected, 0.0)
+        worth = 1.0 / (square + self.rough * self.rough)
+        weight = before.weight + worth
+        share = worth / weight
+        first = before.seen < 0.5
+        return before._replace(
+            seen=before.seen + 1.0,
+            repeated=where(either(first, reading == before.last), before.repeated, 0.0),
+            constant=self._fitted(before.constant, reading, 1.0, square),
+            offset=self._fitted(before.offset, off, 1.0, square),
+            gain=self._fitted(before.gain, reading, prediction, square),
+            drift=self._sloped(before.drift, off, time, square),
+            weight=weight,
+            power=before.power + share * (off * off - before.power),
+            expected=before.expected + share * (square - before.expected),
+            noise=before.noise
+            + where(first, self._density(off, self.offset * self.offset), self._density(off, spread)),
+            delays=tuple(
+                score + self._density(reading - line.oldest, square)
+                for score, line in zip(before.delays, before.past, strict=True)
+            ),
+        )
+
+    def _density(self, off: Any, variance: Any) -> Any:
+        """What one reading adds to a logarithm of likelihood."""
+        share = self.sample_time / self.alike
+        return -0.5 * share * (off * off / variance + log(2.0 * math.pi * variance))
+
+    def _fitted(self, fit: Fit, reading: Any, row: Any, square: Any) -> Fit:
+        """One parameter, one reading on: reading = row * parameter."""
+        off, known = reading - row * fit.value, row * row * fit.variance
+        gain = fit.variance * row / (known + square * (self.alike / self.sample_time))
+        return Fit(
+            fit.value + gain * off,
+            maximum(fit.variance - gain * row * fit.variance, 0.0),
+            fit.score + self._density(off, known + square),
+        )
+
+    def _sloped(self, fit: SlopeFit, off: Any, time: Any, square: Any) -> SlopeFit:
+        """Start and slope, one deviation on."""
+        error = off - fit.start - time * fit.slope
+        to_start, to_slope = fit.start_variance + time * fit.covariance, fit.covariance + time * fit.slope_variance
+        known = to_start + time * to_slope
+        inverse = 1.0 / (known + square * (self.alike / self.sample_time))
+        return SlopeFit(
+            fit.start + to_start * inverse * error,
+            fit.slope + to_slope * inverse * error,
+            maximum(fit.start_variance - to_start * inverse * to_start, 0.0),
+            fit.covariance - to_start * inverse * to_slope,
+            maximum(fit.slope_variance - to_slope * inverse * to_slope, 0.0),
+            fit.score + self._density(error, known + square),
+        )
+
+    # -- naming --------------------------------------------------------------------------------------------------
+
+    def _named(self, state: KindState, prediction: Any, dropped: Any) -> Kind:
+        """The likeliest kind and its size."""
+        young = both(absolute(state.gain.value - 1.0) > self.large, state.seen * self.sample_time < self.young)
+        noise = sqrt(maximum(state.power - state.expected, 0.0))
+        rough = state.power / sqrt(maximum(2.0 * state.seen * (state.power - state.expected), 1e-9))
+        drifted = state.drift.start + state.drift.slope * state.seen * self.sample_time
+        options = (
+            (STUCK, state.constant.score, 0.0, 0.0, state.constant.value - prediction),
+            (OFFSET, *_parts(state.offset), state.offset.value),
+            (where(young, OUTLIER, GAIN), *_parts(state.gain), (state.gain.value - 1.0) * prediction),
+            (DRIFT, state.drift.score, state.drift.slope, sqrt(state.drift.slope_variance), drifted),
+            (NOISE, state.noise, noise, rough, noise),
+            (DELAY, *self._delay(state, prediction)),
+        )
+        best = options[0]
+        for option in options[1:]:
+            better = option[1] > best[1]
+            best = tuple(where(better, new, old) for new, old in zip(option, best, strict=True))
+        still = both(state.repeated, state.seen * self.sample_time >= self.shortest)
+        where_it_stays = state.constant.value
+        constant = (where(absolute(where_it_stays) < self.zero, LOSS, STUCK), 0.0, 0.0, where_it_stays - prediction)
+        named = (where(still, a, b) for a, b in zip(constant, (best[0], *best[2:]), strict=True))
+        silent = either(dropped, state.seen < 0.5)
+        return Kind(*(where(silent, 0.0, value) for value in named))
+
+    def _delay(self, state: KindState, prediction: Any) -> tuple[Any, Any, Any, Any]:
+        """Score, delay, standard deviation and effect: a parabola through the best of those compared."""
+        times, scores = [size * self.sample_time for size in self.delays], state.delays
+        effects = [line.oldest - prediction for line in state.past]
+        top, best, width, effect = scores[0], times[0], times[0], effects[0]
+        for k in range(1, len(times)):
+            better = scores[k] > top
+            if k + 1 < len(times):
+                peak, sharp = _parabola(times[k - 1 : k + 2], scores[k - 1 : k + 2])
+            else:
+                peak, sharp = times[k], times[k] - times[k - 1]
+            best, width = where(better, peak, best), where(better, sharp, width)
+            top, effect = where(better, scores[k], top), where(better, effects[k], effect)
+        return top, best, width, effect
+
+
+def _parts(fit: Fit) -> tuple[Any, Any, Any]:
+    """Score, value, standard deviation."""
+    return fit.score, fit.value, sqrt(fit.variance)
+
+
+def _parabola(times: Sequence[Any], scores: Sequence[Any]) -> tuple[Any, Any]:
+    """Place of the highest point between three times, and the width of its curvature."""
+    left, right = times[1] - times[0], times[2] - times[1]
+    down, up = (scores[1] - scores[0]) / left, (scores[2] - scores[1]) / right
+    bend = minimum((up - down) / (0.5 * (left + right)), -1e-9)
+    slope = (down * right + up * left) / (left + right)
+    peak = times[1] - slope / bend
+    return minimum(maximum(peak, times[0]), times[2]), minimum(1.0 / sqrt(-bend), times[2] - times[0])
+
+
+def _selected(condition: Any, first: KindState, second: KindState) -> KindState:
+    """One of two states, their delay lines left alone."""
+
+    def pick(a: Any, b: Any) -> Any:
+        if isinstance(a, tuple):
+            parts = [pick(x, y) for x, y in zip(a, b, strict=True)]
+            return type(a)(*parts) if hasattr(a, "_fields") else tuple(parts)
+        return where(condition, a, b)
+
+    lines = first.past
+    picked: KindState = pick(first._replace(past=()), second._replace(past=()))
+    return picked._replace(past=lines)

@@ -1,0 +1,124 @@
+"""Kinds and sizes of faults of a made-up signal, against a prediction with errors that last."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tierod.graph import batch, scan
+from tierod.monitors.condition.kind import DELAYS, KINDS, KindOfFault
+from tierod.monitors.condition.tuning import PlausibleRange
+
+RATE, START, END = 100.0, 500, 900
+NOISE, ERROR = 0.02, 0.03
+BLOCK = KindOfFault.of_sensor("wheel_speed_rear_left", PlausibleRange())
+TIME = np.arange(1200) / RATE
+
+
+def truth(seed):
+    chance = np.random.default_rng(seed)
+    phase = chance.uniform(0.0, 6.0)
+    return 6.0 + 3.0 * np.sin(1.3 * TIME + phase) + np.sin(3.1 * TIME + 2.0 * phase)
+
+
+def faulty(kind, size, value, chance):
+    since = TIME - TIME[START]
+    changed = {
+        "loss": 0.0 * value,
+        "stuck": np.full_like(value, value[START]),
+        "offset": value + size,
+        "gain": value * size,
+        "outlier": value * size,
+        "drift": value + size * since,
+        "noise": value + size * chance.normal(size=len(value)),
+        "delay": np.interp(TIME - (size or 0.0), TIME, value),
+    }[kind]
+    return np.where((np.arange(len(value)) >= START) & (np.arange(len(value)) < END), changed, value)
+
+
+def samples(kind, size, seed=0, late=5):
+    """Declared so many samples after the fault began; the prediction errs for some 0.1 s at a time."""
+    chance = np.random.default_rng(seed)
+    value = truth(seed)
+    reading = faulty(kind, size, value + NOISE * chance.normal(size=len(value)), chance)
+    error = np.zeros(len(value))
+    for k in range(1, len(value)):
+        error[k] = 0.8 * error[k - 1] + ERROR * 0.6 * chance.normal()
+    deviation = np.full(len(value), np.hypot(NOISE, ERROR))
+    index = np.arange(len(value))
+    declared = ((index >= START + late) & (index < END)).astype(float)
+    return np.column_stack([reading, value + error, deviation, declared, np.zeros(len(value))])
+
+
+CASES = [
+    ("loss", 0.0), ("stuck", 0.0), ("offset", 2.0), ("offset", -0.6), ("gain", 1.5), ("gain", 0.7), ("drift", 0.3),
+    ("drift", -0.5), ("noise", 0.5), ("delay", 0.2), ("delay", 0.1),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "size"), CASES)
+def test_kind_and_size_are_right_after_two_seconds(kind, size):
+    late = 50 if kind == "drift" else 5
+    results = batch(BLOCK, [samples(kind, size, seed, late) for seed in range(20)])
+    at = START + late + 200
+    named = [KINDS[int(result["kind"][at]) - 1] for result in results]
+    assert named.count(kind) >= 19
+    sizes = np.array([result["size"][at] for result, name in zip(results, named, strict=True) if name == kind])
+    assert np.all(np.abs(sizes - size) <= 0.1 * abs(size) + 1e-12)
+
+
+@pytest.mark.parametrize(("kind", "size"), [("offset", 2.0), ("gain", 1.5), ("noise", 0.5)])
+def test_its_interval_holds_the_size_about_as_often_as_it_says(kind, size):
+    results = batch(BLOCK, [samples(kind, size, seed) for seed in range(100, 160)])
+    errors = [abs(result["size"][START + 205] - size) / result["deviation"][START + 205] for result in results]
+    assert np.mean(np.array(errors) < 2.0) > 0.85
+
+
+def test_a_large_factor_is_an_outlier_while_it_is_young():
+    result = scan(BLOCK, samples("outlier", 3.0))
+    kinds = result["kind"]
+    assert KINDS[int(kinds[START + 60]) - 1] == "outlier"
+    assert KINDS[int(kinds[START + 200]) - 1] == "gain"
+    assert result["size"][START + 60] == pytest.approx(3.0, rel=0.02)
+
+
+def test_nothing_is_named_while_nothing_is_declared_and_all_is_forgotten_after():
+    result = scan(BLOCK, samples("offset", 2.0))
+    outside = np.r_[0 : START + 5, END:1200]
+    assert not result["kind"][outside].any()
+    assert not result["size"][outside].any()
+    again = samples("offset", 2.0)
+    again[1000:, 0] -= 1.0
+    again[1005:, 3] = 1.0
+    assert scan(BLOCK, again)["size"][-1] == pytest.approx(-1.0, abs=0.1)
+
+
+@pytest.mark.parametrize(("kind", "size"), [("loss", 0.0), ("offset", 2.0), ("gain", 1.5), ("delay", 0.2)])
+def test_its_effect_is_what_the_fault_adds(kind, size):
+    given = samples(kind, size)
+    result = scan(BLOCK, given)
+    late = slice(START + 250, END)
+    np.testing.assert_allclose(result["effect"][late], (given[:, 0] - given[:, 1])[late], atol=0.25)
+
+
+def test_nothing_is_learnt_while_it_recovers():
+    given = samples("loss", 0.0)
+    given[800:END, 0] = given[800:END, 1]
+    given[800:END, 4] = 1.0
+    result = scan(BLOCK, given)
+    assert (result["kind"][700:END] == 1.0).all()
+    np.testing.assert_allclose(result["effect"][810:END], -given[810:END, 1])
+
+
+def test_missing_readings_change_nothing():
+    given = samples("offset", 2.0)
+    given[600:620, 0] = np.nan
+    result = scan(BLOCK, given)
+    assert np.isfinite(result.values).all()
+    assert result["size"][-301] == pytest.approx(2.0, abs=0.1)
+
+
+def test_delays_follow_the_sample_time():
+    slow = KindOfFault.of_sensor("yaw_rate", PlausibleRange(), 0.02)
+    assert slow.delays == tuple(round(delay / 0.02) for delay in DELAYS)
+    assert replace(slow, delays=(1, 2, 3)).init().delays == (0.0, 0.0, 0.0)
