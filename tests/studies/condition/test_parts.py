@@ -86,5 +86,5 @@ def test_a_variant_is_calibrated_once_for_a_vehicle(told, monkeypatch):
         runs.scores([Drive("short-round", 4.0, number) for number in (1, 2)], Effort(True, 1))
     assert asked == [1, 2]
     made = recorded(Drive("short-round", 4.0, 1))
-    known = runs.calibrations(["bank"], [1], True)
+    known = runs.calibrations(["bank"], [1], Effort(True, 1))
     assert not runs.diagnosed("bank", Drive("short-round", 4.0, 1), made, known).faulty

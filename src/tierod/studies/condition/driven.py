@@ -12,6 +12,7 @@ from tierod.studies.condition.drives import ACTUATOR_SECONDS, Drive, actuator_te
 from tierod.studies.condition.faults import LOSS, Injected, lost
 from tierod.studies.condition.recorded import each, recorded
 from tierod.studies.condition.rounds import LONG, SHORT, THIRD
+from tierod.studies.condition.runs import processes
 from tierod.studies.condition.scoring import truth_of, truths
 from tierod.studies.condition.shown import where_shown
 from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
@@ -67,7 +68,7 @@ def _shares(effort: Effort) -> Iterator[Item]:
     vehicles = VEHICLES[:1] if effort.quick else VEHICLES
     drives = [drive for number in vehicles for drive in sensor_tests(number)]
     drives += [] if effort.quick else [drive for number in vehicles for drive in actuator_tests(number)]
-    found = each(_shown, drives, processes=effort.processes or 1)
+    found = each(_shown, drives, processes=processes(effort, len(drives)))
     rows = []
     for element, kind in dict.fromkeys((element, kind) for element, kind, _, _ in found):
         shares = [share for name, how, share, _ in found if (name, how) == (element, kind)]

@@ -43,7 +43,7 @@ def items(effort: Effort) -> Iterator[Item]:
     if RULES not in VARIANTS:
         return
     shown = [name for name in (RULES, BEST) if name in VARIANTS]
-    known = calibrations(shown, (1,), effort.quick)
+    known = calibrations(shown, (1,), effort)
     view = _View(known, shown)
     yield Heading("Figures of the paper", TEXT)
     yield _validation(view)

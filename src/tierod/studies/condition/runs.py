@@ -8,6 +8,8 @@ from functools import partial
 from importlib import import_module
 from typing import Any, NamedTuple
 
+from tierod.campaigns.workers import Failure, spread
+from tierod.errors import InputError
 from tierod.recording import Recording
 from tierod.studies.condition.declared import Declared
 from tierod.studies.condition.drives import Drive
@@ -34,6 +36,7 @@ VARIANTS: Mapping[str, Variant] = {
     "rules-printed": Variant("rules as printed", _RULES),
     "rules": Variant("rules, corrected", _RULES),
     "rules-discriminating": Variant("rules that discriminate", _RULES),
+    "bank": Variant("bank of filters", "tierod.studies.condition.by_bank"),
 }
 """Every diagnosis that the study holds against the others, by the name of the monitor's variant."""
 
@@ -43,22 +46,44 @@ BEST = "bank"
 _known: dict[tuple[str, int, bool], Any] = {}
 
 
-def calibrations(names: Iterable[str], vehicles: Iterable[int], quick: bool) -> dict[tuple[str, int], Any]:
+def calibrations(names: Iterable[str], vehicles: Iterable[int], effort: Effort) -> dict[tuple[str, int], Any]:
     """What every variant has learnt of every vehicle, by (module of the variant, number of the vehicle).
 
     Args:
         names: of the variants
         vehicles: numbers of the demonstrators
-        quick: whether a few minutes of driving have to do
+        effort: how many processes, and whether a few minutes of driving have to do
+
+    Raises:
+        InputError: a calibration failed
     """
-    found = {}
-    for module in dict.fromkeys(VARIANTS[name].module for name in names):
-        for number in dict.fromkeys(vehicles):
-            key = (module, number, quick)
-            if key not in _known:
-                _known[key] = import_module(module).calibrate(number, quick)
-            found[module, number] = _known[key]
-    return found
+    modules = dict.fromkeys(VARIANTS[name].module for name in names)
+    wanted = [(module, number, effort.quick) for module in modules for number in dict.fromkeys(vehicles)]
+    missing = [each for each in wanted if each not in _known]
+    for key, known in zip(missing, _calibrated(missing, processes(effort, len(missing))), strict=True):
+        _known[key] = known
+    return {(module, number): _known[module, number, quick] for module, number, quick in wanted}
+
+
+def processes(effort: Effort, tasks: int) -> int:
+    """How many work at a time."""
+    return max(min(effort.processes or os.cpu_count() or 1, tasks), 1)
+
+
+def _calibrated(wanted: Sequence[tuple[str, int, bool]], count: int) -> list[Any]:
+    if count == 1:
+        return [_calibrate(each) for each in wanted]
+    found: dict[int, Any] = {}
+    for place, known in spread(_calibrate, wanted, count):
+        if isinstance(known, Failure):
+            raise InputError(f"the calibration of vehicle {wanted[place][1]} failed: {known.reason}")
+        found[place] = known
+    return [found[place] for place in range(len(wanted))]
+
+
+def _calibrate(wanted: tuple[str, int, bool]) -> Any:
+    module, number, quick = wanted
+    return import_module(module).calibrate(number, quick)
 
 
 def diagnosed(name: str, drive: Drive, recording: Recording, known: Mapping[tuple[str, int], Any]) -> Declared:
@@ -79,10 +104,9 @@ def scores(
         folder: where recordings are kept, if anywhere
     """
     names = tuple(VARIANTS) if names is None else tuple(names)
-    known = calibrations(names, (drive.vehicle for drive in drives), effort.quick)
+    known = calibrations(names, (drive.vehicle for drive in drives), effort)
     work = partial(_scored, names, known)
-    processes = effort.processes or os.cpu_count() or 1
-    found = each(work, drives, folder, min(processes, len(drives)))
+    found = each(work, drives, folder, processes(effort, len(drives)))
     return {name: [row[place] for row in found] for place, name in enumerate(names)}
 
 
