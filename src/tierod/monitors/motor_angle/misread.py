@@ -21,19 +21,30 @@ ALIKE = 1.15
 """Magnets from -40 to 120 degrees and a data sheet's inductance stay within this factor; so do two equal scales."""
 
 
-def misread(collected: VoltageBalance, p: SampledMotorParameters) -> tuple[str, str] | None:
+LEAST_TURN = 0.05
+"""Electrical turn of a window, root mean square, from which the flux is told [rad]: 25 times the noise of a sensor."""
+
+LEAST_CHANGE = 10.0
+"""Change of the current over a window from which the inductance is told, over the noise of the current: that makes the
+inductance 2 % too small."""
+
+
+def misread(collected: VoltageBalance, p: SampledMotorParameters, current_noise: float) -> tuple[str, str] | None:
     """Cause and cure, where one reading explains the whole recording and is not what the recording says.
 
     Args:
         collected: over the whole recording
         p: of the motor, from the vehicle file
+        current_noise: standard deviation [A]
     """
     balance = collected.best()
-    if balance is None or balance.windows < LEAST_WINDOWS or balance.unexplained > CLEAN:
+    if balance is None or balance.windows < LEAST_WINDOWS:
+        return None
+    if balance.unexplained > CLEAN or balance.turn < LEAST_TURN:
         return None
     if not all(_agrees(half, balance) for half in collected.halves(balance.reading)):
         return None
-    return cause_of(balance, p)
+    return cause_of(balance, p, current_noise)
 
 
 def _agrees(half: Balance | None, whole: Balance) -> bool:
@@ -43,14 +54,16 @@ def _agrees(half: Balance | None, whole: Balance) -> bool:
     )
 
 
-def cause_of(balance: Balance, p: SampledMotorParameters) -> tuple[str, str] | None:
+def cause_of(balance: Balance, p: SampledMotorParameters, current_noise: float) -> tuple[str, str] | None:
     """Cause and cure of a balance; None where it is that of the motor in the vehicle file.
 
     Args:
         balance: over the whole recording
         p: of the motor
+        current_noise: standard deviation [A]
     """
-    return _phases(balance) or _sign(balance) or _scale(balance, p)
+    named = _phases(balance) or _sign(balance)
+    return named if named or balance.change < LEAST_CHANGE * current_noise else _scale(balance, p)
 
 
 def _phases(balance: Balance) -> tuple[str, str] | None:

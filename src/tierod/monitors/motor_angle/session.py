@@ -130,7 +130,8 @@ class MotorAngleSession(BlockSession):
 
     def conclude(self) -> Conclusion:
         """The finding, and the course of every trouble code."""
-        wrong = misread(self._balance, self.monitor.observer.parameters)
+        observer = self.monitor.observer
+        wrong = misread(self._balance, observer.parameters, observer.tuning.current_noise)
         drive = self._over.drive(self.rate, self._courses.starts, self.monitor)._replace(misread=wrong)
         finding = judge(drive, self.vehicle)
         # What was not the sensor's fault but the user's must fill no fault memory.

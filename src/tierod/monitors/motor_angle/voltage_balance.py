@@ -55,6 +55,8 @@ class Balance:
         flux_direction: electrical, from where the sensor says that it points [rad]
         unexplained: root mean square of what is left over, share of the voltage's
         windows: how many were counted
+        change: of the current over a window, root mean square [A]
+        turn: of the rotor's direction over a window, likewise, electrical [rad]
     """
 
     reading: Reading
@@ -64,6 +66,8 @@ class Balance:
     flux_direction: float
     unexplained: float
     windows: int
+    change: float
+    turn: float
 
 
 class VoltageBalance:
@@ -163,6 +167,8 @@ class VoltageBalance:
             float(np.arctan2(found[3], found[2])),
             math.sqrt(left / power),
             windows,
+            math.sqrt(gram[_GAIN, _GAIN].real / windows),
+            math.sqrt(gram[_ROTOR, _ROTOR].real / windows),
         )
 
     def best(self) -> Balance | None:
