@@ -146,6 +146,18 @@ def test_a_locked_shaft_tells_the_resistance_alone_or_with_the_inductance():
     assert "no parameter" in still.doubt
 
 
+def test_a_slow_and_noisy_angle_makes_no_bias():
+    motor = MadeMotor()
+    recording = motor.recording(none, waving(12.0, 1.3), lambda time: 0.15 * to_and_fro(time))
+    angle = recording["motor_angle_mechanical"]
+    rough = angle.values + 3e-3 * np.random.default_rng(5).normal(size=len(angle.values))
+    slow = replace(angle, time=angle.time[::10], values=rough[::10])
+    found = electrical(recording.with_channels([slow]))
+    assert near(found.flux, motor.flux)
+    assert near(found.resistance, motor.resistance)
+    assert found.flux.deviation < 0.1 * motor.flux
+
+
 def changed(recording, **factors):
     return recording.with_channels(
         [replace(recording[name], values=factor * recording[name].values) for name, factor in factors.items()]

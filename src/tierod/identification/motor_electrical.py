@@ -206,10 +206,14 @@ def _quiet(
 ) -> dict[str, bool]:
     """Columns in which noise has so small a share that they are their own instruments."""
     current = max(white_noise(seen.current.real), white_noise(seen.current.imag))
-    angle = pole_pairs * white_noise(seen.angle)
     mean, growth = window.gain
+    # Between slow readings of the angle there is a line: its noise has to be told from the readings themselves.
+    step = seen.angle_step or seen.step
+    readings = Modulation(max(round(window.length * seen.step / step), 2), 1, step)
+    noise = white_noise(seen.angle) if seen.angle_noise is None else seen.angle_noise
+    turning = pole_pairs * noise * readings.gain[1]
     noises = {"R": np.sqrt(2.0) * mean * current, "D": growth * current, "Q": growth * current}
-    noises |= {"F": growth * angle, "B": growth * angle}
+    noises |= {"F": turning, "B": turning}
     return {name: bool(noises[name] ** 2 < _QUIET * np.nanvar(each)) for name, each in columns.items()}
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from tierod.derive import complete
 from tierod.errors import InputError
+from tierod.identification.fit_quality import white_noise
 from tierod.recording import Recording
 
 SHORTEST = 0.2
@@ -39,6 +40,8 @@ class MotorRecording:
         temperature: of the winding [K], (n,), or None
         load: measured torque that opposes the shaft [N m], (n,), or None
         torque: times [s] and measured torque of the motor [N m], (k,) each, or None
+        angle_noise: of the readings of the angle [rad]; None where `angle` holds them as they were
+        angle_step: time between two readings [s]; likewise
     """
 
     name: str
@@ -50,6 +53,8 @@ class MotorRecording:
     temperature: np.ndarray | None = None
     load: np.ndarray | None = None
     torque: tuple[np.ndarray, np.ndarray] | None = None
+    angle_noise: float | None = None
+    angle_step: float | None = None
 
 
 def motor_recording(name: str, recording: Recording, pole_pairs: float, commanded: bool = False) -> MotorRecording:
@@ -79,14 +84,16 @@ def motor_recording(name: str, recording: Recording, pole_pairs: float, commande
     grid = start + step * np.arange(int((stop - start) / step + 1e-6) + 1)
     current = _vector(recording, currents, grid, step)
     voltage = _vector(recording, voltages, grid, step)
-    turned = _angle(recording[angle].time, recording[angle].values, grid) / (pole_pairs if electrical else 1.0)
+    share = 1.0 / pole_pairs if electrical else 1.0
+    turned, noise, slower = _angle(recording[angle].time, recording[angle].values, grid)
+    turned, noise = share * turned, share * noise
     _require(name, current, voltage, turned, pole_pairs)
     warmth, load = (_interpolated(recording, each, grid) for each in ("motor_temperature", "load_torque"))
     torque = None
     if "motor_torque" in recording:
         channel = recording["motor_torque"].sliced(float(grid[0]), float(grid[-1]))
         torque = (channel.time, channel.values) if len(channel.time) > _FEW else None
-    return MotorRecording(name, step, grid, current, voltage, turned, warmth, load, torque)
+    return MotorRecording(name, step, grid, current, voltage, turned, warmth, load, torque, noise, max(slower, step))
 
 
 def _require_channels(name: str, recording: Recording, *vectors: tuple[str, str]) -> None:
@@ -127,12 +134,14 @@ def _vector(recording: Recording, channels: tuple[str, ...], grid: np.ndarray, s
     return alpha + 1j * beta
 
 
-def _angle(time: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:
+def _angle(time: np.ndarray, values: np.ndarray, grid: np.ndarray) -> tuple[np.ndarray, float, float]:
+    """An angle on the grid, without jumps; the noise of its readings, and the time between two of them."""
     known = np.isfinite(values)
     time, values = time[known], np.unwrap(values[known])
+    step = float(np.median(np.diff(time)))
     after = np.clip(np.searchsorted(time, grid), 1, len(time) - 1)
     gap = time[after] - time[after - 1]
-    return np.where(gap <= 3.0 * float(np.median(np.diff(time))), np.interp(grid, time, values), np.nan)
+    return np.where(gap <= 3.0 * step, np.interp(grid, time, values), np.nan), white_noise(values), step
 
 
 def _interpolated(recording: Recording, name: str, grid: np.ndarray) -> np.ndarray | None:
