@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from tierod.monitors.condition.residuals.catalogue import RESIDUALS
 from tierod.monitors.decision import Decision
 from tierod.monitors.registry import MONITORS
 from tierod.nomenclature import nomenclature
@@ -150,10 +151,32 @@ def _decisions() -> str:
     return "\n".join(rows) + "\n"
 
 
+RESIDUAL_TABLE = ("<!-- residuals: begin; made by scripts/docs.py -->\n", "<!-- residuals: end -->\n")
+
+
+def condition_page() -> str:
+    """The page on condition monitoring, with the table of all residuals."""
+    text = (ROOT / "docs/condition.md").read_text(encoding="utf-8")
+    before, _, rest = text.partition(RESIDUAL_TABLE[0])
+    return before + RESIDUAL_TABLE[0] + _residuals() + RESIDUAL_TABLE[1] + rest.partition(RESIDUAL_TABLE[1])[2]
+
+
+def _residuals() -> str:
+    rows = ["| name | what | equation | signals | unit | corrected |", "|---|---|---|---|---|---|"]
+    for each in RESIDUALS.values():
+        equation = each.equation.removeprefix("Li, Frey, Gauterin, ")
+        signals = ", ".join(f"`{name}`" for name in each.signals)
+        rows.append(
+            f"| `{each.name}` | {each.meaning} | {equation} | {signals} | {each.unit or '-'} | {each.correction} |"
+        )
+    return "\n".join(rows) + "\n"
+
+
 PAGES = {
     "docs/nomenclature.md": nomenclature,
     "docs/stopping-rules.md": stopping_rules_page,
     "docs/parameters.md": parameters_page,
+    "docs/condition.md": condition_page,
     "docs/json.md": json_page,
 }
 

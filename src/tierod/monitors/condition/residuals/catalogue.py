@@ -155,8 +155,8 @@ ACTUATOR_RESIDUALS: tuple[Residual, ...] = (
     ),
     Residual("r7a", "target less actual speed", PAPER + "eqs (51), (52)", (_TARGETS[1], *_WHEELS), "m/s", moving=False),
     Residual("r8a", "tie-rod force by the targets", PAPER + "eq (52)", (*_TARGETS, *_TORQUES, FORCE), "N", steady=True),
-    _beyond("motor_1_share", "share of motor 1's torque missing at the shaft", (*_TORQUES, TORQUE)),
-    _beyond("motor_2_share", "share of motor 2's torque missing at the shaft", (*_TORQUES, TORQUE)),
+    _beyond("motor_1_share", "share of motor 1's torque missing at the shaft", (*_TORQUES, ANGLE, TORQUE, ACROSS)),
+    _beyond("motor_2_share", "share of motor 2's torque missing at the shaft", (*_TORQUES, ANGLE, TORQUE, ACROSS)),
     _beyond("drive_share", "drives' torque missing along", (*_DRIVES, *_WHEELS, ANGLE, ALONG, ACROSS)),
     _beyond("drive_side", "drives' torque found at the tie rods", (*_DRIVES, ANGLE, TORQUE, FORCE, ACROSS)),
 )
