@@ -131,6 +131,7 @@ STUDIES: Mapping[str, Study] = {
                 "standing": "Standing, and a wrong beginning",
                 "temperature": "Temperature",
                 "faults": "Faults of the angle sensor",
+                "angles": "Which of three angles is wrong",
                 "run-length": "Time between false alarms",
             },
         ),

@@ -222,7 +222,7 @@ class AnglePlausibility:
         ]
         most = maximum(kinks[0], maximum(kinks[1], kinks[2]))
         which = where(kinks[0] >= most, MOTOR, where(kinks[1] >= most, WHEEL, PINION))
-        jumps = absolute(change) > 0.6 * self.greatest
+        jumps = both(absolute(change) > 0.6 * self.greatest, most > 0.6 * absolute(change))
         first = both(jumps, state.jumped < 0.5)
         return where(first, which, where(both(agrees, negated(jumps)), NONE, state.jumped))
 

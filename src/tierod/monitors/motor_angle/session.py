@@ -12,7 +12,7 @@ from tierod.graph import Result, scan
 from tierod.models.commanded_motor import CommandedMotorParameters
 from tierod.monitors.motor_angle.alarm_courses import AlarmCourses
 from tierod.monitors.motor_angle.detector import NOT_READY, MotorAngleMonitor
-from tierod.monitors.motor_angle.finding import STALLS, SURPRISING, Drive, judge, root_of
+from tierod.monitors.motor_angle.finding import STALLS, SURPRISING, SUSPECTS, Drive, judge, root_of
 from tierod.monitors.motor_angle.inverter_finding import Lost
 from tierod.monitors.motor_angle.misread import misread
 from tierod.monitors.motor_angle.voltage_balance import VoltageBalance
@@ -163,7 +163,7 @@ class _OverDrive:
         self.sum = self.squares = self.together = self.observed = self.sensed = self.nis = 0.0
         self.surprised = self.since_model = 0
         self.after = [0, 0.0, 0.0]
-        self.suspect = 0.0
+        self.suspected = np.zeros(len(SUSPECTS) + 1, dtype=int)
         self.resistance = self.flux = np.nan
         self.lost = [0.0, 0.0, 0.0]
         self.alarmed = False
@@ -192,9 +192,7 @@ class _OverDrive:
         self.after[0] += int(late.sum())
         self.after[1] += float(residual[late].sum())
         self.after[2] += float((residual[late] ** 2).sum())
-        suspects = result["suspect"][result["suspect"] > 0.5]
-        # The observer's opinion comes while the motor turns, after the alarm: the last one counts.
-        self.suspect = float(suspects[-1]) if len(suspects) else self.suspect
+        self.suspected += np.bincount(result["suspect"].astype(int), minlength=len(self.suspected))
         if known.any():
             self.resistance, self.flux = (float(result[f"motor_{name}"][known][-1]) for name in ("resistance", "flux"))
 
@@ -220,7 +218,7 @@ class _OverDrive:
             surprised=self.surprised / max(self.since_model, 1),
             resistance=self.resistance / monitor.observer.parameters.motor_resistance,
             flux=self.flux / monitor.observer.parameters.motor_flux,
-            suspect=self.suspect,
+            suspect=float(np.argmax(self.suspected[1:]) + 1) if self.suspected[1:].any() else 0.0,
             starts=dict(starts),
             voltages=monitor.voltages.source,
             lost=_lost(self.lost, monitor),

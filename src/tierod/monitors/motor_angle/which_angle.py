@@ -60,9 +60,10 @@ class WhichAngle:
     Sample = Opinions
 
     class State(NamedTuple):
-        """Whether there is a disagreement, values by the sensor less those against it, and the hold of the detour."""
+        """Whether the angles disagree, whom motion suspected first, the observer's score, the hold of the detour."""
 
         apart: Any
+        betrayed: Any
         score: Any
         held: Any
 
@@ -77,7 +78,7 @@ class WhichAngle:
 
     def init(self) -> State:
         """Nothing seen."""
-        return self.State(0.0, 0.0, self.holding.init())
+        return self.State(0.0, NONE, 0.0, self.holding.init())
 
     def step(self, state: State, sample: Any) -> tuple[State, Output]:
         """One sample on."""
@@ -87,7 +88,11 @@ class WhichAngle:
         score = where(begins, 0.0, state.score) + where(sample.counts > 0.5, opinion, 0.0)
         score = limit(score, -2.0 * self.needed, 2.0 * self.needed)
         held, detour = self.holding.step(state.held, where(absolute(sample.detour) > self.widest_detour, 1.0, 0.0))
-        betrayed = any_of(absolute(sample.suspect - WHEEL) < 0.5, absolute(sample.suspect - PINION) < 0.5)
-        other = where(betrayed, sample.suspect, where(detour.active, WHEEL, NOT_MOTOR))
-        told = where(score <= -self.needed, MOTOR, where(score >= self.needed, other, sample.suspect))
-        return self.State(apart, score, held), self.Output(where(sample.alarm > 0.5, told, NONE))
+        # What moved how is fresh when the alarm comes; later on motion itself depends on the fault.
+        unknown = any_of(begins, state.betrayed < 0.5)
+        betrayed = where(unknown, where(sample.alarm > 0.5, sample.suspect, NONE), state.betrayed)
+        elsewhere = any_of(absolute(betrayed - WHEEL) < 0.5, absolute(betrayed - PINION) < 0.5)
+        other = where(elsewhere, betrayed, where(detour.active, WHEEL, NOT_MOTOR))
+        told = where(score <= -self.needed, MOTOR, where(score >= self.needed, other, betrayed))
+        after = self.State(apart, betrayed, score, held)
+        return after, self.Output(where(sample.alarm > 0.5, told, NONE))

@@ -19,6 +19,7 @@ PARTS: Mapping[str, str] = {
     "standing": "standing, and a wrong beginning",
     "temperature": "temperature",
     "sensor_faults": "faults of the angle sensor",
+    "three_angles": "which of three angles is wrong",
     "run_length": "time between false alarms",
     "identified": "parameters from a drive",
     "real_drives": "recordings of a real drive",
