@@ -28,7 +28,7 @@ def refuse_unsuitable(monitor: Monitor, vehicle: Vehicle, piece: Recording) -> N
         near = nearest(missing[0], strangers) if strangers else "."
         raise InputError(
             f"the monitor '{monitor.name}' needs {', '.join(map(_with_ingredients, missing))}, which the "
-            f"recording does not have{near} Give a channel map that names it; "
+            f"recording does not have{near} {_in_their_place(monitor, missing)}Give a channel map that names it; "
             "'tierod inspect' shows what the recording has"
         )
     _refuse_counts(monitor, vehicle, piece)
@@ -44,6 +44,17 @@ def _refuse_counts(monitor: Monitor, vehicle: Vehicle, piece: Recording) -> None
                 f"{name} is in raw counts, but the vehicle '{vehicle.name}' needs {SIGNALS[name].unit}; "
                 f"give unit and factor (the {SIGNALS[name].unit} of one count) in the channel map{other}"
             )
+
+
+def _in_their_place(monitor: Monitor, missing: list[str]) -> str:
+    """What other variants take in place of the missing signals, as sentences."""
+    told = ""
+    for variant in monitor.variants.values():
+        needed = monitor.needing(variant).required
+        others = [name for name in needed if name not in monitor.required]
+        if others and not any(name in needed for name in missing):
+            told += f"The variant '{variant.name}' takes {', '.join(others)} in its place. "
+    return told
 
 
 def _with_ingredients(name: str) -> str:

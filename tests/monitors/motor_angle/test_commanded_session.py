@@ -105,6 +105,11 @@ def test_a_variant_that_is_asked_for_needs_its_own_signals():
         diagnose(recorded(DRIVE.samples, without=()), "motor-bench", "motor-angle", "commanded-voltage")
 
 
+def test_what_could_be_recorded_in_place_of_voltages_is_told():
+    with pytest.raises(InputError, match="'commanded-voltage' takes motor_target_voltage_alpha, motor_target"):
+        finding(recorded(DRIVE.samples))
+
+
 def test_duty_cycles_without_a_supply_are_refused():
     with pytest.raises(InputError, match="duty cycles tell a voltage with the supply_voltage only"):
         finding(recorded(DRIVE.samples, *DUTY_CYCLES[:3]))
