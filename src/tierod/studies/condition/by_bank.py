@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,26 +9,17 @@ import numpy as np
 from tierod.graph import Bank, scan
 from tierod.monitors.condition.calibration import aligned
 from tierod.monitors.condition.calibration import calibrate as calibrate_parameters
-from tierod.monitors.condition.decision import Decision, judge
 from tierod.monitors.condition.judge import condition_bank
 from tierod.monitors.condition.kind import KINDS
-from tierod.monitors.condition.lane import LeaveOutFilter, leaving_out
-from tierod.monitors.condition.signals import ACTUATORS, SENSORS, hypotheses
+from tierod.monitors.condition.lane import LeaveOutFilter
+from tierod.monitors.condition.limits import design_limits
+from tierod.monitors.condition.signals import ACTUATORS, SENSORS
 from tierod.monitors.condition.weighing import Limits
 from tierod.recording import Recording
 from tierod.studies.condition.declared import Declared
 from tierod.studies.condition.drives import calibration_drives
 from tierod.studies.condition.recorded import recorded
 from tierod.vehicles import Vehicle, load
-
-FACTOR, FAST, SLOW, LEAST = 1.5, 2.0, 1.0, (0.5, 0.3)
-"""A limit lies this factor above the largest healthy mean log-likelihood ratio, and this much at least.
-
-Source: on the virtual demonstrator once the maximum gives alarms by the hour, 1.5 times none.
-"""
-SETTLING = 2.0
-"""Not looked at, at the beginning of every drive [s]."""
-RATE = 100.0
 
 
 class Known:
@@ -58,58 +47,11 @@ class Known:
 
 
 def calibrate(number: int, quick: bool) -> Known:
-    """Parameters from five healthy minutes of a vehicle, limits from an hour, or ten minutes if quick."""
+    """Parameters from five healthy minutes of a vehicle, limits from an hour, or twenty minutes if quick."""
     first, hour = calibration_drives(number)
     vehicle = calibrate_parameters([recorded(first)], load("smartload")).vehicle
-    healthy = [recorded(each) for each in (hour[:1] if quick else hour)]
-    return Known(vehicle, limits_of(LeaveOutFilter.of_vehicle(vehicle), healthy))
-
-
-@dataclass(frozen=True)
-class Watching:
-    """A judge that tells the smoothed ratios instead of what it decides.
-
-    Args:
-        decision: with limits that nothing exceeds
-    """
-
-    decision: Decision
-
-    def feedback(self) -> Any:
-        """What lanes are told."""
-        return self.decision.feedback()
-
-    def init(self) -> Any:
-        """Healthy."""
-        return self.decision.init()
-
-    def step(self, state: Any, sample: Any) -> Any:
-        """One sample on."""
-        after, verdict = self.decision.step(state, sample)
-        return after, verdict._replace(output=after.weights)
-
-
-def limits_of(base: LeaveOutFilter, healthy: Sequence[Recording]) -> Limits:
-    """Limits above all that healthy drives show.
-
-    Args:
-        base: filter that suspects nobody
-        healthy: drives without fault
-    """
-    explanations = hypotheses()
-    count = len(explanations) - 1
-    never = Limits((1e6,) * count, (1e6,) * count, 1.0, 1.0)
-    bank = Bank(tuple(leaving_out(each, base) for each in explanations), Watching(judge(explanations, never)))
-    settled = round(SETTLING * RATE)
-    results = [scan(bank, aligned(each)) for each in healthy]
-    largest = np.max([[np.max(each[name][settled:]) for name in each.names] for each in results], axis=0)
-    fast, slow = largest[1 : count + 1], largest[count + 2 :]
-    return Limits(
-        tuple(float(max(FACTOR * each, each + FAST, LEAST[0])) for each in fast),
-        tuple(float(max(FACTOR * each, each + SLOW, LEAST[1])) for each in slow),
-        1.0,
-        1.0,
-    )
+    healthy = [recorded(each) for each in (hour[:2] if quick else hour)]
+    return Known(vehicle, design_limits(healthy, vehicle).limits)
 
 
 def declare(known: Known, recording: Recording, name: str) -> Declared:
