@@ -133,6 +133,8 @@ STUDIES: Mapping[str, Study] = {
                 "faults": "Faults of the angle sensor",
                 "angles": "Which of three angles is wrong",
                 "run-length": "Time between false alarms",
+                "identified": "Parameters from a drive",
+                "real": "Recordings of a real drive",
             },
         ),
         Study(

@@ -107,6 +107,7 @@ def told_of(case: Case) -> Told:
     ).recording
     samples, monitor = _samples(recording), _monitor()
     found = scan(monitor, samples)
+    assert monitor.plausibility is not None
     columns = [MotorAngleSample._fields.index(name) for name in Angles._fields]
     moved = scan(monitor.plausibility, samples[:, columns])
     alarm, begin = found["alarms.plausibility"] > 0.5, round(start * RATE)
