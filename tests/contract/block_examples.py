@@ -49,6 +49,7 @@ from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.models.steering_column import ColumnParameters
 from tierod.models.two_inertia_column import TwoInertiaParameters
+from tierod.monitors.condition.calibration import WhitenedInnovations
 from tierod.monitors.condition.kind import KindOfFault
 from tierod.monitors.condition.lane import LeaveOutFilter
 from tierod.monitors.condition.residuals.actuator_set import ActuatorSet, actuator_set
@@ -200,6 +201,7 @@ def examples() -> dict[type, Callable[[], Any]]:
             (0.5, 0.5),
         ),
         LeaveOutFilter: lambda: LeaveOutFilter.of_vehicle(load("smartload"), DT),
+        WhitenedInnovations: lambda: WhitenedInnovations(LeaveOutFilter.of_vehicle(load("smartload"), DT)),
         AdaptiveSpeed: lambda: AdaptiveSpeed.design(1.084, DT),
         SteeringSignals: SteeringSignals,
         ResidualSet: lambda: residual_set(DEMONSTRATOR),

@@ -17,7 +17,7 @@ from tierod.graph.derivatives import jacobian
 from tierod.graph.maths import absolute, both, exp, limit, log, maximum, minimum, present, sqrt, where
 from tierod.models.automated_vehicle import AutomatedVehicle, Torques
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS, ConditionSample, Hypothesis
-from tierod.monitors.condition.tuning import ModelError, PlausibleRange, SensorNoise
+from tierod.monitors.condition.tuning import ModelError, PlausibleRange, SensorNoise, widened
 from tierod.monitors.condition.updates import Correction, logarithm, spread_of, update
 from tierod.vehicles import Vehicle
 
@@ -31,13 +31,6 @@ cannot explain readings by a bank of thirty degrees or tyres of another size, ho
 
 SHORTEST_LAG = 1e-4
 """Of an actuator [s]: keeps a lag of zero from being divided by."""
-
-
-ALIKE = 0.8
-"""Correlation of the errors of a steering torque that has jumped, in the mean of a step and at its end: a jump at
-some instant of the step, a lag of a third of it [-]."""
-
-_OF_TORQUE = (0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
 class Readings(NamedTuple):
@@ -76,7 +69,7 @@ class Seen(NamedTuple):
 
     Args:
         expected: readings, before any of the sample
-        rows: their derivatives by the state, and by the steering torque's error
+        rows: their derivatives by the state
         innovations: readings less the expected ones
         used: whether they count
         spread: variance of the first six innovations
@@ -104,6 +97,8 @@ class LeaveOutFilter:
         plausible: ranges of failed sensors
         influence: standard deviations beyond which a reading neither moves the state further nor counts more against
             the hypothesis: far more than healthy readings reach; a fault does not throw the filter about
+        slowest: speed from which the vehicle counts as moving; wheel speed sensors see nothing much slower
+        braking: deceleration beyond what the drives give from which something else must brake; steep slopes give less
         use_wheel_speed_rear_left ... use_tie_rod_force: 1, or 0 for a sensor that is left out
         trust_steering_motor_1 ... trust_drive_right: 1, or 0 for an actuator that may have lost torque;
             suspect one at a time, since all suspected ones share one loss
@@ -114,6 +109,8 @@ class LeaveOutFilter:
     model_error: ModelError = field(default_factory=ModelError)
     plausible: PlausibleRange = field(default_factory=PlausibleRange)
     influence: Annotated[float, ""] = 8.0
+    slowest: Annotated[float, "m/s"] = 0.5
+    braking: Annotated[float, "m/s**2"] = 1.5
     use_wheel_speed_rear_left: Annotated[float, ""] = 1.0
     use_wheel_speed_rear_right: Annotated[float, ""] = 1.0
     use_yaw_rate: Annotated[float, ""] = 1.0
@@ -142,11 +139,14 @@ class LeaveOutFilter:
                 its plausible range, so that all hypotheses speak of the same readings
             prediction: of every sensor, used or not, before any reading of the sample
             deviation: standard deviation of reading less prediction
-            estimate: of every sensor's true reading after the readings that are used: what replaces a lost sensor
+            estimate: of every sensor's reading without its noise, after the readings that are used: what replaces a
+                sensor that is left out
             surprise: squared innovation over its variance
             torque_loss, loss_deviation: lost share of the suspected actuator's torque; a large deviation means that the
                 actuator has had nothing to do
             speed, lateral_speed: of the centre of gravity
+            moving: 1 where the vehicle moves forward, else 0: wheels that stand or roll back tell nothing
+            driven: 1 where the deceleration is what drives and slopes give, else 0: brakes may lock the wheels
         """
 
         log_likelihood: Annotated[float, ""]
@@ -158,16 +158,19 @@ class LeaveOutFilter:
         loss_deviation: Annotated[float, ""]
         speed: Annotated[float, "m/s"]
         lateral_speed: Annotated[float, "m/s"]
+        moving: Annotated[float, ""]
+        driven: Annotated[float, ""]
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01) -> LeaveOutFilter:
-        """The filter that suspects nobody.
+        """The filter that suspects nobody; the less is known of the vehicle, the wider are its noises.
 
         Args:
             vehicle: with the parameters of `AutomatedVehicle`
             sample_time: [s]
         """
-        return cls(replace(vehicle.parameters_for(AutomatedVehicle.Parameters), sample_time=sample_time))
+        parameters = replace(vehicle.parameters_for(AutomatedVehicle.Parameters), sample_time=sample_time)
+        return cls(parameters, *widened(vehicle))
 
     def init(self) -> State:
         """Anywhere at any speed, wheels about straight ahead."""
@@ -201,6 +204,8 @@ class LeaveOutFilter:
             sqrt(maximum(diagonal(after.covariance)[loss], 0.0)),
             mean.speed,
             mean.lateral_speed,
+            where(mean.speed > self.slowest, 1.0, 0.0),
+            where(seen.innovations[judged] < -self.braking, 0.0, 1.0),
         )
 
     def corrected(self, state: Any, sample: Any) -> tuple[Any, Seen]:
@@ -208,19 +213,17 @@ class LeaveOutFilter:
         torques, inputs, jump = self._torques(state.torques, sample)
         mean, covariance = self._predicted(state, inputs, jump)
         expected = AutomatedVehicle.output(mean, inputs, self.vehicle)
-        derivatives = jacobian(lambda at: AutomatedVehicle.output(at, inputs, self._coarse), mean)
-        rows = [(*row, share) for row, share in zip(derivatives, _OF_TORQUE, strict=True)]
-        readings, noise = sample[: len(expected)], self._noise()
+        rows = jacobian(lambda at: AutomatedVehicle.output(at, inputs, self._coarse), mean)
+        readings, noise = sample[: len(expected)], self._noise(jump)
         innovations = tuple(reading - value for reading, value in zip(readings, expected, strict=True))
         judged = len(SENSORS)
         spread = [spread_of(covariance, row) + r for row, r in zip(rows[:judged], noise[:judged], strict=True)]
         used = [both(present(each), use > 0.5) for each, use in zip(innovations, self._uses(), strict=True)]
-        correction = update(covariance, rows, innovations, noise, used, self.influence)
-        moved = [value + shift for value, shift in zip(mean, correction.shift, strict=False)]
+        correction = update(covariance, rows, innovations, noise, self._noise(0.0), used, self.influence)
+        moved = [value + shift for value, shift in zip(mean, correction.shift, strict=True)]
         bounded = AutomatedVehicle.State(*(limit(v, -most, most) for v, most in zip(moved, LIMITS, strict=True)))
-        kept = pack([row[: len(mean)] for row in unpack(correction.covariance)[: len(mean)]])
         seen = Seen(expected, rows, innovations, used, tuple(spread), correction)
-        return self.State(bounded, kept, torques), seen
+        return self.State(bounded, correction.covariance, torques), seen
 
     @property
     def _coarse(self) -> Any:
@@ -231,15 +234,18 @@ class LeaveOutFilter:
         """Whether each reading is used; accelerations always are."""
         return (*(getattr(self, f"use_{name}") for name in SENSORS), 1.0, 1.0)
 
-    def _noise(self) -> tuple[Any, ...]:
-        """Variance of each reading."""
+    def _noise(self, jump: Any) -> tuple[Any, ...]:
+        """Variance of each reading; of the torque more where it has jumped between two samples."""
         noise = self.sensor_noise
         deviations = (
             *(noise.wheel_speed, noise.wheel_speed, noise.yaw_rate, noise.steering_wheel_angle),
             *(noise.steering_shaft_torque, noise.tie_rod_force),
             *(noise.longitudinal_acceleration, noise.lateral_acceleration),
         )
-        return tuple(value * value for value in deviations)
+        variances = [value * value for value in deviations]
+        torque = SENSORS.index("steering_shaft_torque")
+        variances[torque] = plus(variances[torque], jump)
+        return tuple(variances)
 
     def _torques(self, memory: Any, sample: Any) -> tuple[Any, Any, Any]:
         """Next memory, inputs of the model, and the variance of the steering torque between the samples [N^2*m^2].
@@ -313,11 +319,7 @@ class LeaveOutFilter:
         )
 
     def _with_torque(self, covariance: Any, jump: Any) -> Any:
-        """The covariance with the steering torque's error at the end of the step as a last row.
-
-        Its error in the mean of the step has moved angle and rate of the column; where it has jumped, both errors are
-        nearly the same.
-        """
+        """The covariance with the steering torque's error in the mean of the step, which moves angle and rate."""
         vehicle, full = self.vehicle, unpack(covariance)
         damping = vehicle.rack_ratio * vehicle.rack_ratio * vehicle.rack_damping
         left = exp(-damping * vehicle.sample_time / vehicle.column_inertia)
@@ -328,8 +330,7 @@ class LeaveOutFilter:
         for i, first in gain.items():
             for j, second in gain.items():
                 full[i][j] = full[i][j] + first * second * variance
-        last = [ALIKE * gain[i] * jump if i in gain else 0.0 for i in range(len(full))]
-        return pack([[*row, entry] for row, entry in zip(full, last, strict=True)] + [[*last, jump]])
+        return pack(full)
 
     def _log_likelihood(self, seen: Seen) -> Any:
         """Of the readings that there are: as innovations where used, as anything plausible where not."""
@@ -344,7 +345,7 @@ class LeaveOutFilter:
             squares = squares + minimum(over * over, self.influence * self.influence)
             widening = widening * wide
         total = -0.5 * (squares + logarithm(widening))
-        for reading, counts, variance, width in zip(seen.innovations, seen.used, self._noise(), widths, strict=True):
+        for reading, counts, variance, width in zip(seen.innovations, seen.used, self._noise(0.0), widths, strict=True):
             left_out = where(present(reading), -log(width), 0.0)
             total = total + where(counts, -0.5 * log(2.0 * math.pi * variance), left_out)
         return total

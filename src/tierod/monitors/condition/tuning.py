@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import hypot
 from typing import Annotated
+
+from tierod.vehicles import Vehicle
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,7 @@ class ModelError:
         tie_rod, tie_rod_share: likewise, of the tie rod's force
         standing: added to the tie rod's error at standstill, where the tyres twist on the spot
         loss: of the torque of a suspected actuator, as a share
-        yaw_rate_offset, angle_offset, wheel_speed_difference: slow
+        yaw_rate_offset, angle_offset, wheel_speed_difference: how far they wander off a calibration
         road: acceleration by grade or bank
     """
 
@@ -59,9 +62,9 @@ class ModelError:
     tie_rod_share: Annotated[float, ""] = 0.035
     standing: Annotated[float, "N"] = 150.0
     loss: Annotated[float, ""] = 0.7
-    yaw_rate_offset: Annotated[float, "rad/s"] = 0.003
-    angle_offset: Annotated[float, "rad"] = 0.015
-    wheel_speed_difference: Annotated[float, ""] = 0.004
+    yaw_rate_offset: Annotated[float, "rad/s"] = 0.0007
+    angle_offset: Annotated[float, "rad"] = 0.002
+    wheel_speed_difference: Annotated[float, ""] = 0.0005
     road: Annotated[float, "m/s**2"] = 0.25
 
 
@@ -74,3 +77,52 @@ class PlausibleRange:
     steering_wheel_angle: Annotated[float, "rad"] = 16.0
     steering_shaft_torque: Annotated[float, "N*m"] = 60.0
     tie_rod_force: Annotated[float, "N"] = 4000.0
+
+
+USUAL_RATE, USUAL_ANGLE, USUAL_ACCELERATION = 1.5, 1.5, 3.0
+"""Of the column [rad/s], [rad], and across the vehicle [m/s**2]: what wrong parameters are multiplied with."""
+
+
+def widened(vehicle: Vehicle) -> tuple[SensorNoise, ModelError]:
+    """Noises that hold for a vehicle: the standard deviations of its parameters come on top of the usual ones.
+
+    Args:
+        vehicle: calibrated, which adds next to nothing, or not
+    """
+
+    def spread(name: str, relative: bool = False) -> float:
+        if name not in vehicle or not vehicle.parameters[name].standard_deviation:
+            return 0.0
+        size = abs(vehicle[name]) if relative else 1.0
+        return (vehicle.parameters[name].standard_deviation or 0.0) / size
+
+    noise, error, square = SensorNoise(), ModelError(), vehicle["rack_ratio"] ** 2
+    axles = ("front_cornering_stiffness", "rear_cornering_stiffness")
+    share = hypot(spread("mass", True), *(spread(name, True) for name in axles))
+    steering = hypot(
+        spread("nominal_friction"),
+        square * spread("rack_damping") * USUAL_RATE,
+        square * spread("rack_stiffness") * USUAL_ANGLE,
+    )
+    scale = spread("wheel_speed_scale") * USUAL_ACCELERATION
+    return (
+        replace(
+            noise,
+            steering_shaft_torque=hypot(noise.steering_shaft_torque, spread("steering_shaft_torque_offset")),
+            tie_rod_force=hypot(noise.tie_rod_force, spread("tie_rod_force_offset")),
+            longitudinal_acceleration=hypot(
+                noise.longitudinal_acceleration, spread("longitudinal_acceleration_offset"), scale
+            ),
+            lateral_acceleration=hypot(noise.lateral_acceleration, spread("lateral_acceleration_offset"), scale),
+        ),
+        replace(
+            error,
+            acceleration=hypot(error.acceleration, scale),
+            steering_torque=hypot(error.steering_torque, steering),
+            force_share=hypot(error.force_share, share),
+            tie_rod_share=hypot(error.tie_rod_share, share, spread("pneumatic_trail", True)),
+            yaw_rate_offset=hypot(error.yaw_rate_offset, spread("yaw_rate_offset")),
+            angle_offset=hypot(error.angle_offset, spread("steering_wheel_angle_offset")),
+            wheel_speed_difference=hypot(error.wheel_speed_difference, spread("wheel_speed_difference")),
+        ),
+    )

@@ -19,7 +19,7 @@ class Correction(NamedTuple):
         shift: of the mean, (n,)
         covariance: packed, after all readings
         whitened: every innovation, given the readings before it, over its standard deviation; 0 where it does not count
-        widening: variance of every such innovation over the given noise; 1 where it does not count
+        widening: variance of every such innovation over the usual noise; 1 where it does not count
     """
 
     shift: tuple[Any, ...]
@@ -33,6 +33,7 @@ def update(
     rows: Matrix,
     innovations: Vector,
     noise: Vector,
+    usual: Vector,
     used: Vector,
     influence: Any,
 ) -> Correction:
@@ -43,6 +44,7 @@ def update(
         rows: derivatives of the expected readings by the state, m rows of n
         innovations: reading less expected reading, (m,); NaN where missing
         noise: variance of each reading, (m,)
+        usual: variance of each reading that the widening is counted from, (m,)
         used: whether a reading counts, (m,)
         influence: standard deviations beyond which an innovation moves the mean no further
     """
@@ -50,7 +52,7 @@ def update(
     n = len(after)
     shift: list[Any] = [0.0] * n
     whitened, widening = [], []
-    for row, innovation, variance, counts in zip(rows, innovations, noise, used, strict=True):
+    for row, innovation, variance, nominal, counts in zip(rows, innovations, noise, usual, used, strict=True):
         cross = [dot(row, column) for column in after]
         spread = plus(dot(row, cross), variance)
         inverse = 1.0 / where(counts, spread, math.inf)
@@ -63,7 +65,7 @@ def update(
         for i, j in upper(n):
             after[i][j] = after[j][i] = minus(after[i][j], times(gain[i], cross[j]))
         whitened.append(over)
-        widening.append(where(counts, spread / variance, 1.0))
+        widening.append(where(counts, spread / nominal, 1.0))
     return Correction(tuple(shift), pack(after), tuple(whitened), tuple(widening))
 
 
