@@ -102,12 +102,21 @@ def test_its_effect_is_what_the_fault_adds(kind, size):
 
 
 def test_nothing_is_learnt_while_it_recovers():
-    given = samples("loss", 0.0)
+    given = samples("offset", 2.0)
     given[800:END, 0] = given[800:END, 1]
     given[800:END, 4] = 1.0
     result = scan(BLOCK, given)
+    assert (result["kind"][800:END] == 3.0).all()
+    np.testing.assert_allclose(result["effect"][800:END], result["effect"][799])
+
+
+def test_a_lost_reading_that_moves_again_as_it_should_is_revived():
+    given = samples("loss", 0.0)
+    given[800:END, 0] = given[800:END, 1] + 0.01 * np.sin(TIME[800:END])
+    result = scan(BLOCK, given)
     assert (result["kind"][700:END] == 1.0).all()
-    np.testing.assert_allclose(result["effect"][810:END], -given[810:END, 1])
+    assert np.isinf(result["effect"][800:END]).all()
+    assert np.isfinite(result["effect"][:800]).all()
 
 
 def test_missing_readings_change_nothing():

@@ -78,7 +78,8 @@ class Kind(NamedTuple):
         size: of an offset in the unit of the signal, of a gain or an outlier the factor, of a drift per second, of
             noise its standard deviation, of a delay in seconds; 0 of what has none
         deviation: standard deviation of the size
-        effect: what the fault adds to this reading [unit of the signal]
+        effect: what the fault adds to this reading [unit of the signal]; infinite where a reading that never changed
+            moves again, and as it should
     """
 
     kind: Annotated[float, ""]
@@ -105,6 +106,7 @@ class KindOfFault:
         start: of a drift when it is declared, in deviations of the prediction
         alike: over which errors of the prediction are alike
         shortest: for which a reading must repeat itself
+        agrees: deviations of the prediction within which a reading that moves again is as it should be
         young: until which a large factor is an outlier; Li, Frey, Gauterin, section 5, have outliers of one second
         large: what a large factor differs from one by
         sample_time: [s]
@@ -118,6 +120,7 @@ class KindOfFault:
     start: Annotated[float, ""] = 6.0
     alike: Annotated[float, "s"] = 0.1
     shortest: Annotated[float, "s"] = 0.1
+    agrees: Annotated[float, ""] = 4.0
     young: Annotated[float, "s"] = 1.1
     large: Annotated[float, ""] = 1.0
     sample_time: Annotated[float, "s"] = 0.01
@@ -169,10 +172,19 @@ class KindOfFault:
         fresh = self._fresh(state, deviation)
         before = _selected(either(dropped, state.seen < 0.5), fresh, state)
         learnt = self._learnt(before, reading, prediction, deviation)
+        revived = all_of(
+            self._is_still(before), reading != before.last, absolute(reading - prediction) < self.agrees * deviation
+        )
+        counts = both(counts, negated(revived))
         after = _selected(counts, learnt, before)
-        after = after._replace(last=where(known, reading, state.last), past=state.past)
+        after = after._replace(last=where(both(known, either(counts, dropped)), reading, state.last), past=state.past)
         named = self._named(after, prediction, dropped)
+        named = named._replace(effect=where(both(declared, revived), math.inf, named.effect))
         return after._replace(past=tuple(line.push(prediction) for line in state.past)), named
+
+    def _is_still(self, state: KindState) -> Any:
+        """Whether no reading since the declaration differed from the others."""
+        return both(state.repeated, state.seen * self.sample_time >= self.shortest)
 
     # -- learning ------------------------------------------------------------------------------------------------
 
@@ -272,7 +284,7 @@ class KindOfFault:
         for option in options[1:]:
             better = option[1] > best[1]
             best = tuple(where(better, new, old) for new, old in zip(option, best, strict=True))
-        still = both(state.repeated, state.seen * self.sample_time >= self.shortest)
+        still = self._is_still(state)
         where_it_stays = state.constant.value
         constant = (where(absolute(where_it_stays) < self.zero, LOSS, STUCK), 0.0, 0.0, where_it_stays - prediction)
         named = (where(still, a, b) for a, b in zip(constant, (best[0], *best[2:]), strict=True))
