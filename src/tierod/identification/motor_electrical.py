@@ -8,19 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.identification.fit_quality import white_noise
 from tierod.identification.identifiability import UNKNOWN
-from tierod.identification.modulation import Modulation
+from tierod.identification.motor_equation import Equation, equation
 from tierod.identification.motor_recording import MotorRecording
 from tierod.identification.motor_regression import Fit, Rows, regress
-from tierod.physics.pm_motor import resistance_at
 
-_TURN = 1.5
-"""Electrical angle that the rotor may turn within a window [rad]: more would average the turning voltages away."""
-_LENGTHS = (12, 64)
-"""Least and greatest length of a window, in samples."""
-_QUIET = 2e-4
-"""Share of noise in the power of a regressor that biases its coefficient by no more than that."""
 _SURE, _ALIKE = 4.0, 0.02
 """Standard deviations, and share of the value, by which the inductances must differ to be told apart."""
 _PLAIN, _APART = ("R", "DQ", "F", "B"), ("R", "D", "Q", "F", "B")
@@ -82,7 +74,7 @@ def identify_electrical(
     Source: Reinelt et al., eqs (17), (18), integrated over a step, with inductances along and across the flux.
     """
     warm = all(each.temperature is not None for each in recordings)
-    parts = [_columns(each, pole_pairs, warm) for each in recordings]
+    parts = [equation(each, pole_pairs, warm) for each in recordings]
     plain, plain_share = _fitted(parts, _PLAIN, expected)
     apart, apart_share = _fitted(parts, _APART, expected)
     along = bool(apart.deviations[1] < UNKNOWN * expected[1])
@@ -113,7 +105,7 @@ def electrical_fit(
     Args:
         recordings, pole_pairs, expected: as of `identify_electrical`
     """
-    return _fitted([_columns(each, pole_pairs, False) for each in recordings], _PLAIN, expected)
+    return _fitted([equation(each, pole_pairs, False) for each in recordings], _PLAIN, expected)
 
 
 def held_fit(
@@ -124,7 +116,7 @@ def held_fit(
     Args:
         recordings, pole_pairs, expected: as of `identify_electrical`
     """
-    parts = [_columns(each, pole_pairs, False) for each in recordings]
+    parts = [equation(each, pole_pairs, False) for each in recordings]
     less = [
         part._replace(voltage=part.voltage - expected[1] * (part.columns["D"] + part.columns["Q"])) for part in parts
     ]
@@ -145,79 +137,7 @@ def _sizes(kinds: Sequence[str], expected: tuple[float, float, float]) -> np.nda
     return np.array([of_kind.get(kind, expected[1]) for kind in kinds])
 
 
-class _Part(NamedTuple):
-    """One recording: complex columns by kind, the same as instruments, the voltage, and what currents do in a step."""
-
-    columns: dict[str, np.ndarray]
-    instruments: dict[str, np.ndarray]
-    voltage: np.ndarray
-    arc: np.ndarray
-    settling: np.ndarray
-
-
-def _columns(seen: MotorRecording, pole_pairs: float, warm: bool) -> _Part:
-    angle = pole_pairs * seen.angle
-    turning = float(np.nanpercentile(np.abs(np.diff(angle)), 95.0))
-    length = int(np.clip(_TURN / max(turning, 1e-9), *_LENGTHS))
-    window = Modulation(length, max(length // 4, 1), seen.step)
-    rotor = np.exp(1j * angle)
-    own = seen.current / rotor
-    mean = 0.5 * (seen.current[1:] + seen.current[:-1])
-    rise = np.ones(len(seen.time))
-    if warm and seen.temperature is not None:
-        rise = resistance_at(seen.temperature, 1.0)
-    columns = {
-        "R": window.between(rise[1:] * mean),
-        "D": window.growth(own.real * rotor),
-        "Q": window.growth(1j * own.imag * rotor),
-        "F": window.growth(rotor),
-        "B": window.growth(1j * rotor),
-    }
-    # The mean current of a step differs from that of both ends by a twelfth of its second derivative: the magnets turn
-    # on an arc, times flux over inductance, and the current settles, times resistance over inductance.
-    arc = window.between(-(np.diff(angle) ** 2) / 12.0 * rise[1:] * np.exp(0.5j * (angle[1:] + angle[:-1])))
-    settling = window.between(seen.step / 12.0 * rise[1:] ** 2 * np.diff(seen.current))
-    voltage, middle = window.between(seen.voltage[1:]), window.mean(angle)
-    earlier = length // window.stride + 2
-    turn = np.exp(1j * (middle[earlier:] - middle[:-earlier]))
-    quiet = _quiet(columns, window, seen, pole_pairs)
-    instruments = {
-        name: values[earlier:] if quiet[name] else values[:-earlier] * turn for name, values in columns.items()
-    }
-    columns = {name: values[earlier:] for name, values in columns.items()}
-    voltage, arc, settling = voltage[earlier:], arc[earlier:], settling[earlier:]
-    known = np.isfinite(voltage + sum(columns.values()) + sum(instruments.values()))
-
-    def kept(values: np.ndarray) -> np.ndarray:
-        # Without its mean: an offset of voltage or current stands in the stator's axes.
-        return values[known] - values[known].mean()
-
-    return _Part(
-        {name: kept(each) for name, each in columns.items()},
-        {name: kept(each) for name, each in instruments.items()},
-        kept(voltage),
-        kept(arc),
-        kept(settling),
-    )
-
-
-def _quiet(
-    columns: dict[str, np.ndarray], window: Modulation, seen: MotorRecording, pole_pairs: float
-) -> dict[str, bool]:
-    """Columns in which noise has so small a share that they are their own instruments."""
-    current = max(white_noise(seen.current.real), white_noise(seen.current.imag))
-    mean, growth = window.gain
-    # Between slow readings of the angle there is a line: its noise has to be told from the readings themselves.
-    step = seen.angle_step or seen.step
-    readings = Modulation(max(round(window.length * seen.step / step), 2), 1, step)
-    noise = white_noise(seen.angle) if seen.angle_noise is None else seen.angle_noise
-    turning = pole_pairs * noise * readings.gain[1]
-    noises = {"R": np.sqrt(2.0) * mean * current, "D": growth * current, "Q": growth * current}
-    noises |= {"F": turning, "B": turning}
-    return {name: bool(noises[name] ** 2 < _QUIET * np.nanvar(each)) for name, each in columns.items()}
-
-
-def _fitted(parts: Sequence[_Part], kinds: Sequence[str], expected: tuple[float, float, float]) -> tuple[Fit, float]:
+def _fitted(parts: Sequence[Equation], kinds: Sequence[str], expected: tuple[float, float, float]) -> tuple[Fit, float]:
     """The fit with currents that bend in a step, as unsure as what that changes; the share left over."""
     rows = [
         Rows(part.voltage, *(np.column_stack([sum(of[k] for k in kind) for kind in kinds]) for of in part[:2]))
@@ -241,5 +161,5 @@ def _only_first(values: np.ndarray, count: int) -> np.ndarray:
     return np.column_stack([values, *[np.zeros_like(values)] * (count - 1)])
 
 
-def _spread(parts: Sequence[_Part]) -> float:
+def _spread(parts: Sequence[Equation]) -> float:
     return float(np.sqrt(np.mean(np.concatenate([np.abs(part.voltage) ** 2 for part in parts]))))

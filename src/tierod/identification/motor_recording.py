@@ -17,6 +17,8 @@ FASTEST = 0.5
 """Electrical angle that the rotor may turn from sample to sample [rad]: more cannot be told from turning back."""
 _FEW = 50
 """Samples of a torque that tell nothing."""
+_FEWEST = 200
+"""Samples that a regression over windows needs at least."""
 _MISSING = 0.2
 """Share of the samples that may be missing."""
 
@@ -82,6 +84,10 @@ def motor_recording(name: str, recording: Recording, pole_pairs: float, commande
     step = _step(name, recording, currents)
     start, stop = _common(name, recording, (*currents, *voltages, angle))
     grid = start + step * np.arange(int((stop - start) / step + 1e-6) + 1)
+    if len(grid) < _FEWEST:
+        raise InputError(
+            f"{name} holds {len(grid)} samples of the currents; record at least {_FEWEST}, at the rate of the modulation"
+        )
     current = _vector(recording, currents, grid, step)
     voltage = _vector(recording, voltages, grid, step)
     share = 1.0 / pole_pairs if electrical else 1.0
