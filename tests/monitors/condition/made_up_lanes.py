@@ -67,6 +67,8 @@ class Lane:
             torque_loss=loss,
             loss_deviation=sqrt(variance),
             speed=speed,
+            moving=where(speed > 0.5, 1.0, 0.0),
+            driven=where(sample.longitudinal_acceleration < -8.0, 0.0, 1.0),
         )
         return (speed, loss, variance), output
 

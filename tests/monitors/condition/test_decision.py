@@ -92,6 +92,20 @@ def test_a_lost_sensor_does_not_recover_while_it_should_read_zero(bank, drive):
     assert result[f"testable.{LEFT}"][-50:].max() == 0.0
 
 
+def test_nobody_is_accused_at_standstill(bank, drive):
+    drive[100:300, column("longitudinal_acceleration")] = -5.0
+    drive[:, :2] += np.cumsum(drive[:, column("longitudinal_acceleration")])[:, None] / RATE
+    drive[400:, column(LEFT)] += 1.0
+    assert declared(scan(bank, drive)) == [(0.0, "healthy")]
+
+
+def test_a_wheel_that_brakes_hard_may_lock(bank, drive):
+    drive[300:400, column("longitudinal_acceleration")] = -9.0
+    drive[:, :2] += np.cumsum(drive[:, column("longitudinal_acceleration")])[:, None] / RATE
+    drive[310:390, column(LEFT)] = 0.0
+    assert declared(scan(bank, drive)) == [(0.0, "healthy")]
+
+
 @pytest.mark.parametrize("share", [1.0, 0.5])
 @pytest.mark.parametrize("name", [MOTOR_1, MOTOR_2])
 def test_a_motor_is_told_from_the_other_by_the_swing_of_their_split(bank, drive, name, share):

@@ -112,6 +112,8 @@ class Decision:
         recovers: for how long it must, in samples at which its fault would show
         loss_recovered: share of lost torque below which an actuator counts as whole
 
+    At standstill and in reverse nobody is accused, and no wheel while it brakes harder than its drives.
+
     Source: Li, Frey, Gauterin, sections 3 and 4, replaced: their rules name no sensor for most faults.
     """
 
@@ -143,10 +145,10 @@ class Decision:
         """
         lanes, readings = sample.lanes, sample.sample[: len(SENSORS)]
         likelihoods = [lane.log_likelihood for lane in lanes]
-        weights = self.weighing.smoothed(state.weights, likelihoods, state.active)
-        ranking = self.weighing.ranking(weights, state.active)
         source, far_off = self._source(likelihoods, state.active)
         seen = _selected(lanes, source)
+        weights = self.weighing.smoothed(state.weights, likelihoods, state.active, self._tells(seen))
+        ranking = self.weighing.ranking(weights, state.active)
         suspected = self._elements_of(state.active)
         testable = self._testable(lanes, suspected, seen)
         good = self._good(state.good, suspected, readings, seen, effects)
@@ -204,6 +206,12 @@ class Decision:
             best, top = where(better, float(number), best), where(better, value, top)
         far_off = [value < top - self.impossible for value in likelihoods]
         return where(own < top - self.impossible, best, active), far_off
+
+    def _tells(self, seen: Any) -> list[Any]:
+        """Whether this sample may speak for each hypothesis: nothing does at standstill, braked wheels may lock."""
+        braked = both(seen.moving, seen.driven)
+        wheels = {name for name in SENSORS if name.startswith("wheel_speed")}
+        return [braked if wheels & set(each.sensors) else seen.moving for each in self.weighing.hypotheses]
 
     def _contains(self, number: int, active: Any) -> Any:
         """Whether a hypothesis suspects all that the active one does."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from tierod.errors import ParameterError
-from tierod.graph.maths import all_of, any_of, both, either, exp, maximum, negated, where
+from tierod.graph.maths import all_of, any_of, both, either, exp, maximum, minimum, negated, where
 from tierod.monitors.condition.signals import Hypothesis
 
 NEVER = -1e9
@@ -88,13 +88,16 @@ class Weighing:
         zeros = (0.0,) * len(self.hypotheses)
         return Weights(zeros, zeros)
 
-    def smoothed(self, weights: Weights, likelihoods: Sequence[Any], active: Any) -> Weights:
+    def smoothed(
+        self, weights: Weights, likelihoods: Sequence[Any], active: Any, tells: Sequence[Any] | None = None
+    ) -> Weights:
         """One sample on.
 
         Args:
             weights: after the sample before
             likelihoods: logarithm of each hypothesis' density of this sample
             active: the number of the hypothesis that holds
+            tells: whether the sample may speak for each hypothesis; for all if None
         """
         best = likelihoods[0]
         for value in likelihoods[1:]:
@@ -102,6 +105,8 @@ class Weighing:
         limited = [maximum(value, best - self.largest) for value in likelihoods]
         own = chosen(limited, active)
         ratios = [value - own for value in limited]
+        if tells is not None:
+            ratios = [where(told, ratio, minimum(ratio, 0.0)) for told, ratio in zip(tells, ratios, strict=True)]
         shares = [1.0 - exp(-self.sample_time / time) for time in (self.fast_time, self.slow_time)]
         return Weights(*(_on(mean, ratios, share) for mean, share in zip(weights, shares, strict=True)))
 
