@@ -12,7 +12,8 @@ from tierod.monitors.condition.residuals.actuator_set import ActuatorSet, Repair
 from tierod.monitors.condition.residuals.calibration import ResidualCalibration
 from tierod.monitors.condition.residuals.catalogue import ACTUATOR_RESIDUALS, SENSOR_RESIDUALS
 from tierod.monitors.condition.residuals.parameters import ResidualParameters
-from tierod.monitors.condition.residuals.residual_set import Measured, ResidualSet, residual_set
+from tierod.monitors.condition.residuals.readings import Measured
+from tierod.monitors.condition.residuals.residual_set import ResidualSet, residual_set
 from tierod.monitors.condition.residuals.thresholds import Excitation, ResidualThreshold
 from tierod.monitors.condition.rule_files import rules
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS, ConditionSample

@@ -11,6 +11,7 @@ from tierod.studies.registry import Effort, Progress
 PARTS: Mapping[str, str] = {
     "driven": "what is driven",
     "figures": "the paper's figures",
+    "residuals": "what every residual sees",
     "sensors": "tests of the sensors",
     "actuators": "tests of the actuators",
     "beyond": "more faults, and two at once",

@@ -12,7 +12,7 @@ from tierod.models.exponential import discretise_pair
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.condition.residuals.catalogue import ACTUATOR_RESIDUALS, Residual
 from tierod.monitors.condition.residuals.parameters import Coefficients, ResidualParameters
-from tierod.monitors.condition.residuals.residual_set import Measured, Motion
+from tierod.monitors.condition.residuals.readings import Measured, Motion
 from tierod.monitors.condition.residuals.shares import LostShares
 from tierod.physics.planar_motion import longitudinal_acceleration
 from tierod.physics.rack_balance import tie_rod_force_of_balance

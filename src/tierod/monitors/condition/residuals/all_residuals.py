@@ -8,7 +8,8 @@ from typing import Annotated, Any, NamedTuple
 from tierod.block import named_tuple
 from tierod.monitors.condition.residuals.actuator_set import ActuatorSet, Repaired, Targets
 from tierod.monitors.condition.residuals.catalogue import RESIDUALS
-from tierod.monitors.condition.residuals.residual_set import Motion, ResidualSet
+from tierod.monitors.condition.residuals.readings import Motion
+from tierod.monitors.condition.residuals.residual_set import ResidualSet
 from tierod.monitors.condition.residuals.thresholds import Excitation
 from tierod.monitors.condition.signals import ConditionSample
 

@@ -1,0 +1,183 @@
+"""What every residual sees, its thresholds fixed and adapting, and what that does to the rules."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from tierod.graph import scan
+from tierod.monitors.condition.residuals.all_residuals import AllResiduals
+from tierod.monitors.condition.residuals.calibration import ResidualCalibration, calibrate_residuals
+from tierod.monitors.condition.residuals.catalogue import RESIDUALS, SENSOR_RESIDUALS
+from tierod.monitors.condition.residuals.fit import samples_of
+from tierod.monitors.condition.residuals.judged import judged
+from tierod.monitors.condition.residuals.parameters import ResidualParameters
+from tierod.monitors.condition.residuals.thresholds import Excitation
+from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
+from tierod.recording import Recording
+from tierod.studies.claims import Claim, at_least, at_most
+from tierod.studies.condition.by_rules import said
+from tierod.studies.condition.drives import Drive, calibration_drives, healthy_drives, sensor_tests
+from tierod.studies.condition.recorded import recorded
+from tierod.studies.condition.scoring import DriveScore, score, truth_of
+from tierod.studies.condition.summary import summary
+from tierod.studies.content import Heading, Item, Table
+from tierod.studies.registry import Effort
+from tierod.vehicles import load
+
+TEXT = (
+    "The residuals of the corrected equations with one vehicle. A fault should be seen by residuals whose equations "
+    "use its sensor, and by no others. Thresholds are 1.15 times the largest residual of a healthy hour; those that "
+    "adapt are a sum of what speed, yaw acceleration, lateral acceleration and steering rate add, fitted on the same "
+    "hour, and taken where they are lower on average.",
+)
+VEHICLE = 1
+RULES = "rules-discriminating"
+_WHEELS = ("r7", "r9", "r11", "r13")
+SOURCE = "Li, Frey, Gauterin, Figure 7 and section 3.9"
+
+
+def items(effort: Effort) -> Iterator[Item]:
+    """Signatures of the faults, thresholds, and the rules with either kind of threshold."""
+    tests = sensor_tests(VEHICLE)[:: 7 if effort.quick else 1]
+    known = _calibrated(effort.quick)
+    monitors = {name: rule_monitor(_car(), each, RULES) for name, each in known.items()}
+    recordings = [recorded(each) for each in tests]
+    yield Heading("What every residual sees", TEXT)
+    seen = _signatures(tests, recordings, monitors["fixed"])
+    yield _signature_table(seen)
+    yield from _signature_claims(seen)
+    yield _threshold_table(known)
+    healthy = healthy_drives(0.05 if effort.quick else 1.0, (VEHICLE,))
+    yield _rules_table(monitors, tests, recordings, healthy)
+
+
+def _car() -> ResidualParameters:
+    return load("smartload").parameters_for(ResidualParameters)
+
+
+def _calibrated(quick: bool) -> dict[str, ResidualCalibration]:
+    first, hour = calibration_drives(VEHICLE)
+    fitted, healthy = [recorded(first)], [recorded(each) for each in (hour[:1] if quick else hour)]
+    kinds = {"fixed": False, "adapting": True}
+    return {name: calibrate_residuals(_car(), fitted, healthy, adaptive=adaptive) for name, adaptive in kinds.items()}
+
+
+Signatures = Mapping[tuple[str, str], Mapping[str, float]]
+"""By sensor and kind: share of the fault's time in which each residual is beyond its threshold."""
+
+
+def _signatures(tests: Sequence[Drive], recordings: Sequence[Recording], monitor: RuleMonitor) -> Signatures:
+    block = AllResiduals(monitor.sensors, monitor.actuators)
+    limits = dict(zip((each.name for each in SENSOR_RESIDUALS), monitor.sensor_thresholds, strict=True))
+    shares: dict[tuple[str, str], list[dict[str, float]]] = {}
+    for drive, recording in zip(tests, recordings, strict=True):
+        result, fault = scan(block, samples_of(recording)), drive.injected[0]
+        lively = Excitation(*(result[f"excitation.{name}"] for name in Excitation._fields))  # type: ignore[arg-type]
+        time = recording["yaw_rate"].time
+        during = (time >= fault.start) & (time < fault.end)
+        found = {
+            name: float(np.mean((np.abs(limit.ratio(result[f"residuals.{name}"], lively)) >= 1.0)[during]))
+            for name, limit in limits.items()
+        }
+        shares.setdefault((fault.element, fault.kind), []).append(found)
+    return {
+        key: {name: float(np.mean([each[name] for each in several])) for name in limits}
+        for key, several in shares.items()
+    }
+
+
+def _signature_table(seen: Signatures) -> Table:
+    names = tuple(each.name for each in SENSOR_RESIDUALS)
+    rows = tuple(
+        (f"{sensor} {kind}", *(f"{found[name]:.2f}" if found[name] >= 0.005 else "" for name in names))
+        for (sensor, kind), found in seen.items()
+    )
+    note = "Mean over both signs and both rounds; empty below .005."
+    return Table("Share of the fault's time beyond the threshold", ("fault", *names), rows, note)
+
+
+def _signature_claims(seen: Signatures) -> Iterator[Claim]:
+    blind = max(
+        (found[name] for (sensor, _), found in seen.items() for name in found if sensor not in RESIDUALS[name].signals),
+        default=0.0,
+    )
+    wheels = [
+        found[name] for (sensor, _), found in seen.items() if sensor.startswith("wheel_speed") for name in _WHEELS
+    ]
+    yield Claim(
+        "residuals.blind",
+        "No residual is abnormal for a sensor that its equation does not use.",
+        SOURCE,
+        None,
+        blind,
+        at_most(0.01),
+    )
+    yield Claim(
+        "residuals.wheels",
+        "r7, r9, r11 and r13 are all abnormal while a wheel speed is faulty.",
+        SOURCE,
+        None,
+        min(wheels, default=float("nan")),
+        at_least(0.95),
+    )
+
+
+def _threshold_table(known: Mapping[str, ResidualCalibration]) -> Table:
+    rows = []
+    for name, each in RESIDUALS.items():
+        fixed, adapting = judged(name, known["fixed"]), judged(name, known["adapting"])
+        threshold = adapting.threshold
+        widest = f"{threshold.base:.3g} and more" if threshold.adapts else f"{threshold.base:.3g}"
+        rows.append(
+            (
+                name,
+                each.unit or "-",
+                f"{fixed.deviation:.3g}",
+                f"{fixed.threshold.base:.3g}",
+                f"{fixed.sigmas:.1f}",
+                widest,
+                f"{adapting.sigmas:.1f}",
+                fixed.condition,
+            )
+        )
+    header = ("residual", "unit", "sigma", "fixed", "in sigma", "adapting", "in sigma, lively", "judged")
+    return Table("Thresholds of the residuals", header, tuple(rows))
+
+
+def _rules_table(
+    monitors: Mapping[str, RuleMonitor],
+    tests: Sequence[Drive],
+    recordings: Sequence[Recording],
+    healthy: Sequence[Drive],
+) -> Table:
+    rows = []
+    quiet = [(drive, recorded(drive)) for drive in healthy]
+    for name, monitor in monitors.items():
+        found: list[DriveScore] = []
+        own = []
+        for drive, recording in zip(tests, recordings, strict=True):
+            told = said(monitor, recording)
+            found.append(score(drive, truth_of(drive, recording), told))
+            fault = drive.injected[0]
+            there = (told.time >= fault.start) & (told.time < fault.end)
+            named, unsure = told.said("faulty", fault.element), told.said("not_testable", fault.element)
+            own.append(float(np.mean((named == there)[~(there & unsure & ~named)])))
+        alarms = sum(
+            score(drive, truth_of(drive, recording), said(monitor, recording)).false_alarms
+            for drive, recording in quiet
+        )
+        whole = summary(found)
+        hours = sum(drive.seconds for drive in healthy) / 3600.0
+        rows.append(
+            (
+                name,
+                f"{whole.accuracy:.3f} / {whole.worst:.3f}",
+                f"{np.mean(own):.3f} / {min(own):.3f}",
+                f"{whole.wrong:.3f}",
+                f"{alarms} in {hours:.2g} h",
+            )
+        )
+    header = ("thresholds", "accuracy", "without what the rules call not testable", "wrong sensor", "false alarms")
+    return Table("Rules that discriminate with fixed and adapting thresholds", header, tuple(rows))
