@@ -13,6 +13,7 @@ _PLACES = {
     "sideslip": "sideslip.definition:SIDESLIP",
     "driver-torque": "driver_torque.definition:DRIVER_TORQUE",
     "motor-angle": "motor_angle.definition:MOTOR_ANGLE",
+    "condition": "condition.definition:CONDITION",
 }
 """Where each is defined, in this package."""
 

@@ -36,8 +36,6 @@ TAIL = 0.2
 """Share of the blocks, the largest, that tell how seldom larger ones are."""
 LEAST_HOURS = 0.25
 """Of healthy driving, below which no limit is designed [h]; one hour is better."""
-WIDER = 2.0
-"""Factor of the limits of a vehicle that nobody has calibrated, over those of the virtual demonstrator."""
 
 
 @dataclass(frozen=True)
@@ -180,6 +178,7 @@ def table_of(designed: DesignedLimits, source: str) -> dict[str, float | str | M
     names = [each.name for each in hypotheses()[1:]]
     return {
         "source": source,
+        "calibrated": 1.0,
         "hours": designed.hours,
         "hours_between_alarms": designed.hours_between_alarms,
         "factor": designed.factor,
@@ -190,15 +189,23 @@ def table_of(designed: DesignedLimits, source: str) -> dict[str, float | str | M
     }
 
 
-def limits_of(vehicle: Vehicle) -> Limits | None:
-    """The limits that a vehicle file holds; None where nobody has calibrated the vehicle.
+def is_calibrated(vehicle: Vehicle) -> bool:
+    """Whether the limits of a vehicle file were designed on this very vehicle."""
+    return vehicle.thresholds.get(NAME, {}).get("calibrated") == 1.0
+
+
+def limits_of(vehicle: Vehicle) -> Limits:
+    """The limits that a vehicle file holds.
 
     Raises:
-        ParameterError: limits that are not those of the hypotheses
+        ParameterError: there are none, or they are not those of the hypotheses
     """
     table = vehicle.thresholds.get(NAME)
     if table is None:
-        return None
+        raise ParameterError(
+            f"the vehicle '{vehicle.name}' has no limits of the condition monitor; 'tierod identify thresholds' finds "
+            "them on healthy drives"
+        )
     names = [each.name for each in hypotheses()[1:]]
     columns = []
     for key in ("fast", "slow"):

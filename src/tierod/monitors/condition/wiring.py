@@ -30,9 +30,9 @@ STEP = 0.04
 """Between two values that are compared [s]."""
 CLEAR, TIGHT = 0.6, 0.95
 """Correlations from which on signs, and scales, are told."""
-SCALE = 1.4
-"""Ratio of the sizes of two signals from which on a scale is called wrong; tyres, radii and slopes of the road make up to 1.34."""
-LATEST, LATE = 1.0, 0.15
+_SCALE = 1.4
+"""Ratio of the sizes of two signals from which on a scale is called wrong; tyres, radii and slopes make up to 1.34."""
+LATEST, _LATE = 1.0, 0.15
 """Shifts in time that are searched, and from which on one is called wrong [s]; motion itself lags by up to 0.1 s."""
 
 
@@ -137,10 +137,12 @@ class Wiring:
     Args:
         vehicle: its parameters
         rate: of the samples [Hz]
+        scale: ratio of sizes from which on one is wrong
+        late: shift in time from which on one is wrong [s]
     """
 
-    def __init__(self, vehicle: AutomatedParameters, rate: float):
-        self.vehicle, self.rate = vehicle, rate
+    def __init__(self, vehicle: AutomatedParameters, rate: float, scale: float = _SCALE, late: float = _LATE):
+        self.vehicle, self.rate, self.scale, self.late = vehicle, rate, scale, late
         self._pieces: list[dict[str, np.ndarray]] = []
         self._kept = 0
 
@@ -181,8 +183,8 @@ class Wiring:
         yaw = self._told(YAW, signals, moving)
         return (
             _turned(yaw, YAW)
-            or _late(yaw)
-            or _scaled(self._told(YAW, signals, gentle), YAW)
+            or _late(yaw, self.late)
+            or _scaled(self._told(YAW, signals, gentle), YAW, self.scale)
             or _turned(self._told(TORQUE, signals, moving), TORQUE)
         )
 
@@ -200,14 +202,14 @@ class Wiring:
         return told
 
 
-def _late(told: Mapping[str, np.ndarray]) -> tuple[Problem, ...]:
+def _late(told: Mapping[str, np.ndarray], limit: float) -> tuple[Problem, ...]:
     """Who comes late, or early, beside the others."""
     shifts = {}
     for one, other in combinations(told, 2):
         shift = _shift(told[one], told[other])
         if shift is not None:
             shifts[one, other] = shift - (YAW[one].lead - YAW[other].lead)
-    odd = odd_ones_out(tuple(told), {pair: abs(shift) < LATE for pair, shift in shifts.items()})
+    odd = odd_ones_out(tuple(told), {pair: abs(shift) < limit for pair, shift in shifts.items()})
     if len(odd) != 1:
         return ()
     by = [(-shift if pair[0] == odd[0] else shift) for pair, shift in shifts.items() if odd[0] in pair]
@@ -247,14 +249,14 @@ def _turned(told: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness]) ->
     return (Problem("sign", witness.elements, witness.turned, "correct the channel map"),)
 
 
-def _scaled(told: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness]) -> tuple[Problem, ...]:
+def _scaled(told: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], limit: float) -> tuple[Problem, ...]:
     ratios: dict[Pair, float] = {}
     for pair in combinations(told, 2):
         one, other = (told[name] for name in pair)
         if _correlation(one, other) > TIGHT:
             both = np.isfinite(one) & np.isfinite(other)
             ratios[pair] = float(np.sqrt((one[both] @ one[both]) / (other[both] @ other[both])))
-    odd = odd_ones_out(tuple(told), {pair: 1.0 / SCALE < ratio < SCALE for pair, ratio in ratios.items()})
+    odd = odd_ones_out(tuple(told), {pair: 1.0 / limit < ratio < limit for pair, ratio in ratios.items()})
     if len(odd) != 1:
         return ()
     witness = witnesses[odd[0]]

@@ -1,0 +1,84 @@
+"""The monitor of sensors and actuators of an automated vehicle, as users see it."""
+
+from __future__ import annotations
+
+from tierod.monitors.condition.judge import condition_bank
+from tierod.monitors.condition.lane import LeaveOutFilter
+from tierod.monitors.condition.limits import is_calibrated, limits_of
+from tierod.monitors.condition.said import said_by_bank
+from tierod.monitors.condition.session import ConditionSession, filtered_by_bank
+from tierod.monitors.condition.signals import SENSORS, ConditionSample
+from tierod.monitors.decision import Decision, Demonstrated, OwnRule
+from tierod.monitors.own_level import OwnLevel
+from tierod.monitors.session import Monitor, Variant
+from tierod.vehicles import Vehicle
+
+PAPER = (
+    "Li, Frey, Gauterin, Model-based condition monitoring of the sensors and actuators of an electric and automated "
+    "vehicle, Sensors 23 (2023)"
+)
+
+
+def _bank(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> ConditionSession:
+    base = LeaveOutFilter.of_vehicle(vehicle, 1.0 / rate)
+    bank = condition_bank(base, limits_of(vehicle), sample_time=1.0 / rate)
+    calibrated = is_calibrated(vehicle)
+    return ConditionSession("condition, bank", bank, said_by_bank, filtered_by_bank, vehicle, rate, calibrated)
+
+
+_BANK_DECISIONS = (
+    Decision(
+        name="fault of a sensor or actuator",
+        distance="log-likelihood ratio of the filter that leaves it out, per sample, means over 0.05 and 0.5 s",
+        rule=OwnRule(
+            "beyond the vehicle file's limits, 1 nat ahead of all others, 3 samples in a row, 10 for an actuator",
+            {
+                "samples": 3.0,
+                "samples_of_actuators": 10.0,
+                "impossible": 12.0,
+                "gate": 6.0,
+                "weighing.limits.gap": 1.0,
+                "weighing.limits.margin": 1.0,
+            },
+        ),
+        place="block.judge.decision",
+        mean_time_between_false_alarms=1000.0,
+        demonstrated=None,
+        source="tierod.monitors.condition.limits, for a vehicle that 'tierod identify thresholds' has calibrated",
+    ),
+    Decision(
+        name="wrong wiring, scale or time",
+        distance="correlation, ratio and shift of signals that tell the same, over the first three minutes",
+        rule=OwnRule(
+            "signs opposed, size off by 1.4, or shift of 0.15 s, in each of three parts", {"scale": 1.4, "late": 0.15}
+        ),
+        place="_wiring",
+        mean_time_between_false_alarms=None,
+        demonstrated=Demonstrated(60.0),
+        source="60 healthy drives of ten minutes on three virtual demonstrators",
+        unit="recording",
+    ),
+)
+
+CONDITION = Monitor(
+    name="condition",
+    title="Sensors and actuators of the vehicle",
+    summary="Finds which of six sensors and four actuators is at fault, of what kind and size, and replaces its value.",
+    source=PAPER,
+    required=SENSORS[:2],
+    optional=tuple(name for name in ConditionSample._fields if name not in SENSORS[:2]),
+    rate=100.0,
+    minimum_rate=10.0,
+    # A held reading would be one that stands still; the filter goes on without.
+    maximum_age=0.006,
+    variants={
+        "bank": Variant(
+            "bank",
+            "Fifty Kalman filters, each leaving out what it suspects, weighed by their likelihood.",
+            f"beyond {PAPER}; docs/condition.md",
+            _bank,
+            decisions=_BANK_DECISIONS,
+        ),
+    },
+    default="bank",
+)
