@@ -7,9 +7,13 @@ import pytest
 
 from identification.made_motor import FILE, MadeMotor, none, to_and_fro, waving
 from tierod.errors import InputError, ParameterError
+from tierod.graph import scan
+from tierod.graph.trace import trace
 from tierod.identification.motor import identify_motor
-from tierod.recording import Channel
+from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.recording import Channel, Recording
 from tierod.studies.motor_angle import identified as study
+from tierod.studies.motor_angle.fault_drives import course
 from tierod.studies.motor_angle.observer_drives import bench, drive, locked
 
 
@@ -103,6 +107,31 @@ def test_a_drawn_motor_of_the_bench_is_found(driven):
         assert each.deviations[0] < 0.05, name
     assert any("no load_torque was recorded" in remark for remark in result.remarks)
     assert not any("samples" in remark for remark in result.remarks)
+
+
+def test_noise_in_the_loop_of_the_current_control_makes_no_bias():
+    names = ("motor_current_alpha", "motor_current_beta")
+    off = []
+    for seed in range(3):
+        motor = study.drawn(900 + seed)
+        time = np.arange(10_000) * 1e-3
+        noise = np.random.default_rng(seed).normal(size=(10_000, 2))
+        inputs = {name: np.zeros(10_000) for name in trace(motor.plant).sample}
+        inputs |= {name: np.ones(10_000) for name in inputs if name.endswith(".gain") or name == "control"}
+        inputs |= {f"ports.{name}.offset": noise[:, k] for k, name in enumerate(names)}
+        found = scan(motor.plant, np.column_stack(list((inputs | {"target_motor_angle": course(time, seed)}).values())))
+        told = {
+            name: np.column_stack([found[f"motor.fine.{name}.{k}"] for k in range(10)]).ravel()
+            for name in MotorAngleObserver.Sample._fields
+        }
+        told |= {name: told[name] + np.repeat(noise[:, k], 10) for k, name in enumerate(names)}
+        fine = np.arange(100_000) * 1e-4
+        channels = {name: Channel(name, fine, values, "") for name, values in told.items()}
+        channels["motor_temperature"] = Channel("motor_temperature", fine, np.full(100_000, motor.temperature), "K")
+        result = identify_motor(FILE, {"drive": Recording(channels)})
+        errors = study.errors([motor], [result])
+        off.append([errors[name].errors[0] / errors[name].deviations[0] for name in ("motor_resistance", "motor_flux")])
+    assert np.all(np.abs(np.mean(off, axis=0)) < 2.0)
 
 
 def test_two_recordings_tell_more_than_one(driven):

@@ -62,9 +62,9 @@ def identify_electrical(
     """Resistance, inductance, flux, and the zero of the angle sensor.
 
     The voltage's equation in the stator's axes is linear in all of them and needs no Park transform: the mean voltage
-    over a step is the resistance times the mean current and what the flux gained. Windows slide along it. Where
-    noise has a share in a regressor, its instrument is the window one length earlier, turned on with the rotor: its
-    noise is another one even in a closed loop.
+    over a step is the resistance times the mean current and what the flux gained. Windows slide along it.
+    Instruments are the windows one length earlier, turned on with the rotor: their noise is another one even in a
+    closed loop. Where the past tells too little, as of a step, a regressor without noise worth mention is its own.
 
     Args:
         recordings: of one motor

@@ -86,7 +86,8 @@ def motor_recording(name: str, recording: Recording, pole_pairs: float, commande
     grid = start + step * np.arange(int((stop - start) / step + 1e-6) + 1)
     if len(grid) < _FEWEST:
         raise InputError(
-            f"{name} holds {len(grid)} samples of the currents; record at least {_FEWEST}, at the rate of the modulation"
+            f"{name} holds {len(grid)} samples of the currents; record at least {_FEWEST}, at the rate of "
+            "the modulation"
         )
     current = _vector(recording, currents, grid, step)
     voltage = _vector(recording, voltages, grid, step)
