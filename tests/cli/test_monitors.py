@@ -53,3 +53,18 @@ def test_lists_all_as_json(capsys):
 def test_an_unknown_monitor_names_the_nearest(capsys):
     assert main(["monitors", "fricton"]) == 3
     assert "did you mean 'friction'" in capsys.readouterr().err
+
+
+def test_tells_the_decisions_with_their_false_alarms(capsys):
+    assert main(["monitors", "friction", "--json"]) == 0
+    variants = json.loads(capsys.readouterr().out)["monitors"][0]["variants"]
+    rising = variants[0]["decisions"][0]
+    assert rising["name"] == "rising, own level"
+    assert rising["mean_between_false_alarms"] == 65.0
+    assert rising["unit"] == "h"
+    assert rising["demonstrated"]["alarms"] == 0
+    assert rising["demonstrated"]["fewer_per_unit_95"] == pytest.approx(
+        3.0 / rising["demonstrated"]["observed"], rel=0.01
+    )
+    main(["monitors", "friction"])
+    assert "Decisions of the variant pre-sliding" in capsys.readouterr().out

@@ -63,8 +63,8 @@ ABSOLUTE = Decision(
     ),
     place="block.verdict",
     mean_time_between_false_alarms=13_900.0,
-    demonstrated=Demonstrated(72.0, 1),
-    source="Gaussian gains of 8 %; cars of the virtual fleet, gains of 8.5 %",
+    demonstrated=Demonstrated(152.0, 1),
+    source="Gaussian gains of 8 %; cars of the virtual fleet, estimates of 7.6 to 8.5 %",
     unit="car",
     design=ABSOLUTE_DESIGN,
 )
