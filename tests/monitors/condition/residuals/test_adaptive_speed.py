@@ -42,6 +42,19 @@ def test_the_offset_of_the_accelerometer_is_found_in_the_end():
     assert found == pytest.approx(0.3, abs=0.1)
 
 
+def test_after_a_long_gap_it_starts_anew():
+    speed, columns = drive()
+    columns[1000:1600] = np.nan
+    assert error(speed, columns, 1620) < 0.03
+
+
+def test_where_both_wheels_agree_on_another_speed_it_gives_in():
+    speed, columns = drive()
+    jumped = speed + np.where(np.arange(len(speed)) >= 1500, 3.0, 0.0)
+    columns[1500:, 3:] += 3.0
+    assert error(jumped, columns, 1650) < 0.05
+
+
 def test_it_starts_at_the_speed_of_the_wheels():
     speed, columns = drive()
     assert scan(BLOCK, columns[:20])["forward_speed"][-1] == pytest.approx(speed[19], abs=0.1)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from tierod.estimators import KalmanFilter
-from tierod.graph.maths import all_of, present, where
+from tierod.graph.maths import absolute, all_of, both, either, minimum, negated, present, where
 from tierod.physics.planar_motion import forward_rate
 from tierod.ranges import POSITIVE
 
@@ -101,7 +101,8 @@ class AdaptiveSpeed:
     """Forward speed and acceleration from accelerometer, yaw rate and both rear wheels.
 
     Filter I follows the accelerometer, filter II each wheel, filter III joins them. The fourth power of its innovation
-    widens the noise of a wheel, so that one that slips or fails loses its weight. It starts at the mean of the wheels.
+    widens the noise of a wheel, so that one that slips or fails loses its weight. It starts at the mean of the wheels,
+    and does so again after a long gap, or where both wheels agree on another speed.
 
     Args:
         track_width: between the rear wheels
@@ -109,6 +110,7 @@ class AdaptiveSpeed:
         acceleration, wheel, speed: filters I, II and III
         wheel_noise: standard deviation of a wheel's speed that agrees, in filter III
         rejection: innovation at which the variance of a wheel has doubled
+        patience: how long a gap, or a speed that both wheels contradict, is borne
 
     Source: Li, Frey, Gauterin, section 3.5.2 and Figure 4, which leave the filters open; `design` fills them in.
     """
@@ -120,6 +122,7 @@ class AdaptiveSpeed:
     speed: KalmanFilter
     wheel_noise: Annotated[float, "m/s", POSITIVE] = 0.05
     rejection: Annotated[float, "m/s", POSITIVE] = 0.25
+    patience: Annotated[float, "s", POSITIVE] = 1.0
 
     class Sample(NamedTuple):
         """What it takes in; NaN where missing. The sideslip angle is estimated."""
@@ -131,13 +134,14 @@ class AdaptiveSpeed:
         wheel_speed_rear_right: Annotated[float, "m/s"]
 
     class State(NamedTuple):
-        """Of the four filters, and whether the speed has started."""
+        """Of the four filters, whether the speed has started, and how long it has been doubtful [s]."""
 
         acceleration: Any
         left: Any
         right: Any
         speed: Any
         started: Any
+        doubt: Any
 
     class Output(NamedTuple):
         """Speed, its rate free of the accelerometer's offset, that offset, and the rates of both wheels."""
@@ -169,7 +173,7 @@ class AdaptiveSpeed:
 
     def init(self) -> State:
         """At rest, not yet started."""
-        return self.State(self.acceleration.init(), self.wheel.init(), self.wheel.init(), self.speed.init(), 0.0)
+        return self.State(self.acceleration.init(), self.wheel.init(), self.wheel.init(), self.speed.init(), 0.0, 0.0)
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:
         """One sample on."""
@@ -186,8 +190,9 @@ class AdaptiveSpeed:
             _if_present(sample.wheel_speed_rear_right, right_wheel.mean.value - across),
         )
         there = all_of(*(present(each) for each in readings), present(rate))
-        start = where(state.started > 0.5, before.forward_speed, where(there, 0.5 * (readings[0] + readings[1]), 0.0))
-        started = where(there, 1.0, state.started)
+        begun = both(state.started > 0.5, state.doubt < self.patience)
+        start = where(begun, before.forward_speed, where(there, 0.5 * (readings[0] + readings[1]), 0.0))
+        started = where(there, 1.0, where(begun, 1.0, 0.0))
         belief = state.speed._replace(mean=before._replace(forward_speed=start))
         ahead = start + self.sample_time * (along.mean.value - before.offset)
         noise = tuple(self._noise(each - ahead) for each in readings)
@@ -197,8 +202,16 @@ class AdaptiveSpeed:
             measurement_noise=noise,
         )
         speed, offset = estimate.mean
+        doubted = either(negated(there), self._apart(readings, ahead))
+        doubt = where(doubted, minimum(state.doubt + self.sample_time, 2.0 * self.patience), 0.0)
         output = self.Output(speed, along.mean.value - offset, offset, left_wheel.mean.rate, right_wheel.mean.rate)
-        return self.State(first, left, right, joined, started), output
+        return self.State(first, left, right, joined, started, doubt), output
+
+    def _apart(self, readings: tuple[Any, Any], ahead: Any) -> Any:
+        """Whether both wheels say the same, and the filter something else."""
+        left, right = (where(present(each), each, 0.0) for each in readings)
+        agree = absolute(left - right) < 4.0 * self.wheel_noise
+        return both(agree, absolute(0.5 * (left + right) - ahead) > 2.0 * self.rejection)
 
     def _noise(self, innovation: Any) -> Any:
         """Variance of a wheel by its innovation."""
