@@ -11,10 +11,11 @@ from tierod.recording import Channel, Recording
 from tierod.studies.condition.declared import Declared
 from tierod.studies.condition.drives import Drive
 from tierod.studies.condition.faults import LOSS, OFFSET, Injected
-from tierod.studies.condition.scoring import FOUND, MISSED, NOT_TESTABLE, DriveScore, truth_of
+from tierod.studies.condition.scoring import FOUND, MISSED, NOT_TESTABLE, DriveScore
 from tierod.studies.condition.scoring import score as score_of
 from tierod.studies.condition.shown import where_shown
 from tierod.studies.condition.summary import confusion, isolated, summary
+from tierod.studies.condition.truth import truth_of
 
 YAW, ANGLE = "yaw_rate", "steering_wheel_angle"
 TIME = np.arange(6000) / 100.0
@@ -144,3 +145,15 @@ def test_a_constant_deviation_shows_above_three_standard_deviations():
     assert not where_shown(YAW, np.full(300, 0.029), there).any()
     assert where_shown(YAW, np.full(300, 0.031), there)[9:].all()
     assert not where_shown(YAW, np.full(300, 0.031), ~there).any()
+
+
+def test_a_sensor_that_is_back_cannot_be_told_from_a_lost_one_while_it_reads_nothing():
+    true = np.where(_between(40.0, 45.0), 0.0, 0.5)
+    read = np.where(_between(20.0, 40.0), 0.0, true + 0.002)
+    drive = Drive("short-round", 60.0, 0, injected=(Injected(YAW, LOSS),))
+    fault = score(drive, _recording(true, read), Declared(TIME, {YAW: _between(20.0, 46.0)})).faults[0]
+    assert fault.accuracy == pytest.approx(1.0 - 6.0 / 60.0)
+    assert fault.accuracy_excused == pytest.approx(1.0 - 1.1 / 55.1, abs=3e-3)
+    offset = Drive("short-round", 60.0, 0, injected=(Injected(YAW, OFFSET, 0.3),))
+    fault = score(offset, _recording(true, read), Declared(TIME, {YAW: _between(20.0, 46.0)})).faults[0]
+    assert fault.accuracy_excused == pytest.approx(fault.accuracy)

@@ -13,8 +13,8 @@ from tierod.studies.condition.faults import LOSS, Injected, lost
 from tierod.studies.condition.recorded import each, recorded
 from tierod.studies.condition.rounds import LONG, SHORT, THIRD
 from tierod.studies.condition.runs import processes
-from tierod.studies.condition.scoring import truth_of, truths
 from tierod.studies.condition.shown import where_shown
+from tierod.studies.condition.truth import truth_of, truths
 from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.studies.registry import Effort
 

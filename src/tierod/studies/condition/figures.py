@@ -20,7 +20,7 @@ from tierod.studies.condition.faults import LOSS, Injected, lost
 from tierod.studies.condition.recorded import recorded
 from tierod.studies.condition.rounds import SHORT
 from tierod.studies.condition.runs import BEST, VARIANTS, calibrations, diagnosed
-from tierod.studies.condition.scoring import truths
+from tierod.studies.condition.truth import truths
 from tierod.studies.content import Chart, Heading, Item, Panel
 from tierod.studies.registry import Effort
 

@@ -28,9 +28,10 @@ from tierod.studies.condition.drives import Drive
 from tierod.studies.condition.faults import LOSS, OFFSET, OFFSETS, OUTLIER, OUTLIER_FACTOR, Injected
 from tierod.studies.condition.real_recordings import CARS, DATA, RATE, SENSORS, RealCar
 from tierod.studies.condition.runs import VARIANTS
-from tierod.studies.condition.scoring import DriveScore, Truth, score
+from tierod.studies.condition.scoring import DriveScore, score
 from tierod.studies.condition.sensors import GOAL
 from tierod.studies.condition.summary import isolated, summary
+from tierod.studies.condition.truth import Truth
 from tierod.studies.content import Heading, Item, Table
 from tierod.studies.registry import Effort
 
@@ -136,6 +137,7 @@ def _scored(car: RealCar, sound: Recording, monitor: RuleMonitor, faults: tuple[
     truth = Truth(
         {name: each[judged_from:] for name, each in off.items()},
         {name: sound[name].values[judged_from:] for name in off},
+        {},
     )
     return score(drive, truth, declared._replace(time=declared.time[judged_from:], **cut))
 

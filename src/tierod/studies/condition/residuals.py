@@ -20,8 +20,9 @@ from tierod.studies.claims import Claim, at_least, at_most
 from tierod.studies.condition.by_rules import said
 from tierod.studies.condition.drives import Drive, calibration_drives, healthy_drives, sensor_tests
 from tierod.studies.condition.recorded import recorded
-from tierod.studies.condition.scoring import DriveScore, score, truth_of
+from tierod.studies.condition.scoring import DriveScore, score
 from tierod.studies.condition.summary import summary
+from tierod.studies.condition.truth import truth_of
 from tierod.studies.content import Heading, Item, Table
 from tierod.studies.registry import Effort
 from tierod.vehicles import load

@@ -14,7 +14,8 @@ from tierod.recording import Recording
 from tierod.studies.condition.declared import Declared
 from tierod.studies.condition.drives import Drive
 from tierod.studies.condition.recorded import each
-from tierod.studies.condition.scoring import DriveScore, score, truth_of
+from tierod.studies.condition.scoring import DriveScore, score
+from tierod.studies.condition.truth import truth_of
 from tierod.studies.registry import Effort
 
 

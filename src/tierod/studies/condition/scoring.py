@@ -9,12 +9,11 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from tierod.recording import Recording
 from tierod.studies.condition.declared import Declared
 from tierod.studies.condition.drives import ACTUATORS, SENSORS, Drive
-from tierod.studies.condition.faults import TORQUES, Injected
-from tierod.studies.condition.recorded import deviations, sound
+from tierod.studies.condition.faults import Injected
 from tierod.studies.condition.shown import where_shown
+from tierod.studies.condition.truth import Truth, truths
 
 ELEMENTS = (*SENSORS, *ACTUATORS)
 """Everything that is judged."""
@@ -36,7 +35,8 @@ class FaultScore(NamedTuple):
     Args:
         injected: the fault
         accuracy: share of all samples of the drive at which the element's state is right
-        accuracy_excused: the same, without the samples at which the fault is there, cannot be told and is not declared
+        accuracy_excused: the same, without the samples at which the state cannot be told and is not right: the fault is
+            there and does not show, or is no longer there but would not show either
         outcome: FOUND, MISSED, or NOT_TESTABLE where it never showed
         delay: from its beginning to the first declaration; infinite where there is none
         delay_shown: from the first sample at which it shows; 0 where it was declared before
@@ -82,34 +82,6 @@ class DriveScore(NamedTuple):
     named: str
 
 
-def truths(drive: Drive, time: np.ndarray) -> dict[str, np.ndarray]:
-    """Whether each element is at fault at each sample, for those that ever are."""
-    found: dict[str, np.ndarray] = {}
-    for each in drive.injected:
-        during = (time >= each.start - 1e-9) & (time < each.end - 1e-9)
-        found[each.element] = found.get(each.element, np.zeros(len(time), bool)) | during
-    return found
-
-
-class Truth(NamedTuple):
-    """What a diagnosis of a drive is held against, on the samples of its recording.
-
-    Args:
-        off: by element that fails, how far it is from what it would be without fault, see `recorded.deviations`
-        sound: by sensor that fails, what it would read without fault
-    """
-
-    off: Mapping[str, np.ndarray]
-    sound: Mapping[str, np.ndarray]
-
-
-def truth_of(drive: Drive, recording: Recording) -> Truth:
-    """The truth of a drive of the demonstrator."""
-    sensors = drive.driven.sensors
-    failing = [each.element for each in drive.injected if each.element not in TORQUES]
-    return Truth(deviations(drive, recording), {name: sound(name, recording, sensors) for name in failing})
-
-
 def score(drive: Drive, truth: Truth, declared: Declared) -> DriveScore:
     """The score of one drive.
 
@@ -147,7 +119,8 @@ def _of_fault(
     here = (time >= each.start - 1e-9) & (time < each.end - 1e-9)
     said, shows = declared.said("faulty", each.element), shown[each.element] & here
     right = said == there
-    counted = ~(there & ~shown[each.element] & ~said)
+    gone = (time >= each.end) & ~there
+    counted = right | ~((there & ~shown[each.element]) | (gone & ~truth.would_show(each, time)))
     first, began = _first(said & here), _first(shows)
     outcome = FOUND if first is not None else MISSED if began is not None else NOT_TESTABLE
     delay = delay_shown = math.inf

@@ -40,7 +40,8 @@ def where_shown(element: str, deviation: np.ndarray, faulty: np.ndarray, rate: f
         rate: samples per second [Hz]
     """
     count = max(round(ALIKE * rate), 1)
-    power = np.where(faulty, np.asarray(deviation, float), 0.0) ** 2
+    largest = 1e3 * KNOWN[element]
+    power = np.where(faulty, np.clip(np.asarray(deviation, float), -largest, largest), 0.0) ** 2
     total = np.concatenate([[0.0], np.cumsum(power)])
     past = np.minimum(np.arange(1, len(power) + 1), count)
     mean = (total[1:] - total[1 + np.arange(len(power)) - past]) / count

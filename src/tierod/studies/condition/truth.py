@@ -1,0 +1,65 @@
+"""The truth of a drive that a diagnosis is held against: what fails when, by how much, and whether it would show."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.recording import Recording
+from tierod.studies.condition.drives import Drive
+from tierod.studies.condition.faults import GAIN, LOSS, OUTLIER, STUCK, TARGETS, TORQUES, Injected
+from tierod.studies.condition.recorded import deviations, sound
+from tierod.studies.condition.shown import where_shown
+
+
+def truths(drive: Drive, time: np.ndarray) -> dict[str, np.ndarray]:
+    """Whether each element is at fault at each sample, for those that ever are."""
+    found: dict[str, np.ndarray] = {}
+    for each in drive.injected:
+        during = (time >= each.start - 1e-9) & (time < each.end - 1e-9)
+        found[each.element] = found.get(each.element, np.zeros(len(time), bool)) | during
+    return found
+
+
+class Truth(NamedTuple):
+    """What a diagnosis of a drive is held against, on the samples of its recording.
+
+    Args:
+        off: by element that fails, how far it is from what it would be without fault, see `recorded.deviations`
+        sound: by sensor that fails, what it would read without fault
+        asked: by actuator that fails, the torque asked of it [N*m]
+    """
+
+    off: Mapping[str, np.ndarray]
+    sound: Mapping[str, np.ndarray]
+    asked: Mapping[str, np.ndarray]
+
+    def would_show(self, each: Injected, time: np.ndarray) -> np.ndarray:
+        """Whether a fault would show at each sample, were it there all the time."""
+        return where_shown(each.element, self._would_be_off(each, time), np.ones(len(time), bool))
+
+    def _would_be_off(self, each: Injected, time: np.ndarray) -> np.ndarray:
+        if each.element in TORQUES:
+            return each.size * self.asked[each.element]
+        sound = self.sound[each.element]
+        if each.kind == LOSS:
+            return sound
+        if each.kind == STUCK:
+            return sound - sound[min(int(np.searchsorted(time, each.start)), len(sound) - 1)]
+        if each.kind in (GAIN, OUTLIER):
+            return (each.size - 1.0) * sound
+        return np.full(len(time), math.inf)
+
+
+def truth_of(drive: Drive, recording: Recording) -> Truth:
+    """The truth of a drive of the demonstrator."""
+    sensors = drive.driven.sensors
+    failing = {each.element for each in drive.injected}
+    return Truth(
+        deviations(drive, recording),
+        {name: sound(name, recording, sensors) for name in failing.difference(TORQUES)},
+        {name: recording[TARGETS[name]].values for name in failing.intersection(TORQUES)},
+    )
