@@ -38,6 +38,7 @@ class AutomatedParameters:
         wheel_speed_difference: relative excess of the right over the left reading
         yaw_rate_offset, steering_wheel_angle_offset, steering_shaft_torque_offset, tie_rod_force_offset,
             longitudinal_acceleration_offset, lateral_acceleration_offset: reading at a truth of zero
+        greatest_steering_motor_torque, greatest_drive_torque: of one motor; what is asked beyond is not given
         steering_motor_lag, drive_lag: time constants of the torques behind their targets
     """
 
@@ -81,6 +82,8 @@ class AutomatedParameters:
     tie_rod_force_offset: Annotated[float, "N"] = 0.0
     longitudinal_acceleration_offset: Annotated[float, "m/s**2"] = 0.0
     lateral_acceleration_offset: Annotated[float, "m/s**2"] = 0.0
+    greatest_steering_motor_torque: Annotated[float, "N*m"] = 1e3
+    greatest_drive_torque: Annotated[float, "N*m"] = 1e4
     steering_motor_lag: Annotated[float, "s"] = 0.003
     drive_lag: Annotated[float, "s"] = 0.01
 

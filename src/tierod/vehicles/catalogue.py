@@ -141,6 +141,8 @@ _CATALOGUE = (
     Quantity("tie_rod_force_offset", "N", "reading of the sensor without load", (-2e3, 2e3)),
     Quantity("longitudinal_acceleration_offset", "m/s**2", "reading of the sensor on level ground", (-3.0, 3.0)),
     Quantity("lateral_acceleration_offset", "m/s**2", "reading of the sensor on level ground", (-3.0, 3.0)),
+    Quantity("greatest_steering_motor_torque", "N*m", "of one steering motor at its shaft", (0.1, 1e3)),
+    Quantity("greatest_drive_torque", "N*m", "of one drive at its wheel", (1.0, 1e5)),
     Quantity("steering_motor_lag", "s", "time constant of a steering motor's torque behind its target", (0.0, 0.5)),
     Quantity("drive_lag", "s", "time constant of a drive's torque behind its target", (0.0, 1.0)),
 )

@@ -12,25 +12,16 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.block import skeleton
 from tierod.estimators.kernels import predict_covariance
-from tierod.estimators.linear_algebra import diagonal, dot, from_diagonal, pack, plus, unpack
+from tierod.estimators.linear_algebra import diagonal, dot, from_diagonal, plus
 from tierod.graph.derivatives import jacobian
-from tierod.graph.maths import absolute, both, exp, limit, log, maximum, minimum, present, sqrt, where
-from tierod.models.automated_vehicle import AutomatedVehicle, Torques
+from tierod.graph.maths import both, limit, log, maximum, minimum, present, sqrt, where
+from tierod.models.automated_vehicle import AutomatedVehicle
+from tierod.monitors.condition.asked_torques import AskedTorques, no_torques, torques_of
+from tierod.monitors.condition.process import LIMITS, process_noise, start_deviations, with_torque_noise
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS, ConditionSample, Hypothesis
 from tierod.monitors.condition.tuning import ModelError, PlausibleRange, SensorNoise, widened
 from tierod.monitors.condition.updates import Correction, logarithm, spread_of, update
 from tierod.vehicles import Vehicle
-
-LIMITS = AutomatedVehicle.State(
-    *(80.0, 30.0, 10.0, 1.0, 1.0, 20.0, 80.0, 1.0),
-    *(600.0, 600.0, 500.0, 1.5, 0.03, 0.15, 1.7, 1.2, 0.03),
-)
-"""Beyond which no state goes, whatever a faulty sensor says. The filter stays finite; and a hypothesis that is wrong
-cannot explain readings by a bank of thirty degrees or tyres of another size, however long it is given."""
-
-
-SHORTEST_LAG = 1e-4
-"""Of an actuator [s]: keeps a lag of zero from being divided by."""
 
 
 class Readings(NamedTuple):
@@ -53,15 +44,6 @@ class Surprise(NamedTuple):
     steering_wheel_angle: Annotated[float, ""]
     steering_shaft_torque: Annotated[float, ""]
     tie_rod_force: Annotated[float, ""]
-
-
-class Memory(NamedTuple):
-    """Torques that were asked for, that the motors give, and the last changes of both steering torques [N*m]."""
-
-    asked: Torques
-    given: Torques
-    change_1: Any
-    change_2: Any
 
 
 class Seen(NamedTuple):
@@ -129,7 +111,7 @@ class LeaveOutFilter:
 
         mean: Any
         covariance: tuple[Any, ...]
-        torques: Memory
+        torques: AskedTorques
 
     class Output(NamedTuple):
         """What one hypothesis says about one sample.
@@ -174,15 +156,10 @@ class LeaveOutFilter:
 
     def init(self) -> State:
         """Anywhere at any speed, wheels about straight ahead."""
-        error, mean = self.model_error, skeleton(AutomatedVehicle.State)
-        start = AutomatedVehicle.State(
-            *(20.0, 0.5, 0.5, 0.02, 0.02, 4.0, 2.0, 0.7, error.force, error.force, error.tie_rod + error.standing),
-            *(error.loss, error.yaw_rate_offset, error.angle_offset, error.road, error.road),
-            error.wheel_speed_difference,
-        )
-        still = Torques(0.0, 0.0, 0.0, 0.0)
-        covariance = from_diagonal([value * value for value in start])
-        return self.State(mean, tuple(value + 0.0 for value in covariance), Memory(still, still, 0.0, 0.0))
+        deviations = start_deviations(self.model_error)
+        covariance = from_diagonal([value * value for value in deviations])
+        mean = skeleton(AutomatedVehicle.State)
+        return self.State(mean, tuple(value + 0.0 for value in covariance), no_torques())
 
     def step(self, state: Any, sample: Any) -> tuple[Any, Any]:
         """One sample on."""
@@ -210,7 +187,9 @@ class LeaveOutFilter:
 
     def corrected(self, state: Any, sample: Any) -> tuple[Any, Seen]:
         """The belief after a sample, and what the sample said."""
-        torques, inputs, jump = self._torques(state.torques, sample)
+        suspected = [1.0 - getattr(self, f"trust_{name}") for name in ACTUATORS]
+        torques, inputs, jumped = torques_of(sample, state.torques, self.vehicle, suspected)
+        jump = self.sensor_noise.jump * self.sensor_noise.jump * jumped
         mean, covariance = self._predicted(state, inputs, jump)
         expected = AutomatedVehicle.output(mean, inputs, self.vehicle)
         rows = jacobian(lambda at: AutomatedVehicle.output(at, inputs, self._coarse), mean)
@@ -247,90 +226,14 @@ class LeaveOutFilter:
         variances[torque] = plus(variances[torque], jump)
         return tuple(variances)
 
-    def _torques(self, memory: Any, sample: Any) -> tuple[Any, Any, Any]:
-        """Next memory, inputs of the model, and the variance of the steering torque between the samples [N^2*m^2].
-
-        Targets change on a straight line from sample to sample, actuators follow with their lag: exact for that.
-        """
-        vehicle = self.vehicle
-        targets = (
-            sample.steering_motor_1_target_torque,
-            sample.steering_motor_2_target_torque,
-            sample.target_drive_torque_left,
-            sample.target_drive_torque_right,
-        )
-        asked = Torques(*(where(present(new), new, old) for new, old in zip(targets, memory.asked, strict=True)))
-        lags = (vehicle.steering_motor_lag, vehicle.steering_motor_lag, vehicle.drive_lag, vehicle.drive_lag)
-        step, mean, now = vehicle.sample_time, [], []
-        for new, old, given, lag in zip(asked, memory.asked, memory.given, lags, strict=True):
-            lag = maximum(lag, SHORTEST_LAG)
-            behind = (new - old) * (lag / step)
-            after = new - behind + (given - old + behind) * exp(-step / lag)
-            mean.append(0.5 * (old + new) - lag / step * (after - given))
-            now.append(after)
-        change_1, change_2 = asked[0] - memory.asked[0], asked[1] - memory.asked[1]
-        suspected = [1.0 - getattr(self, f"trust_{name}") for name in ACTUATORS]
-        whole = _jump(change_1 + change_2, memory.change_1 + memory.change_2)
-        swing = suspected[0] * _jump(change_1, memory.change_1) + suspected[1] * _jump(change_2, memory.change_2)
-        unknown = self.sensor_noise.jump * self.sensor_noise.jump * (whole + swing)
-        inputs = AutomatedVehicle.Input(*mean, *now, *suspected)
-        return Memory(asked, Torques(*now), change_1, change_2), inputs, unknown
-
     def _predicted(self, state: Any, inputs: Any, jump: Any) -> tuple[Any, Any]:
         """Mean and packed covariance before the readings."""
-
         rows = jacobian(lambda at: AutomatedVehicle.transition(at, inputs, self._coarse), state.mean)
-        process = self._process_noise(state.mean, inputs)
+        process = process_noise(self.model_error, self.vehicle, state.mean, inputs)
         covariance = predict_covariance(rows, state.covariance, process)
+        torque = self.model_error.steering_torque * self.model_error.steering_torque + jump
         mean = AutomatedVehicle.transition(state.mean, inputs, self.vehicle)
-        return mean, self._with_torque(covariance, jump)
-
-    def _process_noise(self, mean: Any, inputs: Any) -> Any:
-        """Variance that each state gains per sample; that of the forces grows with the forces."""
-        vehicle, error, fading = self.vehicle, self.model_error, self.vehicle.fading
-        step, forces = vehicle.sample_time, AutomatedVehicle.forces(mean, inputs, self.vehicle)
-        standing = error.standing / (1.0 + mean.speed * mean.speed)
-        rod = vehicle.steering_ratio / vehicle.rack_ratio * absolute(forces.kingpin)
-
-        def gained(deviation: Any, time: Any) -> Any:
-            return deviation * deviation * (1.0 - exp(-2.0 * step / time))
-
-        def white(deviation: Any) -> Any:
-            return deviation * deviation
-
-        return AutomatedVehicle.State(
-            speed=white(step * error.acceleration),
-            lateral_speed=white(step * error.lateral_acceleration),
-            yaw_rate=white(step * error.yaw_acceleration),
-            front_slip=white(error.slip),
-            rear_slip=white(error.slip),
-            column_angle=0.0,
-            column_rate=0.0,
-            friction_share=white(error.friction_share),
-            front_force_error=gained(error.force + error.force_share * absolute(forces.front), fading.force),
-            rear_force_error=gained(error.force + error.force_share * absolute(forces.rear), fading.force),
-            tie_rod_force_error=gained(error.tie_rod + error.tie_rod_share * rod + standing, fading.tie_rod),
-            torque_loss=gained(error.loss, fading.loss),
-            yaw_rate_offset=gained(error.yaw_rate_offset, fading.offset),
-            angle_offset=gained(error.angle_offset, fading.offset),
-            grade_acceleration=gained(error.road, fading.road),
-            bank_acceleration=gained(error.road, fading.road),
-            wheel_speed_difference=gained(error.wheel_speed_difference, fading.offset),
-        )
-
-    def _with_torque(self, covariance: Any, jump: Any) -> Any:
-        """The covariance with the steering torque's error in the mean of the step, which moves angle and rate."""
-        vehicle, full = self.vehicle, unpack(covariance)
-        damping = vehicle.rack_ratio * vehicle.rack_ratio * vehicle.rack_damping
-        left = exp(-damping * vehicle.sample_time / vehicle.column_inertia)
-        path = vehicle.column_inertia / damping * (1.0 - left)
-        angle = AutomatedVehicle.State._fields.index("column_angle")
-        gain = {angle: (vehicle.sample_time - path) / damping, angle + 1: (1.0 - left) / damping}
-        variance = self.model_error.steering_torque * self.model_error.steering_torque + jump
-        for i, first in gain.items():
-            for j, second in gain.items():
-                full[i][j] = full[i][j] + first * second * variance
-        return pack(full)
+        return mean, with_torque_noise(covariance, self.vehicle, torque)
 
     def _log_likelihood(self, seen: Seen) -> Any:
         """Of the readings that there are: as innovations where used, as anything plausible where not."""
@@ -361,8 +264,3 @@ def leaving_out(hypothesis: Hypothesis, base: LeaveOutFilter) -> LeaveOutFilter:
     changes: dict[str, Any] = {f"use_{name}": 0.0 for name in hypothesis.sensors}
     changes |= {f"trust_{name}": 0.0 for name in hypothesis.actuators}
     return replace(base, **changes)
-
-
-def _jump(change: Any, before: Any) -> Any:
-    """Square of what a torque has jumped by, beyond going on as it went [N^2*m^2]."""
-    return absolute(change * (change - before))

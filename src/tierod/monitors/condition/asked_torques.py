@@ -1,0 +1,75 @@
+"""From the torques that a control asks for to those that motors give, in the mean of a sample and at its end."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from tierod.estimators.linear_algebra import Vector
+from tierod.graph.maths import absolute, exp, limit, maximum, present, where
+from tierod.models.automated_vehicle import AutomatedVehicle, Torques
+
+SHORTEST_LAG = 1e-4
+"""Of an actuator [s]: keeps a lag of zero from being divided by."""
+
+
+class AskedTorques(NamedTuple):
+    """What was asked for, what the motors give, and the last changes of both steering torques [N*m]."""
+
+    asked: Torques
+    given: Torques
+    change_1: Any
+    change_2: Any
+
+
+def no_torques() -> AskedTorques:
+    """Before the first sample."""
+    return AskedTorques(Torques(0.0, 0.0, 0.0, 0.0), Torques(0.0, 0.0, 0.0, 0.0), 0.0, 0.0)
+
+
+def torques_of(sample: Any, memory: AskedTorques, vehicle: Any, suspected: Vector) -> tuple[AskedTorques, Any, Any]:
+    """Next memory, inputs of the model, and square of the jump of the steering torque [N**2*m**2].
+
+    Targets change on a straight line from sample to sample, actuators follow with their lag: exact for that. A target
+    that is missing is held, one beyond what a motor can give is cut.
+
+    Args:
+        sample: a `ConditionSample`
+        memory: of the sample before
+        vehicle: parameters of `AutomatedVehicle`
+        suspected: 1 for an actuator that may have lost torque, else 0, in the order of `ACTUATORS`
+    """
+    targets = (
+        sample.steering_motor_1_target_torque,
+        sample.steering_motor_2_target_torque,
+        sample.target_drive_torque_left,
+        sample.target_drive_torque_right,
+    )
+    steering, drive = vehicle.greatest_steering_motor_torque, vehicle.greatest_drive_torque
+    most = (steering, steering, drive, drive)
+    lags = (vehicle.steering_motor_lag, vehicle.steering_motor_lag, vehicle.drive_lag, vehicle.drive_lag)
+    asked = Torques(
+        *(
+            where(present(new), limit(new, -bound, bound), old)
+            for new, old, bound in zip(targets, memory.asked, most, strict=True)
+        )
+    )
+    step, mean, now = vehicle.sample_time, [], []
+    for new, old, given, lag in zip(asked, memory.asked, memory.given, lags, strict=True):
+        lag = maximum(lag, SHORTEST_LAG)
+        behind = (new - old) * (lag / step)
+        after = new - behind + (given - old + behind) * exp(-step / lag)
+        mean.append(0.5 * (old + new) - lag / step * (after - given))
+        now.append(after)
+    change_1, change_2 = asked[0] - memory.asked[0], asked[1] - memory.asked[1]
+    whole = _jump(change_1 + change_2, memory.change_1 + memory.change_2)
+    swing = suspected[0] * _jump(change_1, memory.change_1) + suspected[1] * _jump(change_2, memory.change_2)
+    inputs = AutomatedVehicle.Input(*mean, *now, *suspected)
+    return AskedTorques(asked, Torques(*now), change_1, change_2), inputs, whole + swing
+
+
+def _jump(change: Any, before: Any) -> Any:
+    """Square of what a torque has jumped by, beyond going on as it went [N**2*m**2].
+
+    Product of change and change of the change: a ramp that goes on has none, nor has the sample after a jump.
+    """
+    return absolute(change * (change - before))
