@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from tierod.identification.column_result import ColumnIdentification, Found
     from tierod.identification.inverter import InverterIdentification
     from tierod.identification.motor_result import MotorIdentification
+    from tierod.monitors.condition.whole_calibration import ConditionCalibration
     from tierod.recording import Recording
     from tierod.studies.content import Item, Table
     from tierod.vehicles import Vehicle
@@ -41,15 +42,17 @@ class Subject(NamedTuple):
         tables: for the terminal
         lines: for the terminal, below them
         document: what the JSON document holds besides the parameters
+        takes_false_alarms: whether `identify` takes the wanted hours between false alarms too
     """
 
     title: str
     summary: str
-    identify: Callable[[Vehicle, dict[str, Recording], tuple[str, ...], Any], Any]
+    identify: Callable[..., Any]
     items: Callable[[Any], Iterable[Item]]
     tables: Callable[[Any], Sequence[Table]]
     lines: Callable[[Any], Sequence[str]]
     document: Callable[[Any], dict[str, Any]]
+    takes_false_alarms: bool = False
 
 
 def _column(
@@ -156,6 +159,46 @@ def _inverter_document(result: InverterIdentification) -> dict[str, Any]:
     return {"fit": result.fit._asdict(), "explained": not result.doubt}
 
 
+def _thresholds(
+    car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any, hours: float = 1000.0
+) -> ConditionCalibration:
+    from tierod.errors import ParameterError
+    from tierod.monitors.condition.whole_calibration import calibrate_condition
+
+    if free:
+        raise ParameterError("thresholds are found with all parameters that healthy driving tells; leave --free out")
+    return calibrate_condition(recordings, car, hours, advance)
+
+
+def _thresholds_items(result: ConditionCalibration) -> Iterable[Item]:
+    return _thresholds_tables(result)
+
+
+def _thresholds_tables(result: ConditionCalibration) -> Sequence[Table]:
+    from tierod.monitors.condition.signals import hypotheses
+    from tierod.report.display import number
+    from tierod.report.identification_page import found_table
+    from tierod.studies.content import Table
+
+    limits = result.designed.limits
+    pairs = zip(hypotheses()[1:], limits.fast, limits.slow, strict=True)
+    rows = tuple(
+        (each.name.replace("_", " "), number(fast, 3), number(slow, 3))
+        for each, fast, slow in pairs
+        if len(each.suspects) == 1
+    )
+    note = "Mean log-likelihood ratio per sample, over 0.05 and 0.5 s, beyond which a fault is declared."
+    return [found_table(result.found), Table("Limits", ("suspect", "over 0.05 s", "over 0.5 s"), rows, note)]
+
+
+def _thresholds_document(result: ConditionCalibration) -> dict[str, Any]:
+    return {
+        "thresholds": result.thresholds,
+        "converged": result.calibration.converged,
+        "explained": not result.doubt,
+    }
+
+
 SUBJECTS = {
     "column": Subject(
         "Column",
@@ -188,6 +231,18 @@ SUBJECTS = {
         _inverter_tables,
         lambda result: [],
         _inverter_document,
+    ),
+    "thresholds": Subject(
+        "Thresholds",
+        "Parameters of an automated vehicle under which the filter of all its sensors foretells healthy driving best, "
+        "from the first five minutes; limits of the condition monitor from all driving after them, for a wanted mean "
+        "time between false alarms.",
+        _thresholds,
+        _thresholds_items,
+        _thresholds_tables,
+        lambda result: [],
+        _thresholds_document,
+        takes_false_alarms=True,
     ),
 }
 """By the name that the command line takes."""

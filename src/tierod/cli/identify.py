@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def identify(
-    subject: Annotated[str, typer.Argument(help="What to identify: column, motor or inverter.")],
+    subject: Annotated[str, typer.Argument(help="What to identify: column, motor, inverter or thresholds.")],
     recordings: Annotated[
         list[Path], typer.Argument(help="Recordings of bench or drive, one experiment each or more.")
     ],
@@ -31,6 +31,9 @@ def identify(
     channel_map: Annotated[
         Path | None, typer.Option("--map", help="TOML file: source name, unit, sign and offset of each signal.")
     ] = None,
+    false_alarms: Annotated[
+        str | None, typer.Option(help='Of thresholds: false alarms that one can bear, "1 per 1000 h" where not given.')
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
     """Fit parameters to recordings and write them back: done (0), values of no use (2), bad input (3)."""
@@ -43,11 +46,12 @@ def identify(
     if subject not in SUBJECTS:
         raise ParameterError(f"'{subject}' cannot be identified{nearest(subject, SUBJECTS)}")
     wanted, car = SUBJECTS[subject], load(vehicle)
+    rate = _wanted_rate(wanted, subject, false_alarms)
     target = _target(car, output, in_place)
     _require_places(car, recordings, channel_map, target, in_place, report)
     known = _read(recordings, channel_map or car.channel_map)
     with progress(f"identifying the {subject} of {car.name}") as advance:
-        result = wanted.identify(car, known, _names(free), advance)
+        result = wanted.identify(car, known, _names(free), advance, **rate)
     if report is not None:
         _write_page(wanted, result, car, known, recordings, report)
     if target is not None and result.doubt:
@@ -63,6 +67,18 @@ def identify(
         if path is not None:
             messages().print(f"{what}: {path}", soft_wrap=True, markup=False)
     return NOT_JUDGED if result.doubt else HEALTHY
+
+
+def _wanted_rate(wanted: Subject, subject: str, false_alarms: str | None) -> dict[str, float]:
+    """The wanted time between false alarms, where one is given and makes sense [h]."""
+    from tierod.cli.design import seconds_between
+    from tierod.errors import ParameterError
+
+    if false_alarms is None:
+        return {}
+    if not wanted.takes_false_alarms:
+        raise ParameterError(f"the identification of '{subject}' makes no use of --false-alarms; leave it out")
+    return {"hours": seconds_between(false_alarms) / 3600.0}
 
 
 def _names(free: str | None) -> tuple[str, ...]:
@@ -128,13 +144,16 @@ def _sources(recordings: list[Path]) -> list[str]:
 def _write_vehicle(result: Identified, car: Vehicle, recordings: list[Path], target: Path) -> None:
     from tierod.cli.analysed import origin
     from tierod.files import write_text
-    from tierod.vehicles.writer import Change, changed
+    from tierod.vehicles.writer import Change, changed, with_thresholds
 
     by = origin()
     made = f"on {by.created[:10]} by tierod {by.version}: {by.command}"
     source = f"identified from {', '.join(_sources(recordings))} {made}"
     changes = {each.name: Change(each.value, each.deviation, source) for each in result.found}
-    write_text(target, changed(car.path.read_bytes().decode("utf-8"), changes))
+    text = changed(car.path.read_bytes().decode("utf-8"), changes)
+    for of, table in getattr(result, "thresholds", {}).items():
+        text = with_thresholds(text, of, table)
+    write_text(target, text)
 
 
 def _write_page(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -34,8 +35,8 @@ class Found:
 
     @property
     def change(self) -> float:
-        """Of the value, over that before."""
-        return self.value / self.before - 1.0
+        """Of the value, over that before; NaN where that was zero."""
+        return self.value / self.before - 1.0 if self.before else math.nan
 
 
 @dataclass(frozen=True)

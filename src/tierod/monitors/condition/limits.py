@@ -44,14 +44,14 @@ class DesignedLimits:
 
     Args:
         limits: of all hypotheses but healthy
-        factor: of the limits over the largest healthy ratios
+        factor: of the limits over the largest healthy ratios [-]
         hours: of healthy driving they were made on
         hours_between_alarms: designed mean time between false alarms, carried on from the tail of what was seen
         alarms_before: times that driving which the largest ratios were not taken from exceeds them, `FACTOR` left aside
     """
 
     limits: Limits
-    factor: float
+    factor: Annotated[float, ""]
     hours: Annotated[float, "h"]
     hours_between_alarms: Annotated[float, "h"]
     alarms_before: int
