@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tierod.findings import Diagnosis, Element, Finding, Status
+from tierod.studies.condition import odd
 from tierod.studies.condition.odd_drives import all_lost, odd_drives
 
 
@@ -45,3 +47,13 @@ def test_everything_can_be_lost_at_once():
     lost = all_lost(1)
     assert np.all(lost["tie_rod_force"].values[2000:] == 0.0)
     assert np.any(lost["tie_rod_force"].values[:2000] != 0.0)
+
+
+def test_what_the_monitor_says_becomes_a_row():
+    episode = Element("yaw_rate", "sensor", Status.FAULT)
+    quiet = Element("tie_rod_force", "sensor", Status.NOT_AVAILABLE)
+    told = Diagnosis((Finding("condition", Status.FAULT, "The yaw rate is off.", cause="why"),), (episode, quiet))
+    assert odd.row(told) == ("fault", "yaw_rate", "tie_rod_force (not available)", "why")
+    assert odd.accused(told) == ("yaw_rate",)
+    assert odd.row("no wheel speeds") == ("refused", "", "", "no wheel speeds")
+    assert odd.accused("no wheel speeds") == ()

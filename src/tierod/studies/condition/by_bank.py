@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,8 @@ from tierod.monitors.condition.calibration import calibrate as calibrate_paramet
 from tierod.monitors.condition.judge import condition_bank
 from tierod.monitors.condition.kind import KINDS
 from tierod.monitors.condition.lane import LeaveOutFilter
-from tierod.monitors.condition.limits import design_limits
+from tierod.monitors.condition.limits import NAME, design_limits, limits_of, table_of
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS
-from tierod.monitors.condition.weighing import Limits
 from tierod.recording import Recording
 from tierod.studies.condition.declared import Declared
 from tierod.studies.condition.drives import calibration_drives
@@ -26,12 +26,11 @@ class Known:
     """A calibrated bank; put together where it is needed, since blocks are not sent.
 
     Args:
-        vehicle: with the parameters found
-        limits: of its hypotheses
+        vehicle: with the parameters and limits found
     """
 
-    def __init__(self, vehicle: Vehicle, limits: Limits):
-        self.vehicle, self.limits = vehicle, limits
+    def __init__(self, vehicle: Vehicle):
+        self.vehicle = vehicle
         self._bank: Bank | None = None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -42,7 +41,7 @@ class Known:
     def bank(self) -> Bank:
         """The bank at work."""
         if self._bank is None:
-            self._bank = condition_bank(LeaveOutFilter.of_vehicle(self.vehicle), self.limits)
+            self._bank = condition_bank(LeaveOutFilter.of_vehicle(self.vehicle), limits_of(self.vehicle))
         return self._bank
 
 
@@ -50,8 +49,9 @@ def calibrate(number: int, quick: bool) -> Known:
     """Parameters from five healthy minutes of a vehicle, limits from an hour, or twenty minutes if quick."""
     first, hour = calibration_drives(number)
     vehicle = calibrate_parameters([recorded(first)], load("smartload")).vehicle
-    healthy = [recorded(each) for each in (hour[:2] if quick else hour)]
-    return Known(vehicle, design_limits(healthy, vehicle).limits)
+    designed = design_limits([recorded(each) for each in (hour[:2] if quick else hour)], vehicle)
+    table = table_of(designed, f"drives of demonstrator {number}")
+    return Known(replace(vehicle, thresholds={**vehicle.thresholds, NAME: table}))
 
 
 def declare(known: Known, recording: Recording, name: str) -> Declared:

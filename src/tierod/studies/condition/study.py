@@ -16,6 +16,7 @@ PARTS: Mapping[str, str] = {
     "actuators": "tests of the actuators",
     "beyond": "more faults, and two at once",
     "healthy": "healthy driving",
+    "odd": "odd recordings",
     "real_cars": "real cars",
 }
 """Module of every part, and what it is about."""
