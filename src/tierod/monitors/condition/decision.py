@@ -110,6 +110,7 @@ class Decision:
         shows: number of standard deviations of its prediction by which a fault must change a reading to show in it
         agrees: number of standard deviations within which a reading counts as it should
         recovers: for how long it must, in samples at which its fault would show
+        hopes: after which it is called recovering; single readings of a noisy sensor are right by chance
         loss_recovered: share of lost torque below which an actuator counts as whole
 
     At standstill and in reverse nobody is accused, and no wheel while it brakes harder than its drives.
@@ -125,6 +126,7 @@ class Decision:
     shows: Annotated[float, ""] = 4.0
     agrees: Annotated[float, ""] = 4.0
     recovers: Annotated[float, "s"] = 0.3
+    hopes: Annotated[float, "s"] = 0.1
     loss_recovered: Annotated[float, ""] = 0.15
 
     def feedback(self) -> Tree:
@@ -176,12 +178,13 @@ class Decision:
             ),
         )
         gated = self._gated(readings, seen, faulty)
+        hoped = self.hopes / self.weighing.sample_time
         output = Diagnosis(
             active,
             faulty,
             candidates,
             testable,
-            Elements(*(both(each, count > 0.0) for each, count in zip(faulty, good, strict=True))),
+            Elements(*(both(each, count > hoped) for each, count in zip(faulty, good, strict=True))),
             gated,
             self._values(readings, seen, faulty, gated),
             seen.prediction,

@@ -221,7 +221,7 @@ class KindOfFault:
             repeated=where(either(first, reading == before.last), before.repeated, 0.0),
             constant=self._fitted(before.constant, reading, 1.0, square),
             offset=self._fitted(before.offset, off, 1.0, square),
-            gain=self._fitted(before.gain, reading, prediction, square),
+            gain=self._fitted(before.gain, reading, prediction, square * maximum(before.gain.value**2, 1.0)),
             drift=self._sloped(before.drift, off, time, square),
             weight=weight,
             power=before.power + share * (off * off - before.power),
