@@ -94,7 +94,7 @@ class RuleDiagnosis:
             after = maximum(self.table.timing.sound_after, self.sample_time)
             unsound[rule.fault] = where(held[rule.fault] > self._confirmed, after, kept)
         flags = {name: where(each > self._confirmed, 1.0, 0.0) for name, each in held.items()}
-        seen = {name: where(absolute(each) >= 1.0, 1.0, 0.0) for name, each in ratios.items()}
+        seen = {name: where(both(present(each), absolute(each) >= 1.0), 1.0, 0.0) for name, each in ratios.items()}
         state = self.State(tuple(symptom for symptom, _ in pairs), tuple(held.values()), tuple(unsound.values()))
         return state, self._said(flags, scores, seen)
 

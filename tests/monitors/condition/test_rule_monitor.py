@@ -66,6 +66,26 @@ def test_a_reading_near_zero_that_is_expected_is_not_testable():
     assert flags == dict.fromkeys(SENSORS, 1.0) | {"wheel_speed_rear_left": 0.0, "wheel_speed_rear_right": 0.0}
 
 
+@pytest.mark.parametrize("missing", SENSORS)
+def test_a_signal_that_the_car_does_not_have_makes_nobody_faulty(missing):
+    samples = circle(seconds=4.0)
+    samples[:, index(missing)] = np.nan
+    result = scan(rule_monitor(CAR, KNOWN, "rules-discriminating"), samples)
+    for group, names in (("sensor", SENSORS), ("actuator", ACTUATORS)):
+        for name in names:
+            assert not result[f"{group}s.{name}"].any()
+            assert not result[f"{group}_candidates.{name}"].any()
+    assert result[f"not_testable.{missing}"][-1] == 1.0
+
+
+def test_gaps_and_a_start_in_mid_drive_make_nobody_faulty():
+    samples = circle(seconds=8.0)
+    samples[300:330] = np.nan
+    samples[500:700, 3:6] = np.nan
+    result = scan(rule_monitor(CAR, KNOWN, "rules-discriminating"), samples)
+    assert not any(result[f"sensors.{name}"].any() for name in SENSORS)
+
+
 @pytest.mark.parametrize("variant", FILES)
 def test_every_sensor_and_actuator_has_a_rule(variant):
     assert set(rules(variant).faults) == {*SENSORS, *ACTUATORS}

@@ -55,7 +55,7 @@ class ActuatorSet:
     Args:
         car: the vehicle
         coefficients: from `calibrate_residuals`
-        hold: bridges missing targets, for 50 ms
+        hold: bridges two missing samples
         motors: shares of both steering torques that are missing in the shaft's, as sensed and as the motion of the
             steering tells it, whichever misses less: a faulty sensor is no faulty motor
         drives: share of the drives' torque that is missing in the acceleration
@@ -209,7 +209,7 @@ def actuator_set(
     return ActuatorSet(
         car,
         coefficients or Coefficients(),
-        InputHold(Targets, sample_time, 0.05),
+        InputHold(Targets, sample_time, 2.0 * sample_time),
         LostShares(0.4, 0.5, sample_time),
         LostShares(0.5, 8.0, sample_time),
         LostShares(2.0, 8.0, sample_time),

@@ -7,12 +7,12 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.estimators import KalmanFilter, UnscentedFilter
 from tierod.filters.hold import InputHold
-from tierod.graph.maths import absolute, all_of, both, limit, maximum, present, where
+from tierod.graph.maths import absolute, all_of, both, limit, maximum, minimum, present, where
 from tierod.models.exponential import discretise_pair
 from tierod.models.single_track import SingleTrack
 from tierod.models.stiff_rack import StiffRack
 from tierod.monitors.condition.residuals.adaptive_speed import AdaptiveSpeed
-from tierod.monitors.condition.residuals.catalogue import ACROSS, SENSOR_RESIDUALS
+from tierod.monitors.condition.residuals.catalogue import SENSOR_RESIDUALS
 from tierod.monitors.condition.residuals.lateral_filter import lateral_filter
 from tierod.monitors.condition.residuals.parameters import Coefficients, ResidualParameters
 from tierod.monitors.condition.residuals.readings import Measured, Motion, SensorFlags, SensorResiduals
@@ -37,13 +37,14 @@ class ResidualSet:
     Args:
         car: the vehicle
         coefficients: from `calibrate_residuals`
-        hold: bridges missing samples, for 50 ms
+        hold: bridges two missing samples
         steering: low-passes and derivatives of the steering's signals
         angle: filter of r1, which measures the angle, as the paper does; it follows a faulty sensor and sees jumps only
         lateral: filter of the single track
         speed: two-stage adaptive filter
         moving: speed of the faster rear wheel below which the vehicle counts as standing
         most_lateral_acceleration: above it residuals of the single track are not judged: its tyres are linear
+        settling: a signal must have been there so long until residuals with it are judged: filters begin anew
         printed: whether the equations are taken with their misprints: (9), (11), (14), (27), (46)
 
     Build it by `residual_set`.
@@ -58,6 +59,7 @@ class ResidualSet:
     speed: AdaptiveSpeed
     moving: Annotated[float, "m/s", POSITIVE] = 1.5
     most_lateral_acceleration: Annotated[float, "m/s**2", POSITIVE] = 6.0
+    settling: Annotated[float, "s", POSITIVE] = 1.0
     printed: bool = False
 
     Sample = ConditionSample
@@ -71,6 +73,7 @@ class ResidualSet:
         unmeasured: Any
         lateral: Any
         speed: Any
+        there: Any
 
     class Output(NamedTuple):
         """Residuals, whether each is there, what the filters say, the readings after the hold, and the excitation."""
@@ -90,6 +93,7 @@ class ResidualSet:
             StiffRack.State(0.0, 0.0),
             self.lateral.init(),
             self.speed.init(),
+            Measured(*(0.0,) * len(Measured._fields)),
         )
 
     def step(self, state: State, sample: ConditionSample) -> tuple[State, Output]:
@@ -111,9 +115,10 @@ class ResidualSet:
         )
         expected = self._expected(now, steer, turning, forward, unmeasured)
         values = self._residuals(now, steer, by_balance, turning, forward, expected)
-        there = self._there(held, moving)
+        waited = Measured(*(self._waited(*each) for each in zip(state.there, held, strict=True)))
+        there = self._there(waited, held, moving)
         values = SensorResiduals(*(where(flag, value, 0.0) for flag, value in zip(there, values, strict=True)))
-        after = self.State(hold, steering, angle, unmeasured, lateral, speed)
+        after = self.State(hold, steering, angle, unmeasured, lateral, speed, waited)
         excitation = self._excitation(now, steer, turning, forward)
         return after, self.Output(values, there, expected, held, excitation)
 
@@ -124,10 +129,15 @@ class ResidualSet:
         slope = SingleTrack.derivative(turning, inputs, self.car.single_track)
         return Excitation(forward.forward_speed, slope.yaw_rate, now.lateral_acceleration, steer.rate)
 
-    def _there(self, held: Measured, moving: Any) -> Any:
+    def _waited(self, before: Any, value: Any) -> Any:
+        """How long a signal has been there [s], up to twice the time of settling."""
+        return where(present(value), minimum(before + self.hold.sample_time, 2.0 * self.settling), 0.0)
+
+    def _there(self, waited: Measured, held: Measured, moving: Any) -> Any:
         """Whether all signals of each residual are there, and the drive is one that it is made for."""
-        known = {name: present(value) for name, value in held._asdict().items()}
-        gentle = absolute(where(known[ACROSS], held.lateral_acceleration, 0.0)) < self.most_lateral_acceleration
+        known = {name: each > self.settling for name, each in waited._asdict().items()}
+        across = where(present(held.lateral_acceleration), held.lateral_acceleration, 0.0)
+        gentle = absolute(across) < self.most_lateral_acceleration
         flags = []
         for each in SENSOR_RESIDUALS:
             asked = [known[name] for name in each.signals]
@@ -265,7 +275,7 @@ def residual_set(
     return ResidualSet(
         car,
         coefficients or Coefficients(),
-        InputHold(Measured, sample_time, 0.05),
+        InputHold(Measured, sample_time, 2.0 * sample_time),
         SteeringSignals(sample_time=sample_time),
         angle,
         lateral_filter(car.single_track, sample_time, printed),

@@ -5,15 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import exp, present, tanh, where
+from tierod.graph.maths import both, exp, present, tanh, where
 from tierod.ranges import POSITIVE
 
 
 class Smooth(NamedTuple):
-    """A value after a low-pass of the second order, and its slope."""
+    """A value after a low-pass of the second order, its slope, and whether it follows a signal that is there."""
 
     value: Any
     rate: Any
+    follows: Any
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class SteeringSignals:
         friction_width: rate of the column over which the sign of its friction turns round
         sample_time: between two samples
 
-    What is missing is held.
+    What is missing is held; where it comes again the low-pass begins there.
     """
 
     bandwidth: Annotated[float, "rad/s", POSITIVE] = 30.0
@@ -53,8 +54,8 @@ class SteeringSignals:
         lateral_acceleration: Annotated[float, "m/s**2"]
 
     def init(self) -> tuple[Smooth, ...]:
-        """All at zero."""
-        return (Smooth(0.0, 0.0),) * 4
+        """All at zero, until a signal comes."""
+        return (Smooth(0.0, 0.0, 0.0),) * 4
 
     def step(self, state: tuple[Smooth, ...], sample: Sample) -> tuple[tuple[Smooth, ...], Output]:
         """One sample on."""
@@ -67,11 +68,13 @@ class SteeringSignals:
         )
 
     def _follow(self, before: Smooth, value: Any) -> Smooth:
-        """The solution of x'' = w^2 (u - x) - 2 w x' over a sample with constant u."""
+        """The solution of x'' = w^2 (u - x) - 2 w x' over a sample with constant u, from where a signal comes."""
+        there, follows = present(value), before.follows > 0.5
         travel = self.bandwidth * self.sample_time
-        away = where(present(value), before.value - value, 0.0)
+        away = where(both(there, follows), before.value - value, 0.0)
         faded = exp(-travel)
         rest = faded * ((1.0 + travel) * away + self.sample_time * before.rate)
         rate = faded * ((1.0 - travel) * before.rate - self.bandwidth * travel * away)
-        target = before.value - away
-        return Smooth(target + rest, rate)
+        after = before.value - away + rest
+        held = where(there, value, before.value)
+        return Smooth(where(follows, after, held), where(follows, rate, 0.0), where(there, 1.0, 0.0))
