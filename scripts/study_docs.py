@@ -10,7 +10,7 @@ from pathlib import Path
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 CLAIMS = "**Claims**"
-WHOLE = {"friction": True, "column": False, "sideslip": False, "condition": True}
+WHOLE = {"friction": True, "column": False, "sideslip": False, "condition": True, "motor-angle": True}
 """Whether a page shows all that its study prints, or its claims alone."""
 
 
