@@ -110,6 +110,8 @@ class Decision:
         shows: number of standard deviations of its prediction by which a fault must change a reading to show in it
         agrees: number of standard deviations within which a reading counts as it should
         recovers: for how long it must, in samples at which its fault would show
+        doubtful: what a sample counts at which only a loss would show: a fault that went while it did not show may have
+            been learnt wrongly since
         hopes: after which it is called recovering; single readings of a noisy sensor are right by chance
         loss_recovered: share of lost torque below which an actuator counts as whole
 
@@ -126,6 +128,7 @@ class Decision:
     shows: Annotated[float, ""] = 4.0
     agrees: Annotated[float, ""] = 4.0
     recovers: Annotated[float, "s"] = 0.3
+    doubtful: Annotated[float, ""] = 0.1
     hopes: Annotated[float, "s"] = 0.1
     loss_recovered: Annotated[float, ""] = 0.15
 
@@ -278,11 +281,12 @@ class Decision:
                 prediction, deviation = seen.prediction[place], seen.deviation[place]
                 right = absolute(readings[place] - prediction) < self.agrees * deviation
                 effect = prediction if effects is None else effects[place]
-                shows = absolute(effect) > self.shows * deviation
+                lost = where(absolute(prediction) > self.shows * deviation, self.doubtful, 0.0)
+                worth = where(absolute(effect) > self.shows * deviation, 1.0, lost)
             else:
                 right = seen.torque_loss < maximum(self.loss_recovered, seen.loss_deviation)
-                shows = self.shows * seen.loss_deviation < 1.0
-            following = where(right, count + where(shows, 1.0, 0.0), 0.0)
+                worth = where(self.shows * seen.loss_deviation < 1.0, 1.0, 0.0)
+            following = where(right, count + worth, 0.0)
             counts.append(where(suspected[place], following, 0.0))
         return tuple(counts)
 
