@@ -56,8 +56,18 @@ class ElementCourse:
     faults: list[Stretch] = field(default_factory=list)
     doubts: list[Stretch] = field(default_factory=list)
     course: list[StatusChange] = field(default_factory=list)
-    testable: float = 0.0
-    available: float = 0.0
+    testable_samples: int = 0
+    available_samples: int = 0
+
+    @property
+    def testable(self) -> float:
+        """Time for which a fault would have shown [s]."""
+        return self.testable_samples * self.period
+
+    @property
+    def available(self) -> float:
+        """Time for which there was something to judge [s]."""
+        return self.available_samples * self.period
 
     def add(self, time: np.ndarray, said: Said, available: np.ndarray) -> None:
         """The next piece.
@@ -65,16 +75,16 @@ class ElementCourse:
         Args:
             time: [s], (n,)
             said: of all elements
-            available: whether this one could be judged at all, (n,)
+            available: whether it is read, or what is asked of it is known, (n,)
         """
         place = ELEMENTS.index(self.element)
         faulty, candidate = said.faulty[:, place], said.candidates[:, place]
         testable = said.testable[:, place] & available
-        self.available += float(np.count_nonzero(available)) * self.period
-        self.testable += float(np.count_nonzero(testable)) * self.period
+        self.available_samples += int(np.count_nonzero(available))
+        self.testable_samples += int(np.count_nonzero(testable))
         self._extend(self.faults, time, faulty, said, place)
         self._extend(self.doubts, time, candidate & ~faulty, said, place)
-        code = np.select([~available, faulty, candidate, ~testable], [NOBODY, FAULT, SUSPECT, NOT_TESTABLE], HEALTHY)
+        code = np.select([faulty, ~available, candidate, ~testable], [FAULT, NOBODY, SUSPECT, NOT_TESTABLE], HEALTHY)
         for at in np.flatnonzero(np.diff(code, prepend=-1)).tolist():
             status = STATUSES[code[at]]
             if not self.course or self.course[-1].status is not status:

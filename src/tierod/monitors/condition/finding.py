@@ -4,76 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-
-import numpy as np
 
 from tierod.diagnosis.substitution import SubstitutionGraph
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.findings import Element, Episode, Estimate, Finding, Status
-from tierod.graph import Result
 from tierod.monitors.condition.courses import STATUSES, SUSPECT, ElementCourse
+from tierod.monitors.condition.driven import Driven
 from tierod.monitors.condition.said import ELEMENTS
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS
 from tierod.monitors.condition.wiring import Problem
 from tierod.monitors.session import StatusChange
 from tierod.signals import SIGNALS
 
-STANDING = 0.5
-"""Speed below which the vehicle stands [m/s]."""
 LEAST_TESTABLE = 5.0
 """Time for which a fault of an element must have been able to show before the element is called sound [s]."""
+LEAST_TOLD = 1.0
+"""Of a drive that was not judged, from which on it is told [s]."""
 NOT_ISOLABLE = "condition-not-isolable"
 """Trouble code of what is seen and not told apart."""
 
 
-@dataclass
-class Drive:
-    """Figures over the pieces of a recording.
-
-    Args:
-        start, end: [s]
-        moving, reverse: time for which it drove forward, and backward [s]
-        seconds: of all samples
-        restarts: times that all sensors fell silent and came back
-        present: readings of each signal
-        sources: time for which each sensor was supplied by each source [s]
-    """
-
-    start: float = math.nan
-    end: float = math.nan
-    moving: float = 0.0
-    reverse: float = 0.0
-    seconds: float = 0.0
-    restarts: int = 0
-    present: dict[str, int] = field(default_factory=dict)
-    sources: dict[str, dict[str, float]] = field(default_factory=dict)
-    period: float = 0.01
-
-    def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray], period: float) -> None:
-        """The next piece."""
-        self.start = float(time[0]) if math.isnan(self.start) else self.start
-        self.end, self.period = float(time[-1]) + period, period
-        self.seconds += len(time) * period
-        wheels = np.column_stack([signals[name] for name in SENSORS[:2]])
-        with np.errstate(invalid="ignore"):
-            self.moving += float(np.count_nonzero((wheels > STANDING).any(axis=1))) * period
-            self.reverse += float(np.count_nonzero((wheels < -STANDING).any(axis=1))) * period
-        for name, values in signals.items():
-            self.present[name] = self.present.get(name, 0) + int(np.count_nonzero(np.isfinite(values)))
-
-    def add_sources(self, supplied: Result, graph: SubstitutionGraph) -> None:
-        """Where each sensor's signal came from over the next piece."""
-        for sensor, ways in zip(graph.sensors, graph.ways, strict=True):
-            source = supplied[f"{sensor}.source"]
-            for number, way in enumerate(ways, 1):
-                found = float(np.count_nonzero(source == number)) * self.period
-                told = self.sources.setdefault(sensor, {})
-                told[way.name] = told.get(way.name, 0.0) + found
-
-
 def elements(
-    courses: Mapping[str, ElementCourse], drive: Drive, problems: Sequence[Problem], graph: SubstitutionGraph
+    courses: Mapping[str, ElementCourse], drive: Driven, problems: Sequence[Problem], graph: SubstitutionGraph
 ) -> tuple[Element, ...]:
     """The state of every sensor and actuator.
 
@@ -97,9 +49,9 @@ def elements(
     return tuple(found)
 
 
-def _status(name: str, course: ElementCourse, drive: Drive, problems: Sequence[Problem]) -> tuple[Status, str]:
+def _status(name: str, course: ElementCourse, drive: Driven, problems: Sequence[Problem]) -> tuple[Status, str]:
     if course.available == 0.0:
-        missing = name if name in SENSORS else f"target torque of {name.replace('_', ' ')}"
+        missing = name if name in SENSORS else f"target torque of {name}"
         return Status.NOT_AVAILABLE, f"the recording has no {missing.replace('_', ' ')}"
     if problems:
         concerned = [problem for problem in problems if name in problem.elements]
@@ -111,30 +63,42 @@ def _status(name: str, course: ElementCourse, drive: Drive, problems: Sequence[P
         return Status.SUSPECT, ""
     if course.testable < LEAST_TESTABLE:
         return Status.NOT_TESTABLE, _not_testable(name, course, drive)
+    if drive.seconds - course.available > LEAST_TOLD:
+        return Status.HEALTHY, f"while it was there, {course.available:.0f} of {drive.seconds:.0f} s"
     return Status.HEALTHY, ""
 
 
-def _not_testable(name: str, course: ElementCourse, drive: Drive) -> str:
+def _not_testable(name: str, course: ElementCourse, drive: Driven) -> str:
     """Why a fault of an element would not have shown for long enough."""
     shown = f"a fault would have shown for {course.testable:.1f} s, {LEAST_TESTABLE:g} s are needed"
-    if drive.moving < LEAST_TESTABLE:
-        return f"the vehicle {'reversed' if drive.reverse > LEAST_TESTABLE else 'stood'}; {shown}"
+    period, moving = drive.period, drive.forward * drive.period
+    if drive.judged * period < LEAST_TESTABLE and drive.not_judged:
+        return f"{drive.not_judged}; {shown}"
+    if moving < LEAST_TESTABLE:
+        return f"the vehicle {'reversed' if drive.backward * period > LEAST_TESTABLE else 'stood'}; {shown}"
     if name in ACTUATORS:
         return f"it was asked for too little torque; {shown}"
     return f"its true value was near zero, or the others did not tell it well enough; {shown}"
 
 
-def _substitute(name: str, status: Status, drive: Drive, graph: SubstitutionGraph) -> str:
+def _substitute(name: str, status: Status, drive: Driven, graph: SubstitutionGraph) -> str:
     """What stood in for a sensor for the longest time, with its measured error."""
-    times = drive.sources.get(name, {})
-    if status is not Status.FAULT or not any(times.values()):
+    samples = drive.sources.get(name, {})
+    if status is not Status.FAULT or not any(samples.values()):
         return ""
-    used = max(times, key=lambda way: times[way])
+    used = max(samples, key=lambda way: samples[way])
     way = next(way for way in graph.substitutes[name] if way.name == used)
     return f"{used.replace('-', ' ')} (± {way.deviation:g} {SIGNALS[name].unit.replace('*', '·')})"
 
 
-def judge(name: str, states: Sequence[Element], drive: Drive, problems: Sequence[Problem], calibrated: bool) -> Finding:
+def judge(
+    name: str,
+    states: Sequence[Element],
+    drive: Driven,
+    problems: Sequence[Problem],
+    interruptions: int,
+    calibrated: bool,
+) -> Finding:
     """The finding over all elements.
 
     Args:
@@ -142,10 +106,11 @@ def judge(name: str, states: Sequence[Element], drive: Drive, problems: Sequence
         states: of all elements
         drive: figures over it
         problems: what was wired wrongly
+        interruptions: times that nothing could be judged any more
         calibrated: whether the limits were designed on this very vehicle
     """
-    evidence = _evidence(states, drive)
-    warnings = () if calibrated else (UNCALIBRATED,)
+    evidence = _evidence(states, drive, interruptions)
+    warnings = (*(() if calibrated else (UNCALIBRATED,)), *_not_judged(drive))
     if problems:
         first = problems[0]
         headline = f"Sensors and actuators cannot be judged: {first.cause}."
@@ -156,17 +121,31 @@ def judge(name: str, states: Sequence[Element], drive: Drive, problems: Sequence
         return _fault(name, faulty, doubtful, evidence, warnings)
     sound = [each for each in states if each.status is Status.HEALTHY]
     open_ = [each for each in states if each.status is not Status.HEALTHY]
-    rest = f"; not judged: {_listed(open_)} ({open_[0].cause})" if open_ else ""
     if not sound:
-        cause = open_[0].cause
-        status = Status.NOT_AVAILABLE if all(e.status is Status.NOT_AVAILABLE for e in open_) else Status.NOT_TESTABLE
-        headline = f"No sensor and no actuator was judged: {cause}."
-        action = (
-            "record a drive with bends and changes of speed, with all signals; 'tierod inspect' shows what there is"
-        )
-        return Finding(name, status, headline, None, None, evidence, cause, action, warnings)
-    headline = f"{len(sound)} of {len(ELEMENTS)} sensors and actuators are sound over {drive.seconds:.0f} s{rest}."
+        return _nothing_judged(name, open_, evidence, warnings)
+    rest = f"; not judged: {_listed(open_)} ({open_[0].cause})" if open_ else ""
+    judged = drive.judged * drive.period
+    headline = f"{len(sound)} of {len(ELEMENTS)} sensors and actuators are sound over {judged:.0f} s{rest}."
     return Finding(name, Status.HEALTHY, headline, None, None, evidence, "", "none", warnings)
+
+
+def _nothing_judged(
+    name: str, open_: Sequence[Element], evidence: dict[str, float], warnings: tuple[str, ...]
+) -> Finding:
+    """The finding where no element was judged: what kept those back that there are, else what there is not."""
+    there = [each for each in open_ if each.status is not Status.NOT_AVAILABLE]
+    status, cause = (there or open_)[0].status, (there or open_)[0].cause
+    if not there:
+        cause = "the recording has no reading of any of them, and nothing of what is asked of them"
+    headline = f"No sensor and no actuator was judged: {cause}."
+    action = "record a drive with bends and changes of speed, with all signals; 'tierod inspect' shows what there is"
+    return Finding(name, status, headline, None, None, evidence, cause, action, warnings)
+
+
+def _not_judged(drive: Driven) -> tuple[str, ...]:
+    """Warnings of longer times that could not be judged."""
+    seconds = {cause: count * drive.period for cause, count in drive.unjudged.items()}
+    return tuple(f"{time:.0f} s were not judged: {cause}" for cause, time in seconds.items() if time > LEAST_TOLD)
 
 
 UNCALIBRATED = (
@@ -224,12 +203,12 @@ def _listed(elements_: Sequence[Element]) -> str:
     return " and ".join([", ".join(plain[:-1]), plain[-1]] if len(plain) > 1 else plain)
 
 
-def _evidence(states: Sequence[Element], drive: Drive) -> dict[str, float]:
-    found = {"seconds": drive.seconds, "moving_seconds": drive.moving}
-    if drive.reverse:
-        found["reversing_seconds"] = drive.reverse
-    if drive.restarts:
-        found["restarts"] = float(drive.restarts)
+def _evidence(states: Sequence[Element], drive: Driven, interruptions: int) -> dict[str, float]:
+    found = {"seconds": drive.seconds, "moving_seconds": drive.forward * drive.period}
+    if drive.backward:
+        found["reversing_seconds"] = drive.backward * drive.period
+    if interruptions:
+        found["interruptions"] = float(interruptions)
     found["sensors_and_actuators_judged"] = float(
         sum(each.status in (Status.HEALTHY, Status.FAULT, Status.SUSPECT) for each in states)
     )

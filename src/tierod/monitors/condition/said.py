@@ -34,6 +34,24 @@ class Said(NamedTuple):
     size: np.ndarray
     deviation: np.ndarray
 
+    def only(self, available: np.ndarray) -> Said:
+        """Without doubts about what is not there to be doubted; a fault that was declared before stays.
+
+        Args:
+            available: (n, elements)
+        """
+        return self._replace(candidates=self.candidates & available, testable=self.testable & available)
+
+
+def nothing_said(count: int) -> Said:
+    """Over samples that are not judged.
+
+    Args:
+        count: of them
+    """
+    no, untold = np.zeros((count, len(ELEMENTS)), bool), np.full((count, len(ELEMENTS)), np.nan)
+    return Said(no, no, no, np.zeros(no.shape), untold, untold)
+
 
 def said_by_bank(result: Result) -> Said:
     """Of the bank of filters, whose output is a `Judgement`."""
