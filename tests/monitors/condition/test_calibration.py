@@ -31,7 +31,9 @@ def test_whitened_innovations_make_up_the_likelihood_of_the_filter():
     )
     constant = sum(math.log(each) + 0.5 * math.log(2.0 * math.pi) for each in usual)
     ours = -0.5 * np.sum(values[:, :8] ** 2, axis=1) - np.sum(values[:, 8:], axis=1) - constant
-    np.testing.assert_allclose(scan(lane, samples)["log_likelihood"], ours, atol=1e-3)
+    theirs = scan(lane, samples)["log_likelihood"]
+    np.testing.assert_allclose(theirs[60:], ours[60:], atol=1e-3)
+    assert np.all(theirs[:40] == 0.0)
 
 
 def test_a_short_drive_is_refused_with_what_would_do():

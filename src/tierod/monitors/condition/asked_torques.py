@@ -26,7 +26,9 @@ def no_torques() -> AskedTorques:
     return AskedTorques(Torques(0.0, 0.0, 0.0, 0.0), Torques(0.0, 0.0, 0.0, 0.0), 0.0, 0.0)
 
 
-def torques_of(sample: Any, memory: AskedTorques, vehicle: Any, suspected: Vector) -> tuple[AskedTorques, Any, Any]:
+def torques_of(
+    sample: Any, memory: AskedTorques, vehicle: Any, suspected: Vector, started: Any
+) -> tuple[AskedTorques, Any, Any]:
     """Next memory, inputs of the model, and square of the jump of the steering torque [N**2*m**2].
 
     Targets change on a straight line from sample to sample, actuators follow with their lag: exact for that. A target
@@ -37,6 +39,7 @@ def torques_of(sample: Any, memory: AskedTorques, vehicle: Any, suspected: Vecto
         memory: of the sample before
         vehicle: parameters of `AutomatedVehicle`
         suspected: 1 for an actuator that may have lost torque, else 0, in the order of `ACTUATORS`
+        started: whether there was a sample before; else torques have been for long what they are asked to be
     """
     targets = (
         sample.steering_motor_1_target_torque,
@@ -53,14 +56,16 @@ def torques_of(sample: Any, memory: AskedTorques, vehicle: Any, suspected: Vecto
             for new, old, bound in zip(targets, memory.asked, most, strict=True)
         )
     )
+    before = [where(started, old, new) for old, new in zip(memory.asked, asked, strict=True)]
+    gave = [where(started, old, new) for old, new in zip(memory.given, asked, strict=True)]
     step, mean, now = vehicle.sample_time, [], []
-    for new, old, given, lag in zip(asked, memory.asked, memory.given, lags, strict=True):
+    for new, old, given, lag in zip(asked, before, gave, lags, strict=True):
         lag = maximum(lag, SHORTEST_LAG)
         behind = (new - old) * (lag / step)
         after = new - behind + (given - old + behind) * exp(-step / lag)
         mean.append(0.5 * (old + new) - lag / step * (after - given))
         now.append(after)
-    change_1, change_2 = asked[0] - memory.asked[0], asked[1] - memory.asked[1]
+    change_1, change_2 = asked[0] - before[0], asked[1] - before[1]
     whole = _jump(change_1 + change_2, memory.change_1 + memory.change_2)
     swing = suspected[0] * _jump(change_1, memory.change_1) + suspected[1] * _jump(change_2, memory.change_2)
     inputs = AutomatedVehicle.Input(*mean, *now, *suspected)

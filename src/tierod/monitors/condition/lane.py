@@ -79,6 +79,7 @@ class LeaveOutFilter:
         plausible: ranges of failed sensors
         influence: standard deviations beyond which a reading neither moves the state further nor counts more against
             the hypothesis: far more than healthy readings reach; a fault does not throw the filter about
+        settling: after the start, while the state is found and readings tell nothing about hypotheses
         slowest: speed from which the vehicle counts as moving; wheel speed sensors see nothing much slower
         braking: deceleration beyond what the drives give from which something else must brake; steep slopes give less
         use_wheel_speed_rear_left ... use_tie_rod_force: 1, or 0 for a sensor that is left out
@@ -91,6 +92,7 @@ class LeaveOutFilter:
     model_error: ModelError = field(default_factory=ModelError)
     plausible: PlausibleRange = field(default_factory=PlausibleRange)
     influence: Annotated[float, ""] = 8.0
+    settling: Annotated[float, "s"] = 0.5
     slowest: Annotated[float, "m/s"] = 0.5
     braking: Annotated[float, "m/s**2"] = 1.5
     use_wheel_speed_rear_left: Annotated[float, ""] = 1.0
@@ -107,18 +109,19 @@ class LeaveOutFilter:
     Sample = ConditionSample
 
     class State(NamedTuple):
-        """The belief, and what came before."""
+        """The belief, what came before, and how long ago the filter started, `settling` at most [s]."""
 
         mean: Any
         covariance: tuple[Any, ...]
         torques: AskedTorques
+        age: Any
 
     class Output(NamedTuple):
         """What one hypothesis says about one sample.
 
         Args:
             log_likelihood: of all readings of this sample, given the past; a failed sensor's reading has the density of
-                its plausible range, so that all hypotheses speak of the same readings
+                its plausible range, so that all hypotheses speak of the same readings; 0 while settling
             prediction: of every sensor, used or not, before any reading of the sample
             deviation: standard deviation of reading less prediction
             estimate: of every sensor's reading without its noise, after the readings that are used: what replaces a
@@ -159,7 +162,7 @@ class LeaveOutFilter:
         deviations = start_deviations(self.model_error)
         covariance = from_diagonal([value * value for value in deviations])
         mean = skeleton(AutomatedVehicle.State)
-        return self.State(mean, tuple(value + 0.0 for value in covariance), no_torques())
+        return self.State(mean, tuple(value + 0.0 for value in covariance), no_torques(), 0.0)
 
     def step(self, state: Any, sample: Any) -> tuple[Any, Any]:
         """One sample on."""
@@ -172,7 +175,7 @@ class LeaveOutFilter:
         ]
         loss = AutomatedVehicle.State._fields.index("torque_loss")
         return after, self.Output(
-            self._log_likelihood(seen),
+            where(after.age < self.settling, 0.0, self._log_likelihood(seen)),
             Readings(*seen.expected[:judged]),
             Readings(*(sqrt(value) for value in seen.spread)),
             Readings(*(plus(value, dot(row, correction.shift)) for value, row in pairs)),
@@ -188,7 +191,7 @@ class LeaveOutFilter:
     def corrected(self, state: Any, sample: Any) -> tuple[Any, Seen]:
         """The belief after a sample, and what the sample said."""
         suspected = [1.0 - getattr(self, f"trust_{name}") for name in ACTUATORS]
-        torques, inputs, jumped = torques_of(sample, state.torques, self.vehicle, suspected)
+        torques, inputs, jumped = torques_of(sample, state.torques, self.vehicle, suspected, state.age > 0.0)
         jump = self.sensor_noise.jump * self.sensor_noise.jump * jumped
         mean, covariance = self._predicted(state, inputs, jump)
         expected = AutomatedVehicle.output(mean, inputs, self.vehicle)
@@ -202,7 +205,8 @@ class LeaveOutFilter:
         moved = [value + shift for value, shift in zip(mean, correction.shift, strict=True)]
         bounded = AutomatedVehicle.State(*(limit(v, -most, most) for v, most in zip(moved, LIMITS, strict=True)))
         seen = Seen(expected, rows, innovations, used, tuple(spread), correction)
-        return self.State(bounded, correction.covariance, torques), seen
+        age = minimum(state.age + self.vehicle.sample_time, self.settling)
+        return self.State(bounded, correction.covariance, torques, age), seen
 
     @property
     def _coarse(self) -> Any:
