@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from tierod.monitors.condition.judge import condition_bank
 from tierod.monitors.condition.lane import LeaveOutFilter
 from tierod.monitors.condition.limits import is_calibrated, limits_of
-from tierod.monitors.condition.said import said_by_bank
-from tierod.monitors.condition.session import ConditionSession, filtered_by_bank
-from tierod.monitors.condition.signals import SENSORS, ConditionSample
+from tierod.monitors.condition.residuals.in_vehicle_file import calibration_of, name_of
+from tierod.monitors.condition.residuals.parameters import ResidualParameters
+from tierod.monitors.condition.rule_monitor import rule_monitor
+from tierod.monitors.condition.said import said_by_bank, said_by_rules
+from tierod.monitors.condition.session import ConditionSession, filtered_by_bank, filtered_by_rules
+from tierod.monitors.condition.signals import ConditionSample
 from tierod.monitors.decision import Decision, Demonstrated, OwnRule
 from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.session import Monitor, Variant
@@ -25,6 +30,34 @@ def _bank(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Conditio
     calibrated = is_calibrated(vehicle)
     return ConditionSession("condition, bank", bank, said_by_bank, filtered_by_bank, vehicle, rate, calibrated)
 
+
+def _rules(name: str) -> Callable[[Vehicle, float, OwnLevel | None], ConditionSession]:
+    """What opens a session of a variant of the rules."""
+
+    def opened(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> ConditionSession:
+        printed = name == "rules-printed"
+        car = vehicle.parameters_for(ResidualParameters)
+        block = rule_monitor(car, calibration_of(vehicle, printed), name, 1.0 / rate)
+        calibrated = name_of(printed) in vehicle.thresholds
+        return ConditionSession(
+            f"condition, {name}", block, said_by_rules, filtered_by_rules, vehicle, rate, calibrated
+        )
+
+    return opened
+
+
+_WIRING = Decision(
+    name="wrong wiring, scale or time",
+    distance="correlation, ratio and shift of signals that tell the same, over the first three minutes",
+    rule=OwnRule(
+        "signs opposed, size off by 1.4, or shift of 0.15 s, in each of three parts", {"scale": 1.4, "late": 0.15}
+    ),
+    place="_wiring",
+    mean_time_between_false_alarms=None,
+    demonstrated=Demonstrated(60.0),
+    source="60 healthy drives of ten minutes on three virtual demonstrators",
+    unit="recording",
+)
 
 _BANK_DECISIONS = (
     Decision(
@@ -46,18 +79,22 @@ _BANK_DECISIONS = (
         demonstrated=None,
         source="tierod.monitors.condition.limits, for a vehicle that 'tierod identify thresholds' has calibrated",
     ),
+    _WIRING,
+)
+
+_RULE_DECISIONS = (
     Decision(
-        name="wrong wiring, scale or time",
-        distance="correlation, ratio and shift of signals that tell the same, over the first three minutes",
+        name="symptom of a residual",
+        distance="residual over its threshold of the vehicle file",
         rule=OwnRule(
-            "signs opposed, size off by 1.4, or shift of 0.15 s, in each of three parts", {"scale": 1.4, "late": 0.15}
+            "above one; the rule of a fault must hold for 0.1 s; candidates fit to 0.75", {"least_score": 0.75}
         ),
-        place="_wiring",
+        place="block.rules",
         mean_time_between_false_alarms=None,
-        demonstrated=Demonstrated(60.0),
-        source="60 healthy drives of ten minutes on three virtual demonstrators",
-        unit="recording",
+        demonstrated=None,
+        source="thresholds 1.15 times the largest residual of an hour of healthy driving; docs/condition.md",
     ),
+    _WIRING,
 )
 
 CONDITION = Monitor(
@@ -65,8 +102,9 @@ CONDITION = Monitor(
     title="Sensors and actuators of the vehicle",
     summary="Finds which of six sensors and four actuators is at fault, of what kind and size, and replaces its value.",
     source=PAPER,
-    required=SENSORS[:2],
-    optional=tuple(name for name in ConditionSample._fields if name not in SENSORS[:2]),
+    # Whatever is missing has a state of its own; with nothing at all, "not available" is the verdict.
+    required=(),
+    optional=ConditionSample._fields,
     rate=100.0,
     minimum_rate=10.0,
     # A held reading would be one that stands still; the filter goes on without.
@@ -79,6 +117,14 @@ CONDITION = Monitor(
             _bank,
             decisions=_BANK_DECISIONS,
         ),
+        **{
+            name: Variant(name, summary, PAPER, _rules(name), decisions=_RULE_DECISIONS)
+            for name, summary in {
+                "rules": "The paper's residuals, thresholds and rules, corrected.",
+                "rules-discriminating": "The same with further rules that tell faults apart.",
+                "rules-printed": "The paper's residuals and rules with their misprints.",
+            }.items()
+        },
     },
     default="bank",
 )

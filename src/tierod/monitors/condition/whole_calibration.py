@@ -11,6 +11,10 @@ from tierod.errors import InputError
 from tierod.identification.column_result import Found
 from tierod.monitors.condition.calibration import Calibration, calibrate
 from tierod.monitors.condition.limits import NAME, DesignedLimits, design_limits, table_of
+from tierod.monitors.condition.residuals.calibration import ResidualCalibration, calibrate_residuals
+from tierod.monitors.condition.residuals.in_vehicle_file import name_of
+from tierod.monitors.condition.residuals.in_vehicle_file import table_of as residual_table
+from tierod.monitors.condition.residuals.parameters import ResidualParameters
 from tierod.monitors.condition.signals import SENSORS
 from tierod.recording import Recording
 from tierod.vehicles import Vehicle
@@ -31,12 +35,14 @@ class ConditionCalibration:
     Args:
         calibration: of the parameters
         designed: limits
+        residuals: coefficients and thresholds of the paper's residuals, corrected and as printed
         before: the vehicle as it was
         seconds: of driving that the parameters come from
     """
 
     calibration: Calibration
     designed: DesignedLimits
+    residuals: tuple[ResidualCalibration, ResidualCalibration]
     before: Vehicle
     seconds: float
 
@@ -102,7 +108,8 @@ class ConditionCalibration:
     def thresholds(self) -> Mapping[str, Mapping[str, float | str | Mapping[str, float]]]:
         """Limits as the vehicle file holds them, by what they are of."""
         source = f"designed on {self.designed.hours:.2f} h of healthy driving of {self.before.name}"
-        return {NAME: table_of(self.designed, source)}
+        rules = {name_of(each.printed): residual_table(each, source) for each in self.residuals}
+        return {NAME: table_of(self.designed, source), **rules}
 
 
 def calibrate_condition(
@@ -128,8 +135,10 @@ def calibrate_condition(
             raise InputError(f"{name} has no {missing[0]}; 'tierod inspect' shows what it has")
     first, rest, seconds = _parted(list(recordings.values()))
     calibration = calibrate(first, vehicle, lambda share: progress(0.5 * share))
-    designed = design_limits(rest, calibration.vehicle, hours_between_alarms, lambda share: progress(0.5 + 0.5 * share))
-    return ConditionCalibration(calibration, designed, vehicle, seconds)
+    designed = design_limits(rest, calibration.vehicle, hours_between_alarms, lambda share: progress(0.5 + 0.4 * share))
+    car = vehicle.parameters_for(ResidualParameters)
+    corrected, as_printed = (calibrate_residuals(car, first, rest, printed=each) for each in (False, True))
+    return ConditionCalibration(calibration, designed, (corrected, as_printed), vehicle, seconds)
 
 
 def _parted(recordings: list[Recording]) -> tuple[list[Recording], list[Recording], float]:

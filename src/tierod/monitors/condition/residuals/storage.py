@@ -15,8 +15,11 @@ from tierod.monitors.condition.residuals.parameters import Coefficients
 from tierod.monitors.condition.residuals.thresholds import ResidualThreshold
 from tierod.toml import Document, build
 
-SHIPPED = Path(__file__).with_name("smartload-residuals.toml")
-"""Of the nominal demonstrator on healthy virtual drives, see its head."""
+SHIPPED = {
+    False: Path(__file__).with_name("smartload-residuals.toml"),
+    True: Path(__file__).with_name("smartload-residuals-printed.toml"),
+}
+"""Of the nominal demonstrator on healthy virtual drives, see their heads; by whether misprints are kept."""
 
 UNCALIBRATED = 1.5
 """By what thresholds are widened that were found on another vehicle than the one that is judged.
@@ -95,14 +98,15 @@ def _threshold(table: dict[str, Any], document: Document, name: str) -> Residual
     return build(ResidualThreshold, table, document, ("thresholds", name), signal="")
 
 
-@lru_cache(maxsize=2)
-def shipped_calibration(widened: float = UNCALIBRATED) -> ResidualCalibration:
+@lru_cache(maxsize=4)
+def shipped_calibration(widened: float = UNCALIBRATED, printed: bool = False) -> ResidualCalibration:
     """The shipped calibration of the demonstrator, its thresholds widened since no vehicle is the nominal one.
 
     Args:
         widened: factor of all thresholds; 1 leaves them as they were found
+        printed: whether the equations keep their misprints
     """
-    return widen(read_calibration(SHIPPED), widened)
+    return widen(read_calibration(SHIPPED[printed]), widened)
 
 
 def widen(calibration: ResidualCalibration, factor: float) -> ResidualCalibration:
