@@ -88,3 +88,11 @@ def test_a_variant_is_calibrated_once_for_a_vehicle(told, monkeypatch):
     made = recorded(Drive("short-round", 4.0, 1))
     known = runs.calibrations(["bank"], [1], Effort(True, 1))
     assert not runs.diagnosed("bank", Drive("short-round", 4.0, 1), made, known).faulty
+
+
+def test_every_variant_is_calibrated_on_every_vehicle(told, monkeypatch):
+    monkeypatch.setitem(sys.modules, "told_otherwise", sys.modules["told_the_truth"])
+    runs.VARIANTS["other"] = runs.Variant("told the truth too", "told_otherwise")
+    monkeypatch.setattr(runs, "_known", {})
+    found = runs.calibrations(runs.VARIANTS, (number for number in (1, 2)), Effort(True, 1))
+    assert set(found) == {(module, number) for module in ("told_the_truth", "told_otherwise") for number in (1, 2)}

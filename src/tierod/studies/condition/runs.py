@@ -59,7 +59,8 @@ def calibrations(names: Iterable[str], vehicles: Iterable[int], effort: Effort) 
         InputError: a calibration failed
     """
     modules = dict.fromkeys(VARIANTS[name].module for name in names)
-    wanted = [(module, number, effort.quick) for module in modules for number in dict.fromkeys(vehicles)]
+    numbers = tuple(dict.fromkeys(vehicles))
+    wanted = [(module, number, effort.quick) for module in modules for number in numbers]
     missing = [each for each in wanted if each not in _known]
     for key, known in zip(missing, _calibrated(missing, processes(effort, len(missing))), strict=True):
         _known[key] = known
