@@ -10,6 +10,7 @@ from typing import Any
 
 from tierod.findings import Diagnosis, Finding
 from tierod.report.charts.decisions import decision_figure, design_figures
+from tierod.report.charts.elements import state_figure, substitute_figures
 from tierod.report.charts.figure import Figure
 from tierod.report.charts.histograms import histogram_figure
 from tierod.report.charts.loops import loop_figure
@@ -38,6 +39,8 @@ class Verdict:
 def render(diagnosis: Diagnosis) -> str:
     """The page as text."""
     figures = {
+        "states": state_figure(diagnosis),
+        "substitutes": substitute_figures(diagnosis),
         "estimates": estimate_figures(diagnosis),
         "loops": loop_figure(diagnosis),
         "histograms": histogram_figure(diagnosis),
@@ -101,7 +104,7 @@ def _sentence(text: str) -> str:
 
 
 def _all(figures: dict[str, Any]) -> list[Figure]:
-    several = ("estimates", "designs")
+    several = ("substitutes", "estimates", "designs")
     lists = (figure for name in several for figure in figures[name])
     return [*lists, *(figure for key, figure in figures.items() if key not in several and figure)]
 

@@ -30,16 +30,27 @@ class Stretch:
         start, end: [s]
         count: of samples
         others: at how many of them each element was a candidate
-        kind, size, deviation: last told
+        kinds: at how many of them each kind was told, with its last size and standard deviation
     """
 
     start: float
     end: float
     count: int
     others: np.ndarray
-    kind: float = 0.0
-    size: float = np.nan
-    deviation: float = np.nan
+    kinds: dict[float, tuple[int, float, float]] = field(default_factory=dict)
+
+    @property
+    def kind(self) -> tuple[float, float, float]:
+        """The kind that was told for longest, with size and standard deviation; 0 where none was.
+
+        The first samples are too few to tell one, the last ones belong to the return of the sensor.
+        """
+        kind = max(self.kinds, key=lambda each: self.kinds[each][0], default=0.0)
+        return (kind, *self.kinds[kind][1:]) if self.kinds else (0.0, np.nan, np.nan)
+
+    def tell(self, kind: float, count: int, size: float, deviation: float) -> None:
+        """Note a kind that was told at some further samples."""
+        self.kinds[kind] = (self.kinds.get(kind, (0,))[0] + count, size, deviation)
 
 
 @dataclass
@@ -99,17 +110,15 @@ class ElementCourse:
                 stop - start,
                 said.candidates[start:stop].sum(axis=0),
             )
-            named = np.flatnonzero(said.kind[start:stop, place] > 0.5)
-            if len(named):
-                last = start + int(named[-1])
-                new.kind, new.size, new.deviation = (
-                    float(values[last, place]) for values in (said.kind, said.size, said.deviation)
-                )
+            told_kinds = said.kind[start:stop, place]
+            for kind in np.unique(told_kinds[told_kinds > 0.5]).tolist():
+                at = start + np.flatnonzero(told_kinds == kind)
+                new.tell(kind, len(at), float(said.size[at[-1], place]), float(said.deviation[at[-1], place]))
             if stretches and new.start - stretches[-1].end < TOGETHER:
                 before = stretches[-1]
                 before.end, before.count, before.others = new.end, before.count + new.count, before.others + new.others
-                if new.kind:
-                    before.kind, before.size, before.deviation = new.kind, new.size, new.deviation
+                for kind, (count, size, deviation) in new.kinds.items():
+                    before.tell(kind, count, size, deviation)
             else:
                 stretches.append(new)
 
@@ -129,10 +138,10 @@ class ElementCourse:
         return tuple(name for name, there in zip(ELEMENTS, beside, strict=True) if there and name != self.element)
 
     def _episode(self, stretch: Stretch, last: float, doubt: bool = False) -> Episode:
-        words = told(self.element, stretch.kind, stretch.size)
+        kind, value, deviation = stretch.kind
+        words = told(self.element, kind, value)
         size = None
-        if words.quantity and np.isfinite(stretch.size):
-            name = f"{words.quantity} of {self.element.replace('_', ' ')}"
-            size = Estimate(name, stretch.size, stretch.deviation, words.unit)
+        if words.quantity and np.isfinite(value):
+            size = Estimate(f"{words.quantity} of {self.element.replace('_', ' ')}", value, deviation, words.unit)
         end = None if stretch.end >= last else stretch.end
         return Episode(words.kind, stretch.start, end, size, self._others(stretch) if doubt else ())

@@ -71,7 +71,7 @@ class Coverage:
         place = np.arange(len(values), dtype=float)[:, None]
         age = place - np.maximum.accumulate(np.where(there, place, -1.0 - self._age), axis=0)
         fresh = np.asarray(age <= self._limit)
-        judged = fresh[:, :_COUNT].any(axis=1) & fresh[:, _COUNT:].all(axis=1)
+        judged = np.asarray(fresh[:, :_COUNT].any(axis=1) & fresh[:, _COUNT:].all(axis=1))
         before = np.concatenate([[self._judged], judged[:-1]])
         self.interruptions += int(np.count_nonzero(before & ~judged))
         self._age, self._judged = age[-1], bool(judged[-1])

@@ -88,7 +88,7 @@ def _substitute(name: str, status: Status, drive: Driven, graph: SubstitutionGra
         return ""
     used = max(samples, key=lambda way: samples[way])
     way = next(way for way in graph.substitutes[name] if way.name == used)
-    return f"{used.replace('-', ' ')} (± {way.deviation:g} {SIGNALS[name].unit.replace('*', '·')})"
+    return f"{used.replace('-', ' ')} (± {_shown(way.deviation, SIGNALS[name].unit)})"
 
 
 def judge(
@@ -192,10 +192,15 @@ def _sentence(episode: Episode, element: Element) -> str:
 
 
 def _size(size: Estimate) -> str:
-    factor, unit = {"rad": (180.0 / math.pi, "°"), "rad/s": (180.0 / math.pi, "°/s")}.get(size.unit, (1.0, size.unit))
-    if size.quantity.startswith("lost share"):
-        factor, unit = 100.0, "%"
-    return f"{factor * size.value:.3g} {unit.replace('*', '·')}".rstrip()
+    return f"{100.0 * size.value:.3g} %" if size.quantity.startswith("lost share") else _shown(size.value, size.unit)
+
+
+def _shown(value: float, unit: str) -> str:
+    """A value in the units that people use."""
+    degrees = 180.0 / math.pi
+    usual = {"rad": (degrees, "°"), "rad/s": (degrees, "°/s"), "rad/s**2": (degrees, "°/s²"), "m/s": (3.6, "km/h")}
+    factor, label = usual.get(unit, (1.0, unit.replace("**2", "²").replace("*", "·")))
+    return f"{factor * value:.3g} {label}".rstrip()
 
 
 def _listed(elements_: Sequence[Element]) -> str:

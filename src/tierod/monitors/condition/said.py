@@ -25,6 +25,7 @@ class Said(NamedTuple):
         faulty, candidates, testable: whether declared, one of several that may be it, and whether a fault would show
         kind: number of the kind; 0 where none is told
         size, deviation: of the fault, see `told`; NaN where none is told
+        gated: readings that are too far off to be believed, declared or not, (n, sensors)
     """
 
     faulty: np.ndarray
@@ -33,6 +34,7 @@ class Said(NamedTuple):
     kind: np.ndarray
     size: np.ndarray
     deviation: np.ndarray
+    gated: np.ndarray
 
     def only(self, available: np.ndarray) -> Said:
         """Without doubts about what is not there to be doubted; a fault that was declared before stays.
@@ -50,7 +52,7 @@ def nothing_said(count: int) -> Said:
         count: of them
     """
     no, untold = np.zeros((count, len(ELEMENTS)), bool), np.full((count, len(ELEMENTS)), np.nan)
-    return Said(no, no, no, np.zeros(no.shape), untold, untold)
+    return Said(no, no, no, np.zeros(no.shape), untold, untold, no[:, : len(SENSORS)])
 
 
 def said_by_bank(result: Result) -> Said:
@@ -72,6 +74,7 @@ def said_by_bank(result: Result) -> Said:
         kind,
         size,
         deviation,
+        _columns(result, "decision.gated", SENSORS) > 0.5,
     )
 
 
@@ -85,7 +88,8 @@ def said_by_rules(result: Result) -> Said:
         [_columns(result, "not_testable", SENSORS) < 0.5, np.ones((len(faulty), len(ACTUATORS)), bool)]
     )
     untold = np.full(testable.shape, np.nan)
-    return Said(faulty, candidates, testable, np.zeros(testable.shape), untold, untold)
+    nothing = np.zeros((len(faulty), len(SENSORS)), bool)
+    return Said(faulty, candidates, testable, np.zeros(testable.shape), untold, untold, nothing)
 
 
 def _columns(result: Result, group: str, names: tuple[str, ...]) -> np.ndarray:
@@ -124,7 +128,7 @@ def told(element: str, kind: float, size: float) -> Told:
         STUCK: Told("stuck"),
         OFFSET: Told(f"{sign} offset", "offset", unit),
         GAIN: Told("wrong gain", "reading over truth"),
-        DRIFT: Told("drift", "growth of the error", f"{unit}/s"),
+        DRIFT: Told("drift", "growth of the error", f"{unit}**2" if unit.endswith("/s") else f"{unit}/s"),
         OUTLIER: Told("outlier", "reading over truth"),
         NOISE: Told("noise", "standard deviation of the noise", unit),
         DELAY: Told("delay", "delay", "s"),

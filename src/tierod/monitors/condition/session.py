@@ -24,7 +24,7 @@ from tierod.vehicles import Vehicle
 
 SLICE = 60_000
 """Samples that are judged at once, lest all outputs of a long piece lie in memory together."""
-FAULT, CANDIDATE, SOUND = 1.0, 0.5, 0.0
+FAULT, CANDIDATE, NOT_TESTABLE, SOUND = 1.0, 0.5, 0.25, 0.0
 """Values of the states over time; none where nothing is judged."""
 
 
@@ -90,7 +90,8 @@ class ConditionSession:
             result = scan(self.block, aligned, self._memory)
             self._memory = result.state
             said, filtered = self._said(result).only(available), self._filtered(result)
-            states = np.where(said.faulty, FAULT, np.where(said.candidates, CANDIDATE, SOUND))
+            kinds = [said.faulty, said.candidates, ~said.testable]
+            states = np.select(kinds, [FAULT, CANDIDATE, NOT_TESTABLE], SOUND)
         else:
             self._memory = None
             said = nothing_said(len(aligned.time))
@@ -107,9 +108,11 @@ class ConditionSession:
         }
 
     def _supplied(self, readings: np.ndarray, said: Said, filtered: np.ndarray) -> Result:
-        """Every sensor's signal as others may use it."""
+        """Every sensor's signal as others may use it; a reading that is not believed is passed on to nobody."""
         faulty = said.faulty[:, : len(SENSORS)].astype(float)
-        result = scan(self.reconfiguration, np.hstack([readings, faulty, filtered]), self._supply)
+        believed = readings.copy()
+        believed[:, : len(SENSORS)][said.gated] = np.nan
+        result = scan(self.reconfiguration, np.hstack([believed, faulty, filtered]), self._supply)
         self._supply = result.state
         return result
 

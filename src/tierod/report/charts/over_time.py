@@ -41,6 +41,8 @@ STRIPS = {
 }
 """Traces from 0 to 1 that are drawn beneath an estimate: their name, and what they say."""
 
+_OF_ELEMENTS = ("state_of_", "supplied_", "deviation_of_supplied_")
+"""Beginnings of traces that charts of their own show."""
 _INNOVATIONS = ("innovation", "normalised_innovation", "nis", "nees")
 
 
@@ -79,7 +81,7 @@ def result_figure(diagnosis: Diagnosis) -> Figure | None:
     others = [name for name in diagnosis.traces if name not in taken and name not in SIGNALS]
     return _strips(
         diagnosis,
-        [name for name in others if not name.startswith(_INNOVATIONS)],
+        [name for name in others if not name.startswith((*_INNOVATIONS, *_OF_ELEMENTS))],
         "results",
         "Further results over time" if mains else "Results over time",
         "Line: mean of each bin. Shading: lowest to highest value. Gaps: not known.",

@@ -1,0 +1,176 @@
+"""Charts of sensors and actuators: their states over time, and what stood in for a sensor at fault."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from tierod.findings import Diagnosis, Element, Episode
+from tierod.report.charts.figure import (
+    AMBER,
+    BLUE,
+    LABEL_GROUND,
+    RED,
+    Figure,
+    axis,
+    band,
+    centres,
+    layout,
+    line,
+    merged,
+    rounded,
+    summary,
+)
+from tierod.report.charts.over_time import span
+from tierod.report.display import INTERVAL, bracketed, duration, shown, time_scale, words
+
+STATE, SUPPLIED, DEVIATION = "state_of_", "supplied_", "deviation_of_supplied_"
+"""Beginnings of the traces that are drawn here."""
+WASH = "rgba(179,38,30,0.10)"
+"""Behind the time of a fault."""
+_POINTS = 1000
+_HEATS = (
+    (0.0, "sound", "#bfe0c8"),
+    (0.25, "not testable now", "#e2e8f0"),
+    (0.5, "one of several that may be at fault", "#f2c14e"),
+    (1.0, "fault", RED),
+)
+"""Values of a state, what they mean, and their colours; blank where nothing was judged."""
+
+
+def state_figure(diagnosis: Diagnosis) -> Figure | None:
+    """A row of colour over time for every sensor and actuator."""
+    names = [each.name for each in diagnosis.elements if STATE + each.name in diagnosis.traces]
+    if not names:
+        return None
+    per_second, clock = time_scale(span(diagnosis)[1] - span(diagnosis)[0])
+    traces = [merged(diagnosis.traces[STATE + name], _POINTS) for name in names]
+    worst = [np.asarray(trace.upper, float) for trace in traces]
+    meanings = {value: meaning for value, meaning, _ in _HEATS}
+    text = [[meanings.get(value, "not judged") for value in row.tolist()] for row in worst]
+    height = 26 * len(names) + 120
+    heat = {
+        "type": "heatmap",
+        "x": rounded(centres(traces[0], per_second), 7),
+        "y": [words(name) for name in names],
+        "z": [rounded(row) for row in worst],
+        "text": text,
+        "hovertemplate": "%{y}: %{text}<extra>%{x}</extra>",
+        "colorscale": _steps(),
+        "zmin": 0.0,
+        "zmax": 1.0,
+        "ygap": 3,
+        "showscale": False,
+    }
+    keys = [
+        {
+            "type": "scatter",
+            "mode": "markers",
+            "x": [None],
+            "y": [None],
+            "name": meaning,
+            "marker": {"symbol": "square", "size": 12, "color": colour},
+        }
+        for _, meaning, colour in _HEATS
+    ]
+    faulty = [words(each.name).lower() for each in diagnosis.elements if each.episodes]
+    return Figure(
+        name="states",
+        title="Sensors and actuators over time",
+        caption="The worst state of each moment. Blank: nothing could be judged.",
+        alternative=f"States over time of {', '.join(words(name).lower() for name in names)}; "
+        f"not sound at times: {', '.join(faulty) or 'none'}. Times stand in the table above.",
+        data=[heat, *keys],
+        layout=layout(
+            height,
+            margin={"l": 190, "r": 14, "t": 44, "b": 44},
+            xaxis=axis(f"time [{clock}]", range=[per_second * end for end in span(diagnosis)]),
+            yaxis=axis("", autorange="reversed", showgrid=False),
+        ),
+        height=height,
+        timed=True,
+    )
+
+
+def _steps() -> list[list[Any]]:
+    """The colour scale in steps that change half-way between two states."""
+    values = [value for value, _, _ in _HEATS]
+    edges = [0.0, *(0.5 * (low + high) for low, high in pairwise(values)), 1.0]
+    return [[edge, colour] for (_, _, colour), ends in zip(_HEATS, pairwise(edges), strict=True) for edge in ends]
+
+
+def substitute_figures(diagnosis: Diagnosis) -> list[Figure]:
+    """One chart for every sensor that was at fault and replaced: its reading, and what was supplied in its place."""
+    return [
+        _substitute(diagnosis, each)
+        for each in diagnosis.elements
+        if each.episodes and each.name in diagnosis.traces and SUPPLIED + each.name in diagnosis.traces
+    ]
+
+
+def _substitute(diagnosis: Diagnosis, element: Element) -> Figure:
+    name = element.name
+    reading, value, deviation = (merged(diagnosis.traces[each + name]) for each in ("", SUPPLIED, DEVIATION))
+    factor, label = shown(value.unit)
+    first, last = span(diagnosis)
+    per_second, clock = time_scale(last - first)
+    time = centres(value, per_second)
+    supplied = np.asarray(value.mean, float) * factor
+    half = INTERVAL * factor * np.asarray(deviation.mean, float)
+    text = {"hovertemplate": "%{y:.4g} " + label}
+    marks = [_marks(each, first, last, per_second) for each in element.episodes]
+    what = element.substitute or "another signal"
+    return Figure(
+        name=f"substitute-{name}",
+        title=f"{words(name)}: its reading, and what replaced it",
+        caption=f"Red: as recorded. Blue: as others may use it, with its 95 % interval where it is replaced, mostly by "
+        f"{what}. Shaded: at fault. Drag to zoom, double-click to see everything.",
+        alternative=f"{words(name)} as recorded and as replaced by {what}; at fault "
+        + "; ".join(f"from {duration(each.start)} to {_end(each)}" for each in element.episodes)
+        + ".",
+        data=[
+            band(time, supplied - half, supplied + half, "rgba(29,95,168,0.25)", name="95 % interval"),
+            line(centres(reading, per_second), np.asarray(reading.mean, float) * factor, RED, "reading", **text),
+            line(time, supplied, BLUE, "supplied", **text),
+        ],
+        layout=layout(
+            330,
+            hovermode="x unified",
+            xaxis=axis(f"time [{clock}]", range=[per_second * first, per_second * last]),
+            yaxis=axis(bracketed(words(name), label)),
+            shapes=[shape for shape, _ in marks],
+            annotations=[note for _, note in marks],
+        ),
+        height=330,
+        summary=[
+            summary("reading", reading, factor, label),
+            summary("supplied", value, factor, label),
+            summary("standard deviation of what replaces it", deviation, factor, label),
+        ],
+        timed=True,
+    )
+
+
+def _marks(episode: Episode, first: float, last: float, per_second: float) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The shading of an episode, and its name."""
+    start, end = (per_second * at for at in (episode.start, last if episode.end is None else episode.end))
+    shape = {"type": "rect", "yref": "paper", "y0": 0, "y1": 1, "x0": start, "x1": end, "line": {"width": 0}}
+    colour = AMBER if episode.candidates else RED
+    note = {
+        "text": "in doubt" if episode.candidates else episode.kind or "fault",
+        "x": start,
+        "yref": "paper",
+        "y": 1.0,
+    }
+    late = start > per_second * (first + 0.85 * (last - first))
+    looks = {"xanchor": "right" if late else "left", "yanchor": "top", "showarrow": False, "bgcolor": LABEL_GROUND}
+    return (
+        shape | {"fillcolor": "rgba(138,90,0,0.10)" if episode.candidates else WASH, "layer": "below"},
+        note | looks | {"font": {"color": colour, "size": 12}},
+    )
+
+
+def _end(episode: Episode) -> str:
+    return "the end" if episode.end is None else duration(episode.end)
