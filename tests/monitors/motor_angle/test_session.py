@@ -10,8 +10,8 @@ from tierod.errors import InputError
 from tierod.findings import Status
 from tierod.monitors.run import diagnose
 from tierod.recording import Channel, Recording
-from tierod.studies.motor_angle.fault_drives import drive
-from tierod.studies.motor_angle.fault_kinds import FAULTS, FIVE_DEGREES
+from tierod.studies.motor_angle.fault_drives import RATE, drive
+from tierod.studies.motor_angle.fault_kinds import FAULTS, FIVE_DEGREES, offset
 
 ANGLE = SOUND().samples[:, COLUMN["motor_angle_mechanical"]]
 LATE = np.arange(len(ANGLE)) >= 62_000
@@ -65,7 +65,7 @@ def test_currents_that_come_too_slowly_are_refused():
     slow = SOUND().samples[::2]
     channels = recording(slow).channels
     late = {name: replace(each, time=2.0 * each.time) for name, each in channels.items()}
-    with pytest.raises(InputError, match=r"motor_current_alpha comes at about 5e\+03 Hz"):
+    with pytest.raises(InputError, match=r"motor_current_alpha comes at about 5000 Hz"):
         diagnose(Recording(late), "motor-bench", "motor-angle")
 
 
@@ -110,6 +110,22 @@ def test_a_stalled_drive_has_the_right_root(tmp_path, name, cause, code, begin):
     raised = {each for each, entry in memory.entries.items() if entry.status & 0x08}
     assert code in raised
     assert not raised & ({"motor-angle-stuck", "motor-currents"} - {code})
+
+
+def test_a_zero_that_leaps_beside_a_slow_motor_accuses_no_currents(tmp_path):
+    """Its increments startle the observer, while sine and cosine tell at once whose fault it is."""
+    slow = 50_000 + int(np.argmin(np.abs(drive(3, 8.0).speed[50_000:70_000])))
+    leap = offset(12.0)
+    samples = drive(3, 8.0, leap, slow / RATE).samples.copy()
+    late = np.arange(len(samples)) >= slow
+    true = 4.0 * (samples[:, COLUMN["motor_angle_mechanical"]] - np.where(late, leap.offset(np.zeros(1)), 0.0))
+    samples[:, COLUMN["resolver_sine"]], samples[:, COLUMN["resolver_cosine"]] = np.sin(true), np.cos(true)
+    diagnosis = diagnosed(samples, memory=tmp_path / "memory.json")
+    assert "sine and cosine" in diagnosis.findings[0].cause
+    assert "model_alarm_from_s" in diagnosis.findings[0].evidence
+    raised = FaultMemory.opened(tmp_path / "memory.json", "motor-bench").entries
+    assert "motor-angle-mismatch" in {name for name, entry in raised.items() if entry.status & 0x08}
+    assert not raised.get("motor-currents") or not raised["motor-currents"].status & 0x08
 
 
 def test_what_the_user_got_wrong_fills_no_memory(tmp_path):

@@ -82,8 +82,9 @@ CAUSES: Mapping[str, tuple[str, str]] = {
 }
 """Alarms from root to consequence: what it means, what to do."""
 
-STALLS = ("stuck", "backwards", "not_following")
-"""A sensor that does these lets the drive stall; swapped currents do too."""
+STARTLES = ("stuck", "backwards", "electrical.resolver_mismatch", "electrical.angle_gradient", "not_following")
+"""What a sensor does that startles the observer: it lets the drive stall, as swapped currents do too, or leaps while
+the motor is slow and its increments count."""
 
 SURPRISING = 20.0
 """An innovation beyond this comes in one of 6000 samples by chance: three measurements have a mean of three."""
@@ -199,15 +200,16 @@ def _judged(drive: Drive, vehicle: Vehicle) -> Finding:
 def root_of(drive: Drive) -> str | None:
     """The alarm from which the others follow; None without any.
 
-    Currents that do not fit their voltages never do; a sensor that stalls the drive only startles the observer once.
+    Currents that do not fit their voltages never do; a sensor that stalls the drive, or leaps, only startles the
+    observer once.
     """
     if not drive.starts:
         return None
     first = min(drive.starts.values())
     together = [name for name in CAUSES if drive.starts.get(name, math.inf) <= first + TOGETHER]
-    stalls = [name for name in together if name in STALLS]
-    if together[0] == "model" and stalls and drive.surprised < 0.5:
-        return stalls[0]
+    startles = [name for name in together if name in STARTLES]
+    if together[0] == "model" and startles and drive.surprised < 0.5:
+        return startles[0]
     return together[0]
 
 
@@ -219,7 +221,7 @@ def _fault(drive: Drive, estimate: Estimate | None, evidence: dict[str, float]) 
         cause += f"; {SUSPECTS.get(drive.suspect, 'which of them is wrong')}" + (
             " is the wrong one" if drive.suspect else " cannot be told"
         )
-    if root == "model":
+    if root == "model" and math.isfinite(drive.resistance * drive.flux):
         cause += f"; as if resistance and flux were {drive.resistance:.2f} and {drive.flux:.2f} of the vehicle file's"
     size = ""
     if root == "angle":

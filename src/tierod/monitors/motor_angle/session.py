@@ -12,7 +12,7 @@ from tierod.graph import Result, scan
 from tierod.models.commanded_motor import CommandedMotorParameters
 from tierod.monitors.motor_angle.alarm_courses import AlarmCourses
 from tierod.monitors.motor_angle.detector import NOT_READY, MotorAngleMonitor
-from tierod.monitors.motor_angle.finding import STALLS, SURPRISING, SUSPECTS, Drive, judge, root_of
+from tierod.monitors.motor_angle.finding import STARTLES, SURPRISING, SUSPECTS, Drive, judge, root_of
 from tierod.monitors.motor_angle.inverter_finding import Lost
 from tierod.monitors.motor_angle.misread import misread
 from tierod.monitors.motor_angle.voltage_balance import VoltageBalance
@@ -84,7 +84,7 @@ class MotorAngleSession(BlockSession):
             share = float(there.mean()) if there.any() else 1.0
             if share < LEAST_SHARE:
                 raise InputError(
-                    f"{name} comes at about {share * self.rate:.3g} Hz, or with that many samples lost; the observer "
+                    f"{name} comes at about {share * self.rate:.0f} Hz, or with that many samples lost; the observer "
                     f"of the motor's angle needs {self.rate:g} Hz: record the motor's signals at the rate of its "
                     "modulation, and check the unit of time"
                 )
@@ -138,7 +138,7 @@ class MotorAngleSession(BlockSession):
         if finding.status is Status.NOT_TESTABLE:
             return Conclusion(finding)
         root = root_of(drive)
-        mute = "motor-angle-stuck" if root == "model" else "motor-currents" if root in STALLS else ""
+        mute = "motor-angle-stuck" if root == "model" else "motor-currents" if root in STARTLES else ""
         codes = {name: self._courses.of_code(name, mute=name == mute) for name in self._courses.codes}
         return Conclusion(finding, course=tuple(self._courses.course), code_courses=codes)
 
