@@ -25,6 +25,8 @@ CASES = {
     "phases b and c": (CURRENTS, np.conj, "the phases of the currents are swapped: b and c", "channel map"),
     "phases a and b": (CURRENTS, lambda v: TURN * np.conj(v), "currents are swapped: a and b", "channel map"),
     "phases a and c": (CURRENTS, lambda v: np.conj(v) / TURN, "currents are swapped: a and c", "channel map"),
+    "alpha and beta": (CURRENTS, lambda v: 1j * np.conj(v), "currents are swapped: alpha and beta", "alpha and beta"),
+    "their voltages": (VOLTAGES, lambda v: 1j * np.conj(v), "voltages are swapped: alpha and beta", "alpha and beta"),
     "phases of the voltages": (VOLTAGES, np.conj, "the phases of the voltages are swapped", "channel map"),
     "phases moved on": (CURRENTS, lambda v: TURN * v, "the phases of the currents are in another order", "order"),
     "voltages moved on": (VOLTAGES, lambda v: TURN * v, "the phases of the voltages are in another order", "order"),

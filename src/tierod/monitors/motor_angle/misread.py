@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.monitors.motor_angle.voltage_balance import Balance, VoltageBalance
+from tierod.monitors.motor_angle.voltage_balance import AXES_SWAPPED, Balance, VoltageBalance
 
 LEAST_WINDOWS = 100
 """Half a second of balance."""
@@ -73,6 +73,8 @@ def _phases(balance: Balance) -> tuple[str, str] | None:
     turned = abs(balance.flux_direction) > 0.25 * math.pi
     whose = "voltages" if (backwards if mirrored else turned) else "currents"
     if mirrored:
+        if shifted == AXES_SWAPPED:
+            return f"the {whose} are swapped: alpha and beta", "exchange alpha and beta in the channel map"
         two = "b and c" if not shifted else "a and b" if shifted > 0.0 else "a and c"
         if whose == "voltages":
             two = "two of them"

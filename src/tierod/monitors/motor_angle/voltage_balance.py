@@ -23,6 +23,9 @@ _CURRENT, _GAIN, _ROTOR, _SIGNS, _VOLTAGE = 0, 2, 4, 6, 8
 
 _THIRD = 2.0 * math.pi / 3.0
 
+AXES_SWAPPED: Annotated[float, "rad"] = 0.5 * math.pi
+"""A mirrored vector turned by this has alpha and beta exchanged."""
+
 
 class Reading(NamedTuple):
     """One way of reading currents and angle.
@@ -39,8 +42,9 @@ class Reading(NamedTuple):
 
 
 AS_RECORDED = Reading()
-READINGS = tuple(Reading(*each) for each in product((False, True), (0.0, _THIRD, -_THIRD), (False, True)))
-"""As recorded first."""
+_PHASES = tuple(Reading(*each) for each in product((False, True), (0.0, _THIRD, -_THIRD), (False, True)))
+READINGS = (*_PHASES, Reading(True, AXES_SWAPPED), Reading(True, AXES_SWAPPED, True))
+"""As recorded first; the last two with the stator's axes swapped."""
 
 
 @dataclass(frozen=True)
