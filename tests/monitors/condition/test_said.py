@@ -1,0 +1,53 @@
+"""What is said of sensors and actuators in one form, and in words."""
+
+import numpy as np
+import pytest
+
+from monitors.condition.made_up_said import place, sound
+from tierod.monitors.condition.kind import DELAY, DRIFT, GAIN, LOSS, NOISE, OFFSET, OUTLIER, STUCK
+from tierod.monitors.condition.said import ELEMENTS, LOST_TORQUE, nothing_said, told
+from tierod.monitors.condition.signals import SENSORS
+from tierod.units import known
+
+
+@pytest.mark.parametrize(
+    ("element", "kind", "size", "words"),
+    [
+        ("yaw_rate", LOSS, np.nan, ("total loss", "", "")),
+        ("yaw_rate", STUCK, np.nan, ("stuck", "", "")),
+        ("yaw_rate", OFFSET, 0.3, ("positive offset", "offset", "rad/s")),
+        ("tie_rod_force", OFFSET, -0.3, ("negative offset", "offset", "N")),
+        ("steering_shaft_torque", GAIN, 1.5, ("wrong gain", "reading over truth", "")),
+        ("yaw_rate", DRIFT, 0.01, ("drift", "growth of the error", "rad/s**2")),
+        ("tie_rod_force", DRIFT, 0.01, ("drift", "growth of the error", "N/s")),
+        ("yaw_rate", OUTLIER, 3.0, ("outlier", "reading over truth", "")),
+        ("wheel_speed_rear_left", NOISE, 0.5, ("noise", "standard deviation of the noise", "m/s")),
+        ("yaw_rate", DELAY, 0.2, ("delay", "delay", "s")),
+        ("steering_motor_1", LOST_TORQUE, 0.5, ("loss of torque", "lost share of the torque", "")),
+        ("yaw_rate", 0.0, np.nan, ("", "", "")),
+    ],
+)
+def test_every_kind_has_words_quantity_and_unit(element, kind, size, words):
+    assert tuple(told(element, kind, size)) == words
+
+
+@pytest.mark.parametrize("sensor", SENSORS)
+def test_every_unit_is_one_that_is_known(sensor):
+    assert known(told(sensor, DRIFT, 1.0).unit)
+
+
+def test_what_is_not_there_is_neither_doubted_nor_testable_but_stays_declared():
+    _, said = sound(0.02)
+    said.candidates[:] = said.faulty[:] = True
+    there = np.ones((2, len(ELEMENTS)), bool)
+    there[0, place("yaw_rate")] = False
+    seen = said.only(there)
+    assert seen.candidates[:, place("yaw_rate")].tolist() == [False, True]
+    assert seen.testable[:, place("yaw_rate")].tolist() == [False, True]
+    assert seen.faulty.all()
+
+
+def test_nothing_is_said_of_what_is_not_judged():
+    said = nothing_said(3)
+    assert said.faulty.shape == (3, len(ELEMENTS))
+    assert not (said.faulty | said.candidates | said.testable).any()
