@@ -17,6 +17,9 @@ KINDS = ("loss", "stuck", "offset", "gain", "drift", "outlier", "noise", "delay"
 
 NONE, LOSS, STUCK, OFFSET, GAIN, DRIFT, OUTLIER, NOISE, DELAY = (float(number) for number in range(9))
 
+NEVER = -1e9
+"""Score of a kind that cannot be: far below any logarithm of likelihood."""
+
 DELAYS = (0.04, 0.06, 0.08, 0.11, 0.15, 0.2, 0.26, 0.34, 0.45)
 """Delays that are compared [s]: each some third longer than the one before, so that a parabola lies well between."""
 
@@ -104,6 +107,7 @@ class KindOfFault:
         zero: below which a reading that never changes is a loss [unit of the signal]
         factor: expected size of factors about one
         start: of a drift when it is declared, in deviations of the prediction
+        sure: deviations by which the slope of a drift differs from none
         alike: over which errors of the prediction are alike
         shortest: for which a reading must repeat itself
         agrees: deviations of the prediction within which a reading that moves again is as it should be
@@ -118,6 +122,7 @@ class KindOfFault:
     zero: Annotated[float, ""]
     factor: Annotated[float, ""] = 1.0
     start: Annotated[float, ""] = 6.0
+    sure: Annotated[float, ""] = 3.0
     alike: Annotated[float, "s"] = 0.1
     shortest: Annotated[float, "s"] = 0.1
     agrees: Annotated[float, ""] = 4.0
@@ -219,37 +224,36 @@ class KindOfFault:
         return before._replace(
             seen=before.seen + 1.0,
             repeated=where(either(first, reading == before.last), before.repeated, 0.0),
-            constant=self._fitted(before.constant, reading, 1.0, square),
-            offset=self._fitted(before.offset, off, 1.0, square),
-            gain=self._fitted(before.gain, reading, prediction, square * maximum(before.gain.value**2, 1.0)),
-            drift=self._sloped(before.drift, off, time, square),
+            constant=self._fitted(before.constant, reading, 1.0, square, first),
+            offset=self._fitted(before.offset, off, 1.0, square, first),
+            gain=self._fitted(before.gain, reading, prediction, square * maximum(before.gain.value**2, 1.0), first),
+            drift=self._sloped(before.drift, off, time, square, first),
             weight=weight,
             power=before.power + share * (off * off - before.power),
             expected=before.expected + share * (square - before.expected),
-            noise=before.noise
-            + where(first, self._density(off, self.offset * self.offset), self._density(off, spread)),
+            noise=before.noise + self._density(off, where(first, self.offset * self.offset, spread), first),
             delays=tuple(
-                score + self._density(reading - line.oldest, square)
+                score + self._density(reading - line.oldest, square, first)
                 for score, line in zip(before.delays, before.past, strict=True)
             ),
         )
 
-    def _density(self, off: Any, variance: Any) -> Any:
-        """What one reading adds to a logarithm of likelihood."""
-        share = self.sample_time / self.alike
+    def _density(self, off: Any, variance: Any, first: Any) -> Any:
+        """What one reading adds to a logarithm of likelihood; the first one counts whole."""
+        share = where(first, 1.0, self.sample_time / self.alike)
         return -0.5 * share * (off * off / variance + log(2.0 * math.pi * variance))
 
-    def _fitted(self, fit: Fit, reading: Any, row: Any, square: Any) -> Fit:
+    def _fitted(self, fit: Fit, reading: Any, row: Any, square: Any, first: Any) -> Fit:
         """One parameter, one reading on: reading = row * parameter."""
         off, known = reading - row * fit.value, row * row * fit.variance
         gain = fit.variance * row / (known + square * (self.alike / self.sample_time))
         return Fit(
             fit.value + gain * off,
             maximum(fit.variance - gain * row * fit.variance, 0.0),
-            fit.score + self._density(off, known + square),
+            fit.score + self._density(off, known + square, first),
         )
 
-    def _sloped(self, fit: SlopeFit, off: Any, time: Any, square: Any) -> SlopeFit:
+    def _sloped(self, fit: SlopeFit, off: Any, time: Any, square: Any, first: Any) -> SlopeFit:
         """Start and slope, one deviation on."""
         error = off - fit.start - time * fit.slope
         to_start, to_slope = fit.start_variance + time * fit.covariance, fit.covariance + time * fit.slope_variance
@@ -261,7 +265,7 @@ class KindOfFault:
             maximum(fit.start_variance - to_start * inverse * to_start, 0.0),
             fit.covariance - to_start * inverse * to_slope,
             maximum(fit.slope_variance - to_slope * inverse * to_slope, 0.0),
-            fit.score + self._density(error, known + square),
+            fit.score + self._density(error, known + square, first),
         )
 
     # -- naming --------------------------------------------------------------------------------------------------
@@ -271,12 +275,14 @@ class KindOfFault:
         young = both(absolute(state.gain.value - 1.0) > self.large, state.seen * self.sample_time < self.young)
         noise = sqrt(maximum(state.power - state.expected, 0.0))
         rough = state.power / sqrt(maximum(2.0 * state.seen * (state.power - state.expected), 1e-9))
+        uncertain = sqrt(state.drift.slope_variance)
+        moves = absolute(state.drift.slope) > self.sure * uncertain
         drifted = state.drift.start + state.drift.slope * state.seen * self.sample_time
         options = (
             (STUCK, state.constant.score, 0.0, 0.0, state.constant.value - prediction),
             (OFFSET, *_parts(state.offset), state.offset.value),
             (where(young, OUTLIER, GAIN), *_parts(state.gain), (state.gain.value - 1.0) * prediction),
-            (DRIFT, state.drift.score, state.drift.slope, sqrt(state.drift.slope_variance), drifted),
+            (DRIFT, where(moves, state.drift.score, NEVER), state.drift.slope, uncertain, drifted),
             (NOISE, state.noise, noise, rough, noise),
             (DELAY, *self._delay(state, prediction)),
         )
