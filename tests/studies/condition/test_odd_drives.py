@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from tierod.findings import Diagnosis, Element, Finding, Status
 from tierod.studies.condition import odd
 from tierod.studies.condition.odd_drives import all_lost, odd_drives
+from tierod.studies.registry import Effort
 
 
 @pytest.fixture(scope="module")
@@ -57,3 +60,16 @@ def test_what_the_monitor_says_becomes_a_row():
     assert odd.accused(told) == ("yaw_rate",)
     assert odd.row("no wheel speeds") == ("refused", "", "", "no wheel speeds")
     assert odd.accused("no wheel speeds") == ()
+
+
+def test_the_part_counts_recordings_in_which_something_is_accused(monkeypatch):
+    vehicle = SimpleNamespace(vehicle=None)
+    monkeypatch.setattr(odd, "calibrations", lambda *given: {(odd.VARIANTS[odd.BEST].module, 1): vehicle})
+    monkeypatch.setattr(odd, "odd_drives", lambda number: {"fine": 0, "odd": 1})
+    monkeypatch.setattr(odd, "all_lost", lambda number: 1)
+    sound = Diagnosis((Finding("condition", Status.HEALTHY, "Sound."),))
+    faulty = Diagnosis((Finding("condition", Status.FAULT, "Off."),), (Element("yaw_rate", "sensor", Status.FAULT),))
+    monkeypatch.setattr(odd, "said", lambda recording, vehicle: (sound, faulty)[recording])
+    *_, table, claim = odd.items(Effort())
+    assert [row[1] for row in table.rows] == ["healthy", "fault", "fault"]
+    assert (claim.measured, claim.met) == (1, False)

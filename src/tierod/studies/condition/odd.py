@@ -37,9 +37,9 @@ def items(effort: Effort) -> Iterator[Item]:
     yield Heading("Odd recordings of a sound vehicle", TEXT)
     rows = tuple((name, *row(each)) for name, each in {**found, "all six sensors lost at 20 s": lost}.items())
     yield Table("What the monitor says", ("recording", "verdict", "at fault", "not judged", "cause"), rows)
-    accused = sum(bool(accused(each)) for each in found.values())
+    wrong = sum(bool(accused(each)) for each in found.values())
     claim = "Recordings of a sound vehicle, odd in one way each, in which something is called faulty."
-    yield Claim("healthy.odd", claim, GOAL, None, accused, exactly(0.0), "", f"Of {len(found)}.")
+    yield Claim("healthy.odd", claim, GOAL, None, wrong, exactly(0.0), "", f"Of {len(found)}.")
 
 
 def said(recording: Recording, vehicle: Vehicle) -> Diagnosis | str:

@@ -44,7 +44,7 @@ def items(effort: Effort) -> Iterator[Item]:
     drives = [drive for number in vehicles for drive in sensor_tests(number)]
     found = scores(drives[::5] if effort.quick else drives, effort)
     yield Heading("The 48 tests of the sensors", TEXT)
-    yield tables.compared(f"The tests with {len(vehicles)} vehicles", found)
+    yield tables.compared(f"The tests, vehicles driven: {len(vehicles)}", found)
     yield tables.by_group(
         "Accuracy by sensor (Figure 20), mean / worst", found, lambda each: each.drive.injected[0].element, "sensor"
     )
