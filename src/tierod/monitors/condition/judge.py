@@ -8,7 +8,8 @@ from typing import Annotated, Any, NamedTuple
 from tierod.block import Tree
 from tierod.graph import Bank, JudgeSample, Verdict
 from tierod.graph.maths import any_of, both, exp, maximum, sqrt, where
-from tierod.monitors.condition.decision import Decision, DecisionState, Diagnosis, judge
+from tierod.monitors.condition.decision import Decision, DecisionState, judge
+from tierod.monitors.condition.diagnosis import Diagnosis
 from tierod.monitors.condition.kind import Kind, KindOfFault
 from tierod.monitors.condition.lane import LeaveOutFilter, leaving_out
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS, Hypothesis, hypotheses

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from tierod.block import Ring
-from tierod.graph.maths import absolute, all_of, both, either, log, maximum, minimum, negated, present, sqrt, where
+from tierod.graph.maths import absolute, all_of, both, either, log, maximum, negated, present, sqrt, where
+from tierod.monitors.condition.kind_state import Fit, KindState, SlopeFit, parabola, parts, selected
 from tierod.monitors.condition.signals import SENSORS
 from tierod.monitors.condition.tuning import PlausibleRange
 
@@ -22,55 +22,6 @@ NEVER = -1e9
 
 DELAYS = (0.04, 0.06, 0.08, 0.11, 0.15, 0.2, 0.26, 0.34, 0.45)
 """Delays that are compared [s]: each some third longer than the one before, so that a parabola lies well between."""
-
-
-class Fit(NamedTuple):
-    """One parameter learnt from readings, and how likely the readings were on the way."""
-
-    value: Any
-    variance: Any
-    score: Any
-
-
-class SlopeFit(NamedTuple):
-    """Start and slope learnt from readings, and how likely the readings were on the way."""
-
-    start: Any
-    slope: Any
-    start_variance: Any
-    covariance: Any
-    slope_variance: Any
-    score: Any
-
-
-class KindState(NamedTuple):
-    """What is remembered of one sensor.
-
-    Args:
-        seen: samples with a reading since the declaration
-        last: reading of the sample before
-        repeated: whether every reading since the declaration was the same
-        constant, offset, gain: fits of one parameter
-        drift: fit of a slope
-        weight, power, expected: sum of weights, mean squared deviation, and what it would be without fault
-        noise: how likely the readings were as noise
-        delays: how likely the readings were with each of `DELAYS`
-        past: predictions, one line for each delay
-    """
-
-    seen: Any
-    last: Any
-    repeated: Any
-    constant: Fit
-    offset: Fit
-    gain: Fit
-    drift: SlopeFit
-    weight: Any
-    power: Any
-    expected: Any
-    noise: Any
-    delays: tuple[Any, ...]
-    past: tuple[Any, ...]
 
 
 class Kind(NamedTuple):
@@ -175,13 +126,13 @@ class KindOfFault:
         reading, prediction = where(known, sample.reading, 0.0), where(known, sample.prediction, 0.0)
         deviation = where(both(known, sample.deviation > 0.0), sample.deviation, 1.0)
         fresh = self._fresh(state, deviation)
-        before = _selected(either(dropped, state.seen < 0.5), fresh, state)
+        before = selected(either(dropped, state.seen < 0.5), fresh, state)
         learnt = self._learnt(before, reading, prediction, deviation)
         revived = all_of(
             self._is_still(before), reading != before.last, absolute(reading - prediction) < self.agrees * deviation
         )
         counts = both(counts, negated(revived))
-        after = _selected(counts, learnt, before)
+        after = selected(counts, learnt, before)
         after = after._replace(last=where(both(known, either(counts, dropped)), reading, state.last), past=state.past)
         named = self._named(after, prediction, dropped)
         named = named._replace(effect=where(both(declared, revived), math.inf, named.effect))
@@ -280,8 +231,8 @@ class KindOfFault:
         drifted = state.drift.start + state.drift.slope * state.seen * self.sample_time
         options = (
             (STUCK, state.constant.score, 0.0, 0.0, state.constant.value - prediction),
-            (OFFSET, *_parts(state.offset), state.offset.value),
-            (where(young, OUTLIER, GAIN), *_parts(state.gain), (state.gain.value - 1.0) * prediction),
+            (OFFSET, *parts(state.offset), state.offset.value),
+            (where(young, OUTLIER, GAIN), *parts(state.gain), (state.gain.value - 1.0) * prediction),
             (DRIFT, where(moves, state.drift.score, NEVER), state.drift.slope, uncertain, drifted),
             (NOISE, state.noise, noise, rough, noise),
             (DELAY, *self._delay(state, prediction)),
@@ -305,38 +256,9 @@ class KindOfFault:
         for k in range(1, len(times)):
             better = scores[k] > top
             if k + 1 < len(times):
-                peak, sharp = _parabola(times[k - 1 : k + 2], scores[k - 1 : k + 2])
+                peak, sharp = parabola(times[k - 1 : k + 2], scores[k - 1 : k + 2])
             else:
                 peak, sharp = times[k], times[k] - times[k - 1]
             best, width = where(better, peak, best), where(better, sharp, width)
             top, effect = where(better, scores[k], top), where(better, effects[k], effect)
         return top, best, width, effect
-
-
-def _parts(fit: Fit) -> tuple[Any, Any, Any]:
-    """Score, value, standard deviation."""
-    return fit.score, fit.value, sqrt(fit.variance)
-
-
-def _parabola(times: Sequence[Any], scores: Sequence[Any]) -> tuple[Any, Any]:
-    """Place of the highest point between three times, and the width of its curvature."""
-    left, right = times[1] - times[0], times[2] - times[1]
-    down, up = (scores[1] - scores[0]) / left, (scores[2] - scores[1]) / right
-    bend = minimum((up - down) / (0.5 * (left + right)), -1e-9)
-    slope = (down * right + up * left) / (left + right)
-    peak = times[1] - slope / bend
-    return minimum(maximum(peak, times[0]), times[2]), minimum(1.0 / sqrt(-bend), times[2] - times[0])
-
-
-def _selected(condition: Any, first: KindState, second: KindState) -> KindState:
-    """One of two states, their delay lines left alone."""
-
-    def pick(a: Any, b: Any) -> Any:
-        if isinstance(a, tuple):
-            parts = [pick(x, y) for x, y in zip(a, b, strict=True)]
-            return type(a)(*parts) if hasattr(a, "_fields") else tuple(parts)
-        return where(condition, a, b)
-
-    lines = first.past
-    picked: KindState = pick(first._replace(past=()), second._replace(past=()))
-    return picked._replace(past=lines)
