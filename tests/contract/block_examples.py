@@ -64,6 +64,7 @@ from tierod.monitors.condition.residuals.steering_signals import SteeringSignals
 from tierod.monitors.condition.residuals.thresholds import ResidualThreshold
 from tierod.monitors.condition.rule_files import rules
 from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
+from tierod.monitors.condition.substitutes import Reconfiguration
 from tierod.monitors.driver_torque.column_friction import ColumnFrictionObserver
 from tierod.monitors.driver_torque.delayed import DelayedHandTorque
 from tierod.monitors.driver_torque.hands import HandsMonitor
@@ -118,7 +119,7 @@ COLUMN = TwoInertiaParameters(0.035, 0.23, 132.0, 18.0, 1.6e-4, 1.5e-3)
 BASES = {"GaussianFilter", "EachSignal", "SteeringTorqueObserver"}
 """What several blocks share; they are exercised through those."""
 
-PARTS = {"AngleObserver", "ConditionJudge", "Decision"}
+PARTS = {"AngleObserver", "ConditionJudge", "Decision", "Watching"}
 """Steps with arguments of their own, used inside one block and exercised through it."""
 
 
@@ -159,6 +160,7 @@ def examples() -> dict[type, Callable[[], Any]]:
         DebounceCounter: lambda: DebounceCounter(2.0, 3.0),
         DebounceCounters: lambda: DebounceCounters((DebounceCounter(127.0, 128.0), DebounceCounter()), ((), (0,))),
         Switchover: lambda: Switchover(SUBSTITUTES, (1.0, 1.0), 0.1, DT),
+        Reconfiguration: lambda: Reconfiguration.of_vehicle(load("smartload"), DT),
         Hysteresis: lambda: Hysteresis(0.4, 0.1, 0.05, DT),
         KindOfFault: lambda: KindOfFault(7.5, 0.75, 0.75, 3e-4),
         KalmanFilter: lambda: replace(consistent(CAR).filter, hold_missing_input=True),

@@ -102,14 +102,27 @@ def design_limits(
         InputError: less than a quarter of an hour
         ParameterError: no time above zero is wanted
     """
-    if not hours_between_alarms > 0.0:
-        raise ParameterError(f"{hours_between_alarms:g} h between false alarms were asked for; give a time above zero")
+    _require_time(hours_between_alarms)
     bank = _watching(LeaveOutFilter.of_vehicle(vehicle), hypotheses())
     maxima = []
     for place, recording in enumerate(recordings):
-        maxima.append(_block_maxima(scan(bank, aligned(recording)).values))
+        maxima.append(block_maxima(scan(bank, aligned(recording)).values))
         progress((place + 1) / len(recordings))
-    blocks = np.concatenate(maxima)
+    return designed_on(np.concatenate(maxima), hours_between_alarms)
+
+
+def designed_on(blocks: np.ndarray, hours_between_alarms: float) -> DesignedLimits:
+    """Limits from the largest ratios of healthy driving.
+
+    Args:
+        blocks: of every ten seconds, (blocks, 2 x hypotheses), see `block_maxima`
+        hours_between_alarms: wanted mean time between false alarms [h]
+
+    Raises:
+        InputError: less than a quarter of an hour
+        ParameterError: no time above zero is wanted
+    """
+    _require_time(hours_between_alarms)
     hours = len(blocks) * BLOCK / 3600.0
     if hours < LEAST_HOURS:
         raise InputError(
@@ -121,14 +134,23 @@ def design_limits(
     return DesignedLimits(_limits(blocks.max(axis=0), factor), factor, hours, designed, alarms)
 
 
+def _require_time(hours: float) -> None:
+    if not hours > 0.0:
+        raise ParameterError(f"{hours:g} h between false alarms were asked for; give a time above zero")
+
+
 def _watching(base: LeaveOutFilter, explanations: tuple[Hypothesis, ...]) -> Bank:
     count = len(explanations) - 1
     never = Limits((1e6,) * count, (1e6,) * count, GAP, MARGIN)
     return Bank(tuple(leaving_out(each, base) for each in explanations), Watching(judge(explanations, never)))
 
 
-def _block_maxima(ratios: np.ndarray) -> np.ndarray:
-    """The largest of every block, healthy left out, (blocks, 2 x hypotheses)."""
+def block_maxima(ratios: np.ndarray) -> np.ndarray:
+    """The largest ratio of every block, healthy left out, (blocks, 2 x hypotheses).
+
+    Args:
+        ratios: smoothed fast and slowly, the healthy hypothesis first in both, sample by sample
+    """
     count = ratios.shape[1] // 2
     ratios = np.delete(ratios, (0, count), axis=1)
     width, skipped = round(BLOCK * 100.0), round(SETTLING * 100.0)
