@@ -9,7 +9,7 @@ import pytest
 from bank_of_graph import HighestJudge, Lane, Marked, Pair, bank, ringed
 from tierod.block import leaves, tuning
 from tierod.errors import TraceError
-from tierod.graph import Bank, JudgeSample, Stream, Verdict, batch, scan, trace
+from tierod.graph import Bank, JudgeSample, Stream, Verdict, batch, maths, scan, trace
 from tierod.graph.kernel import print_c
 from tierod.graph.memory_layout import flat_memory
 from tierod.graph.operation_count import operation_count
@@ -117,6 +117,28 @@ class Sum:
     def step(self, state, sample):
         total = state + self.gain * sample.a
         return total, Marked(total, sample.b)
+
+
+@dataclass(frozen=True)
+class Delayed:
+    """Calls the C library on what it remembers and no longer needs."""
+
+    gain: float = 1.0
+    Sample = Pair
+
+    def init(self):
+        return self.gain
+
+    def step(self, state, sample):
+        return state + self.gain * sample.a, Marked(maths.tanh(state), sample.b)
+
+
+def test_a_state_is_not_overwritten_before_the_library_has_been_called_on_it():
+    block, samples = Bank((Delayed(0.5), Delayed(0.3)), Silent((-1.0, -1.0))), np.full((5, 2), 0.2)
+    before = 0.3 + 0.06 * np.arange(5)
+    for engine in ("compiled", "virtual machine"):
+        expected = np.column_stack([np.tanh(before), samples[:, 1]])
+        np.testing.assert_allclose(scan(block, samples, engine=engine).values, expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize("adopt", [(-1.0, 0.0), (1.0, 0.0), (7.0, float("nan")), (0.5, -0.2)])

@@ -42,7 +42,7 @@ def phases(program: Program) -> list[Phase]:
         if operation.name != "input":
             (calls if operation.name in LIBRARY else values)[phase[index]].append(index)
     stores: list[list[tuple[int, int]]] = [[] for _ in range(count)]
-    hold = _last_reads(program, phase, count - 1)
+    hold = _free_from(program, phase, count - 1)
     for (group, position), value in sorted(program.outputs.items()):
         copied = program.operations[value].name == "input"
         ready = count - 1 if copied else _available(program, value, phase)
@@ -86,9 +86,16 @@ def _latest(program: Program, early: dict[int, int]) -> dict[int, int]:
     return phase
 
 
-def _last_reads(program: Program, phase: dict[int, int], last: int) -> dict[int, int]:
-    """State -> the last phase that reads it; one that is put out as it is, is read in the very last."""
-    uses = [(argument, own) for index, own in phase.items() for argument in program.operations[index].arguments]
+def _free_from(program: Program, phase: dict[int, int], last: int) -> dict[int, int]:
+    """State -> the first phase at whose end it may be overwritten; one that is put out as it is, is read in the last.
+
+    Calls come after what their phase puts away: a state that one of them takes is still needed then.
+    """
+    uses = [
+        (argument, own + (program.operations[index].name in LIBRARY))
+        for index, own in phase.items()
+        for argument in program.operations[index].arguments
+    ]
     uses += [(value, last) for value in program.outputs.values()]
     read: dict[int, int] = {}
     for index, own in uses:
