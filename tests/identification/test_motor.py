@@ -210,6 +210,22 @@ def test_slips_of_a_recording_are_named(driven, factors, words):
         identify_motor(FILE, {"drive": changed(recording, **factors)})
 
 
+def test_swapped_phases_of_a_fast_motor_are_named():
+    """Its back-EMF is nearly all of the voltage: the currents leave little, however wrong they are."""
+    recording = MadeMotor().recording(none, waving(6.0, 5.3), lambda time: 60.0 * time + 2.0 * to_and_fro(time))
+    with pytest.raises(InputError, match=r"\(([6-9]|1\d|2[0-4]) % of the voltage.*phases of the currents swapped"):
+        identify_motor(FILE, {"drive": changed(recording, motor_current_beta=-1.0)})
+
+
+@pytest.mark.parametrize("whose", ["current", "voltage"])
+def test_exchanged_axes_are_named(driven, whose):
+    _, recording = driven
+    alpha, beta = recording[f"motor_{whose}_alpha"], recording[f"motor_{whose}_beta"]
+    channels = [replace(alpha, values=beta.values), replace(beta, values=alpha.values)]
+    with pytest.raises(InputError, match=f"alpha and beta of the {whose}s exchanged"):
+        identify_motor(FILE, {"drive": recording.with_channels(channels)})
+
+
 @pytest.mark.parametrize(("late", "words"), [(1, "1 samples late"), (-1, "1 samples early"), (0.5, "0.5 samples late")])
 def test_voltages_of_another_step_are_moved(driven, late, words):
     motor, recording = driven

@@ -14,8 +14,9 @@ from tierod.identification.motor_recording import MotorRecording
 
 _MOST = 30_000
 """Samples from the middle of a recording that are looked at."""
-_UNEXPLAINED, _BETTER = 0.25, 0.4
-"""Share of the voltage from which something is wrong; share of that which a slip must leave to be named."""
+_LOOKED_INTO, _UNEXPLAINED, _BETTER = 0.05, 0.25, 0.4
+"""Share of the voltage from which slips are tried, since swapped currents of a fast motor leave a fifth only; from
+which something is wrong in any case; share of what is left over that a slip must leave to be named."""
 _SURE = 3.0
 """Standard deviations by which a resistance must be negative."""
 _POLE_PAIRS = range(1, 13)
@@ -45,7 +46,7 @@ def refuse_slips(seen: MotorRecording, pole_pairs: float, expected: tuple[float,
     """
     part = _middle(seen)
     fit, share = electrical_fit([part], pole_pairs, expected)
-    if share > _UNEXPLAINED:
+    if share > _LOOKED_INTO:
         found = [(electrical_fit([slip.recording], pole_pairs, expected), slip) for slip in _slips(part, pole_pairs)]
         (best, left), slip = min(found, key=lambda each: each[0][1])
         if left < _BETTER * share and best.values[0] > -_SURE * best.deviations[0]:
@@ -53,14 +54,15 @@ def refuse_slips(seen: MotorRecording, pole_pairs: float, expected: tuple[float,
                 f"{seen.name}: currents, voltages and angle do not belong together ({100.0 * share:.0f} % of the "
                 f"voltage is left over); {slip.words}, and {100.0 * left:.0f} % are"
             )
-    elif fit.values[0] < -_SURE * fit.deviations[0]:
+    if share > _UNEXPLAINED:
+        return
+    if fit.values[0] < -_SURE * fit.deviations[0]:
         raise InputError(_opposite(seen.name, fit.values[0], fit.deviations[0], ""))
-    else:
-        held, _ = held_fit([part], pole_pairs, expected)
-        unsure = not fit.deviations[0] < 0.25 * expected[0]
-        if unsure and held.values[0] < -_SURE * held.deviations[0]:
-            note = ", with the inductance of the vehicle file and the angle as recorded"
-            raise InputError(_opposite(seen.name, held.values[0], held.deviations[0], note))
+    held, _ = held_fit([part], pole_pairs, expected)
+    unsure = not fit.deviations[0] < 0.25 * expected[0]
+    if unsure and held.values[0] < -_SURE * held.deviations[0]:
+        note = ", with the inductance of the vehicle file and the angle as recorded"
+        raise InputError(_opposite(seen.name, held.values[0], held.deviations[0], note))
 
 
 def in_time(
@@ -129,6 +131,10 @@ def _slips(seen: MotorRecording, pole_pairs: float) -> Iterator[_Slip]:
     yield _Slip(both, "the angle turns against currents and voltages: change its sign, or swap two phases of both")
     yield _Slip(replace(seen, current=np.conj(seen.current)), "with two phases of the currents swapped they do")
     yield _Slip(replace(seen, voltage=np.conj(seen.voltage)), "with two phases of the voltages swapped they do")
+    turned = replace(seen, current=1j * np.conj(seen.current))
+    yield _Slip(turned, "with alpha and beta of the currents exchanged they do")
+    turned = replace(seen, voltage=1j * np.conj(seen.voltage))
+    yield _Slip(turned, "with alpha and beta of the voltages exchanged they do")
     yield _Slip(replace(seen, current=-seen.current), "with the currents counted the other way they do")
     for number in _POLE_PAIRS:
         if number == pole_pairs:
