@@ -155,6 +155,12 @@ def _inverter_tables(result: InverterIdentification) -> Sequence[Table]:
     return [found_table(result.found)]
 
 
+def _inverter_items(result: InverterIdentification) -> Iterable[Item]:
+    from tierod.report.identification_page import found_table
+
+    yield found_table(result.found, "A dead time or a drop that changes with the temperature moves them by more.")
+
+
 def _inverter_document(result: InverterIdentification) -> dict[str, Any]:
     return {"fit": result.fit._asdict(), "explained": not result.doubt}
 
@@ -227,7 +233,7 @@ SUBJECTS = {
         "Loss of a phase and knee of it under which the commands, less what the inverter takes, are the voltages of a "
         "motor with these currents and this angle.",
         _inverter,
-        _inverter_tables,
+        _inverter_items,
         _inverter_tables,
         lambda result: [],
         _inverter_document,

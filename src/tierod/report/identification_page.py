@@ -17,10 +17,8 @@ from tierod.vehicles.catalogue import QUANTITIES
 
 _POINTS = 4000
 """Of a curve in the page; a longer recording is thinned."""
-_NOTE = (
-    "σ and interval hold with residuals that are coloured, and for this model: another law of friction, or a torsion "
-    "bar that is stiffer than the vehicle file says, moves the values by more."
-)
+_NOTE = "σ and interval hold with residuals that are coloured, and for this model."
+_COLUMN = "Another law of friction, or a torsion bar stiffer than the vehicle file says, moves the values by more."
 _WINDOW = 4.0
 """Part of an experiment that is drawn [s], the busiest one."""
 _TITLES = {
@@ -66,8 +64,13 @@ def render_identification(page: IdentificationPage, items: Sequence[Item]) -> st
     )
 
 
-def found_table(found: Sequence[Found]) -> Table:
-    """Every parameter before and after."""
+def found_table(found: Sequence[Found], beyond: str = "") -> Table:
+    """Every parameter before and after.
+
+    Args:
+        found: parameters
+        beyond: what the standard deviations leave out, a sentence
+    """
     rows = tuple(
         (
             each.name,
@@ -82,7 +85,7 @@ def found_table(found: Sequence[Found]) -> Table:
         for each in found
     )
     header = ("parameter", "before", "found", "σ", "95 % interval", "change", "unit", "by")
-    return Table("Parameters before and after", header, rows, _NOTE)
+    return Table("Parameters before and after", header, rows, f"{_NOTE} {beyond}".strip())
 
 
 def left_out_table(result: ColumnIdentification, short: bool = False) -> Table:
@@ -108,7 +111,7 @@ def left_out_table(result: ColumnIdentification, short: bool = False) -> Table:
 def column_items(result: ColumnIdentification) -> Iterator[Item]:
     """Tables and charts of an identified column."""
     yield Heading("What was found")
-    yield found_table(result.found)
+    yield found_table(result.found, _COLUMN)
     estimate = result.estimate
     rows = tuple(
         (name, number(estimate[name], 5), number(estimate.deviation(name), 2))

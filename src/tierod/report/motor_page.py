@@ -15,6 +15,8 @@ from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
 _WINDOW = 5.0
 """Part of a recording that is drawn [s], the one in which the torque changes most."""
 
+_BEYOND = "Iron losses, saturation, and a load that depends on the direction or the speed of turning move them by more."
+
 
 def as_warm(result: MotorIdentification) -> list[tuple[str, float, float]]:
     """Name, value and standard deviation of what currents, voltages and angle tell, as warm as the motor was."""
@@ -34,7 +36,7 @@ def motor_items(result: MotorIdentification) -> Iterator[Item]:
     """Tables and charts of an identified motor."""
     yield Heading("What was found")
     if result.found:
-        yield found_table(result.found)
+        yield found_table(result.found, _BEYOND)
     if result.untold:
         rows = tuple((each.name, each.why, each.cure) for each in result.untold)
         yield Table("Not identifiable here", ("parameter", "because", "record"), rows)
