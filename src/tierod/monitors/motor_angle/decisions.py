@@ -38,7 +38,8 @@ TURNING, DRIVEN = Demonstrated(10.1), Demonstrated(14.5)
 """Hours of sound drives with parameters astray, turning and in all."""
 
 _SOURCE = (
-    "sound drives on the bench with resistance, flux and inductance astray (docs/motor-angle.md); hours of turning"
+    "sound drives on the bench, voltages measured, with resistance, flux and inductance astray (docs/motor-angle.md); "
+    "hours of turning"
 )
 
 
@@ -143,4 +144,4 @@ DECISIONS = (
         demonstrated=DRIVEN,
     ),
 )
-"""Of the only variant."""
+"""Of every variant: those fed with commands decide alike, but only measured voltages were driven for so long."""
