@@ -20,6 +20,7 @@ from monitors.condition.made_up_lanes import (
 from tierod.errors import ParameterError
 from tierod.graph import Bank, scan
 from tierod.monitors.condition.decision import judge
+from tierod.monitors.condition.limits import GAP
 from tierod.monitors.condition.signals import SENSORS
 from tierod.monitors.condition.weighing import Limits, Weighing
 
@@ -145,3 +146,10 @@ def test_a_larger_gap_makes_it_wait(bank, drive):
     result = scan(replace(bank, judge=careful), drive)
     assert declared(result) == [(0.0, "healthy")]
     assert result[f"candidates.{TORQUE}"][400:].all()
+
+
+def test_a_motor_is_not_blamed_for_a_gain_of_the_torque_sensor(bank, drive):
+    drive[300:700, column(TORQUE)] *= 1.5
+    weighing = bank.judge.weighing
+    shipped = replace(bank.judge, weighing=replace(weighing, limits=replace(weighing.limits, gap=GAP)))
+    assert declared(scan(replace(bank, judge=shipped), drive)) == [(0.0, "healthy")]

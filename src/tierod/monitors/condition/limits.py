@@ -26,8 +26,11 @@ FACTOR = 1.5
 """Least factor of a limit over the largest healthy ratio; with 1.0 the virtual demonstrator alarms by the hour."""
 ABOVE, LEAST = (2.0, 1.0), (0.5, 0.3)
 """Of a limit, fast and slow: how far above the largest healthy ratio, and at all, it lies at least [nat]."""
-GAP, MARGIN = 1.0, 1.0
-"""By which a hypothesis must lead, and two suspects explain more than one: one nat, 2.7 times as likely a sample."""
+GAP, MARGIN = 2.0, 1.0
+"""By which a hypothesis must lead, fast and slow together, and two suspects explain more than one [nat].
+
+With one nat a gain of the torque sensor is first called a weak motor; two cost 10 ms of delay.
+"""
 SETTLING = 2.0
 """Not looked at, at the beginning of every drive [s]."""
 BLOCK = 10.0
