@@ -12,8 +12,10 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.graph.maths import absolute, exp, limit, sqrt
 from tierod.models.automated_parameters import AutomatedParameters, Fading
+from tierod.physics.damped_rotation import DampedRotation, damped_rotation
 from tierod.physics.friction import dahl_update
 from tierod.physics.load_transfer import longitudinal_load_transfer
+from tierod.physics.rack_balance import column_balance
 from tierod.physics.single_track import (
     front_axle_load,
     lateral_acceleration,
@@ -169,7 +171,7 @@ class AutomatedVehicle:
         forces = _forces(x, torques, p)
         half_turn, difference = 0.5 * p.track_width * x.yaw_rate, p.wheel_speed_difference + x.wheel_speed_difference
         steering = torques.steering_motor_1 + torques.steering_motor_2
-        above = p.steering_motor_inertia * _column_balance(x, forces, torques, p) / p.column_inertia
+        above = p.steering_motor_inertia * _column_balance(x, forces, torques, p, x.column_rate) / p.column_inertia
         across = (1.0 + p.roll_share) * lateral_acceleration(forces.front, forces.rear, p.mass)
         lateral = lateral_acceleration_at(across, _yaw_acceleration(x, forces, p), x.yaw_rate, p.sensor_forward)
         along = forces.along / (p.mass + p.rolling_mass) - p.sensor_forward * x.yaw_rate * x.yaw_rate
@@ -263,25 +265,28 @@ def _tie_rod_force(x: Any, forces: Forces, p: Any) -> Any:
     return p.steering_ratio / p.rack_ratio * forces.kingpin + x.tie_rod_force_error
 
 
-def _column_torque(x: Any, forces: Forces, torques: Torques, p: Any) -> Any:
-    """Of all that does not depend on the column's own rate [N*m]."""
-    driving = torques.steering_motor_1 + torques.steering_motor_2 - p.nominal_friction * x.friction_share
-    spring = p.rack_ratio * p.rack_ratio * p.rack_stiffness * x.column_angle
-    return driving - spring - p.rack_ratio * _tie_rod_force(x, forces, p)
-
-
-def _column_balance(x: Any, forces: Forces, torques: Torques, p: Any) -> Any:
-    """Sum of all torques on the column [N*m]."""
-    damping = p.rack_ratio * p.rack_ratio * p.rack_damping
-    return _column_torque(x, forces, torques, p) - damping * x.column_rate
+def _column_balance(x: Any, forces: Forces, torques: Torques, p: Any, rate: Any) -> Any:
+    """Sum of all torques on the column while it turns at a rate [N*m]."""
+    driving = torques.steering_motor_1 + torques.steering_motor_2
+    friction = p.nominal_friction * x.friction_share
+    force = _tie_rod_force(x, forces, p)
+    return column_balance(
+        driving, friction, force, x.column_angle, rate, p.rack_ratio, p.rack_stiffness, p.rack_damping
+    )
 
 
 def _steered(x: Any, forces: Forces, torques: Torques, p: Any) -> tuple[Any, Any, Any]:
     """Angle, rate and friction of the column after a step; exact for torques that stay constant over it."""
-    damping = p.rack_ratio * p.rack_ratio * p.rack_damping
-    left = exp(-damping * p.sample_time / p.column_inertia)
-    end = _column_torque(x, forces, torques, p) / damping
-    path = p.column_inertia / damping * (1.0 - left)
-    turned = path * x.column_rate + (p.sample_time - path) * end
-    rate = end + (x.column_rate - end) * left
+    torque, turning = _column_balance(x, forces, torques, p, 0.0), turning_column(p)
+    turned = turning.path * x.column_rate + turning.angle_per_torque * torque
+    rate = turning.kept * x.column_rate + turning.rate_per_torque * torque
     return x.column_angle + turned, rate, dahl_update(x.friction_share, turned, p.column_friction_angle)
+
+
+def turning_column(p: Any) -> DampedRotation:
+    """What rate and torque of the column make of its angle and rate after one sample.
+
+    Args:
+        p: parameters of `AutomatedVehicle`
+    """
+    return damped_rotation(p.column_inertia, p.rack_ratio * p.rack_ratio * p.rack_damping, p.sample_time)

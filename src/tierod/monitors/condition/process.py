@@ -6,7 +6,7 @@ from typing import Any
 
 from tierod.estimators.linear_algebra import Vector, pack, unpack
 from tierod.graph.maths import absolute, exp
-from tierod.models.automated_vehicle import AutomatedVehicle
+from tierod.models.automated_vehicle import AutomatedVehicle, turning_column
 from tierod.monitors.condition.tuning import ModelError
 
 LIMITS = AutomatedVehicle.State(
@@ -80,11 +80,9 @@ def with_torque_noise(covariance: Vector, vehicle: Any, variance: Any) -> tuple[
         variance: of that torque [N**2*m**2]
     """
     full = unpack(covariance)
-    damping = vehicle.rack_ratio * vehicle.rack_ratio * vehicle.rack_damping
-    left = exp(-damping * vehicle.sample_time / vehicle.column_inertia)
-    path = vehicle.column_inertia / damping * (1.0 - left)
+    turning = turning_column(vehicle)
     angle = AutomatedVehicle.State._fields.index("column_angle")
-    gain = {angle: (vehicle.sample_time - path) / damping, angle + 1: (1.0 - left) / damping}
+    gain = {angle: turning.angle_per_torque, angle + 1: turning.rate_per_torque}
     for i, first in gain.items():
         for j, second in gain.items():
             full[i][j] = full[i][j] + first * second * variance
