@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 
 from tierod.errors import InputError, ParameterError
+from tierod.monitors.condition.healthy_ratios import BLOCK, SETTLING, block_maxima
 from tierod.monitors.condition.limits import (
-    BLOCK,
     FACTOR,
     NAME,
-    SETTLING,
-    block_maxima,
     designed_on,
     is_calibrated,
     limits_of,
@@ -38,11 +36,9 @@ def blocks(hours=20.0, scale=4.0, start=20.0, seed=3):
 def test_the_factor_is_that_of_the_exponential_tail():
     scale, start, hours = 4.0, 20.0, 1e6
     found = designed_on(blocks(20.0, scale, start), hours)
-    top = blocks(20.0, scale, start)[:, 4].max()
     # The limit is where an exponential tail is exceeded once in so many hours: start + scale ln(blocks).
     limit = found.limits.fast[4]
     assert limit == pytest.approx(start + scale * math.log(hours * PER_HOUR), rel=0.1)
-    assert limit == pytest.approx(found.factor * top)
     assert found.hours_between_alarms == pytest.approx(hours, rel=1e-6)
     assert found.hours == pytest.approx(20.0)
 
@@ -55,6 +51,45 @@ def test_a_longer_time_gives_wider_limits_and_never_less_than_the_least_factor()
     assert longer.limits.fast[4] > long.limits.fast[4]
 
 
+def test_the_designed_time_passes_between_alarms_of_an_exponential_tail(monkeypatch):
+    monkeypatch.setattr("tierod.monitors.condition.limits.FACTOR", 0.0)
+    between = []
+    for seed in range(12):
+        found = designed_on(blocks(20.0, 12.0, 4.0, seed), 60.0)
+        limits = np.array([*found.limits.fast, *found.limits.slow])
+        alarms = np.count_nonzero((blocks(2000.0, 12.0, 4.0, 100 + seed)[:, :10] > limits[:10]).any(axis=1))
+        between.append(math.log(2000.0 / alarms / found.hours_between_alarms))
+        assert found.hours_between_alarms == pytest.approx(60.0)
+    assert abs(np.mean(between)) < math.log(1.5)
+
+
+def true_hours(limit, start, scale):
+    """Between alarms of an exponential tail."""
+    return math.exp((limit - start) / scale) / PER_HOUR
+
+
+@pytest.mark.parametrize("wanted", [10.0, 1e5])
+def test_far_beyond_what_was_seen_and_at_the_least_factor_the_time_is_that_of_the_tail(wanted):
+    designed = [designed_on(blocks(20.0, 12.0, 4.0, seed), wanted) for seed in range(12)]
+    between = [math.log(true_hours(found.limits.fast[4], 4.0, 12.0) / found.hours_between_alarms) for found in designed]
+    assert abs(np.mean(between)) < math.log(1.5)
+
+
+def test_the_time_that_few_blocks_allow_is_shorter_most_of_the_time():
+    designed = [designed_on(blocks(1.0, 12.0, 4.0, seed), 1000.0) for seed in range(20)]
+    assert all(found.hours_at_least < found.hours_between_alarms for found in designed)
+    kept = [true_hours(found.limits.fast[4], 4.0, 12.0) > found.hours_at_least for found in designed]
+    assert sum(kept) >= 17
+
+
+def test_hours_in_which_the_vehicle_stands_do_not_count():
+    standing = designed_on(blocks(), 1e6, 10.0)
+    assert standing.hours == 10.0
+    assert standing.factor > designed_on(blocks(), 1e6).factor - 1e-9
+    with pytest.raises(InputError, match="hold 6 minutes"):
+        designed_on(blocks(), 1000.0, 0.1)
+
+
 def test_alarms_of_the_other_half_are_counted():
     half = len(blocks()) // 2
     ratios = blocks()
@@ -65,16 +100,17 @@ def test_alarms_of_the_other_half_are_counted():
 
 def test_a_limit_lies_well_above_what_was_seen_where_that_was_next_to_nothing():
     found = designed_on(blocks(), 1000.0)
-    assert found.limits.fast[0] == pytest.approx(2.01)
-    assert found.limits.slow[0] == pytest.approx(1.01)
+    assert found.limits.fast[0] == pytest.approx(2.01 * found.factor)
+    assert found.limits.slow[0] == pytest.approx(1.01 * found.factor)
 
 
 def test_blocks_leave_the_beginning_and_the_healthy_hypothesis_out():
     width, skipped = round(BLOCK * 100.0), round(SETTLING * 100.0)
     ratios = np.zeros((skipped + 2 * width + 5, 2 * (COUNT + 1)))
     ratios[skipped - 1] = 99.0
-    ratios[skipped + width, 1] = 3.0
-    ratios[skipped, COUNT + 1] = ratios[skipped, 0] = 7.0
+    ratios[skipped + width : skipped + width + 3, 1] = 3.0
+    ratios[skipped + width + 5 : skipped + width + 7, 1] = 30.0  # too short for the judge to speak
+    ratios[skipped : skipped + 3, COUNT + 1] = ratios[skipped : skipped + 3, 0] = 7.0
     ratios[-1] = 99.0
     found = block_maxima(ratios)
     assert found.shape == (2, 2 * COUNT)

@@ -46,6 +46,8 @@ FREE = (
 """What is looked for; all else of the vehicle stays as its file says."""
 
 SOURCE = "calibrated on healthy driving"
+MAXIMUM_AGE = 0.006
+"""A reading older than this is missing, as it is for the monitor: a held one would be one that stands still [s]."""
 LEAST_SECONDS = 60.0
 """Shortest drive that tells all parameters apart [s]; five minutes are better."""
 
@@ -155,7 +157,7 @@ def aligned(recording: Recording, rate: float = 100.0) -> np.ndarray:
         recording: with the signals of `ConditionSample`; what is missing is NaN
         rate: of the rows [Hz]
     """
-    return recording.align(ConditionSample._fields, rate).values
+    return recording.align(ConditionSample._fields, rate, maximum_age=MAXIMUM_AGE).values
 
 
 class _Place(NamedTuple):

@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from tierod.errors import InputError, ParameterError
-from tierod.graph import Bank, scan
-from tierod.monitors.condition.calibration import aligned
-from tierod.monitors.condition.decision import Decision, judge
-from tierod.monitors.condition.lane import LeaveOutFilter, leaving_out
-from tierod.monitors.condition.signals import Hypothesis, hypotheses
+from tierod.monitors.condition.healthy_ratios import BLOCK, watch
+from tierod.monitors.condition.signals import hypotheses
 from tierod.monitors.condition.weighing import Limits
 from tierod.recording import Recording
 from tierod.vehicles import Vehicle
@@ -23,7 +20,7 @@ NAME = "condition"
 """Of the thresholds in a vehicle file."""
 
 FACTOR = 1.5
-"""Least factor of a limit over the largest healthy ratio; with 1.0 the virtual demonstrator alarms by the hour."""
+"""Least factor of a limit, however many false alarms are borne: no drive shows all that a healthy vehicle does."""
 ABOVE, LEAST = (2.0, 1.0), (0.5, 0.3)
 """Of a limit, fast and slow: how far above the largest healthy ratio, and at all, it lies at least [nat]."""
 GAP, MARGIN = 2.0, 1.0
@@ -31,10 +28,6 @@ GAP, MARGIN = 2.0, 1.0
 
 With one nat a gain of the torque sensor is first called a weak motor; two cost 10 ms of delay.
 """
-SETTLING = 2.0
-"""Not looked at, at the beginning of every drive [s]."""
-BLOCK = 10.0
-"""Ratios are correlated over some seconds; of every such time the largest counts [s]."""
 TAIL = 0.2
 """Share of the blocks, the largest, that tell how seldom larger ones are."""
 LEAST_HOURS = 0.25
@@ -47,41 +40,19 @@ class DesignedLimits:
 
     Args:
         limits: of all hypotheses but healthy
-        factor: of the limits over the largest healthy ratios [-]
+        factor: of the limits over the largest healthy ratios, with what they must lie above them [-]
         hours: of healthy driving they were made on
         hours_between_alarms: designed mean time between false alarms, carried on from the tail of what was seen
-        alarms_before: times that driving which the largest ratios were not taken from exceeds them, `FACTOR` left aside
+        hours_at_least: the same, were the tail as long as so few blocks allow at 95 % [h]
+        alarms_before: times that driving goes beyond limits without `factor` that come from other driving
     """
 
     limits: Limits
     factor: Annotated[float, ""]
     hours: Annotated[float, "h"]
     hours_between_alarms: Annotated[float, "h"]
+    hours_at_least: Annotated[float, "h"]
     alarms_before: int
-
-
-@dataclass(frozen=True)
-class Watching:
-    """A judge that tells the smoothed ratios instead of what it decides.
-
-    Args:
-        decision: with limits that nothing exceeds
-    """
-
-    decision: Decision
-
-    def feedback(self) -> Any:
-        """What lanes are told."""
-        return self.decision.feedback()
-
-    def init(self) -> Any:
-        """Healthy."""
-        return self.decision.init()
-
-    def step(self, state: Any, sample: Any) -> Any:
-        """One sample on."""
-        after, verdict = self.decision.step(state, sample)
-        return after, verdict._replace(output=after.weights)
 
 
 def design_limits(
@@ -91,9 +62,6 @@ def design_limits(
     progress: Callable[[float], None] = lambda share: None,
 ) -> DesignedLimits:
     """Limits of a vehicle from healthy drives, for a mean time between false alarms of the whole bank.
-
-    One factor for all limits is designed: the largest ratio of every ten seconds over what the other half of the drives
-    showed at most has a tail, taken as exponential, that is carried on to the wanted time.
 
     Args:
         recordings: of healthy driving, none of it used for the parameters; an hour or more
@@ -106,35 +74,87 @@ def design_limits(
         ParameterError: no time above zero is wanted
     """
     _require_time(hours_between_alarms)
-    bank = _watching(LeaveOutFilter.of_vehicle(vehicle), hypotheses())
-    maxima = []
-    for place, recording in enumerate(recordings):
-        maxima.append(block_maxima(scan(bank, aligned(recording)).values))
-        progress((place + 1) / len(recordings))
-    return designed_on(np.concatenate(maxima), hours_between_alarms)
+    watched = watch(recordings, vehicle, progress)
+    blocks = np.concatenate([np.empty((0, 2 * len(hypotheses()) - 2)), *(each.blocks for each in watched)])
+    return designed_on(blocks, hours_between_alarms, sum(each.hours for each in watched))
 
 
-def designed_on(blocks: np.ndarray, hours_between_alarms: float) -> DesignedLimits:
+def designed_on(blocks: np.ndarray, hours_between_alarms: float, hours: float | None = None) -> DesignedLimits:
     """Limits from the largest ratios of healthy driving.
+
+    One factor for all limits is designed. Limits without it come from either half of the driving; the largest ratio of
+    every block of the other half over its limit has a tail, taken as exponential, that is carried on to the wanted
+    time. The limits are that factor times the mean of both halves' limits, and never below those of the whole.
 
     Args:
         blocks: of every ten seconds, (blocks, 2 x hypotheses), see `block_maxima`
         hours_between_alarms: wanted mean time between false alarms [h]
+        hours: for which the vehicle moves; all the time of the blocks where not given [h]
 
     Raises:
         InputError: less than a quarter of an hour
         ParameterError: no time above zero is wanted
     """
     _require_time(hours_between_alarms)
-    hours = len(blocks) * BLOCK / 3600.0
+    hours = len(blocks) * BLOCK / 3600.0 if hours is None else hours
+    require_hours(hours)
+    half = len(blocks) // 2
+    bare = [_bare(blocks[:half]), _bare(blocks[half:])]
+    ratios = np.concatenate([(blocks[:half] / bare[1]).max(axis=1), (blocks[half:] / bare[0]).max(axis=1)])
+    tail = _tail(ratios, hours)
+    factor = max(tail.factor(hours_between_alarms), FACTOR)
+    both = np.maximum(factor * 0.5 * (bare[0] + bare[1]), _bare(blocks)).tolist()
+    count = len(both) // 2
+    return DesignedLimits(
+        Limits(tuple(both[:count]), tuple(both[count:]), GAP, MARGIN),
+        factor,
+        hours,
+        tail.hours(factor),
+        tail.hours(factor, 1.645),
+        int(np.count_nonzero(ratios > 1.0)),
+    )
+
+
+def require_hours(hours: float) -> None:
+    """Refuse too little driving for limits.
+
+    Args:
+        hours: of driving that no parameters come from [h]
+
+    Raises:
+        InputError: less than a quarter of an hour
+    """
     if hours < LEAST_HOURS:
         raise InputError(
             f"the recordings hold {60.0 * hours:.0f} minutes of driving; limits need {60.0 * LEAST_HOURS:.0f} minutes "
             "that the parameters were not fitted to, better an hour"
         )
-    ratios, alarms = _held_out(blocks)
-    factor, designed = _factor(ratios, hours_between_alarms)
-    return DesignedLimits(_limits(blocks.max(axis=0), factor), factor, hours, designed, alarms)
+
+
+class _Tail(NamedTuple):
+    """Exponential tail of the largest ratios over their limits: where it starts, its mean, blocks in it, per hour."""
+
+    start: float
+    scale: float
+    blocks: int
+    per_hour: float
+
+    def factor(self, hours: float) -> float:
+        """That is exceeded once in so many hours."""
+        return self.start + self.scale * math.log(max(self.per_hour * hours, 1.0))
+
+    def hours(self, factor: float, deviations: float = 0.0) -> float:
+        """Between times beyond a factor, were the tail longer by so many standard deviations of its mean."""
+        scale = self.scale * (1.0 + deviations / math.sqrt(self.blocks))
+        return math.exp(min((factor - self.start) / scale, 100.0)) / self.per_hour
+
+
+def _tail(ratios: np.ndarray, hours: float) -> _Tail:
+    start = float(np.quantile(ratios, 1.0 - TAIL))
+    beyond = ratios[ratios > start] - start
+    if not len(beyond):
+        return _Tail(start, 1e-3, 1, 1.0 / hours)
+    return _Tail(start, float(np.mean(beyond)), len(beyond), len(beyond) / hours)
 
 
 def _require_time(hours: float) -> None:
@@ -142,55 +162,11 @@ def _require_time(hours: float) -> None:
         raise ParameterError(f"{hours:g} h between false alarms were asked for; give a time above zero")
 
 
-def _watching(base: LeaveOutFilter, explanations: tuple[Hypothesis, ...]) -> Bank:
-    count = len(explanations) - 1
-    never = Limits((1e6,) * count, (1e6,) * count, GAP, MARGIN)
-    return Bank(tuple(leaving_out(each, base) for each in explanations), Watching(judge(explanations, never)))
-
-
-def block_maxima(ratios: np.ndarray) -> np.ndarray:
-    """The largest ratio of every block, healthy left out, (blocks, 2 x hypotheses).
-
-    Args:
-        ratios: smoothed fast and slowly, the healthy hypothesis first in both, sample by sample
-    """
-    count = ratios.shape[1] // 2
-    ratios = np.delete(ratios, (0, count), axis=1)
-    width, skipped = round(BLOCK * 100.0), round(SETTLING * 100.0)
-    whole = max((len(ratios) - skipped) // width, 0)
-    return ratios[skipped : skipped + whole * width].reshape(whole, width, -1).max(axis=1)
-
-
-def _largest(blocks: np.ndarray, factor: float) -> np.ndarray:
-    """Limits of every column by the largest of some blocks."""
+def _bare(blocks: np.ndarray) -> np.ndarray:
+    """Limits of every column, without a factor, by the largest of some blocks."""
     count = blocks.shape[1] // 2
     above, least = (np.repeat(pair, count) for pair in (ABOVE, LEAST))
-    top = blocks.max(axis=0)
-    return np.maximum.reduce([factor * top, top + above, least])
-
-
-def _limits(top: np.ndarray, factor: float) -> Limits:
-    both = _largest(top[None, :], factor)
-    count = len(both) // 2
-    return Limits(tuple(both[:count].tolist()), tuple(both[count:].tolist()), GAP, MARGIN)
-
-
-def _held_out(blocks: np.ndarray) -> tuple[np.ndarray, int]:
-    """The largest ratio over its limit of every block, limits from the other half; and how often that is above one."""
-    half = len(blocks) // 2
-    parts = [(blocks[:half], blocks[half:]), (blocks[half:], blocks[:half])]
-    ratios = np.concatenate([(judged / _largest(known, 1.0)).max(axis=1) for known, judged in parts])
-    return ratios, int(np.count_nonzero(ratios > 1.0))
-
-
-def _factor(ratios: np.ndarray, hours: float) -> tuple[float, float]:
-    """Factor of the limits for a mean time between alarms [h], and the time that `FACTOR` at least gives."""
-    start = float(np.quantile(ratios, 1.0 - TAIL))
-    scale = float(np.mean(ratios[ratios > start] - start))
-    per_hour = TAIL * 3600.0 / BLOCK
-    wanted = start + scale * math.log(max(per_hour * hours, 1.0))
-    factor = max(wanted, FACTOR)
-    return factor, math.exp((factor - start) / scale) / per_hour
+    return np.maximum(blocks.max(axis=0) + above, least)
 
 
 def table_of(designed: DesignedLimits, source: str) -> dict[str, float | str | Mapping[str, float]]:
@@ -206,6 +182,7 @@ def table_of(designed: DesignedLimits, source: str) -> dict[str, float | str | M
         "calibrated": 1.0,
         "hours": designed.hours,
         "hours_between_alarms": designed.hours_between_alarms,
+        "hours_at_least": designed.hours_at_least,
         "factor": designed.factor,
         "gap": designed.limits.gap,
         "margin": designed.limits.margin,
