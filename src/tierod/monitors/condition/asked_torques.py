@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 from tierod.estimators.linear_algebra import Vector
 from tierod.graph.maths import absolute, exp, limit, maximum, present, where
-from tierod.models.automated_vehicle import AutomatedVehicle, Torques
+from tierod.models.automated_forces import Torques
+from tierod.models.automated_vehicle import AutomatedVehicle
 
 SHORTEST_LAG = 1e-4
 """Of an actuator [s]: keeps a lag of zero from being divided by."""

@@ -1,0 +1,120 @@
+"""What acts on a small automated car in a state of `automated_vehicle`: tyres, drives, kingpins, tie rods."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from tierod.graph.maths import absolute, limit, sqrt
+from tierod.physics.load_transfer import longitudinal_load_transfer
+from tierod.physics.single_track import front_axle_load, yaw_moment
+from tierod.physics.tyre import saturating_lateral_force
+
+CRAWL = 0.5
+"""Added to the speed where something is divided by it, and speed at which rolling resistance sets in [m/s]."""
+LEAST_ACROSS = 0.3
+"""Share of the friction that stays for the lateral force whatever the drives do [-]."""
+
+
+class Torques(NamedTuple):
+    """Of both steering motors at the column and of both drives at their wheels [N*m]."""
+
+    steering_motor_1: Any
+    steering_motor_2: Any
+    drive_left: Any
+    drive_right: Any
+
+
+class Forces(NamedTuple):
+    """What acts in a state.
+
+    Args:
+        front, rear: lateral, across the body [N]
+        along: of the tyres along the body, and of the air [N]
+        drive_difference: of the right drive less the left one [N]
+        kingpin: torque of both kingpins that the tie rods hold, without its error [N*m]
+    """
+
+    front: Any
+    rear: Any
+    along: Any
+    drive_difference: Any
+    kingpin: Any
+
+
+def direction(x: Any, p: Any) -> tuple[Any, Any]:
+    """Sine and cosine of the road-wheel angle, good to 1e-4 up to 0.4 rad.
+
+    Args:
+        x: state of `AutomatedVehicle`
+        p: its parameters
+    """
+    angle = p.steering_ratio * x.column_angle
+    square = angle * angle
+    return angle * (1.0 - square / 6.0), 1.0 - 0.5 * square * (1.0 - square / 12.0)
+
+
+def _turn_slip(x: Any, p: Any) -> tuple[Any, Any]:
+    """Turn slips of a front and a rear wheel [1/m]."""
+    inverse = 1.0 / (absolute(x.speed) + CRAWL)
+    return (x.yaw_rate + p.steering_ratio * x.column_rate) * inverse, x.yaw_rate * inverse
+
+
+def forces_of(x: Any, torques: Torques, p: Any) -> Forces:
+    """What acts in a state.
+
+    Args:
+        x: state of `AutomatedVehicle`
+        torques: that the motors give
+        p: its parameters
+    """
+    sine, cosine = direction(x, p)
+    per_radius = p.wheel_speed_scale / p.wheel_radius
+    left, right = per_radius * torques.drive_left, per_radius * torques.drive_right
+    drive = left + right
+    load = front_axle_load(p.mass, p.front_distance, p.rear_distance)
+    other = front_axle_load(p.mass, p.rear_distance, p.front_distance)
+    shift = longitudinal_load_transfer(drive, p.centre_height, p.front_distance + p.rear_distance)
+    grip = p.tyre_friction * load
+    used = limit(drive / grip, -1.0, 1.0)
+    left_over = grip * sqrt(1.0 - (1.0 - LEAST_ACROSS * LEAST_ACROSS) * used * used)
+    growth = 1.0 + p.stiffness_growth * shift / other
+    steered = saturating_lateral_force(x.front_slip, p.front_cornering_stiffness, left_over)
+    greatest = p.tyre_friction * p.rear_friction_ratio * other
+    rear = saturating_lateral_force(x.rear_slip, p.rear_cornering_stiffness * growth, greatest)
+    steered, rear = steered + x.front_force_error, rear + x.rear_force_error
+    front_turn, _ = _turn_slip(x, p)
+    kingpin = (p.mechanical_trail + p.pneumatic_trail) * steered + p.jacking_torque * sine
+    kingpin = kingpin + 2.0 * p.turn_slip_stiffness * front_turn + p.scrub_radius * (left - right)
+    resisting = p.rolling_resistance * x.speed / (absolute(x.speed) + CRAWL) + p.drag * x.speed * absolute(x.speed)
+    return Forces(
+        cosine * steered + sine * drive,
+        rear,
+        cosine * drive - sine * steered - resisting,
+        cosine * (right - left),
+        kingpin,
+    )
+
+
+def yaw_acceleration_of(x: Any, forces: Forces, p: Any) -> Any:
+    """Of the body [rad/s**2].
+
+    Args:
+        x: state of `AutomatedVehicle`
+        forces: that act in it
+        p: its parameters
+    """
+    front_turn, rear_turn = _turn_slip(x, p)
+    moment = yaw_moment(forces.front, forces.rear, p.front_distance, p.rear_distance)
+    moment = moment + 0.5 * p.track_width * forces.drive_difference - p.pneumatic_trail * (forces.front + forces.rear)
+    return (moment - 2.0 * p.turn_slip_stiffness * (front_turn + rear_turn)) / p.yaw_inertia
+
+
+def tie_rod_force_of(x: Any, forces: Forces, p: Any) -> Any:
+    """Sum of both sides [N], positive where it opposes a turn to the left; by virtual work.
+
+    Args:
+        x: state of `AutomatedVehicle`
+        forces: that act in it
+        p: its parameters
+    """
+    return p.steering_ratio / p.rack_ratio * forces.kingpin + x.tie_rod_force_error
