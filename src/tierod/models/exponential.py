@@ -12,6 +12,10 @@ from tierod.graph.maths import absolute, cos, exp, sin, sqrt, where
 from tierod.models.discretise import sampled_class
 
 _SMALL = 1e-8  # squared half difference of the eigenvalues times the step; below, the series has all digits
+_SINGULAR = 1e-8  # product of the eigenvalues times the squared step; below, one counts as zero: 2e-9 off at most
+    1e-8  # product of the eigenvalues times the squared step; below, one of them counts as zero: 2e-9 off at most
+)
+_SHORT = 1e-2  # eigenvalue times the step; below, four terms of the series are good to 2e-11
 
 
 @lru_cache(maxsize=64)
@@ -28,8 +32,8 @@ def discretise_pair(model: Any) -> Any:
     Raises:
         ParameterError: not two states, or a model that is not continuous
 
-    Validity: exact for a model that is linear in its state and has no eigenvalue at zero; stable for any step where the
-    model is. Source: x + h phi(h A) f(x), phi(Z) = (exp(Z) - 1) / Z, by the theorem of Cayley and Hamilton.
+    Validity: exact for a model that is linear in its state, an integrator or two included; stable for any step where
+    the model is. Source: x + h phi(h A) f(x), phi(Z) = (exp(Z) - 1) / Z, by the theorem of Cayley and Hamilton.
     """
     if not hasattr(model, "derivative"):
         raise ParameterError(f"{model.__name__} has no function `derivative`; only a continuous model is discretised")
@@ -53,27 +57,40 @@ def _mean_slope(rows: list[list[Any]], slope: list[Any], step: Any) -> tuple[Any
     """phi(step A) times the slope at the start of a sample: its mean over the sample."""
     (a, b), (c, d) = [[step * each for each in row] for row in rows]
     middle, spread = 0.5 * (a + d), 0.5 * (a - d)
-    even, odd = _halves(spread * spread + b * c)
-    grown = exp(middle)
+    even, odd = _halves(middle, spread * spread + b * c)
     first = (
-        grown * (even * slope[0] + odd * (spread * slope[0] + b * slope[1])) - slope[0],
-        grown * (even * slope[1] + odd * (c * slope[0] - spread * slope[1])) - slope[1],
+        even * slope[0] + odd * (spread * slope[0] + b * slope[1]) - slope[0],
+        even * slope[1] + odd * (c * slope[0] - spread * slope[1]) - slope[1],
     )
     determinant = a * d - b * c
-    apart = absolute(determinant) > 1e-14
+    apart = absolute(determinant) > _SINGULAR
     inverse = 1.0 / where(apart, determinant, 1.0)
-    exact = (inverse * (d * first[0] - b * first[1]), inverse * (a * first[1] - c * first[0]))
-    return where(apart, exact[0], slope[0]), where(apart, exact[1], slope[1])
+    whole = (inverse * (d * first[0] - b * first[1]), inverse * (a * first[1] - c * first[0]))
+    share = _of_one_eigenvalue(2.0 * middle)
+    single = (slope[0] + share * (a * slope[0] + b * slope[1]), slope[1] + share * (c * slope[0] + d * slope[1]))
+    return where(apart, whole[0], single[0]), where(apart, whole[1], single[1])
 
 
-def _halves(square: Any) -> tuple[Any, Any]:
-    """cosh(root) and sinh(root) / root of a square that may be negative, where they are cosine and sine."""
+def _of_one_eigenvalue(value: Any) -> Any:
+    """(phi(value) - 1) / value: what a matrix whose other eigenvalue is zero is multiplied with in phi."""
+    away = absolute(value) > _SHORT
+    safe = where(away, value, 1.0)
+    series = 0.5 + value * (1.0 / 6.0 + value * (1.0 / 24.0 + value / 120.0))
+    return where(away, (exp(safe) - 1.0 - safe) / (safe * safe), series)
+
+
+def _halves(middle: Any, square: Any) -> tuple[Any, Any]:
+    """exp(middle) times cosh(root) and sinh(root) / root, with a square of the root that may be negative.
+
+    Each eigenvalue has an exponential of its own: the hyperbolic functions of a stiff pair by themselves overflow.
+    """
     away = absolute(square) > _SMALL
     root = sqrt(where(away, absolute(square), 1.0))
-    grown = exp(where(square > 0.0, root, 0.0))
-    real = (0.5 * (grown + 1.0 / grown), 0.5 * (grown - 1.0 / grown) / root)
-    turning = (cos(root), sin(root) / root)
-    series = (1.0 + 0.5 * square, 1.0 + square / 6.0)
+    apart = where(square > 0.0, root, 0.0)
+    slow, fast, grown = exp(middle + apart), exp(middle - apart), exp(middle)
+    real = (0.5 * (slow + fast), 0.5 * (slow - fast) / root)
+    turning = (grown * cos(root), grown * sin(root) / root)
+    series = (grown * (1.0 + 0.5 * square), grown * (1.0 + square / 6.0))
     return tuple(  # type: ignore[return-value]
         where(away, where(square > 0.0, p, q), s) for p, q, s in zip(real, turning, series, strict=True)
     )
