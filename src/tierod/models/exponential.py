@@ -13,8 +13,6 @@ from tierod.models.discretise import sampled_class
 
 _SMALL = 1e-8  # squared half difference of the eigenvalues times the step; below, the series has all digits
 _SINGULAR = 1e-8  # product of the eigenvalues times the squared step; below, one counts as zero: 2e-9 off at most
-    1e-8  # product of the eigenvalues times the squared step; below, one of them counts as zero: 2e-9 off at most
-)
 _SHORT = 1e-2  # eigenvalue times the step; below, four terms of the series are good to 2e-11
 
 
