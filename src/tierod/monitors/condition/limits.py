@@ -154,7 +154,7 @@ def _tail(ratios: np.ndarray, hours: float) -> _Tail:
     beyond = ratios[ratios > start] - start
     if not len(beyond):
         return _Tail(start, 1e-3, 1, 1.0 / hours)
-    return _Tail(start, float(np.mean(beyond)), len(beyond), len(beyond) / hours)
+    return _Tail(start, float(np.mean(beyond)), len(beyond), float(len(beyond) / hours))
 
 
 def _require_time(hours: float) -> None:

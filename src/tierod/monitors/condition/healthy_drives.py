@@ -1,0 +1,119 @@
+"""Healthy drives made fit for a calibration: on one grid, without long gaps, each of them once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from tierod.errors import InputError
+from tierod.monitors.condition.calibration import MAXIMUM_AGE
+from tierod.monitors.condition.healthy_ratios import MOVING
+from tierod.monitors.condition.signals import SENSORS, ConditionSample
+from tierod.recording import Channel, Recording
+
+RATE = 100.0
+"""Of the grid [Hz]."""
+GAP = 5.0
+"""Without wheel speeds, from which on what follows is another drive [s]."""
+WHEELS = SENSORS[:2]
+
+
+class HealthyDrive(NamedTuple):
+    """A drive without long gaps.
+
+    Args:
+        name: of the recording that it comes from
+        recording: signals of `ConditionSample`, on one grid
+        driven: for how long the vehicle moves [s]
+    """
+
+    name: str
+    recording: Recording
+    driven: Annotated[float, "s"]
+
+
+def healthy_drives(recordings: Mapping[str, Recording]) -> list[HealthyDrive]:
+    """The drives of recordings, in their order.
+
+    Args:
+        recordings: by name
+
+    Raises:
+        InputError: one without wheel speeds, or two of the same drive
+    """
+    drives: list[HealthyDrive] = []
+    seen: dict[bytes, str] = {}
+    for name, recording in recordings.items():
+        _require_wheels(name, recording)
+        content = recording[WHEELS[0]].values.tobytes() + recording[WHEELS[1]].values.tobytes()
+        if content in seen:
+            raise InputError(f"{seen[content]} and {name} hold the same drive; it counts once: leave one out")
+        seen[content] = name
+        drives += [_on_grid(name, piece) for piece in _unbroken(recording)]
+    return drives
+
+
+def parted(
+    drives: Sequence[HealthyDrive], seconds: float
+) -> tuple[list[HealthyDrive], list[HealthyDrive], Annotated[float, "s"]]:
+    """The first seconds of driving, all after them, and how long the first part drives.
+
+    Args:
+        drives: in their order
+        seconds: of driving, standing left out [s]
+    """
+    first: list[HealthyDrive] = []
+    rest: list[HealthyDrive] = []
+    driven = 0.0
+    for drive in drives:
+        left = seconds - driven
+        if left <= 0.0:
+            rest.append(drive)
+        elif drive.driven <= left:
+            first.append(drive)
+            driven += drive.driven
+        else:
+            moving = np.cumsum(_moving(drive.recording)) / RATE
+            place = int(np.searchsorted(moving, left - 0.5 / RATE))
+            cut = float(drive.recording[WHEELS[0]].time[place]) - 0.5 / RATE
+            first.append(HealthyDrive(drive.name, drive.recording.slice(stop=cut), left))
+            rest.append(HealthyDrive(drive.name, drive.recording.slice(cut), drive.driven - left))
+            driven = seconds
+    return first, rest, driven
+
+
+def _require_wheels(name: str, recording: Recording) -> None:
+    missing = [each for each in WHEELS if each not in recording or not len(recording[each].time)]
+    if missing:
+        raise InputError(f"{name} has no {missing[0]}; 'tierod inspect' shows what it has")
+
+
+def _unbroken(recording: Recording) -> Iterator[Recording]:
+    """The pieces between long gaps, on which no filter could be carried over."""
+    time = recording[WHEELS[0]].time
+    after = np.flatnonzero(np.diff(time) > GAP) + 1
+    bounds = [0, *after.tolist(), len(time)]
+    for begin, end in pairwise(bounds):
+        if time[end - 1] - time[begin] > GAP:
+            yield recording.slice(float(time[begin]), float(time[end - 1]) + 0.5 / RATE)
+
+
+def _on_grid(name: str, recording: Recording) -> HealthyDrive:
+    aligned = recording.align(ConditionSample._fields, RATE, maximum_age=MAXIMUM_AGE)
+    columns = zip(aligned.names, aligned.values.T, strict=True)
+    channels = {
+        each: Channel(each, aligned.time, np.ascontiguousarray(values), recording[each].unit)
+        for each, values in columns
+        if each in recording
+    }
+    gridded = Recording(channels, recording.metadata)
+    return HealthyDrive(name, gridded, float(np.count_nonzero(_moving(gridded))) / RATE)
+
+
+def _moving(recording: Recording) -> np.ndarray:
+    """Whether the vehicle moves, sample by sample, forwards or backwards."""
+    speeds = [np.abs(np.nan_to_num(recording[each].values)) for each in WHEELS]
+    return np.maximum(*speeds) > MOVING
