@@ -11,6 +11,7 @@ from tierod.graph import scan
 from tierod.graph.trace import trace
 from tierod.identification.motor import identify_motor
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.physics.clarke_park import StatorVector, inverse_clarke
 from tierod.recording import Channel, Recording
 from tierod.studies.motor_angle import identified as study
 from tierod.studies.motor_angle.fault_drives import course
@@ -215,6 +216,27 @@ def test_swapped_phases_of_a_fast_motor_are_named():
     recording = MadeMotor().recording(none, waving(6.0, 5.3), lambda time: 60.0 * time + 2.0 * to_and_fro(time))
     with pytest.raises(InputError, match=r"\(([6-9]|1\d|2[0-4]) % of the voltage.*phases of the currents swapped"):
         identify_motor(FILE, {"drive": changed(recording, motor_current_beta=-1.0)})
+
+
+def test_a_wrong_sampling_time_is_told():
+    motor = MadeMotor(0.05, 1.02e-4, 1.02e-4, 0.0084)
+    recording = motor.recording(none, waving(12.0, 1.3), to_and_fro)
+    channels = {name: replace(each, time=2.0 * each.time) for name, each in recording.channels.items()}
+    remarks = identify_motor(FILE, {"drive": replace(recording, channels=channels)}).remarks
+    assert any("come every 0.1 ms while their time says 0.2 ms" in each for each in remarks)
+    assert not any("come every" in each for each in identify_motor(FILE, {"drive": recording}).remarks)
+
+
+@pytest.mark.parametrize(("offset", "told"), [(0.0, False), (5.0, True)])
+def test_phase_currents_that_do_not_add_up_are_told(driven, offset, told):
+    _, recording = driven
+    a, b, c = inverse_clarke(StatorVector(*(recording[f"motor_current_{axis}"].values for axis in ("alpha", "beta"))))
+    time = recording["motor_current_alpha"].time
+    phases = {"motor_current_a": a, "motor_current_b": b + offset, "motor_current_c": c}
+    channels = {n: each for n, each in recording.channels.items() if "motor_current" not in n}
+    channels |= {name: Channel(name, time, values, "A") for name, values in phases.items()}
+    remarks = identify_motor(FILE, {"drive": replace(recording, channels=channels)}).remarks
+    assert any("do not add up to zero" in each for each in remarks) == told
 
 
 @pytest.mark.parametrize("whose", ["current", "voltage"])

@@ -33,6 +33,12 @@ _ZERO = 0.02
 """Electrical angle of the sensor's zero that is told [rad]; a degree and more."""
 _TORQUE = 0.03
 """Difference of measured torque and that of flux and current that is told, in parts."""
+_PHASE_SUM = 0.2
+"""Sum of the phase currents that is told, over a phase's root mean square: the noise of usual sensors makes 0.1."""
+_CLEAN = 0.05
+"""Share of the voltage beyond which what is left over is told: sound recordings leave 0.01 to 0.03."""
+_ALIKE, _WARMTH = 1.15, 1.5
+"""Factors within which two scales are one, and a winding from -40 to 120 degrees stays of its resistance at 20."""
 
 CURES = {
     "motor_resistance": "currents that change while the motor stands or turns slowly",
@@ -111,7 +117,11 @@ def identify_motor(
         electrical,
         mechanical,
         ratio,
-        (*filter(None, (words for _, words in timed)), *_remarks(seen, electrical, mechanical, ratio)),
+        (
+            *filter(None, (words for _, words in timed)),
+            *_doubts(seen, electrical, parameters),
+            *_remarks(seen, electrical, mechanical, ratio),
+        ),
     )
 
 
@@ -199,6 +209,33 @@ def _found(each: _Told, before: Mapping[str, tuple[float, float | None]]) -> Fou
     )
 
 
+def _doubts(seen: Sequence[MotorRecording], electrical: Electrical, parameters: MotorParameters) -> Iterator[str]:
+    """What may be wrong with recordings that a motor explains all the same."""
+    for each in seen:
+        if each.phase_sum > _PHASE_SUM:
+            yield (
+                f"{each.name}: the phase currents do not add up to zero: the sum has {100.0 * each.phase_sum:.0f} % of "
+                "their root mean square; check the current sensors, of which an offset or gain of one does this"
+            )
+    if electrical.unexplained > _CLEAN:
+        yield (
+            f"{100.0 * electrical.unexplained:.0f} % of the voltage is left over, and sound recordings leave 1 to 3 %: "
+            "a saturated or wrong measurement moves the values by more than their standard deviations"
+        )
+    if {"motor_resistance", "motor_inductance", "motor_flux"} & set(electrical.blind):
+        return
+    resistance = electrical.resistance.value / parameters.motor_resistance
+    inductance = electrical.inductance.value / parameters.motor_inductance
+    flux = electrical.flux.value / parameters.motor_flux
+    stays = 1.0 / _WARMTH < resistance < _WARMTH and not 1.0 / _ALIKE < resistance / flux < _ALIKE
+    if stays and 1.0 / _ALIKE < inductance / flux < _ALIKE and not 1.0 / _ALIKE < flux < _ALIKE:
+        step = 1e3 * seen[0].step
+        yield (
+            f"inductance and flux are both {flux:.2g} of the vehicle file's, the resistance is not: another motor, or "
+            f"samples that come every {step / flux:.2g} ms while their time says {step:.3g} ms"
+        )
+
+
 def _remarks(
     seen: Sequence[MotorRecording], electrical: Electrical, mechanical: Mechanical | None, ratio: Value | None
 ) -> Iterator[str]:
@@ -226,5 +263,6 @@ def _remarks(
     if ratio is not None and abs(ratio.value - 1.0) > max(_TORQUE, 3.0 * ratio.deviation):
         yield (
             f"the measured torque is {ratio.value:.3f} ± {ratio.deviation:.3f} times that of flux and current: 2/3 and "
-            "3/2 come from currents that are not amplitude-invariant, another factor from a torque at another shaft"
+            "3/2 come from vectors that are not amplitude-invariant, 0.82 and 1.22 where the currents alone are not, "
+            "another factor from a torque at another shaft"
         )

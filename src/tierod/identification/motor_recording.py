@@ -24,6 +24,7 @@ _MISSING = 0.2
 
 
 _CURRENT = ("motor_current_alpha", "motor_current_beta")
+_PHASES = ("motor_current_a", "motor_current_b", "motor_current_c")
 _VOLTAGE = ("motor_voltage_alpha", "motor_voltage_beta")
 _COMMAND = ("motor_target_voltage_alpha", "motor_target_voltage_beta")
 
@@ -44,6 +45,7 @@ class MotorRecording:
         torque: times [s] and measured torque of the motor [N m], (k,) each, or None
         angle_noise: of the readings of the angle [rad]; None where `angle` holds them as they were
         angle_step: time between two readings [s]; likewise
+        phase_sum: root mean square of the sum of the phase currents over that of a phase; 0 where not all are recorded
     """
 
     name: str
@@ -57,6 +59,7 @@ class MotorRecording:
     torque: tuple[np.ndarray, np.ndarray] | None = None
     angle_noise: float | None = None
     angle_step: float | None = None
+    phase_sum: float = 0.0
 
 
 def motor_recording(name: str, recording: Recording, pole_pairs: float, commanded: bool = False) -> MotorRecording:
@@ -100,7 +103,8 @@ def motor_recording(name: str, recording: Recording, pole_pairs: float, commande
     if "motor_torque" in recording:
         channel = recording["motor_torque"].sliced(float(grid[0]), float(grid[-1]))
         torque = (channel.time, channel.values) if len(channel.time) > _FEW else None
-    return MotorRecording(name, step, grid, current, voltage, turned, warmth, load, torque, noise, max(slower, step))
+    rest = (warmth, load, torque, noise, max(slower, step), _phase_sum(recording))
+    return MotorRecording(name, step, grid, current, voltage, turned, *rest)
 
 
 def _require_channels(name: str, recording: Recording, *vectors: tuple[str, str]) -> None:
@@ -139,6 +143,15 @@ def _vector(recording: Recording, channels: tuple[str, ...], grid: np.ndarray, s
     aligned = recording.align(channels, 1.0 / step, "hold", 0.6 * step, float(grid[0]), float(grid[-1]) + 0.5 * step)
     alpha, beta = aligned.values[: len(grid)].T
     return alpha + 1j * beta
+
+
+def _phase_sum(recording: Recording) -> float:
+    """Sum of the phase currents over their size, root mean squares."""
+    phases = [recording[name].values for name in _PHASES if name in recording]
+    if len(phases) < len(_PHASES) or len({len(each) for each in phases}) > 1:
+        return 0.0
+    size = float(np.sqrt(np.nanmean(np.square(phases))))
+    return float(np.sqrt(np.nanmean(np.square(np.sum(phases, axis=0))))) / size if size > 0.0 else 0.0
 
 
 def _angle(time: np.ndarray, values: np.ndarray, grid: np.ndarray) -> tuple[np.ndarray, float, float]:
