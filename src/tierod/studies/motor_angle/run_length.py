@@ -70,7 +70,7 @@ class TriedLength:
 def items(effort: Effort) -> Iterator[Item]:
     """White residuals first, then those of the bench."""
     yield Heading("Time between false alarms", TEXT)
-    yield from _white(200_000 if effort.quick else 4_000_000)
+    yield from _white(effort.quick)
     courses = 2 if effort.quick else 800 if effort.thorough else 75
     drives = healthy_drives(courses, FIRST, effort.processes)
     found = tried_lengths(drives)
@@ -108,7 +108,8 @@ def tried_lengths(drives: HealthyDrives, scale: float = SCALE) -> list[TriedLeng
     return found
 
 
-def _white(samples: int) -> Iterator[Item]:
+def _white(quick: bool) -> Iterator[Item]:
+    samples = 200_000 if quick else 4_000_000
     rules = (CusumRule(0.25), CusumRule(0.5), CusumRule(1.0), AverageRule(0.1), HoldRule(3), SequentialRule(1.0))
     rows, worst = [], 0.0
     for wanted in (200.0, 1000.0):
@@ -124,10 +125,12 @@ def _white(samples: int) -> Iterator[Item]:
         "White residuals: the run length is as designed, for every rule.",
         "target of tierod",
         None,
-        100.0 * worst,
+        # Some hundred alarms tell a run length within 7 % only.
+        None if quick else 100.0 * worst,
         at_most(5.0),
         "percent",
-        f"the greatest difference of {len(rows)}, each over {samples / 1e6:g} million samples",
+        f"the greatest difference of {len(rows)}, each over {samples / 1e6:g} million samples"
+        + (": too few to judge" if quick else ""),
     )
 
 
@@ -179,8 +182,8 @@ def _tried_table(found: list[TriedLength], drives: HealthyDrives) -> Table:
             f"{each.wanted:g}",
             f"{each.threshold:.3f}",
             f"{each.alarms}",
-            f"{each.measured:.1f}",
-            f"{each.interval[0]:.0f} to {each.interval[1]:.0f}",
+            f"{each.measured:.1f}" if each.alarms else "–",
+            f"{each.interval[0]:.0f} to {each.interval[1]:.0f}" if each.alarms else f"above {each.interval[0]:.0f}",
         )
         for each in found
     )
