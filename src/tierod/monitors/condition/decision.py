@@ -15,6 +15,9 @@ from tierod.monitors.condition.lane import LeaveOutFilter, Readings
 from tierod.monitors.condition.signals import SENSORS, Hypothesis
 from tierod.monitors.condition.weighing import Limits, Weighing, Weights, chosen
 
+TOLD_BY = {"steering_motor_1": "steering_shaft_torque", "steering_motor_2": "steering_shaft_torque"}
+"""Without which sensor nobody can tell whether an actuator gives what it is asked for."""
+
 
 class DecisionState(NamedTuple):
     """What the judge remembers.
@@ -26,6 +29,7 @@ class DecisionState(NamedTuple):
         led: for how many samples in a row
         exceeded: for how many samples in a row any hypothesis was beyond its limit
         good: for how many samples each suspect has been as it should
+        unread: for how many samples each sensor has had no reading
     """
 
     weights: Weights
@@ -34,6 +38,7 @@ class DecisionState(NamedTuple):
     led: Any
     exceeded: Any
     good: Elements
+    unread: Readings
 
 
 @dataclass(frozen=True)
@@ -61,8 +66,12 @@ class Decision:
             been learnt wrongly since
         hopes: after which it is called recovering; single readings of a noisy sensor are right by chance
         loss_recovered: share of lost torque below which an actuator counts as whole
+        missing: after which a sensor without a reading is missing: longer than the slowest channels take
+        poorer: factor of all limits while one is: what is left shows up to 1.7 times as much without any fault
+        fewest: sensors without which nobody is accused
 
-    At standstill and in reverse nobody is accused, and no wheel while it brakes harder than its drives.
+    At standstill and in reverse nobody is accused, no wheel while it brakes harder than its drives, nobody who is
+    missing, and no steering motor without the torque sensor that tells what both give.
 
     Source: Li, Frey, Gauterin, sections 3 and 4, replaced: their rules name no sensor for most faults.
     """
@@ -78,6 +87,9 @@ class Decision:
     doubtful: Annotated[float, ""] = 0.1
     hopes: Annotated[float, "s"] = 0.1
     loss_recovered: Annotated[float, ""] = 0.15
+    missing: Annotated[float, "s"] = 0.2
+    poorer: Annotated[float, ""] = 1.7
+    fewest: Annotated[float, ""] = 4.0
 
     def feedback(self) -> Tree:
         """Lanes are told nothing; they are given the states of others."""
@@ -85,7 +97,8 @@ class Decision:
 
     def init(self) -> DecisionState:
         """Healthy."""
-        return DecisionState(self.weighing.init(), 0.0, 0.0, 0.0, 0.0, Elements(*(0.0,) * len(ELEMENTS)))
+        none = Elements(*(0.0,) * len(ELEMENTS)), Readings(*(0.0,) * len(SENSORS))
+        return DecisionState(self.weighing.init(), 0.0, 0.0, 0.0, 0.0, *none)
 
     def step(self, state: DecisionState, sample: JudgeSample, effects: Tree = None) -> tuple[DecisionState, Verdict]:
         """One sample on.
@@ -99,10 +112,13 @@ class Decision:
         likelihoods = [lane.log_likelihood for lane in lanes]
         source, far_off = self._source(likelihoods, state.active)
         seen = _selected(lanes, source)
-        weights = self.weighing.smoothed(state.weights, likelihoods, state.active, self._tells(seen))
-        ranking = self.weighing.ranking(weights, state.active)
         suspected = self._elements_of(state.active)
-        testable = self._testable(lanes, suspected, seen)
+        unread = [where(present(each), 0.0, count + 1.0) for each, count in zip(readings, state.unread, strict=True)]
+        open_, widening = self._open(unread, suspected)
+        tells = [both(told, each) for told, each in zip(self._tells(seen), open_, strict=True)]
+        weights = self.weighing.smoothed(state.weights, likelihoods, state.active, tells)
+        ranking = self.weighing.ranking(weights, state.active, widening)
+        testable = self._testable(lanes, suspected, seen, open_)
         good = self._good(state.good, suspected, readings, seen, effects)
         kept = self._after_return(state.active, suspected, good)
 
@@ -126,6 +142,7 @@ class Decision:
             Elements(
                 *(where(both(each, negated(changed)), count, 0.0) for each, count in zip(faulty, good, strict=True))
             ),
+            Readings(*unread),
         )
         gated = self._gated(readings, seen, faulty)
         hoped = self.hopes / self.weighing.sample_time
@@ -166,6 +183,18 @@ class Decision:
         wheels = {name for name in SENSORS if name.startswith("wheel_speed")}
         return [braked if wheels & set(each.sensors) else seen.moving for each in self.weighing.hypotheses]
 
+    def _open(self, unread: Sequence[Any], suspected: Elements) -> tuple[list[Any], Any]:
+        """Which hypotheses can be told with the sensors that are left, and the factor of all limits."""
+        most = self.missing / self.weighing.sample_time
+        gone = [where(count > most, 1.0, 0.0) for count in unread]
+        newly = {name: both(gone[place], negated(suspected[place])) for place, name in enumerate(SENSORS)}
+        enough = sum(gone[1:], gone[0]) <= len(SENSORS) - self.fewest
+        open_ = []
+        for each in self.weighing.hypotheses:
+            needed = {*each.sensors, *(TOLD_BY[name] for name in each.actuators if name in TOLD_BY)}
+            open_.append(all_of(enough, *(negated(newly[name]) for name in SENSORS if name in needed)))
+        return open_, where(any_of(0.0, *newly.values()), self.poorer, 1.0)
+
     def _contains(self, number: int, active: Any) -> Any:
         """Whether a hypothesis suspects all that the active one does."""
         own = set(self.weighing.hypotheses[number].suspects)
@@ -204,18 +233,19 @@ class Decision:
             )
         )
 
-    def _testable(self, lanes: Sequence[Any], suspected: Elements, seen: Any) -> Elements:
-        """Whether a loss would show: a reading far enough from zero, a share of torque known well enough."""
+    def _testable(self, lanes: Sequence[Any], suspected: Elements, seen: Any, open_: Sequence[Any]) -> Elements:
+        """Whether a loss would show: a reading far enough from zero, a share of torque known well; and in motion."""
         flags = []
         for place, name in enumerate(ELEMENTS):
-            number = self.weighing.number(name)
-            own = lanes[number or 0]
+            number = self.weighing.number(name) or 0
+            own = lanes[number]
             if name in SENSORS:
                 away, deviation = (where(suspected[place], s[place], o[place]) for s, o in _pairs(seen, own))
-                flags.append(absolute(away) > self.shows * deviation)
+                shows = absolute(away) > self.shows * deviation
             else:
                 deviation = where(suspected[place], seen.loss_deviation, own.loss_deviation)
-                flags.append(self.shows * deviation < 1.0)
+                shows = self.shows * deviation < 1.0
+            flags.append(all_of(shows, seen.moving, open_[number]))
         return Elements(*(where(flag, 1.0, 0.0) for flag in flags))
 
     def _good(

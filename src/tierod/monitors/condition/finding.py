@@ -9,6 +9,7 @@ from tierod.diagnosis.substitution import SubstitutionGraph
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.findings import Element, Episode, Estimate, Finding, Status
 from tierod.monitors.condition.courses import STATUSES, SUSPECT, ElementCourse
+from tierod.monitors.condition.decision import TOLD_BY
 from tierod.monitors.condition.driven import Driven
 from tierod.monitors.condition.said import ELEMENTS
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS
@@ -38,7 +39,8 @@ def elements(
     codes = load_trouble_codes().codes
     found = []
     for name, course in courses.items():
-        status, cause = _status(name, course, drive, problems)
+        told_by = courses.get(TOLD_BY.get(name, ""))
+        status, cause = _status(name, course, drive, problems, told_by)
         judged = status in (Status.FAULT, Status.SUSPECT)
         episodes = course.episodes(drive.end) if judged else ()
         code = codes[name.replace("_", "-")].code if status is Status.FAULT else ""
@@ -49,7 +51,9 @@ def elements(
     return tuple(found)
 
 
-def _status(name: str, course: ElementCourse, drive: Driven, problems: Sequence[Problem]) -> tuple[Status, str]:
+def _status(
+    name: str, course: ElementCourse, drive: Driven, problems: Sequence[Problem], told_by: ElementCourse | None
+) -> tuple[Status, str]:
     if course.available == 0.0:
         missing = name if name in SENSORS else f"target torque of {name}"
         return Status.NOT_AVAILABLE, f"the recording has no {missing.replace('_', ' ')}"
@@ -62,6 +66,8 @@ def _status(name: str, course: ElementCourse, drive: Driven, problems: Sequence[
     if episodes:
         return Status.SUSPECT, ""
     if course.testable < LEAST_TESTABLE:
+        if told_by is not None and told_by.available < LEAST_TESTABLE:
+            return Status.NOT_TESTABLE, f"nothing tells what it gives without {told_by.element.replace('_', ' ')}"
         return Status.NOT_TESTABLE, _not_testable(name, course, drive)
     if drive.seconds - course.available > LEAST_TOLD:
         return Status.HEALTHY, f"while it was there, {course.available:.0f} of {drive.seconds:.0f} s"

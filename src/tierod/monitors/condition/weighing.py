@@ -110,8 +110,14 @@ class Weighing:
         shares = [1.0 - exp(-self.sample_time / time) for time in (self.fast_time, self.slow_time)]
         return Weights(*(_on(mean, ratios, share) for mean, share in zip(weights, shares, strict=True)))
 
-    def ranking(self, weights: Weights, active: Any) -> Ranking:
-        """Who explains the samples better than the active hypothesis, and who best."""
+    def ranking(self, weights: Weights, active: Any, widening: Any = 1.0) -> Ranking:
+        """Who explains the samples better than the active hypothesis, and who best.
+
+        Args:
+            weights: after this sample
+            active: the number of the hypothesis that holds
+            widening: factor of all limits
+        """
         holds = [active == number for number in range(len(self.hypotheses))]
         allowed = [self._is_new(number, holds) for number in range(len(self.hypotheses))]
         scores = [
@@ -119,7 +125,7 @@ class Weighing:
             for fast, slow, each in zip(weights.fast, weights.slow, self.hypotheses, strict=True)
         ]
         beyond = [
-            both(allowed[number], self._is_beyond(number, weights, holds)) if number else 0.0
+            both(allowed[number], self._is_beyond(number, weights, holds, widening)) if number else 0.0
             for number in range(len(self.hypotheses))
         ]
         best, top = _highest(scores, beyond)
@@ -159,7 +165,7 @@ class Weighing:
         ]
         return any_of(0.0, *before)
 
-    def _is_beyond(self, number: int, weights: Weights, holds: Sequence[Any]) -> Any:
+    def _is_beyond(self, number: int, weights: Weights, holds: Sequence[Any], widening: Any) -> Any:
         """Whether a hypothesis is beyond its limit: of two suspects, one active, that of the other alone."""
         fast, slow = self._limits_of(number)
         suspects = self.hypotheses[number].suspects
@@ -168,7 +174,7 @@ class Weighing:
             if single is not None and others is not None:
                 own = self._limits_of(others)
                 fast, slow = where(holds[single], own[0], fast), where(holds[single], own[1], slow)
-        return either(weights.fast[number] > fast, weights.slow[number] > slow)
+        return either(weights.fast[number] > widening * fast, weights.slow[number] > widening * slow)
 
     def _limits_of(self, number: int) -> tuple[Any, Any]:
         return self.limits.fast[number - 1], self.limits.slow[number - 1]
