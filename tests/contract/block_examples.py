@@ -49,9 +49,9 @@ from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.models.steering_column import ColumnParameters
 from tierod.models.two_inertia_column import TwoInertiaParameters
-from tierod.monitors.condition.calibration import WhitenedInnovations
 from tierod.monitors.condition.kind import KindOfFault
 from tierod.monitors.condition.lane import LeaveOutFilter
+from tierod.monitors.condition.likeliest import WhitenedInnovations
 from tierod.monitors.condition.residuals.actuator_set import ActuatorSet, actuator_set
 from tierod.monitors.condition.residuals.adaptive_speed import AdaptiveSpeed
 from tierod.monitors.condition.residuals.all_residuals import AllResiduals

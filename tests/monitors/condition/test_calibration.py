@@ -8,13 +8,15 @@ import pytest
 
 from tierod.errors import InputError
 from tierod.graph import scan
-from tierod.monitors.condition.calibration import SOURCE, WhitenedInnovations, aligned, calibrate, is_calibrated
+from tierod.monitors.condition.calibration import FREE, SOURCE, aligned, calibrate, is_calibrated
 from tierod.monitors.condition.lane import LeaveOutFilter
+from tierod.monitors.condition.likeliest import Place, Search, WhitenedInnovations
 from tierod.monitors.condition.tuning import SensorNoise
 from tierod.studies.condition.drives import Drive, calibration_drives
 from tierod.studies.condition.recorded import recorded
 from tierod.studies.condition.vehicles import vehicle
 from tierod.vehicles import load
+from tierod.vehicles.catalogue import QUANTITIES
 
 CAR = load("smartload")
 
@@ -40,6 +42,25 @@ def test_a_short_drive_is_refused_with_what_would_do():
     recording = recorded(Drive("short-round", 24.0, 0, 5))
     with pytest.raises(InputError, match="better five minutes with bends"):
         calibrate([recording], CAR)
+
+
+def test_a_vehicle_of_which_nobody_says_how_well_it_is_known_is_refused():
+    known = {name: replace(each, standard_deviation=None) for name, each in CAR.parameters.items()}
+    with pytest.raises(InputError, match="gives no standard deviation"):
+        Search(replace(CAR, parameters=known), [], FREE)
+
+
+def test_the_search_stays_within_what_is_plausible():
+    search = Search(CAR, [], FREE)
+    lowest, highest = (search.centre + search.scale * each for each in (search.least, search.most))
+    for name, low, high in zip(search.names, lowest, highest, strict=True):
+        assert (low, high) == pytest.approx(QUANTITIES[name].plausible)
+    count = len(search.names)
+    search.most = np.full(count, 0.1)
+    search.at = lambda place: Place(1e9, np.full(count, -1e9), np.eye(count), [], np.ones(8), 1)
+    search.cost = lambda place: -float(np.sum(place))
+    place, *_ = search._descend(np.zeros(count))
+    np.testing.assert_allclose(place, 0.1)
 
 
 def test_the_shipped_vehicle_says_that_nobody_has_calibrated_it():
