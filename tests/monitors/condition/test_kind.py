@@ -127,6 +127,14 @@ def test_missing_readings_change_nothing():
     assert result["size"][-301] == pytest.approx(2.0, abs=0.1)
 
 
+def test_a_delay_is_told_from_readings_some_of_which_are_missing():
+    given = samples("delay", 0.2)
+    given[START:END:7, 0] = np.nan
+    result = scan(BLOCK, given)
+    assert KINDS[int(result["kind"][END - 1]) - 1] == "delay"
+    assert result["size"][END - 1] == pytest.approx(0.2, abs=0.02)
+
+
 def test_delays_follow_the_sample_time():
     slow = KindOfFault.of_sensor("yaw_rate", PlausibleRange(), 0.02)
     assert slow.delays == tuple(round(delay / 0.02) for delay in DELAYS)

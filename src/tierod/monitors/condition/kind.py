@@ -136,7 +136,8 @@ class KindOfFault:
         after = after._replace(last=where(both(known, either(counts, dropped)), reading, state.last), past=state.past)
         named = self._named(after, prediction, dropped)
         named = named._replace(effect=where(both(declared, revived), math.inf, named.effect))
-        return after._replace(past=tuple(line.push(prediction) for line in state.past)), named
+        foretold = where(present(sample.prediction), sample.prediction, 0.0)
+        return after._replace(past=tuple(line.push(foretold) for line in state.past)), named
 
     def _is_still(self, state: KindState) -> Any:
         """Whether no reading since the declaration differed from the others."""
