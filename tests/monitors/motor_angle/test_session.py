@@ -119,6 +119,7 @@ def test_a_zero_that_leaps_beside_a_slow_motor_accuses_no_currents(tmp_path):
     samples = drive(3, 8.0, leap, slow / RATE).samples.copy()
     late = np.arange(len(samples)) >= slow
     true = 4.0 * (samples[:, COLUMN["motor_angle_mechanical"]] - np.where(late, leap.offset(np.zeros(1)), 0.0))
+    assert "zero leapt while the motor was slow" in finding(samples).action
     samples[:, COLUMN["resolver_sine"]], samples[:, COLUMN["resolver_cosine"]] = np.sin(true), np.cos(true)
     diagnosis = diagnosed(samples, memory=tmp_path / "memory.json")
     assert "sine and cosine" in diagnosis.findings[0].cause

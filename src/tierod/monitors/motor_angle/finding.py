@@ -89,13 +89,21 @@ the motor is slow and its increments count."""
 SURPRISING = 20.0
 """An innovation beyond this comes in one of 6000 samples by chance: three measurements have a mean of three."""
 
+PASSING = 0.05
+"""Share of surprising innovations since `model` alarmed, below which the motor's model held again at once."""
+
+ONCE = (
+    "currents, voltages and the steps of the angle did not fit each other for a moment, and do again",
+    "check whether the angle sensor's zero leapt while the motor was slow; then the motor's flux and resistance",
+)
+"""What `model` means where it passed, and what to do."""
+
 SUSPECTS = {
     MOTOR: "the motor's angle",
     WHEEL: "the steering wheel's angle",
     PINION: "the pinion's angle",
     NOT_MOTOR: "the steering wheel's angle or the pinion's, not the motor's,",
 }
-
 
 NOT_THE_SENSOR = ("model", "angle", "speed", "stuck", "backwards", "not_following", "electrical.angle_gradient")
 """Alarms that a wrong recording raises."""
@@ -216,7 +224,7 @@ def root_of(drive: Drive) -> str | None:
 def _fault(drive: Drive, estimate: Estimate | None, evidence: dict[str, float]) -> Finding:
     root = root_of(drive)
     assert root is not None
-    cause, action = CAUSES[root]
+    cause, action = ONCE if root == "model" and drive.surprised < PASSING else CAUSES[root]
     if root == "plausibility":
         cause += f"; {SUSPECTS.get(drive.suspect, 'which of them is wrong')}" + (
             " is the wrong one" if drive.suspect else " cannot be told"
