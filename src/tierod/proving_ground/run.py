@@ -19,6 +19,7 @@ from tierod.graph.trace import initial_memory
 from tierod.proving_ground.courses import Course
 from tierod.proving_ground.courses.course import FACTORS
 from tierod.proving_ground.faults import Fault, Schedule
+from tierod.proving_ground.foresight import Foresight
 from tierod.proving_ground.readings import Readings, generator, true_channels
 from tierod.proving_ground.recorder import Recorder, channel_names, declared_units
 from tierod.proving_ground.scatter import Scatter
@@ -27,7 +28,7 @@ from tierod.proving_ground.varied import Varied, path_of
 from tierod.recording import Channel, Recording
 
 LOOK = 0.2
-"""Between two looks at the course [s]; over that time the distance is foreseen to a few centimetres."""
+"""Between two looks at the course [s]; over that time the distance is foreseen to a centimetre."""
 WAITING_LOOK = 0.05
 """Between two looks while a fault waits for its condition [s]."""
 
@@ -149,11 +150,13 @@ class _Drive:
 
     def to_the_end(self, seconds: float, recorder: Recorder, progress: Callable[[float], None]) -> float | None:
         """All pieces; the last good time if the run diverged."""
-        count, done, distance, speed = round(seconds / self.step_time), 0, 0.0, self.course.start.speed
+        count, done = round(seconds / self.step_time), 0
+        foresight = Foresight(0.0, self.course.start.speed)
         while done < count:
-            size = min(self.waiting if self.schedule.pending else self.longest, count - done)
+            look = self.waiting if self.schedule.pending else self.longest
+            size = min(look, count - done)
             time = np.arange(done, done + size) * self.step_time
-            outputs = self._piece(time, distance, speed, done)
+            outputs = self._piece(time, *foresight.over(time - time[0], look * self.step_time), done)
             good = self._good(outputs)
             recorder.add(outputs[:good])
             if good < size:
@@ -164,16 +167,15 @@ class _Drive:
             if "truth_distance" in self.outputs:
                 distance = float(outputs[-1, self.outputs["truth_distance"]])
                 speed = float(outputs[-1, self.outputs["truth_speed"]])
-                distance += speed * self.step_time
+                foresight.look(distance + speed * self.step_time, speed, size * self.step_time)
             done += size
             progress(done / count)
         return None
 
-    def _piece(self, time: np.ndarray, distance: float, speed: float, done: int) -> np.ndarray:
+    def _piece(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray, done: int) -> np.ndarray:
         samples = self.samples[: len(time)]
         samples[:] = self.usual
-        ahead = distance + speed * (time - time[0])
-        self._set(samples, self.course.columns(time, ahead, speed, self.ahead), f"the course '{self.course.name}'")
+        self._set(samples, self.course.columns(time, distance, speed, self.ahead), f"the course '{self.course.name}'")
         said = partial(self._said, samples)
         self._set(samples, self.schedule.inputs(time, said), "a fault")
         outputs = np.empty((len(time), len(self.kernel.graph.output)))

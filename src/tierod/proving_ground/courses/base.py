@@ -132,7 +132,7 @@ class WayCourse(Described):
     def _planned(self) -> Grid:
         return Grid(TICK, self.plan._asdict())
 
-    def columns(self, time: np.ndarray, distance: np.ndarray, speed: float, ahead: float) -> Columns:
+    def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
         """Inputs at some instants, see `Course.columns`."""
         columns, planned = self._road.at(distance), self._planned.at(time)
         columns |= self._ahead.at(distance + speed * ahead)
@@ -168,7 +168,7 @@ class TimeCourse(Described):
         """Wanted steering-wheel angle [rad] at some instants."""
         raise NotImplementedError
 
-    def columns(self, time: np.ndarray, distance: np.ndarray, speed: float, ahead: float) -> Columns:
+    def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
         """Inputs at some instants, see `Course.columns`."""
         wanted, acceleration = self.speed_at(time)
         columns = {

@@ -54,7 +54,7 @@ class BenchTorque(Described):
         """Of the motor [N m], at times since the settling [s]."""
         raise NotImplementedError
 
-    def columns(self, time: np.ndarray, distance: np.ndarray, speed: float, ahead: float) -> Columns:
+    def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
         """Inputs at some instants, see `Course.columns`."""
         since = np.clip(time - self.settle, 0.0, self.time - self.settle)
         constant = np.ones(len(time))

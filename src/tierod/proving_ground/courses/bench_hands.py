@@ -106,7 +106,7 @@ class BenchHands(Described):
         shape = np.column_stack([draw.uniform(0.3, 1.0, len(starts)), 0.2 * 15.0 ** draw.random(len(starts))])
         return starts, kind, shape
 
-    def columns(self, time: np.ndarray, distance: np.ndarray, speed: float, ahead: float) -> Columns:
+    def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
         """Inputs at some instants, see `Course.columns`."""
         present, hold = self.held(time)
         torque, grip = self.firmness[hold].T

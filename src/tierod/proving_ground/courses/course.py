@@ -48,13 +48,12 @@ class Course(Protocol):
     def start(self) -> Start:
         """How a run begins."""
 
-    def columns(self, time: np.ndarray, distance: np.ndarray, speed: float, ahead: float) -> Columns:
+    def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
         """Inputs at some instants; what is left out is as usual: flat dry road, no wind, hands on the wheel.
 
         Args:
             time: instants [s]
-            distance: along the path, as foreseen for these instants [m]
-            speed: of the car at the first instant [m/s]
+            distance, speed: of the car along the path, as foreseen for these instants [m], [m/s]
             ahead: how much earlier the driver wants to know the curvature [s]
         """
 

@@ -250,7 +250,7 @@ class LockToLock(TimeCourse):
         share = np.clip((time - starts[stroke]) / (ends - starts)[stroke], 0.0, 1.0)
         return targets[stroke] + (targets[stroke + 1] - targets[stroke]) * (0.5 - 0.5 * np.cos(math.pi * share))
 
-    def columns(self, time: np.ndarray, distance: np.ndarray, speed: float, ahead: float) -> Columns:
+    def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
         """Inputs at some instants, see `Course.columns`."""
         columns = super().columns(time, distance, speed, ahead)
         combine(columns, {"road.support": np.full(len(time), self.load)})

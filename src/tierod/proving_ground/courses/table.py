@@ -52,7 +52,7 @@ class TimeTable(TimeCourse):
         table = self._table
         return np.interp(time, table["time"], table.get("steering_wheel_angle", np.zeros(len(table["time"]))))
 
-    def columns(self, time: np.ndarray, distance: np.ndarray, speed: float, ahead: float) -> Columns:
+    def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
         """Inputs at some instants, see `Course.columns`."""
         columns = super().columns(time, distance, speed, ahead)
         table, dotted = self._table, known_columns()
