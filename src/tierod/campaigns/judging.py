@@ -76,6 +76,12 @@ class _Tap:
         self._time: list[np.ndarray] = []
         self._pieces: list[Mapping[str, np.ndarray]] = []
 
+    def __getattr__(self, name: str) -> Any:
+        """Parts of the session itself, by which its decisions are told."""
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return getattr(self._session, name)
+
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """As the session itself."""
         shown = self._session.absorb(aligned)
