@@ -221,6 +221,11 @@ def limits_of(vehicle: Vehicle) -> Limits:
             )
         columns.append(tuple(float(given[name]) for name in names))
     gap, margin = (table.get(key, usual) for key, usual in (("gap", GAP), ("margin", MARGIN)))
-    if not (min(*columns[0], *columns[1]) > 0.0 and isinstance(gap, float) and isinstance(margin, float)):
-        raise ParameterError(f"[thresholds.{NAME}] of the vehicle '{vehicle.name}' must hold numbers above zero")
+    if not (
+        min(*columns[0], *columns[1]) > 0.0 and all(isinstance(each, float) and each > 0.0 for each in (gap, margin))
+    ):
+        raise ParameterError(
+            f"[thresholds.{NAME}] of the vehicle '{vehicle.name}' must hold numbers above zero; calibrate it anew with "
+            "'tierod identify thresholds'"
+        )
     return Limits(columns[0], columns[1], gap, margin)

@@ -107,12 +107,12 @@ class ConditionCalibration:
             f"{_hours(designed.hours_at_least)} h at 95 %, and only where vehicle, roads and weather stay alike.",
         ]
         silent = self._silent()
-        if silent:
+        if silent and not self.suspicions:
             told.append(
                 f"The limits of {', '.join(silent)} lie above all that the judge can see over the short time; more "
                 "healthy driving, or a shorter time between false alarms, lowers them."
             )
-        if not self.residuals:
+        if not self.residuals and not self.suspicions:
             told.append("The rules of the paper are not calibrated: a signal that they need is missing.")
         if not self.calibration.converged:
             told.append(

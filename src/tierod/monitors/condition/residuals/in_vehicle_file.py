@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, fields
+from typing import Any
 
 from tierod.errors import ParameterError
 from tierod.monitors.condition.residuals.calibration import ResidualCalibration
@@ -62,15 +63,8 @@ def calibration_of(vehicle: Vehicle, printed: bool = False) -> ResidualCalibrati
     table = vehicle.thresholds.get(name_of(printed))
     if table is None:
         return shipped_calibration(printed=printed)
-    given = {part: dict(table.get(part, {})) for part in (*PARTS, "coefficients", "deviation")}
-    coefficients = {each.name for each in fields(Coefficients)}
-    strange = [name for part in (*PARTS, "deviation") for name in given[part] if name not in RESIDUALS]
-    strange += sorted(set(given["coefficients"]) ^ coefficients)
-    if strange:
-        raise ParameterError(
-            f"[thresholds.{name_of(printed)}] of the vehicle '{vehicle.name}' does not fit at '{strange[0]}'; "
-            "calibrate it anew with 'tierod identify thresholds'"
-        )
+    _require_fit(table, vehicle.name, name_of(printed))
+    given = {part: table.get(part, {}) for part in (*PARTS, "coefficients", "deviation")}
     thresholds = {
         name: ResidualThreshold(**{part: float(given[part].get(name, _missing(part))) for part in PARTS})
         for name in RESIDUALS
@@ -78,6 +72,27 @@ def calibration_of(vehicle: Vehicle, printed: bool = False) -> ResidualCalibrati
     deviations = {name: float(given["deviation"].get(name, math.nan)) for name in RESIDUALS}
     samples = int(table.get("samples", 0))
     return ResidualCalibration(Coefficients(**given["coefficients"]), thresholds, deviations, samples, printed)
+
+
+def _require_fit(table: Mapping[str, Any], vehicle: str, of: str) -> None:
+    """Refuse a table that no calibration has written."""
+    groups = ("coefficients", "deviation", *PARTS)
+    coefficients = {each.name for each in fields(Coefficients)}
+    strange = [name for name in table if name not in ("source", "samples", *groups)]
+    strange += [name for name in ("base", "coefficients") if name not in table]
+    strange += [name for name in groups if not isinstance(table.get(name, {}), Mapping)]
+    if not strange:
+        given = {part: table.get(part, {}) for part in groups}
+        strange = [name for part in (*PARTS, "deviation") for name in given[part] if name not in RESIDUALS]
+        strange += sorted(set(given["coefficients"]) ^ coefficients)
+        strange += [name for name, value in given["base"].items() if not value > 0.0]
+    if not isinstance(table.get("samples", 0.0), float):
+        strange.append("samples")
+    if strange:
+        raise ParameterError(
+            f"[thresholds.{of}] of the vehicle '{vehicle}' does not fit at '{strange[0]}'; calibrate it anew with "
+            "'tierod identify thresholds'"
+        )
 
 
 def _missing(part: str) -> float:
