@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tierod.models.automated_vehicle import AutomatedVehicle
-from tierod.monitors.condition.wiring import Wiring
+from tierod.monitors.condition.wiring import Close, Wiring
 from tierod.vehicles import load
 
 CAR = load("smartload").parameters_for(AutomatedVehicle.Parameters)
@@ -34,8 +34,8 @@ def turning(seconds=SECONDS, speed=SPEED):
     }
 
 
-def problems(signals, piece=1000):
-    wiring = Wiring(CAR, RATE)
+def problems(signals, piece=1000, close=None):
+    wiring = Wiring(CAR, RATE, close=close)
     for start in range(0, len(signals["yaw_rate"]), piece):
         wiring.add({name: values[start : start + piece] for name, values in signals.items()})
     return wiring.problems()
@@ -97,6 +97,32 @@ def test_a_bus_with_a_clock_of_its_own_is_told(late, told):
     assert problem.kind == "time"
     assert problem.elements == ("yaw_rate",)
     assert told in problem.cause
+
+
+def leading():
+    """The car, its angle a tenth of a second ahead of all motion, as that of a real one is."""
+    signals = turning()
+    return signals | {"steering_wheel_angle": np.roll(signals["steering_wheel_angle"], -10)}
+
+
+def test_a_calibrated_vehicle_has_tighter_limits():
+    signals = leading()
+    assert problems(signals | {"lateral_acceleration": 1.3 * signals["lateral_acceleration"]}, close=Close()) == ()
+    geared = signals | {"steering_wheel_angle": 1.25 * signals["steering_wheel_angle"]}
+    (problem,) = problems(geared, close=Close())
+    assert (problem.kind, problem.elements) == ("scale", ("steering_wheel_angle",))
+    assert "reads 1.2" in problem.cause
+    assert problems(geared) == ()
+
+
+@pytest.mark.parametrize(("late", "told"), [(0.06, "0.06 s late"), (-0.07, "0.07 s early")])
+def test_a_small_shift_is_told_between_two_steps_for_a_calibrated_vehicle(late, told):
+    signals = leading()
+    shifted = signals | {"yaw_rate": np.roll(signals["yaw_rate"], round(late * RATE))}
+    (problem,) = problems(shifted, close=Close())
+    assert problem.elements == ("yaw_rate",)
+    assert told in problem.cause
+    assert problems(shifted) == ()
 
 
 def test_what_becomes_wrong_on_the_way_is_left_to_the_monitor():

@@ -16,7 +16,7 @@ from tierod.monitors.condition.finding import code_courses, elements, judge
 from tierod.monitors.condition.said import ELEMENTS, Said, nothing_said
 from tierod.monitors.condition.signals import SENSORS, ConditionSample
 from tierod.monitors.condition.substitutes import Reconfiguration
-from tierod.monitors.condition.wiring import Wiring
+from tierod.monitors.condition.wiring import Close, Wiring
 from tierod.monitors.session import Conclusion
 from tierod.recording import Aligned
 from tierod.signals import SIGNALS
@@ -60,7 +60,8 @@ class ConditionSession:
             **{f"deviation_of_supplied_{each}": SIGNALS[each].unit for each in SENSORS},
         }
         self._said, self._filtered = said, filtered
-        self._wiring = Wiring(vehicle.parameters_for(AutomatedVehicle.Parameters), rate)
+        close = Close() if calibrated else None
+        self._wiring = Wiring(vehicle.parameters_for(AutomatedVehicle.Parameters), rate, close=close)
         self._coverage, self._driven = Coverage(rate), Driven(1.0 / rate)
         self._courses = {each: ElementCourse(each, 1.0 / rate) for each in ELEMENTS}
         self._memory: Memory | None = None

@@ -36,6 +36,17 @@ LATEST, _LATE = 1.0, 0.15
 """Shifts in time that are searched, and from which on one is called wrong [s]; motion itself lags by up to 0.1 s."""
 
 
+class Close(NamedTuple):
+    """What sensors of a calibrated vehicle do not differ by: three hours of healthy driving show 1.144 and 0.03 s.
+
+    Args:
+        scale, late: as in `Wiring`
+    """
+
+    scale: float = 1.17
+    late: float = 0.045
+
+
 class Problem(NamedTuple):
     """Something that is wrong with the recording or the vehicle file.
 
@@ -139,10 +150,18 @@ class Wiring:
         rate: of the samples [Hz]
         scale: ratio of sizes from which on one is wrong
         late: shift in time from which on one is wrong [s]
+        close: tighter limits, between sensors alone, for a vehicle that is calibrated; None for another
     """
 
-    def __init__(self, vehicle: AutomatedParameters, rate: float, scale: float = _SCALE, late: float = _LATE):
-        self.vehicle, self.rate, self.scale, self.late = vehicle, rate, scale, late
+    def __init__(
+        self,
+        vehicle: AutomatedParameters,
+        rate: float,
+        scale: float = _SCALE,
+        late: float = _LATE,
+        close: Close | None = None,
+    ):
+        self.vehicle, self.rate, self.scale, self.late, self.close = vehicle, rate, scale, late, close
         self._pieces: list[dict[str, np.ndarray]] = []
         self._kept = 0
 
@@ -180,13 +199,11 @@ class Wiring:
         if np.count_nonzero(turning) < LEAST_TURNING * self.rate:
             return None
         gentle = moving & ~(np.abs(signals["lateral_acceleration"]) > GENTLE)
-        yaw = self._told(YAW, signals, moving)
-        return (
-            _turned(yaw, YAW)
-            or _late(yaw, self.late)
-            or _scaled(self._told(YAW, signals, gentle), YAW, self.scale)
-            or _turned(self._told(TORQUE, signals, moving), TORQUE)
-        )
+        yaw, slowly = self._told(YAW, signals, moving), self._told(YAW, signals, gentle)
+        found = _turned(yaw, YAW) or _late(yaw, self.late) or _scaled(slowly, YAW, self.scale)
+        if self.close is not None and not found:
+            found = _late(_sensed(yaw), self.close.late) or _scaled(_sensed(slowly), YAW, self.close.scale)
+        return found or _turned(self._told(TORQUE, signals, moving), TORQUE)
 
     def _told(
         self, witnesses: Mapping[str, Witness], signals: Mapping[str, np.ndarray], when: np.ndarray
@@ -200,6 +217,11 @@ class Wiring:
                 smooth = np.convolve(value, np.full(width, 1.0 / width), "same")[:: max(round(STEP * self.rate), 1)]
                 told[name] = smooth - np.nanmean(smooth)
         return told
+
+
+def _sensed(told: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Only what sensors tell that are judged: slopes and banks do not disturb them."""
+    return {name: values for name, values in told.items() if YAW[name].elements}
 
 
 def _late(told: Mapping[str, np.ndarray], limit: float) -> tuple[Problem, ...]:
@@ -226,7 +248,16 @@ def _shift(one: np.ndarray, other: np.ndarray) -> float | None:
     shifts = range(-most, most + 1)
     values = [_correlation(inner, other[most + shift : len(other) - most + shift]) for shift in shifts]
     best = int(np.argmax(values))
-    return shifts[best] * STEP if values[best] > TIGHT else None
+    return (shifts[best] + _vertex(values, best)) * STEP if values[best] > TIGHT else None
+
+
+def _vertex(values: list[float], best: int) -> float:
+    """Where a parabola through the highest value and both beside it is highest, in steps from it."""
+    if not 0 < best < len(values) - 1:
+        return 0.0
+    before, top, after = values[best - 1 : best + 2]
+    bend = before - 2.0 * top + after
+    return 0.5 * (before - after) / bend if bend < 0.0 else 0.0
 
 
 def _difference(signals: Mapping[str, np.ndarray], vehicle: AutomatedParameters) -> np.ndarray:

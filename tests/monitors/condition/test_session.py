@@ -1,0 +1,225 @@
+"""The condition monitor over whole recordings: odd ones accuse nobody, faulty ones are named, cuts do not show."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from tierod.findings import Status
+from tierod.monitors.condition.coverage import TARGETS
+from tierod.monitors.condition.definition import CONDITION
+from tierod.monitors.condition.said import ELEMENTS
+from tierod.monitors.condition.signals import ACTUATORS, SENSORS
+from tierod.monitors.run import Run
+from tierod.recording import Channel, Recording
+from tierod.studies.condition.drives import Drive
+from tierod.studies.condition.faults import OFFSET, Injected
+from tierod.studies.condition.odd_drives import odd_drives, without
+from tierod.studies.condition.recorded import recorded
+from tierod.vehicles import load
+
+CAR = load("smartload")
+JUDGED = (Status.HEALTHY, Status.FAULT, Status.SUSPECT)
+
+
+def run(*pieces):
+    """The diagnosis, and the course of every trouble code."""
+    made = Run(CONDITION, CONDITION.variants["bank"], CAR)
+    for piece in pieces:
+        made.add(piece)
+    return made.finish("test"), made.code_courses
+
+
+def states(diagnosis):
+    return {each.name: each.status for each in diagnosis.elements}
+
+
+def accused(diagnosis):
+    return [each.name for each in diagnosis.elements if each.status in (Status.FAULT, Status.SUSPECT)]
+
+
+def changed(recording, names, change):
+    """The recording with some channels made of time and values anew."""
+    found = {name: recording[name] for name in names}
+    new = {name: replace(each, values=change(each.time, each.values)) for name, each in found.items()}
+    return Recording({**recording.channels, **new}, recording.metadata)
+
+
+def told(diagnosis):
+    """All that is said of sensors and actuators; times to a microsecond, since every piece has a grid of its own."""
+    return [
+        (each.name, each.status, each.cause, each.substitute, [_rounded(episode) for episode in each.episodes])
+        for each in diagnosis.elements
+    ]
+
+
+def _rounded(episode):
+    return (episode.kind, round(episode.start, 6), episode.end and round(episode.end, 6), episode.size)
+
+
+@pytest.fixture(scope="module")
+def sound():
+    return recorded(Drive("short-round", 40.0, 1, 71))
+
+
+@pytest.fixture(scope="module")
+def odd():
+    return odd_drives(1)
+
+
+@pytest.fixture(scope="module")
+def faulty():
+    """The yaw rate off by 0.5 rad/s from 15 s to 25 s."""
+    injected = Injected("yaw_rate", OFFSET, 0.5, start=15.0, end=25.0)
+    return recorded(Drive("long-round", 40.0, 1, 11, (injected,)))
+
+
+def test_a_sound_drive_is_sound(sound):
+    diagnosis, courses = run(sound)
+    assert diagnosis.findings[0].status is Status.HEALTHY
+    assert set(states(diagnosis).values()) == {Status.HEALTHY}
+    assert "10 of 10 sensors and actuators are sound over 40 s" in diagnosis.findings[0].headline
+    assert "nobody has calibrated this vehicle" in diagnosis.findings[0].warnings[0]
+    assert all(courses[name.replace("_", "-")][-1].status is not Status.FAULT for name in ELEMENTS)
+    assert not any(name.startswith("supplied_") for name in diagnosis.traces)
+
+
+def test_a_fault_is_named_with_time_kind_size_substitute_and_code(faulty):
+    diagnosis, courses = run(faulty)
+    assert accused(diagnosis) == ["yaw_rate"]
+    element = diagnosis.elements[SENSORS.index("yaw_rate")]
+    (episode,) = element.episodes
+    assert episode.start == pytest.approx(15.0, abs=0.3)
+    assert episode.end == pytest.approx(25.0, abs=1.0)
+    assert episode.kind == "positive offset"
+    assert episode.size.value == pytest.approx(0.5, rel=0.1)
+    assert element.substitute.startswith("filter of the others (±")
+    assert element.trouble_code == "C1A32-64"
+    assert "Yaw rate sensor: positive offset" in diagnosis.findings[0].headline
+    assert Status.FAULT in [change.status for change in courses["yaw-rate"]]
+    assert {"supplied_yaw_rate", "deviation_of_supplied_yaw_rate"} <= set(diagnosis.traces)
+    assert "supplied_tie_rod_force" not in diagnosis.traces
+
+
+def test_what_is_supplied_is_near_the_truth_while_the_sensor_is_not(faulty):
+    diagnosis, _ = run(faulty)
+    told = diagnosis.traces["supplied_yaw_rate"]
+    truth = np.interp(told.time, faulty["yaw_rate"].time, faulty["truth_yaw_rate"].values)
+    inside = (told.time > 15.5) & (told.time < 24.5)
+    assert np.sqrt(np.mean((told.mean - truth)[inside] ** 2)) < 0.03
+
+
+@pytest.mark.parametrize("cuts", [(7.31,), (14.9, 15.2, 25.01, 33.0)])
+def test_the_result_does_not_depend_on_the_cuts(faulty, cuts):
+    gone = changed(faulty, SENSORS, lambda time, values: np.where((time > 28.0) & (time < 31.5), np.nan, values))
+    edges = [float("-inf"), *sorted((*cuts, 29.0, 30.5)), float("inf")]
+    pieces = [gone.slice(start, stop) for start, stop in pairwise(edges)]
+    (whole, courses), (parts, courses_of_parts) = run(gone), run(*pieces)
+    assert told(parts) == told(whole)
+    assert list(courses_of_parts) == list(courses)
+    for code, course in courses.items():
+        assert [change.status for change in courses_of_parts[code]] == [change.status for change in course]
+        np.testing.assert_allclose(
+            [change.time for change in courses_of_parts[code]], [change.time for change in course], rtol=1e-12
+        )
+    assert whole.findings[0].evidence == parts.findings[0].evidence
+    assert whole.findings[0].evidence["interruptions"] == 1.0
+    for name in ("state_of_yaw_rate", "supplied_yaw_rate"):
+        np.testing.assert_array_equal(parts.traces[name].mean, whole.traces[name].mean)
+
+
+@pytest.mark.parametrize("name", SENSORS)
+def test_a_missing_sensor_is_not_available_and_nobody_is_accused(sound, name):
+    diagnosis, _ = run(without(sound, name))
+    found = states(diagnosis)
+    assert found.pop(name) is Status.NOT_AVAILABLE
+    assert accused(diagnosis) == []
+    assert Status.HEALTHY in found.values()
+    assert f"no {name.replace('_', ' ')}" in diagnosis.elements[SENSORS.index(name)].cause
+
+
+@pytest.mark.parametrize("name", SENSORS)
+def test_a_sensor_that_falls_silent_is_judged_while_it_was_there(sound, name):
+    diagnosis, courses = run(changed(sound, (name,), lambda time, values: np.where(time < 25.0, values, np.nan)))
+    assert accused(diagnosis) == []
+    element = diagnosis.elements[SENSORS.index(name)]
+    if element.status is Status.HEALTHY:
+        assert element.cause == "while it was there, 26 of 40 s"
+    assert courses[name.replace("_", "-")][-1].status is Status.NOT_AVAILABLE
+
+
+@pytest.mark.parametrize("name", ["longitudinal_acceleration", "lateral_acceleration"])
+def test_a_missing_acceleration_accuses_nobody(sound, name):
+    assert accused(run(without(sound, name))[0]) == []
+
+
+@pytest.mark.parametrize("place", range(len(TARGETS)))
+def test_without_a_target_nothing_is_testable(sound, place):
+    diagnosis, _ = run(without(sound, TARGETS[place]))
+    found = states(diagnosis)
+    assert found.pop(ACTUATORS[place]) is Status.NOT_AVAILABLE
+    assert set(found.values()) == {Status.NOT_TESTABLE}
+    finding = diagnosis.findings[0]
+    assert finding.status is Status.NOT_TESTABLE
+    assert TARGETS[place] in finding.cause
+
+
+def test_a_recording_of_something_else_has_nothing_to_judge():
+    time = np.arange(1000) / 100.0
+    other = Recording({"ambient_temperature": Channel("ambient_temperature", time, 20.0 + 0.0 * time, "degC")})
+    diagnosis, _ = run(other)
+    assert set(states(diagnosis).values()) == {Status.NOT_AVAILABLE}
+    assert diagnosis.findings[0].status is Status.NOT_AVAILABLE
+
+
+@pytest.mark.parametrize("value", [np.nan, 0.0])
+def test_all_sensors_lost_at_once_is_the_fault_of_none_of_them(sound, value):
+    diagnosis, courses = run(changed(sound, SENSORS, lambda time, values: np.where(time < 20.0, values, value)))
+    assert accused(diagnosis) == []
+    assert states(diagnosis)["yaw_rate"] is Status.HEALTHY
+    reason = "all sensors read exactly zero" if value == 0.0 else "no sensor gives a reading"
+    assert f"19 s were not judged: {reason}" in diagnosis.findings[0].warnings
+    assert courses["yaw-rate"][-1].status is Status.NOT_AVAILABLE
+
+
+@pytest.mark.parametrize("value", [np.nan, 0.0])
+def test_after_all_sensors_were_gone_it_begins_anew(sound, value):
+    lost = changed(sound, SENSORS, lambda time, values: np.where((time > 20.0) & (time < 23.0), value, values))
+    diagnosis, courses = run(lost)
+    assert accused(diagnosis) == []
+    assert diagnosis.findings[0].evidence["interruptions"] == 1.0
+    assert courses["yaw-rate"][-1].status in (Status.HEALTHY, Status.NOT_TESTABLE)
+    gap = diagnosis.traces["state_of_yaw_rate"]
+    assert np.isnan(gap.mean[(gap.time > 21.1) & (gap.time < 22.9)]).all()
+
+
+def test_at_standstill_nothing_is_testable(odd):
+    diagnosis, _ = run(odd["standstill"])
+    assert set(states(diagnosis).values()) == {Status.NOT_TESTABLE}
+    assert "the vehicle stood" in diagnosis.findings[0].cause
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "three-point turns with reversing",
+        "ice on one side",
+        "restart in mid-drive",
+        "gaps of 0.3 s in all signals",
+        "gaps of 2 s in the steering's signals",
+    ],
+)
+def test_odd_driving_and_logging_accuse_nobody(odd, name):
+    assert accused(run(odd[name])[0]) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "cause"),
+    [("wheels swapped", "rear wheel speeds are swapped"), ("steering bus 0.3 s late", "late beside the other signals")],
+)
+def test_wrong_wiring_makes_nothing_testable_and_fills_no_memory(odd, name, cause):
+    diagnosis, courses = run(odd[name])
+    assert set(states(diagnosis).values()) == {Status.NOT_TESTABLE}
+    assert cause in diagnosis.findings[0].cause
+    assert courses == {}
