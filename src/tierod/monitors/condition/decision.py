@@ -8,15 +8,19 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.block import Tree, map_leaves, rebuild, skeleton
 from tierod.block import leaves as leaves_of
-from tierod.graph import KEEP, JudgeSample, Verdict
-from tierod.graph.maths import absolute, all_of, any_of, both, either, maximum, negated, present, where
+from tierod.graph import JudgeSample, Verdict
+from tierod.graph.maths import absolute, all_of, any_of, both, maximum, negated, present, where
+from tierod.monitors.condition.adoption import adopted, believed
 from tierod.monitors.condition.diagnosis import ELEMENTS, Diagnosis, Elements
 from tierod.monitors.condition.lane import LeaveOutFilter, Readings
 from tierod.monitors.condition.signals import SENSORS, Hypothesis
-from tierod.monitors.condition.weighing import Limits, Weighing, Weights, chosen
+from tierod.monitors.condition.weighing import Limits, Ranking, Weighing, Weights, chosen
 
 TOLD_BY = {"steering_motor_1": "steering_shaft_torque", "steering_motor_2": "steering_shaft_torque"}
 """Without which sensor nobody can tell whether an actuator gives what it is asked for."""
+
+_OF_THE_LANE = ("prediction", "deviation", "torque_loss", "loss_deviation", "speed", "lateral_speed")
+"""What the diagnosis says in the words of the lane that is believed, in its order."""
 
 
 class DecisionState(NamedTuple):
@@ -110,7 +114,7 @@ class Decision:
         """
         lanes, readings = sample.lanes, sample.sample[: len(SENSORS)]
         likelihoods = [lane.log_likelihood for lane in lanes]
-        source, far_off = self._source(likelihoods, state.active)
+        source, far_off = believed(self.weighing.hypotheses, likelihoods, state.active, self.impossible)
         seen = _selected(lanes, source)
         suspected = self._elements_of(state.active)
         unread = [where(present(each), 0.0, count + 1.0) for each, count in zip(readings, state.unread, strict=True)]
@@ -118,21 +122,13 @@ class Decision:
         tells = [both(told, each) for told, each in zip(self._tells(seen), open_, strict=True)]
         weights = self.weighing.smoothed(state.weights, likelihoods, state.active, tells)
         ranking = self.weighing.ranking(weights, state.active, widening)
-        testable = self._testable(lanes, suspected, seen, open_)
         good = self._good(state.good, suspected, readings, seen, effects)
         kept = self._after_return(state.active, suspected, good)
 
-        led = where(ranking.best == state.leading, state.led, 0.0) + 1.0
-        led = where(both(ranking.exceeding, ranking.lead > self.weighing.limits.gap), led, 0.0)
-        exceeded = where(ranking.exceeding, state.exceeded + 1.0, 0.0)
-        patient = any_of(0.0, *(ranking.best == k for k, each in enumerate(self.weighing.hypotheses) if each.actuators))
-        declares = led >= where(patient, self.samples_of_actuators, self.samples)
-        active = where(declares, ranking.best, kept)
+        led, exceeded = self._counted(state, ranking)
+        active = where(self._declares(ranking, led), ranking.best, kept)
         changed = negated(active == state.active)
-        unsure = both(exceeded >= self.samples, negated(changed))
         faulty = self._elements_of(active)
-        candidates = self._candidates(ranking.rivals, unsure, faulty)
-
         after = DecisionState(
             map_leaves(lambda each: where(changed, 0.0, each), weights),
             active,
@@ -145,37 +141,39 @@ class Decision:
             Readings(*unread),
         )
         gated = self._gated(readings, seen, faulty)
-        hoped = self.hopes / self.weighing.sample_time
         output = Diagnosis(
             active,
             faulty,
-            candidates,
-            testable,
-            Elements(*(both(each, count > hoped) for each, count in zip(faulty, good, strict=True))),
+            self._candidates(ranking.rivals, both(exceeded >= self.samples, negated(changed)), faulty),
+            self._testable(lanes, suspected, seen, open_),
+            self._recovering(faulty, good),
             gated,
             self._values(readings, seen, faulty, gated),
-            seen.prediction,
-            seen.deviation,
-            seen.torque_loss,
-            seen.loss_deviation,
-            seen.speed,
-            seen.lateral_speed,
+            *(getattr(seen, name) for name in _OF_THE_LANE),
             where(ranking.exceeding, ranking.best, active),
             where(ranking.exceeding, ranking.lead, 0.0),
         )
-        return after, Verdict(output, self._adopted(source, far_off, active, changed))
+        return after, Verdict(
+            output, adopted(self.weighing.hypotheses, where(changed, active, source), far_off, changed)
+        )
 
-    # -- lanes ---------------------------------------------------------------------------------------------------
+    def _counted(self, state: DecisionState, ranking: Ranking) -> tuple[Any, Any]:
+        """For how many samples in a row the best hypothesis has led by the gap, and any has been beyond its limit."""
+        led = where(ranking.best == state.leading, state.led, 0.0) + 1.0
+        led = where(both(ranking.exceeding, ranking.lead > self.weighing.limits.gap), led, 0.0)
+        return led, where(ranking.exceeding, state.exceeded + 1.0, 0.0)
 
-    def _source(self, likelihoods: Sequence[Any], active: Any) -> tuple[Any, list[Any]]:
-        """The lane that is believed in this sample, and which lanes find the sample all but impossible."""
-        best, top = active, chosen(likelihoods, active)
-        own = top
-        for number, value in enumerate(likelihoods):
-            better = both(self._contains(number, active), value > top)
-            best, top = where(better, float(number), best), where(better, value, top)
-        far_off = [value < top - self.impossible for value in likelihoods]
-        return where(own < top - self.impossible, best, active), far_off
+    def _declares(self, ranking: Ranking, led: Any) -> Any:
+        """Whether the best hypothesis has led for long enough."""
+        patient = any_of(0.0, *(ranking.best == k for k, each in enumerate(self.weighing.hypotheses) if each.actuators))
+        return led >= where(patient, self.samples_of_actuators, self.samples)
+
+    def _recovering(self, faulty: Elements, good: Sequence[Any]) -> Elements:
+        """Declared, but as it should for the last samples."""
+        hoped = self.hopes / self.weighing.sample_time
+        return Elements(*(both(each, count > hoped) for each, count in zip(faulty, good, strict=True)))
+
+    # -- hypotheses ----------------------------------------------------------------------------------------------
 
     def _tells(self, seen: Any) -> list[Any]:
         """Whether this sample may speak for each hypothesis: nothing does at standstill, braked wheels may lock."""
@@ -194,27 +192,6 @@ class Decision:
             needed = {*each.sensors, *(TOLD_BY[name] for name in each.actuators if name in TOLD_BY)}
             open_.append(all_of(enough, *(negated(newly[name]) for name in SENSORS if name in needed)))
         return open_, where(any_of(0.0, *newly.values()), self.poorer, 1.0)
-
-    def _contains(self, number: int, active: Any) -> Any:
-        """Whether a hypothesis suspects all that the active one does."""
-        own = set(self.weighing.hypotheses[number].suspects)
-        parts = [k for k, each in enumerate(self.weighing.hypotheses) if set(each.suspects) <= own]
-        return any_of(0.0, *(active == part for part in parts))
-
-    def _adopted(self, source: Any, far_off: Sequence[Any], active: Any, changed: Any) -> tuple[Any, ...]:
-        """Whose state each lane goes on from; a lost share of torque is never taken over by another actuator's lane."""
-        taken = where(changed, active, source)
-        adopted = []
-        for number, own in enumerate(self.weighing.hypotheses):
-            alien = [
-                k
-                for k, other in enumerate(self.weighing.hypotheses)
-                if own.actuators and other.actuators and own.actuators != other.actuators
-            ]
-            foreign = any_of(0.0, *(taken == k for k in alien))
-            moves = all_of(either(changed, far_off[number]), negated(foreign), negated(taken == number))
-            adopted.append(where(moves, taken, KEEP))
-        return tuple(adopted)
 
     # -- elements ------------------------------------------------------------------------------------------------
 
