@@ -1,3 +1,5 @@
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -46,6 +48,15 @@ def test_a_sensor_that_fails_on_a_circle_is_named(signal, change):
     column = samples[500:, index(signal)]
     column[:] = 0.0 if change == "lost" else column + change
     assert said(samples) == {signal}
+
+
+def test_a_residual_without_a_threshold_is_neither_normal_nor_abnormal():
+    samples = circle(radius=12.0, seconds=8.0)
+    samples[500:, index("tie_rod_force")] += 250.0
+    unknown = dataclasses.replace(KNOWN, thresholds={**KNOWN.thresholds, "r17": ResidualThreshold(np.inf)})
+    result = scan(rule_monitor(CAR, unknown, "rules"), samples)
+    assert not result["sensors.tie_rod_force"].any(), "its rule wants r17 normal"
+    assert said(samples, "rules") == {"tie_rod_force"}
 
 
 def test_a_sound_circle_names_nobody():

@@ -7,7 +7,7 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.block import named_tuple
 from tierod.diagnosis.rules import RuleDiagnosis
-from tierod.graph.maths import absolute, all_of, where
+from tierod.graph.maths import absolute, all_of, both, present, where
 from tierod.monitors.condition.residuals.actuator_set import ActuatorSet, Repaired, Targets, actuator_set
 from tierod.monitors.condition.residuals.calibration import ResidualCalibration
 from tierod.monitors.condition.residuals.catalogue import ACTUATOR_RESIDUALS, SENSOR_RESIDUALS
@@ -148,9 +148,12 @@ class RuleMonitor:
 
 
 def _ratios(seen: Any, thresholds: tuple[ResidualThreshold, ...], excitation: Excitation) -> dict[str, Any]:
-    """How many thresholds each residual is away from zero; infinity, which is no number, where it is not there."""
+    """How many thresholds each residual is away from zero; infinity, which is no number, where it is not there.
+
+    One that no healthy drive has shown has an infinite threshold: it is neither normal nor abnormal.
+    """
     return {
-        name: where(there > 0.5, threshold.ratio(value, excitation), _ABSENT)
+        name: where(both(there > 0.5, present(threshold.base)), threshold.ratio(value, excitation), _ABSENT)
         for name, value, there, threshold in zip(
             seen.residuals._fields, seen.residuals, seen.there, thresholds, strict=True
         )
