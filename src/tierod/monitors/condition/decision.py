@@ -19,9 +19,6 @@ from tierod.monitors.condition.weighing import Limits, Ranking, Weighing, Weight
 TOLD_BY = {"steering_motor_1": "steering_shaft_torque", "steering_motor_2": "steering_shaft_torque"}
 """Without which sensor nobody can tell whether an actuator gives what it is asked for."""
 
-_OF_THE_LANE = ("prediction", "deviation", "torque_loss", "loss_deviation", "speed", "lateral_speed")
-"""What the diagnosis says in the words of the lane that is believed, in its order."""
-
 
 class DecisionState(NamedTuple):
     """What the judge remembers.
@@ -121,7 +118,7 @@ class Decision:
         open_, widening = self._open(unread, suspected)
         tells = [both(told, each) for told, each in zip(self._tells(seen), open_, strict=True)]
         weights = self.weighing.smoothed(state.weights, likelihoods, state.active, tells)
-        ranking = self.weighing.ranking(weights, state.active, widening)
+        ranking = self.weighing.ranking(weights, state.active, widening, open_)
         good = self._good(state.good, suspected, readings, seen, effects)
         kept = self._after_return(state.active, suspected, good)
 
@@ -149,7 +146,12 @@ class Decision:
             self._recovering(faulty, good),
             gated,
             self._values(readings, seen, faulty, gated),
-            *(getattr(seen, name) for name in _OF_THE_LANE),
+            seen.prediction,
+            seen.deviation,
+            seen.torque_loss,
+            seen.loss_deviation,
+            seen.speed,
+            seen.lateral_speed,
             where(ranking.exceeding, ranking.best, active),
             where(ranking.exceeding, ranking.lead, 0.0),
         )
