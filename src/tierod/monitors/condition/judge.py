@@ -8,12 +8,13 @@ from typing import Annotated, Any, NamedTuple
 from tierod.block import Tree
 from tierod.graph import Bank, JudgeSample, Verdict
 from tierod.graph.maths import any_of, both, exp, maximum, sqrt, where
-from tierod.monitors.condition.decision import Decision, DecisionState, judge
+from tierod.monitors.condition.decision import Decision, DecisionState
 from tierod.monitors.condition.diagnosis import Diagnosis
 from tierod.monitors.condition.kind import Kind, KindOfFault
 from tierod.monitors.condition.lane import LeaveOutFilter, leaving_out
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS, Hypothesis, hypotheses
-from tierod.monitors.condition.weighing import Limits
+from tierod.monitors.condition.tuning import prices
+from tierod.monitors.condition.weighing import Limits, Weighing
 
 
 class Kinds(NamedTuple):
@@ -139,4 +140,5 @@ def condition_bank(
     explanations = hypotheses() if explanations is None else explanations
     kinds = tuple(KindOfFault.of_sensor(name, base.plausible, sample_time) for name in SENSORS)
     lanes = tuple(leaving_out(each, base) for each in explanations)
-    return Bank(lanes, ConditionJudge(judge(explanations, limits, sample_time), kinds))
+    weighing = Weighing(explanations, limits, sample_time, prices=prices(base.sensor_noise, base.plausible))
+    return Bank(lanes, ConditionJudge(Decision(weighing), kinds))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import hypot
+from math import e, hypot, log, pi, sqrt
 from typing import Annotated
 
 from tierod.vehicles import Vehicle
@@ -77,6 +77,25 @@ class PlausibleRange:
     steering_wheel_angle: Annotated[float, "rad"] = 16.0
     steering_shaft_torque: Annotated[float, "N*m"] = 60.0
     tie_rod_force: Annotated[float, "N"] = 4000.0
+
+
+def prices(noise: SensorNoise, plausible: PlausibleRange) -> tuple[float, ...]:
+    """What leaving out each of the six sensors costs per sample while its readings are as expected [nat].
+
+    The mean density of a reading about its expectation, in logarithms, over that of anything plausible.
+
+    Args:
+        noise: of the sensors, which is most of what expectations miss
+        plausible: ranges of failed sensors
+    """
+    pairs = (
+        *((plausible.wheel_speed, noise.wheel_speed),) * 2,
+        (plausible.yaw_rate, noise.yaw_rate),
+        (plausible.steering_wheel_angle, noise.steering_wheel_angle),
+        (plausible.steering_shaft_torque, noise.steering_shaft_torque),
+        (plausible.tie_rod_force, noise.tie_rod_force),
+    )
+    return tuple(log(width / (deviation * sqrt(2.0 * pi * e))) for width, deviation in pairs)
 
 
 USUAL_RATE, USUAL_ANGLE, USUAL_ACCELERATION = 1.5, 1.5, 3.0

@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.errors import ParameterError
 from tierod.graph.maths import all_of, any_of, both, either, exp, maximum, minimum, negated, where
-from tierod.monitors.condition.signals import Hypothesis
+from tierod.monitors.condition.signals import SENSORS, Hypothesis
 
 NEVER = -1e9
 """Score of what cannot be chosen: far below any ratio."""
@@ -44,7 +44,7 @@ class Ranking(NamedTuple):
     Args:
         exceeding: whether any other hypothesis is beyond its limit
         best: the number of the best of those
-        lead: score of the best less that of the best rival
+        lead: score of the best less that of the best rival; 0 while a rival would explain all other sensors better
         rivals: per hypothesis, whether it might as well be the one
     """
 
@@ -65,6 +65,10 @@ class Weighing:
         fast_time, slow_time: constants of both exponential means
         largest: by which one sample may speak for one hypothesis against another, so that a single reading far off
             declares nothing; some three times the price of leaving out a sensor
+        prices: of every sensor, what leaving it out costs per sample where nothing is at fault; see `tuning.prices`
+
+    An error that grows slowly bends what is believed of everything else, at little cost per sample, while leaving out
+    the sensor that errs costs its whole price; a cheaper one then leads. Hence the best must lead without prices too.
     """
 
     hypotheses: tuple[Hypothesis, ...]
@@ -73,6 +77,7 @@ class Weighing:
     fast_time: Annotated[float, "s"] = 0.05
     slow_time: Annotated[float, "s"] = 0.5
     largest: Annotated[float, ""] = 20.0
+    prices: tuple[Annotated[float, ""], ...] = (0.0,) * len(SENSORS)
 
     def __post_init__(self) -> None:
         for name in ("fast", "slow"):
@@ -110,13 +115,14 @@ class Weighing:
         shares = [1.0 - exp(-self.sample_time / time) for time in (self.fast_time, self.slow_time)]
         return Weights(*(_on(mean, ratios, share) for mean, share in zip(weights, shares, strict=True)))
 
-    def ranking(self, weights: Weights, active: Any, widening: Any = 1.0) -> Ranking:
+    def ranking(self, weights: Weights, active: Any, widening: Any = 1.0, told: Sequence[Any] | None = None) -> Ranking:
         """Who explains the samples better than the active hypothesis, and who best.
 
         Args:
             weights: after this sample
             active: the number of the hypothesis that holds
             widening: factor of all limits
+            told: whether there are the readings that tell each hypothesis; there are if None
         """
         holds = [active == number for number in range(len(self.hypotheses))]
         allowed = [self._is_new(number, holds) for number in range(len(self.hypotheses))]
@@ -137,12 +143,17 @@ class Weighing:
             for number in range(len(self.hypotheses))
         ]
         _, second = _highest(scores, rivals)
+        net = [score + 2.0 * self._spared(each, holds) for score, each in zip(scores, self.hypotheses, strict=True)]
+        own = chosen(net, best)
+        _, other = _highest(net, rivals if told is None else [both(*pair) for pair in zip(rivals, told, strict=True)])
+        near = [either(top - score < self.limits.gap, each > own) for score, each in zip(scores, net, strict=True)]
         close = [
-            either(chosen_one[number], all_of(rivals[number], beyond[number], top - scores[number] < self.limits.gap))
+            either(chosen_one[number], all_of(rivals[number], beyond[number], near[number]))
             for number in range(len(self.hypotheses))
         ]
         exceeding = any_of(0.0, *beyond[1:])
-        return Ranking(exceeding, best, top - second, tuple(both(exceeding, each) for each in close))
+        lead = where(own > other, top - second, 0.0)
+        return Ranking(exceeding, best, lead, tuple(both(exceeding, each) for each in close))
 
     def number(self, *suspects: str) -> int | None:
         """The number of the hypothesis that suspects exactly these; None if there is none."""
@@ -164,6 +175,18 @@ class Weighing:
             if set(each.sensors) <= own and not own <= set(each.suspects)
         ]
         return any_of(0.0, *before)
+
+    def _spared(self, hypothesis: Hypothesis, holds: Sequence[Any]) -> Any:
+        """The price of the sensor that a hypothesis leaves out beside the active one; none for two at once."""
+        prices = [self.prices[SENSORS.index(name)] if name in SENSORS else 0.0 for name in hypothesis.suspects]
+        if len(prices) < 2:
+            return prices[0] if prices else 0.0
+        spared: Any = 0.0
+        for name, other in zip(hypothesis.suspects, reversed(prices), strict=True):
+            known = self.number(name)
+            if known is not None:
+                spared = where(holds[known], other, spared)
+        return spared
 
     def _is_beyond(self, number: int, weights: Weights, holds: Sequence[Any], widening: Any) -> Any:
         """Whether a hypothesis is beyond its limit: of two suspects, one active, that of the other alone."""
