@@ -1,5 +1,6 @@
 """Loss and knee of the bench's inverter, 1 us of dead time and 0.7 V of drop, from its commands."""
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -11,6 +12,7 @@ from tierod.proving_ground.motor import Inverter
 from tierod.recording import Channel, Recording
 from tierod.studies.motor_angle.observer_drives import to_and_fro
 
+MOTOR = (0.05, 1e-4, 0.0085)
 NAMES = ("motor_current_alpha", "motor_current_beta", "motor_target_voltage_alpha", "motor_target_voltage_beta")
 
 
@@ -29,7 +31,7 @@ def recorded(seed, knee=1.0, drop=0.7, dead_time=1e-6, seconds=6.0):
 
 @pytest.mark.parametrize(("knee", "drop"), [(1.0, 0.7), (2.5, 0.7), (1.0, 0.1)])
 def test_it_finds_loss_and_knee_within_their_deviations(knee, drop):
-    found = identified_inverter({"drive": recorded(90, knee, drop)}, 4.0)
+    found = identified_inverter({"drive": recorded(90, knee, drop)}, 4.0, expected=MOTOR)
     loss, at = found.found
     assert (loss.name, at.name) == ("inverter_voltage_loss", "inverter_knee_current")
     assert loss.value == pytest.approx(0.13 + drop, abs=4.0 * loss.deviation + 0.002)
@@ -52,6 +54,21 @@ def test_deviations_are_those_of_repetition():
 def test_an_inverter_that_takes_nothing_is_doubted(seed):
     found = identified_inverter({"drive": recorded(seed, drop=0.0, dead_time=0.0)}, 4.0)
     assert found.doubt
+
+
+@pytest.mark.parametrize(
+    ("signals", "factor", "words"),
+    [
+        (NAMES[:2], -1.0, "the currents are counted out of the motor"),
+        (NAMES[1:2], -1.0, "two phases of the currents swapped"),
+        (("motor_angle_mechanical",), 4.0, "the angle is the electrical one"),
+    ],
+)
+def test_signals_that_do_not_belong_together_are_named(signals, factor, words):
+    drive = recorded(90, drop=0.1)
+    wrong = [replace(drive[name], values=factor * drive[name].values) for name in signals]
+    with pytest.raises(InputError, match=words):
+        identified_inverter({"drive": drive.with_channels(wrong)}, 4.0, expected=MOTOR)
 
 
 def test_measured_voltages_are_no_commands():

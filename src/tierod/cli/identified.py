@@ -146,7 +146,9 @@ def _inverter(
     from tierod.identification.inverter import identified_inverter
 
     before = {name: (each.value, each.standard_deviation) for name, each in car.parameters.items()}
-    return identified_inverter(recordings, car["motor_pole_pairs"], free, before)
+    names = ("motor_resistance", "motor_inductance", "motor_flux")
+    expected = (car[names[0]], car[names[1]], car[names[2]]) if all(name in before for name in names) else None
+    return identified_inverter(recordings, car["motor_pole_pairs"], free, before, expected)
 
 
 def _inverter_tables(result: InverterIdentification) -> Sequence[Table]:

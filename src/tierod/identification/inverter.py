@@ -12,6 +12,7 @@ from tierod.identification.column_result import Found
 from tierod.identification.experiment import INTERVAL
 from tierod.identification.inverter_knee import InverterFit, identify_inverter
 from tierod.identification.motor_recording import motor_recording
+from tierod.identification.motor_slips import refuse_slips
 from tierod.recording import Recording
 
 NAMES = ("inverter_voltage_loss", "inverter_knee_current")
@@ -59,6 +60,7 @@ def identified_inverter(
     pole_pairs: float,
     free: Sequence[str] = (),
     before: Mapping[str, tuple[float, float | None]] | None = None,
+    expected: tuple[float, float, float] | None = None,
 ) -> InverterIdentification:
     """Loss and knee of an inverter from recordings of its commands.
 
@@ -67,15 +69,20 @@ def identified_inverter(
         pole_pairs: electrical turns per turn of the shaft
         free: those of `NAMES` that are wanted; both where none is named
         before: value and standard deviation in the vehicle file, by name
+        expected: resistance [ohm], inductance [H] and flux [V s] of the motor, with which wrong signs, phases and pole
+            pairs are named; not looked for where None
 
     Raises:
         ParameterError: a parameter that there is not
-        InputError: recordings that cannot be used
+        InputError: recordings that cannot be used, or whose signals do not belong together
     """
     for name in free:
         if name not in NAMES:
             raise ParameterError(f"'{name}' is no parameter of an inverter{nearest(name, NAMES)}")
     seen = [motor_recording(name, each, pole_pairs, commanded=True) for name, each in recordings.items()]
+    if expected is not None:
+        for each in seen:
+            refuse_slips(each, pole_pairs, expected)
     fit = identify_inverter(seen, pole_pairs)
     deviations = (fit.loss_deviation, fit.knee * fit.knee_deviation)
     spread = INTERVAL * fit.knee_deviation
