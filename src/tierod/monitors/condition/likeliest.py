@@ -211,7 +211,7 @@ class Search:
             there = np.clip(place + move, self.least, self.most)
             cost = self.cost(there)
             if cost < here.cost:
-                converged = here.cost - cost < _ENOUGH
+                converged = bool(here.cost - cost < _ENOUGH)
                 place, damping = there, 0.2 * damping
                 here = self.at(place)
             else:

@@ -126,7 +126,7 @@ def require_hours(hours: float) -> None:
     """
     if hours < LEAST_HOURS:
         raise InputError(
-            f"the recordings hold {60.0 * hours:.0f} minutes of driving; limits need {60.0 * LEAST_HOURS:.0f} minutes "
+            f"the recordings hold {60.0 * hours:.1f} minutes of driving; limits need {60.0 * LEAST_HOURS:.0f} minutes "
             "that the parameters were not fitted to, better an hour"
         )
 

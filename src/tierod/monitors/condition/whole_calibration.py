@@ -12,7 +12,7 @@ from tierod.errors import InputError
 from tierod.identification.column_result import Found
 from tierod.monitors.condition.calibration import Calibration, calibrate
 from tierod.monitors.condition.healthy_drives import HealthyDrive, healthy_drives, parted
-from tierod.monitors.condition.healthy_ratios import Watched, watch
+from tierod.monitors.condition.healthy_ratios import BLOCK, SETTLING, Watched, watch
 from tierod.monitors.condition.limits import LEAST_HOURS, NAME, DesignedLimits, designed_on, table_of
 from tierod.monitors.condition.residuals.calibration import ResidualCalibration, calibrate_residuals
 from tierod.monitors.condition.residuals.in_vehicle_file import name_of
@@ -189,12 +189,13 @@ def calibrate_condition(
 
 def _require_enough(seconds: float, rest: Sequence[HealthyDrive]) -> None:
     """Refuse too little driving before the search, not after it."""
-    left = sum(each.driven for each in rest)
+    left = sum(max(each.driven - SETTLING - BLOCK, 0.0) for each in rest)
     if left < 3600.0 * LEAST_HOURS:
+        whole = seconds + sum(each.driven for each in rest)
         raise InputError(
-            f"the recordings hold {(seconds + left) / 60.0:.1f} minutes of driving; the first "
-            f"{FOR_PARAMETERS / 60.0:.0f} tell the parameters, and limits need {60.0 * LEAST_HOURS:.0f} more, better "
-            "an hour; standing does not count"
+            f"the recordings hold {whole / 60.0:.1f} minutes of driving, {left / 60.0:.1f} of them for limits: the "
+            f"first {FOR_PARAMETERS / 60.0:.0f} tell the parameters, and limits need {60.0 * LEAST_HOURS:.0f} more, "
+            f"better an hour; standing does not count, nor {SETTLING + BLOCK:.0f} s of every drive"
         )
 
 
@@ -228,4 +229,6 @@ def _residuals(
 
 def _hours(hours: float) -> str:
     """As people read it."""
+    if hours > 1e6:
+        return "more than 1 000 000"
     return f"{hours:,.0f}".replace(",", " ") if hours >= 10.0 else f"{hours:.1f}"
