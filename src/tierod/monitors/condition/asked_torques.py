@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from tierod.estimators.linear_algebra import Vector
-from tierod.graph.maths import absolute, exp, limit, maximum, present, where
+from tierod.graph.maths import absolute, limit, present, where
 from tierod.models.automated_forces import Torques
 from tierod.models.automated_vehicle import AutomatedVehicle
-
-SHORTEST_LAG = 1e-4
-"""Of an actuator [s]: keeps a lag of zero from being divided by."""
+from tierod.physics.lag import lagged_ramp
 
 
 class AskedTorques(NamedTuple):
@@ -59,13 +57,11 @@ def torques_of(
     )
     before = [where(started, old, new) for old, new in zip(memory.asked, asked, strict=True)]
     gave = [where(started, old, new) for old, new in zip(memory.given, asked, strict=True)]
-    step, mean, now = vehicle.sample_time, [], []
-    for new, old, given, lag in zip(asked, before, gave, lags, strict=True):
-        lag = maximum(lag, SHORTEST_LAG)
-        behind = (new - old) * (lag / step)
-        after = new - behind + (given - old + behind) * exp(-step / lag)
-        mean.append(0.5 * (old + new) - lag / step * (after - given))
-        now.append(after)
+    given = [
+        lagged_ramp(old, new, at_start, lag, vehicle.sample_time)
+        for old, new, at_start, lag in zip(before, asked, gave, lags, strict=True)
+    ]
+    mean, now = [each.mean for each in given], [each.end for each in given]
     change_1, change_2 = asked[0] - before[0], asked[1] - before[1]
     whole = _jump(change_1 + change_2, memory.change_1 + memory.change_2)
     swing = suspected[0] * _jump(change_1, memory.change_1) + suspected[1] * _jump(change_2, memory.change_2)

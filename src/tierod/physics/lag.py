@@ -1,0 +1,40 @@
+"""A lag of the first order whose input moves on a straight line."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from tierod.graph.maths import exp, maximum
+
+SHORTEST = 1e-4
+"""Lag below which it counts as this long [s]: far below a sample, and nothing is divided by zero."""
+
+
+class Lagged(NamedTuple):
+    """The output of a lag over a sample.
+
+    Args:
+        mean: over the sample [unit of the input]
+        end: at its end [unit of the input]
+    """
+
+    mean: Any
+    end: Any
+
+
+def lagged_ramp(before: Any, after: Any, output: Any, lag: Any, time: Any) -> Lagged:
+    """What a lag of the first order makes of a ramp, exact.
+
+    Args:
+        before, after: input at the start and at the end of the sample
+        output: of the lag at the start [unit of the input]
+        lag: time constant [s]; zero or above
+        time: of the sample [s], above zero
+
+    Validity: lags of less than `SHORTEST` count as that.
+    Source: solution of lag * y' = u - y with u on a straight line; its mean is that of u - lag * y'.
+    """
+    lag = maximum(lag, SHORTEST)
+    behind = (after - before) * (lag / time)
+    end = after - behind + (output - before + behind) * exp(-time / lag)
+    return Lagged(0.5 * (before + after) - lag / time * (end - output), end)
