@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from tierod.graph import KEEP
-from tierod.graph.maths import all_of, any_of, both, either, negated, where
+from tierod.graph.maths import all_of, any_of, both, either, maximum, negated, where
 from tierod.monitors.condition.signals import Hypothesis
 from tierod.monitors.condition.weighing import chosen
 
@@ -34,14 +34,43 @@ def believed(
     return where(own < top - impossible, best, active), far_off
 
 
-def adopted(hypotheses: Sequence[Hypothesis], source: Any, far_off: Sequence[Any], changed: Any) -> tuple[Any, ...]:
+def kin(hypotheses: Sequence[Hypothesis], likelihoods: Sequence[Any], impossible: Any) -> list[Any]:
+    """Of each suspect alone the likeliest pair that it belongs to, where that finds the sample possible; else 0.
+
+    Where two sensors disagree, either may be wrong; a lane that went on from one that believes the other sensor would
+    speak for the wrong one from then on.
+
+    Args:
+        hypotheses: in the order of the lanes
+        likelihoods: logarithm of each hypothesis' density of this sample
+        impossible: log-likelihood ratio against the best from which on a sample is all but impossible
+    """
+    top = likelihoods[0]
+    for value in likelihoods[1:]:
+        top = maximum(top, value)
+    nearest = []
+    for each in hypotheses:
+        best: Any = 0.0
+        highest = top - impossible
+        for number, (other, value) in enumerate(zip(hypotheses, likelihoods, strict=True)):
+            if each.suspects and set(each.suspects) < set(other.suspects):
+                better = value > highest
+                best, highest = where(better, float(number), best), where(better, value, highest)
+        nearest.append(best)
+    return nearest
+
+
+def adopted(
+    hypotheses: Sequence[Hypothesis], source: Any, nearest: Sequence[Any], far_off: Sequence[Any], changed: Any
+) -> tuple[Any, ...]:
     """Whose state each lane goes on from; a lost share of torque is never taken over by another actuator's lane.
 
     Args:
         hypotheses: in the order of the lanes
         source: the lane whose state is taken over
+        nearest: of each lane another one that it rather takes over, see `kin`; 0 if there is none
         far_off: which lanes find the sample all but impossible
-        changed: whether another hypothesis holds from now on, and all take over
+        changed: whether another hypothesis holds from now on, and all take over the source
     """
     adopting = []
     for number, own in enumerate(hypotheses):
@@ -50,9 +79,10 @@ def adopted(hypotheses: Sequence[Hypothesis], source: Any, far_off: Sequence[Any
             for k, other in enumerate(hypotheses)
             if own.actuators and other.actuators and own.actuators != other.actuators
         ]
-        foreign = any_of(0.0, *(source == k for k in alien))
-        moves = all_of(either(changed, far_off[number]), negated(foreign), negated(source == number))
-        adopting.append(where(moves, source, KEEP))
+        taken = where(either(changed, nearest[number] == 0.0), source, nearest[number])
+        foreign = any_of(0.0, *(taken == k for k in alien))
+        moves = all_of(either(changed, far_off[number]), negated(foreign), negated(taken == number))
+        adopting.append(where(moves, taken, KEEP))
     return tuple(adopting)
 
 

@@ -10,7 +10,7 @@ from tierod.block import Tree, map_leaves, rebuild, skeleton
 from tierod.block import leaves as leaves_of
 from tierod.graph import JudgeSample, Verdict
 from tierod.graph.maths import absolute, all_of, any_of, both, maximum, negated, present, where
-from tierod.monitors.condition.adoption import adopted, believed
+from tierod.monitors.condition.adoption import adopted, believed, kin
 from tierod.monitors.condition.diagnosis import ELEMENTS, Diagnosis, Elements
 from tierod.monitors.condition.lane import LeaveOutFilter, Readings
 from tierod.monitors.condition.signals import SENSORS, Hypothesis
@@ -155,9 +155,9 @@ class Decision:
             where(ranking.exceeding, ranking.best, active),
             where(ranking.exceeding, ranking.lead, 0.0),
         )
-        return after, Verdict(
-            output, adopted(self.weighing.hypotheses, where(changed, active, source), far_off, changed)
-        )
+        nearest = kin(self.weighing.hypotheses, likelihoods, self.impossible)
+        taken = where(changed, active, source)
+        return after, Verdict(output, adopted(self.weighing.hypotheses, taken, nearest, far_off, changed))
 
     def _counted(self, state: DecisionState, ranking: Ranking) -> tuple[Any, Any]:
         """For how many samples in a row the best hypothesis has led by the gap, and any has been beyond its limit."""
