@@ -142,6 +142,7 @@ class ElementCourse:
         words = told(self.element, kind, value)
         size = None
         if words.quantity and np.isfinite(value):
-            size = Estimate(f"{words.quantity} of {self.element.replace('_', ' ')}", value, deviation, words.unit)
+            name, factor = f"{words.quantity} of {self.element.replace('_', ' ')}", words.factor
+            size = Estimate(name, factor * value, factor * deviation, words.unit)
         end = None if stretch.end >= last else stretch.end
         return Episode(words.kind, stretch.start, end, size, self._others(stretch) if doubt else ())

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from tierod.diagnosis.substitution import SubstitutionGraph
 from tierod.diagnosis.trouble_codes import load_trouble_codes
-from tierod.findings import Element, Episode, Estimate, Finding, Status
+from tierod.findings import Element, Episode, Finding, Status
 from tierod.monitors.condition.courses import STATUSES, SUSPECT, ElementCourse
 from tierod.monitors.condition.decision import TOLD_BY
 from tierod.monitors.condition.driven import Driven
@@ -180,7 +180,7 @@ def _fault(
     headline = f"{'; '.join(sentences[:3])}{more}."
     episode, _ = told[0]
     cause = "readings and torques differ from what all others tell, by more than healthy drives ever showed"
-    action = f"check {_listed(faulty)}: sensor, wiring, supply"
+    action = f"check {_listed(faulty)}: the part itself, its wiring, its supply"
     return Finding(
         name, Status.FAULT, headline[:1].upper() + headline[1:], episode.start, episode.size, evidence, cause, action,
         warnings,
@@ -191,20 +191,22 @@ def _sentence(episode: Episode, element: Element) -> str:
     plain = element.name.replace("_", " ")
     what = "fault" if not episode.kind else episode.kind
     until = "" if episode.end is None else f" to {episode.end:.2f} s"
-    size = f" of {_size(episode.size)}" if episode.size is not None else ""
+    size = f" of {_shown(episode.size.value, episode.size.unit)}" if episode.size is not None else ""
     return f"{plain} {element.role if element.role == 'sensor' else ''}".rstrip() + (
         f": {what}{size} from {episode.start:.2f} s{until or ' on'}"
     )
 
 
-def _size(size: Estimate) -> str:
-    return f"{100.0 * size.value:.3g} %" if size.quantity.startswith("lost share") else _shown(size.value, size.unit)
-
-
 def _shown(value: float, unit: str) -> str:
     """A value in the units that people use."""
     degrees = 180.0 / math.pi
-    usual = {"rad": (degrees, "°"), "rad/s": (degrees, "°/s"), "rad/s**2": (degrees, "°/s²"), "m/s": (3.6, "km/h")}
+    usual = {
+        "rad": (degrees, "°"),
+        "rad/s": (degrees, "°/s"),
+        "rad/s**2": (degrees, "°/s²"),
+        "m/s": (3.6, "km/h"),
+        "percent": (1.0, "%"),
+    }
     factor, label = usual.get(unit, (1.0, unit.replace("**2", "²").replace("*", "·")))
     return f"{factor * value:.3g} {label}".rstrip()
 

@@ -65,7 +65,8 @@ def said_by_bank(result: Result) -> Said:
     torque = slice(len(SENSORS), None)
     lost = faulty[:, torque] > 0.5
     kind[:, torque] = np.where(lost, LOST_TORQUE, 0.0)
-    size[:, torque] = np.where(lost, result["loss.share"][:, None], np.nan)
+    # A filter that knows a little too little of the motor tells of more than all that it gives.
+    size[:, torque] = np.where(lost, np.minimum(result["loss.share"], 1.0)[:, None], np.nan)
     deviation[:, torque] = np.where(lost, result["loss.deviation"][:, None], np.nan)
     return Said(
         faulty > 0.5,
@@ -103,11 +104,13 @@ class Told(NamedTuple):
         kind: in words
         quantity: that the size tells; "" where the kind has no size
         unit: of the size
+        factor: from the size to that unit
     """
 
     kind: str
     quantity: str = ""
     unit: str = ""
+    factor: float = 1.0
 
 
 def told(element: str, kind: float, size: float) -> Told:
@@ -120,7 +123,7 @@ def told(element: str, kind: float, size: float) -> Told:
             factor, of a delay [s], of a loss of torque the share
     """
     if kind == LOST_TORQUE:
-        return Told("loss of torque", "lost share of the torque")
+        return Told("loss of torque", "lost share of the torque", "percent", 100.0)
     unit = SIGNALS[element].unit if element in SIGNALS else ""
     sign = "positive" if size > 0.0 else "negative"
     return {
