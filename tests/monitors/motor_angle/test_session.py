@@ -33,6 +33,8 @@ def test_a_sound_drive():
     assert found.evidence["sensor_turns_per_observed_turn"] == pytest.approx(1.0, abs=0.002)
     assert abs(found.estimate.value) < 0.01
     assert np.nanmax(np.abs(diagnosis.traces["angle_residual_electrical"].upper)) < 0.1
+    drawn = np.isfinite(diagnosis.traces["motor_speed_residual"].mean)
+    assert (drawn[1:] & drawn[:-1]).sum() > 0.5 * drawn.sum()
 
 
 def test_an_offset_with_its_size_and_its_beginning():

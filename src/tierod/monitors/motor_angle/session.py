@@ -109,7 +109,8 @@ class MotorAngleSession(BlockSession):
         shown["angle_residual_electrical"] = np.where(known, shown["angle_residual_electrical"], np.nan)
         deviation = self.monitor.observer.parameters.motor_pole_pairs * result["motor_angle_standard_deviation"]
         shown["angle_residual_electrical_standard_deviation"] = np.where(known, deviation, np.nan)
-        shown["motor_speed_residual"] = np.where(windows, shown["motor_speed_residual"], np.nan)
+        window = round(self.monitor.increments.window * self.rate)
+        shown["motor_speed_residual"] = _stood(shown["motor_speed_residual"], windows, window)
         return shown
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
@@ -141,6 +142,13 @@ class MotorAngleSession(BlockSession):
         mute = "motor-angle-stuck" if root == "model" else "motor-currents" if root in STARTLES else ""
         codes = {name: self._courses.of_code(name, mute=name == mute) for name in self._courses.codes}
         return Conclusion(finding, course=tuple(self._courses.course), code_courses=codes)
+
+
+def _stood(values: np.ndarray, told: np.ndarray, samples: int) -> np.ndarray:
+    """Values that each stand for so many samples from where they are told, else NaN: single points make no line."""
+    place = np.arange(len(values))
+    last = np.maximum.accumulate(np.where(told, place, -1))
+    return np.where((last >= 0) & (place - last <= samples), values[last], np.nan)
 
 
 def _complex(vector: StatorVector) -> np.ndarray:
