@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from tierod.diagnosis.substitution import SubstitutionGraph
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.findings import Element, Episode, Finding, Status
-from tierod.monitors.condition.courses import STATUSES, SUSPECT, ElementCourse
+from tierod.monitors.condition.courses import TOGETHER, ElementCourse
 from tierod.monitors.condition.decision import TOLD_BY
 from tierod.monitors.condition.driven import Driven
 from tierod.monitors.condition.said import ELEMENTS
@@ -37,12 +37,12 @@ def elements(
         graph: of the substitutes
     """
     codes = load_trouble_codes().codes
-    found = []
+    found, open_ = [], unresolved(courses, drive.end)
     for name, course in courses.items():
         told_by = courses.get(TOLD_BY.get(name, ""))
-        status, cause = _status(name, course, drive, problems, told_by)
+        status, cause = _status(course, open_[name], drive, problems, told_by)
         judged = status in (Status.FAULT, Status.SUSPECT)
-        episodes = course.episodes(drive.end) if judged else ()
+        episodes = open_[name] if judged else ()
         code = codes[name.replace("_", "-")].code if status is Status.FAULT else ""
         if status is Status.SUSPECT:
             code = codes[NOT_ISOLABLE].code
@@ -51,16 +51,39 @@ def elements(
     return tuple(found)
 
 
+def unresolved(courses: Mapping[str, ElementCourse], end: float) -> dict[str, tuple[Episode, ...]]:
+    """Faults of every element, and doubts that no verdict on one of those in doubt has ended.
+
+    Args:
+        courses: of all elements
+        end: of the recording [s]
+    """
+    all_ = {name: course.episodes(end) for name, course in courses.items()}
+    verdicts = {name: [each.start for each in found if not each.candidates] for name, found in all_.items()}
+
+    def stays(name: str, episode: Episode) -> bool:
+        last = end if episode.end is None else episode.end + TOGETHER
+        return not episode.candidates or not any(
+            episode.start <= start <= last for each in (name, *episode.candidates) for start in verdicts[each]
+        )
+
+    return {name: tuple(each for each in found if stays(name, each)) for name, found in all_.items()}
+
+
 def _status(
-    name: str, course: ElementCourse, drive: Driven, problems: Sequence[Problem], told_by: ElementCourse | None
+    course: ElementCourse,
+    episodes: Sequence[Episode],
+    drive: Driven,
+    problems: Sequence[Problem],
+    told_by: ElementCourse | None,
 ) -> tuple[Status, str]:
+    name = course.element
     if course.available == 0.0:
         missing = name if name in SENSORS else f"target torque of {name}"
         return Status.NOT_AVAILABLE, f"the recording has no {missing.replace('_', ' ')}"
     if problems:
         concerned = [problem for problem in problems if name in problem.elements]
         return Status.NOT_TESTABLE, (concerned or list(problems))[0].cause
-    episodes = course.episodes(drive.end)
     if any(not episode.candidates for episode in episodes):
         return Status.FAULT, ""
     if episodes:
@@ -129,7 +152,7 @@ def judge(
     open_ = [each for each in states if each.status is not Status.HEALTHY]
     if not sound:
         return _nothing_judged(name, open_, evidence, warnings)
-    rest = f"; not judged: {_listed(open_)} ({open_[0].cause})" if open_ else ""
+    rest = f"; not judged: {_listed([each.name for each in open_])} ({open_[0].cause})" if open_ else ""
     judged = drive.judged * drive.period
     headline = f"{len(sound)} of {len(ELEMENTS)} sensors and actuators are sound over {judged:.0f} s{rest}."
     return Finding(name, Status.HEALTHY, headline, None, None, evidence, "", "none", warnings)
@@ -171,7 +194,9 @@ def _fault(
     told = sorted(((episode, each) for episode, each in all_ if not episode.candidates), key=lambda pair: pair[0].start)
     if not told:
         first, _ = min(all_, key=lambda pair: pair[0].start)
-        headline = f"Something is wrong since {first.start:.2f} s; it is one of {_listed(doubtful)}."
+        named = {name for episode, each in all_ for name in (each.name, *episode.candidates)}
+        one_of = _listed(sorted(named, key=ELEMENTS.index), "or")
+        headline = f"Something is wrong since {first.start:.2f} s; it is {one_of}."
         cause = "several explain what was seen as well, and nothing in the drive tells them apart"
         action = "check them one by one, or drive with more steering and braking"
         return Finding(name, Status.SUSPECT, headline, first.start, None, evidence, cause, action, warnings)
@@ -180,7 +205,7 @@ def _fault(
     headline = f"{'; '.join(sentences[:3])}{more}."
     episode, _ = told[0]
     cause = "readings and torques differ from what all others tell, by more than healthy drives ever showed"
-    action = f"check {_listed(faulty)}: the part itself, its wiring, its supply"
+    action = f"check {_listed([each.name for each in faulty])}: the part itself, its wiring, its supply"
     return Finding(
         name, Status.FAULT, headline[:1].upper() + headline[1:], episode.start, episode.size, evidence, cause, action,
         warnings,
@@ -211,9 +236,9 @@ def _shown(value: float, unit: str) -> str:
     return f"{factor * value:.3g} {label}".rstrip()
 
 
-def _listed(elements_: Sequence[Element]) -> str:
-    plain = [each.name.replace("_", " ") for each in elements_]
-    return " and ".join([", ".join(plain[:-1]), plain[-1]] if len(plain) > 1 else plain)
+def _listed(names: Sequence[str], word: str = "and") -> str:
+    plain = [name.replace("_", " ") for name in names]
+    return f" {word} ".join([", ".join(plain[:-1]), plain[-1]] if len(plain) > 1 else plain)
 
 
 def _evidence(states: Sequence[Element], drive: Driven, interruptions: int) -> dict[str, float]:
@@ -228,23 +253,30 @@ def _evidence(states: Sequence[Element], drive: Driven, interruptions: int) -> d
     return found
 
 
-def code_courses(courses: Mapping[str, ElementCourse]) -> dict[str, tuple[StatusChange, ...]]:
+def code_courses(courses: Mapping[str, ElementCourse], end: float) -> dict[str, tuple[StatusChange, ...]]:
     """The running verdict of every trouble code.
 
     Args:
         courses: of all elements
+        end: of the recording [s]
     """
     found = {name.replace("_", "-"): tuple(course.course) for name, course in courses.items()}
-    doubts = sorted(
-        (change.time, STATUSES[SUSPECT] if change.status is STATUSES[SUSPECT] else Status.HEALTHY, name)
-        for name, course in courses.items()
-        for change in course.course
+    begun = min(course[0].time for course in found.values())
+    episodes = [episode for each in unresolved(courses, end).values() for episode in each]
+    return found | {NOT_ISOLABLE: _doubts(episodes, begun, end)}
+
+
+def _doubts(episodes: Iterable[Episode], start: float, end: float) -> tuple[StatusChange, ...]:
+    """When several might be at fault for longer than a verdict takes."""
+    times = sorted(
+        (episode.start, end if episode.end is None else episode.end) for episode in episodes if episode.candidates
     )
-    holding: dict[str, Status] = {}
-    merged: list[StatusChange] = []
-    for time, status, name in doubts:
-        holding[name] = status
-        now = Status.SUSPECT if Status.SUSPECT in holding.values() else Status.HEALTHY
-        if not merged or merged[-1].status is not now:
-            merged.append(StatusChange(time, now))
-    return found | {NOT_ISOLABLE: tuple(merged)}
+    changes = [StatusChange(start, Status.HEALTHY)]
+    until = start
+    for begin, finish in times:
+        if begin > until or len(changes) == 1:
+            changes += [StatusChange(begin, Status.SUSPECT), StatusChange(finish, Status.HEALTHY)]
+        elif finish > until:
+            changes[-1] = StatusChange(finish, Status.HEALTHY)
+        until = max(until, finish)
+    return tuple(changes if until < end else changes[: max(len(changes) - 1, 1)])

@@ -126,7 +126,7 @@ class ConditionSession:
         sound = {each.name for each in states if each.role == "sensor" and not each.substitute}
         withheld = tuple(f"{what}{name}" for name in sorted(sound) for what in ("supplied_", "deviation_of_supplied_"))
         # What was wired wrongly is nobody's fault, and must fill no fault memory.
-        courses = {} if problems else code_courses(self._courses)
+        courses = {} if problems else code_courses(self._courses, self._driven.end)
         return Conclusion(finding, elements=states, code_courses=courses, withheld=withheld)
 
 

@@ -1,0 +1,174 @@
+"""What a drive says of all sensors and actuators together."""
+
+import numpy as np
+import pytest
+
+from monitors.condition.made_up_said import PERIOD, place, sound, span
+from tierod.findings import Status
+from tierod.monitors.condition.courses import ElementCourse
+from tierod.monitors.condition.coverage import Covered
+from tierod.monitors.condition.driven import Driven
+from tierod.monitors.condition.finding import NOT_ISOLABLE, code_courses, elements, judge
+from tierod.monitors.condition.kind import OFFSET
+from tierod.monitors.condition.said import ELEMENTS, LOST_TORQUE
+from tierod.monitors.condition.signals import SENSORS, ConditionSample
+from tierod.monitors.condition.substitutes import substitution_graph
+from tierod.monitors.condition.wiring import Problem
+
+YAW, ANGLE, MOTOR = "yaw_rate", "steering_wheel_angle", "steering_motor_1"
+
+
+def concluded(change=lambda said: None, seconds=20.0, speed=5.0, missing=(), judged=True, problems=(), calibrated=True):
+    """Elements, finding and code courses of a drive over which `change` alters what is said."""
+    time, said = sound(seconds)
+    change(said)
+    available = np.ones(said.faulty.shape, bool)
+    available[:, [place(name) for name in missing]] = False
+    values = np.full((len(time), len(ConditionSample._fields)), speed)
+    drive = Driven(PERIOD)
+    there = np.full(len(time), judged)
+    drive.add(time, values, Covered(available, there, np.zeros(len(time), bool)))
+    drive.sources = {name: {substitution_graph().substitutes[name][0].name: 100} for name in SENSORS}
+    courses = {name: ElementCourse(name, PERIOD) for name in ELEMENTS}
+    for column, course in enumerate(courses.values()):
+        course.add(time, said.only(available), available[:, column])
+    states = elements(courses, drive, problems, substitution_graph())
+    finding = judge("condition, bank", states, drive, problems, 0, calibrated)
+    return {each.name: each for each in states}, finding, code_courses(courses, drive.end)
+
+
+def faulty(name, start, stop, kind=0.0, size=np.nan):
+    def change(said):
+        there = span(start, stop), place(name)
+        said.faulty[there], said.kind[there], said.size[there], said.deviation[there] = True, kind, size, 0.01
+
+    return change
+
+
+def doubtful(names, start, stop):
+    def change(said):
+        said.candidates[span(start, stop), :] |= [name in names for name in ELEMENTS]
+
+    return change
+
+
+def both(*changes):
+    def change(said):
+        for each in changes:
+            each(said)
+
+    return change
+
+
+def test_a_sound_drive():
+    states, finding, courses = concluded()
+    assert {each.status for each in states.values()} == {Status.HEALTHY}
+    assert finding.status is Status.HEALTHY
+    assert finding.headline == "10 of 10 sensors and actuators are sound over 20 s."
+    assert finding.evidence == {"seconds": 20.0, "moving_seconds": 20.0, "sensors_and_actuators_judged": 10.0}
+    assert finding.warnings == ()
+    assert [change.status for change in courses[NOT_ISOLABLE]] == [Status.HEALTHY]
+
+
+def test_a_faulty_sensor_has_size_substitute_and_code_and_the_finding_tells_it_in_usual_units():
+    states, finding, courses = concluded(faulty(YAW, 5.0, 12.0, OFFSET, 0.3))
+    assert states[YAW].trouble_code == "C1A32-64"
+    assert states[YAW].substitute == "filter of the others (± 0.516 °/s)"
+    assert finding.headline == "Yaw rate sensor: positive offset of 17.2 °/s from 5.00 s to 12.00 s."
+    assert (finding.since, finding.estimate.value) == (5.0, 0.3)
+    assert [change.status for change in courses["yaw-rate"]] == [Status.HEALTHY, Status.FAULT, Status.HEALTHY]
+    assert states[ANGLE].status is Status.HEALTHY
+
+
+def test_a_motor_that_lost_torque_is_told_in_per_cent():
+    states, finding, _ = concluded(faulty(MOTOR, 5.0, 20.0, LOST_TORQUE, 0.5))
+    assert finding.headline == "Steering motor 1: loss of torque of 50 % from 5.00 s on."
+    assert states[MOTOR].substitute == ""
+    assert states[MOTOR].episodes[0].size.value == pytest.approx(50.0)
+
+
+def test_more_than_three_faults_are_counted():
+    changes = [faulty(YAW, start, start + 1.0) for start in (1.0, 4.0, 7.0, 10.0, 13.0)]
+    _, finding, _ = concluded(both(*changes))
+    assert finding.headline.endswith("; and 2 more.")
+
+
+def test_lasting_doubt_is_told_with_all_that_may_be_it():
+    states, finding, courses = concluded(doubtful((YAW, ANGLE), 5.0, 7.0))
+    assert finding.status is Status.SUSPECT
+    assert finding.headline == "Something is wrong since 5.00 s; it is yaw rate or steering wheel angle."
+    assert states[YAW].status is states[ANGLE].status is Status.SUSPECT
+    assert states[YAW].trouble_code == "C1A3A-64"
+    assert [(each.time, each.status) for each in courses[NOT_ISOLABLE]] == [
+        (0.0, Status.HEALTHY),
+        (pytest.approx(5.0), Status.SUSPECT),
+        (pytest.approx(7.0), Status.HEALTHY),
+    ]
+
+
+def test_doubt_that_a_verdict_ends_is_no_doubt():
+    states, finding, courses = concluded(both(doubtful((YAW, ANGLE), 5.0, 6.0), faulty(YAW, 6.0, 8.0)))
+    assert states[ANGLE].status is Status.HEALTHY
+    assert len(states[YAW].episodes) == 1
+    assert finding.status is Status.FAULT
+    assert [change.status for change in courses[NOT_ISOLABLE]] == [Status.HEALTHY]
+
+
+def test_doubt_at_the_end_stays_open():
+    _, _, courses = concluded(doubtful((YAW, ANGLE), 18.0, 20.0))
+    assert [change.status for change in courses[NOT_ISOLABLE]] == [Status.HEALTHY, Status.SUSPECT]
+
+
+def test_a_missing_sensor_is_named():
+    states, finding, _ = concluded(missing=(YAW,))
+    assert (states[YAW].status, states[YAW].cause) == (Status.NOT_AVAILABLE, "the recording has no yaw rate")
+    assert finding.status is Status.HEALTHY
+    assert "9 of 10" in finding.headline
+    assert "not judged: yaw rate" in finding.headline
+
+
+def never_testable(said):
+    said.testable[:] = False
+
+
+@pytest.mark.parametrize(("speed", "cause"), [(0.0, "the vehicle stood"), (-3.0, "the vehicle reversed")])
+def test_standing_and_reversing_are_causes(speed, cause):
+    states, finding, _ = concluded(never_testable, speed=speed)
+    assert {each.status for each in states.values()} == {Status.NOT_TESTABLE}
+    assert finding.status is Status.NOT_TESTABLE
+    assert finding.cause.startswith(cause)
+
+
+def test_the_cause_of_what_is_there_goes_before_what_is_not():
+    _, finding, _ = concluded(never_testable, speed=0.0, missing=(SENSORS[0],))
+    assert finding.status is Status.NOT_TESTABLE
+    assert "the vehicle stood" in finding.cause
+
+
+def test_too_little_to_show_is_a_cause_of_its_own():
+    def change(said):
+        said.testable[:, [place(YAW), place(MOTOR)]] = False
+
+    states, _, _ = concluded(change)
+    assert "its true value was near zero" in states[YAW].cause
+    assert "asked for too little torque" in states[MOTOR].cause
+
+
+def test_without_the_torque_sensor_nothing_tells_what_a_motor_gives():
+    def change(said):
+        said.testable[:, place(MOTOR)] = False
+
+    states, _, _ = concluded(change, missing=("steering_shaft_torque",))
+    assert states[MOTOR].cause == "nothing tells what it gives without steering shaft torque"
+
+
+def test_what_was_wired_wrongly_makes_nothing_testable():
+    problem = Problem("sign", (YAW,), "the yaw rate has the wrong sign", "correct the channel map")
+    states, finding, _ = concluded(faulty(YAW, 5.0, 20.0), problems=(problem,))
+    assert {each.status for each in states.values()} == {Status.NOT_TESTABLE}
+    assert not any(each.episodes for each in states.values())
+    assert (finding.cause, finding.action) == (problem.cause, problem.action)
+
+
+def test_an_uncalibrated_vehicle_is_told():
+    assert "nobody has calibrated this vehicle" in concluded(calibrated=False)[1].warnings[0]
