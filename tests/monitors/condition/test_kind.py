@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tierod.graph import batch, scan
-from tierod.monitors.condition.kind import DELAYS, KINDS, KindOfFault
+from tierod.monitors.condition.kind import DELAYS, KINDS, LASTING, KindOfFault
 from tierod.monitors.condition.tuning import PlausibleRange
 
 RATE, START, END = 100.0, 500, 900
@@ -72,6 +72,15 @@ def test_its_interval_holds_the_size_about_as_often_as_it_says(kind, size):
     results = batch(BLOCK, [samples(kind, size, seed) for seed in range(100, 160)])
     errors = [abs(result["size"][START + 205] - size) / result["deviation"][START + 205] for result in results]
     assert np.mean(np.array(errors) < 2.0) > 0.85
+
+
+def test_where_errors_last_the_size_is_less_certain():
+    given = samples("offset", 2.0)
+    short, long = (scan(replace(BLOCK, lasting=time), given) for time in (0.1, 2.5))
+    late = slice(START + 50, END)
+    np.testing.assert_allclose(long["deviation"][late], 5.0 * short["deviation"][late])
+    np.testing.assert_array_equal(long["size"], short["size"])
+    assert KindOfFault.of_sensor("steering_wheel_angle", PlausibleRange()).lasting == LASTING["steering_wheel_angle"]
 
 
 def test_a_large_factor_is_an_outlier_while_it_is_young():
