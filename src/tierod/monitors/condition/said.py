@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -136,3 +137,22 @@ def told(element: str, kind: float, size: float) -> Told:
         NOISE: Told("noise", "standard deviation of the noise", unit),
         DELAY: Told("delay", "delay", "s"),
     }.get(kind, Told(""))
+
+
+def shown(value: float, unit: str) -> str:
+    """A value in the unit that people use: angles in degrees, speeds in km/h.
+
+    Args:
+        value: in the unit
+        unit: as in a `Told`
+    """
+    degrees = 180.0 / math.pi
+    usual = {
+        "rad": (degrees, "°"),
+        "rad/s": (degrees, "°/s"),
+        "rad/s**2": (degrees, "°/s²"),
+        "m/s": (3.6, "km/h"),
+        "percent": (1.0, "%"),
+    }
+    factor, label = usual.get(unit, (1.0, unit.replace("**2", "²").replace("*", "·")))
+    return f"{factor * value:.3g} {label}".rstrip()
