@@ -90,7 +90,11 @@ def test_the_course_tells_every_change_once():
     said.faulty[span(2.5, 4.0), place(YAW)] = True
     there = np.ones(len(time), bool)
     there[span(6.0, 7.0)] = False
-    course = course_of(time, said.only(np.repeat(there[:, None], said.faulty.shape[1], axis=1)), available=there)
+    course = course_of(
+        time,
+        said.only(np.repeat(there[:, None], said.faulty.shape[1], axis=1), np.ones(len(time), bool)),
+        available=there,
+    )
     expected = [
         (0.0, Status.NOT_TESTABLE),
         (1.0, Status.HEALTHY),

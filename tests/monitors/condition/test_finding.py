@@ -32,7 +32,7 @@ def concluded(change=lambda said: None, seconds=20.0, speed=5.0, missing=(), jud
     drive.sources = {name: {substitution_graph().substitutes[name][0].name: 100} for name in SENSORS}
     courses = {name: ElementCourse(name, PERIOD) for name in ELEMENTS}
     for column, course in enumerate(courses.values()):
-        course.add(time, said.only(available), available[:, column])
+        course.add(time, said.only(available, np.ones(len(time), bool)), available[:, column])
     states = elements(courses, drive, problems, substitution_graph())
     finding = judge("condition, bank", states, drive, problems, 0, calibrated)
     return {each.name: each for each in states}, finding, code_courses(courses, drive.end)

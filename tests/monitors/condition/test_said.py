@@ -41,10 +41,16 @@ def test_what_is_not_there_is_neither_doubted_nor_testable_but_stays_declared():
     said.candidates[:] = said.faulty[:] = True
     there = np.ones((2, len(ELEMENTS)), bool)
     there[0, place("yaw_rate")] = False
-    seen = said.only(there)
+    seen = said.only(there, np.ones(len(there), bool))
     assert seen.candidates[:, place("yaw_rate")].tolist() == [False, True]
     assert seen.testable[:, place("yaw_rate")].tolist() == [False, True]
     assert seen.faulty.all()
+
+
+def test_at_standstill_nothing_is_testable():
+    _, said = sound(0.02)
+    seen = said.only(np.ones((2, len(ELEMENTS)), bool), np.array([True, False]))
+    assert seen.testable.any(axis=1).tolist() == [True, False]
 
 
 def test_nothing_is_said_of_what_is_not_judged():

@@ -37,13 +37,16 @@ class Said(NamedTuple):
     deviation: np.ndarray
     gated: np.ndarray
 
-    def only(self, available: np.ndarray) -> Said:
+    def only(self, available: np.ndarray, moving: np.ndarray) -> Said:
         """Without doubts about what is not there to be doubted; a fault that was declared before stays.
 
         Args:
             available: (n, elements)
+            moving: whether the vehicle drives at all, (n,)
         """
-        return self._replace(candidates=self.candidates & available, testable=self.testable & available)
+        return self._replace(
+            candidates=self.candidates & available, testable=self.testable & available & moving[:, None]
+        )
 
 
 def nothing_said(count: int) -> Said:

@@ -11,7 +11,7 @@ from tierod.graph import Memory, Result, scan
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.coverage import Coverage
-from tierod.monitors.condition.driven import Driven
+from tierod.monitors.condition.driven import STANDING, Driven
 from tierod.monitors.condition.finding import judge
 from tierod.monitors.condition.said import ELEMENTS, Said, nothing_said
 from tierod.monitors.condition.signals import SENSORS, ConditionSample
@@ -91,7 +91,9 @@ class ConditionSession:
             self._supply = None if self._memory is None else self._supply
             result = scan(self.block, aligned, self._memory)
             self._memory = result.state
-            said, filtered = self._said(result).only(available), self._filtered(result)
+            # Missing wheel speeds do not tell that the vehicle stands.
+            moving = ~(np.abs(aligned.values[:, :2]) < STANDING).all(axis=1)
+            said, filtered = self._said(result).only(available, moving), self._filtered(result)
             kinds = [said.faulty, said.candidates, ~said.testable]
             states = np.select(kinds, [FAULT, CANDIDATE, NOT_TESTABLE], SOUND)
         else:
