@@ -107,6 +107,15 @@ def test_a_wheel_that_brakes_hard_may_lock(bank, drive):
     assert declared(scan(bank, drive)) == [(0.0, "healthy")]
 
 
+@pytest.mark.parametrize(("acceleration", "named"), [(8.0, False), (-8.0, False), (5.0, True), (np.nan, True)])
+def test_nobody_is_accused_where_the_tyres_slide(bank, drive, acceleration, named):
+    drive[300:700, column("lateral_acceleration")] = acceleration
+    drive[350:650, column(LEFT)] += 1.0
+    result = scan(bank, drive)
+    assert (LEFT in [name for _, name in declared(result)]) is named
+    assert result[f"testable.{LEFT}"][400:600].max() == float(named)
+
+
 @pytest.mark.parametrize("share", [1.0, 0.5])
 @pytest.mark.parametrize("name", [MOTOR_1, MOTOR_2])
 def test_a_motor_is_told_from_the_other_by_the_swing_of_their_split(bank, drive, name, share):
