@@ -126,18 +126,6 @@ def test_a_motor_is_told_from_the_other_by_the_swing_of_their_split(bank, drive,
     assert result["torque_loss"][690] == pytest.approx(share, abs=0.05)
 
 
-@pytest.mark.parametrize(
-    ("changes", "waits"), [({"samples_of_motors": 12.0}, True), ({"samples_of_drives": 90.0}, False)]
-)
-def test_a_motor_is_declared_once_it_has_led_for_long_enough(bank, drive, changes, waits):
-    drive[300:, column(TORQUE)] -= drive[300:, column(f"{MOTOR_1}_target_torque")]
-    (_, (at, name)), (_, (then, other)) = (
-        declared(scan(replace(bank, judge=judge), drive)) for judge in (bank.judge, replace(bank.judge, **changes))
-    )
-    assert name == other == MOTOR_1
-    assert then >= at + 5.0 / RATE if waits else then == at
-
-
 def test_motors_that_share_alike_are_named_together(bank, drive):
     drive[:, 8] = drive[:, 9] = 0.5 * (drive[:, 8] + drive[:, 9])
     drive[300:700, column(TORQUE)] -= 0.5 * drive[300:700, 8]

@@ -55,9 +55,8 @@ class Decision:
     Args:
         weighing: of the hypotheses, with the limits
         samples: in a row that a hypothesis must lead
-        samples_of_motors: likewise, of one that suspects a steering motor; a split of their torque that takes some 0.1 s to
-            change tells them apart, and with five the wrong one is named at times
-        samples_of_drives: likewise, of one that suspects a drive; a vehicle of another mass looks like one at times
+        samples_of_actuators: likewise, of one that suspects an actuator; motors are told apart by a changing split of
+            their torque, which takes some 0.1 s to change
         impossible: log-likelihood ratio of one sample against the best hypothesis at which a lane is corrected; twice
             the price of leaving out a sensor
         gate: number of standard deviations beyond which a single reading is not believed
@@ -82,8 +81,7 @@ class Decision:
 
     weighing: Weighing
     samples: Annotated[float, ""] = 3.0
-    samples_of_motors: Annotated[float, ""] = 7.0
-    samples_of_drives: Annotated[float, ""] = 10.0
+    samples_of_actuators: Annotated[float, ""] = 10.0
     impossible: Annotated[float, ""] = 12.0
     gate: Annotated[float, ""] = 6.0
     shows: Annotated[float, ""] = 4.0
@@ -173,13 +171,8 @@ class Decision:
 
     def _declares(self, ranking: Ranking, led: Any) -> Any:
         """Whether the best hypothesis has led for long enough."""
-        enough: Any = self.samples
-        for number, each in enumerate(self.weighing.hypotheses):
-            if each.actuators:
-                steers = each.actuators[0].startswith("steering")
-                patient = self.samples_of_motors if steers else self.samples_of_drives
-                enough = where(ranking.best == number, patient, enough)
-        return led >= enough
+        patient = any_of(0.0, *(ranking.best == k for k, each in enumerate(self.weighing.hypotheses) if each.actuators))
+        return led >= where(patient, self.samples_of_actuators, self.samples)
 
     def _recovering(self, faulty: Elements, good: Sequence[Any]) -> Elements:
         """Declared, but as it should for the last samples."""

@@ -64,11 +64,10 @@ _BANK_DECISIONS = (
         name="fault of a sensor or actuator",
         distance="log-likelihood ratio of the filter that leaves it out, per sample, means over 0.05 and 0.5 s",
         rule=OwnRule(
-            "beyond the vehicle file's limits, 2 nat ahead of all others, for 3 samples, a motor for 7, a drive for 10",
+            "beyond the vehicle file's limits, 2 nat ahead of all others, 3 samples in a row, 10 for an actuator",
             {
                 "samples": 3.0,
-                "samples_of_motors": 7.0,
-                "samples_of_drives": 10.0,
+                "samples_of_actuators": 10.0,
                 "impossible": 12.0,
                 "gate": 6.0,
                 "weighing.limits.gap": 2.0,
