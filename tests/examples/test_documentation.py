@@ -49,7 +49,8 @@ def drives(tmp_path_factory):
     recording = drive(minutes=4.0, friction=FrictionCourse.step(4.0, 8.0, at=120.0), seed=1)
     for ending in ("parquet", "mf4", "csv"):
         write(recording, folder / f"drive.{ending}")
-    for scenario, name in (("column-bench-hands", "hands"), ("steer-by-wire-sideslip", "sideslip")):
+    scenarios = {"column-bench-hands": "hands", "steer-by-wire-sideslip": "sideslip", "demonstrator-lap": "lap"}
+    for scenario, name in scenarios.items():
         assert main(["simulate", scenario, "--seconds", "20", "-o", str(folder / f"{name}.parquet")]) == 0
     memory = FaultMemory.opened(folder / "memory.json", "midsize-eps")
     memory.begin_cycle()
