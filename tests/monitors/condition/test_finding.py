@@ -1,5 +1,7 @@
 """What a drive says of all sensors and actuators together."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -74,7 +76,8 @@ def test_a_sound_drive():
 def test_a_faulty_sensor_has_size_substitute_and_code_and_the_finding_tells_it_in_usual_units():
     states, finding, courses = concluded(faulty(YAW, 5.0, 12.0, OFFSET, 0.3))
     assert states[YAW].trouble_code == "C1A32-64"
-    assert states[YAW].substitute == "filter of the others (± 0.516 °/s)"
+    deviation = math.degrees(substitution_graph().substitutes[YAW][0].deviation)
+    assert states[YAW].substitute == f"filter of the others (± {deviation:.3g} °/s)"
     assert finding.headline == "Yaw rate sensor: positive offset of 17.2 °/s from 5.00 s to 12.00 s."
     assert (finding.since, finding.estimate.value) == (5.0, 0.3)
     assert [change.status for change in courses["yaw-rate"]] == [Status.HEALTHY, Status.FAULT, Status.HEALTHY]

@@ -76,7 +76,7 @@ _BANK_DECISIONS = (
         ),
         place="block.judge.decision",
         mean_time_between_false_alarms=1000.0,
-        demonstrated=None,
+        demonstrated=Demonstrated(3.0),
         source="tierod.monitors.condition.limits, for a vehicle that 'tierod identify thresholds' has calibrated",
     ),
     _WIRING,
