@@ -18,6 +18,7 @@ SAID = {
     "can-decode": "CAN messages decoded",
     "diagnose-1h": "`tierod diagnose` on an hour at 100 Hz, process start to JSON and report",
     "simulate-eps-car": "virtual EPS car, two-track, 1 kHz, with its sensors",
+    "bank-of-50": "bank of fifty five-state filters and their judge, one signal",
     "observer-printed": "column observer as printed, six states",
     "observer-bank": "torque of the hands, bank of three constant gains",
     "observer-interacting": "torque of the hands, interacting filters with their covariances",
@@ -61,7 +62,8 @@ def main() -> int:
     said = (
         "Measured by `make bench` on one core of a virtual machine, each against its peer in the same run;\n"
         "`make study` measures what papers and tierod claim, claim by claim: see [friction](docs/friction.md),\n"
-        "[column](docs/column.md) and [sideslip](docs/sideslip.md)."
+        "[column](docs/column.md), [sideslip](docs/sideslip.md), [motor angle](docs/motor-angle.md) and\n"
+        "[condition](docs/condition.md)."
     )
     readme.write_text(f"{before}{BEGIN}\n{said}\n\n{table(rows)}\n{END}{after}", encoding="utf-8")
     print("wrote the figures of README.md")
