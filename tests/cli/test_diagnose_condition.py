@@ -6,7 +6,7 @@ import pytest
 
 from tierod.cli import main
 from tierod.diagnosis.trouble_codes import load_trouble_codes
-from tierod.monitors.condition.said import ELEMENTS
+from tierod.monitors.condition.signals import ELEMENTS
 from tierod.studies.condition.drives import Drive
 from tierod.studies.condition.faults import LOSS, Injected
 from tierod.studies.condition.odd_drives import without

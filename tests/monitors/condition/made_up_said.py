@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from tierod.monitors.condition.said import ELEMENTS, Said
-from tierod.monitors.condition.signals import SENSORS
+from tierod.monitors.condition.said import Said
+from tierod.monitors.condition.signals import ELEMENTS, SENSORS
 
 PERIOD = 0.01
 

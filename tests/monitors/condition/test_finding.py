@@ -12,8 +12,8 @@ from tierod.monitors.condition.coverage import Covered
 from tierod.monitors.condition.driven import Driven
 from tierod.monitors.condition.finding import judge
 from tierod.monitors.condition.kind import OFFSET
-from tierod.monitors.condition.said import ELEMENTS, LOST_TORQUE
-from tierod.monitors.condition.signals import SENSORS, ConditionSample
+from tierod.monitors.condition.said import LOST_TORQUE
+from tierod.monitors.condition.signals import ELEMENTS, SENSORS, ConditionSample
 from tierod.monitors.condition.states import NOT_ISOLABLE, code_courses, elements
 from tierod.monitors.condition.substitutes import substitution_graph
 from tierod.monitors.condition.wiring import Problem

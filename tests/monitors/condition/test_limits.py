@@ -12,7 +12,7 @@ from tierod.monitors.condition.limits import (
     FACTOR,
     NAME,
     designed_on,
-    is_calibrated,
+    has_own_limits,
     limits_of,
     table_of,
 )
@@ -135,12 +135,12 @@ def test_limits_go_into_a_vehicle_file_and_come_back(tmp_path):
     np.testing.assert_allclose(read.fast, designed.limits.fast, rtol=1e-3)
     np.testing.assert_allclose(read.slow, designed.limits.slow, rtol=1e-3)
     assert (read.gap, read.margin) == (designed.limits.gap, designed.limits.margin)
-    assert is_calibrated(kept)
+    assert has_own_limits(kept)
 
 
 def test_the_shipped_vehicle_has_limits_and_is_not_calibrated():
     assert min(*limits_of(CAR).fast, *limits_of(CAR).slow) > 0.0
-    assert not is_calibrated(CAR)
+    assert not has_own_limits(CAR)
 
 
 def changed(**changes):

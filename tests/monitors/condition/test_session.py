@@ -9,8 +9,7 @@ import pytest
 from tierod.findings import Status
 from tierod.monitors.condition.coverage import TARGETS
 from tierod.monitors.condition.definition import CONDITION
-from tierod.monitors.condition.said import ELEMENTS
-from tierod.monitors.condition.signals import ACTUATORS, SENSORS
+from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS
 from tierod.monitors.run import Run
 from tierod.recording import Channel, Recording
 from tierod.studies.condition.drives import Drive

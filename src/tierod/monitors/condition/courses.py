@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tierod.findings import Episode, Estimate, Status
-from tierod.monitors.condition.said import ELEMENTS, Said, told
+from tierod.monitors.condition.said import Said, told
+from tierod.monitors.condition.signals import ELEMENTS
 from tierod.monitors.session import StatusChange
 
 TOGETHER = 0.3

@@ -11,9 +11,9 @@ from tierod.block import leaves as leaves_of
 from tierod.graph import JudgeSample, Verdict
 from tierod.graph.maths import absolute, all_of, any_of, both, maximum, negated, present, where
 from tierod.monitors.condition.adoption import adopted, believed, kin
-from tierod.monitors.condition.diagnosis import ELEMENTS, Diagnosis, Elements
+from tierod.monitors.condition.diagnosis import Diagnosis, Elements
 from tierod.monitors.condition.lane import LeaveOutFilter, Readings
-from tierod.monitors.condition.signals import SENSORS, Hypothesis
+from tierod.monitors.condition.signals import ELEMENTS, SENSORS, Hypothesis
 from tierod.monitors.condition.weighing import Limits, Ranking, Weighing, Weights, chosen
 
 TOLD_BY = {"steering_motor_1": "steering_shaft_torque", "steering_motor_2": "steering_shaft_torque"}

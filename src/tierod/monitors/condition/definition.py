@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from tierod.monitors.condition.judge import condition_bank
 from tierod.monitors.condition.lane import LeaveOutFilter
-from tierod.monitors.condition.limits import is_calibrated, limits_of
+from tierod.monitors.condition.limits import has_own_limits, limits_of
 from tierod.monitors.condition.residuals.in_vehicle_file import calibration_of, name_of
 from tierod.monitors.condition.residuals.parameters import ResidualParameters
 from tierod.monitors.condition.rule_monitor import rule_monitor
@@ -27,7 +27,7 @@ PAPER = (
 def _bank(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> ConditionSession:
     base = LeaveOutFilter.of_vehicle(vehicle, 1.0 / rate)
     bank = condition_bank(base, limits_of(vehicle), sample_time=1.0 / rate)
-    calibrated = is_calibrated(vehicle)
+    calibrated = has_own_limits(vehicle)
     return ConditionSession("condition, bank", bank, said_by_bank, filtered_by_bank, vehicle, rate, calibrated)
 
 
@@ -50,12 +50,13 @@ _WIRING = Decision(
     name="wrong wiring, scale or time",
     distance="correlation, ratio and shift of signals that tell the same, over the first three minutes",
     rule=OwnRule(
-        "signs opposed, size off by 1.4, or shift of 0.15 s, in each of three parts", {"scale": 1.4, "late": 0.15}
+        "signs opposed, size off by 1.4, or shift of 0.15 s, in each of three parts; 1.17 and 0.045 s once calibrated",
+        {"scale": 1.4, "late": 0.15},
     ),
     place="_wiring",
     mean_time_between_false_alarms=None,
-    demonstrated=Demonstrated(60.0),
-    source="60 healthy drives of ten minutes on three virtual demonstrators",
+    demonstrated=None,
+    source="tierod.monitors.condition.wiring; its limits were chosen on healthy drives of three virtual demonstrators",
     unit="recording",
 )
 

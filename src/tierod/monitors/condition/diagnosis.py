@@ -5,10 +5,6 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from tierod.monitors.condition.lane import Readings
-from tierod.monitors.condition.signals import ACTUATORS, SENSORS
-
-ELEMENTS = SENSORS + ACTUATORS
-"""Everything that is judged, in the order of all outputs."""
 
 
 class Elements(NamedTuple):

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 from tierod.findings import Element, Episode, Finding, Status
 from tierod.monitors.condition.driven import Driven
-from tierod.monitors.condition.said import ELEMENTS, shown
+from tierod.monitors.condition.said import listed, shown
+from tierod.monitors.condition.signals import ELEMENTS
 from tierod.monitors.condition.states import LEAST_TOLD
 from tierod.monitors.condition.wiring import Problem
 
@@ -43,7 +44,7 @@ def judge(
     open_ = [each for each in states if each.status is not Status.HEALTHY]
     if not sound:
         return _nothing_judged(name, open_, evidence, warnings)
-    rest = f"; not judged: {_listed([each.name for each in open_])} ({open_[0].cause})" if open_ else ""
+    rest = f"; not judged: {listed([each.name for each in open_])} ({open_[0].cause})" if open_ else ""
     judged = drive.judged * drive.period
     headline = f"{len(sound)} of {len(ELEMENTS)} sensors and actuators are sound over {judged:.0f} s{rest}."
     return Finding(name, Status.HEALTHY, headline, None, None, evidence, "", "none", warnings)
@@ -86,7 +87,7 @@ def _fault(
     if not told:
         first, _ = min(all_, key=lambda pair: pair[0].start)
         named = {name for episode, each in all_ for name in (each.name, *episode.candidates)}
-        one_of = _listed(sorted(named, key=ELEMENTS.index), "or")
+        one_of = listed(sorted(named, key=ELEMENTS.index), "or")
         headline = f"Something is wrong since {first.start:.2f} s; it is {one_of}."
         cause = "several explain what was seen as well, and nothing in the drive tells them apart"
         action = "check them one by one, or drive with more steering and braking"
@@ -96,7 +97,7 @@ def _fault(
     headline = f"{'; '.join(sentences[:3])}{more}."
     episode, _ = told[0]
     cause = "readings and torques differ from what all others tell, by more than healthy drives ever showed"
-    action = f"check {_listed([each.name for each in faulty])}: the part itself, its wiring, its supply"
+    action = f"check {listed([each.name for each in faulty])}: the part itself, its wiring, its supply"
     return Finding(
         name, Status.FAULT, headline[:1].upper() + headline[1:], episode.start, episode.size, evidence, cause, action,
         warnings,
@@ -111,11 +112,6 @@ def _sentence(episode: Episode, element: Element) -> str:
     return f"{plain} {element.role if element.role == 'sensor' else ''}".rstrip() + (
         f": {what}{size} from {episode.start:.2f} s{until or ' on'}"
     )
-
-
-def _listed(names: Sequence[str], word: str = "and") -> str:
-    plain = [name.replace("_", " ") for name in names]
-    return f" {word} ".join([", ".join(plain[:-1]), plain[-1]] if len(plain) > 1 else plain)
 
 
 def _evidence(states: Sequence[Element], drive: Driven, interruptions: int) -> dict[str, float]:

@@ -191,7 +191,7 @@ def table_of(designed: DesignedLimits, source: str) -> dict[str, float | str | M
     }
 
 
-def is_calibrated(vehicle: Vehicle) -> bool:
+def has_own_limits(vehicle: Vehicle) -> bool:
     """Whether the limits of a vehicle file were designed on this very vehicle."""
     return vehicle.thresholds.get(NAME, {}).get("calibrated") == 1.0
 

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from tierod.graph import Result
 from tierod.monitors.condition.kind import DELAY, DRIFT, GAIN, LOSS, NOISE, OFFSET, OUTLIER, STUCK
-from tierod.monitors.condition.signals import ACTUATORS, SENSORS
+from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS
 from tierod.signals import SIGNALS
-
-ELEMENTS = (*SENSORS, *ACTUATORS)
-"""In the order of all columns."""
 
 LOST_TORQUE = 100.0
 """Number of the kind "loss of torque" of an actuator, beside the kinds of sensors."""
@@ -159,3 +157,9 @@ def shown(value: float, unit: str) -> str:
     }
     factor, label = usual.get(unit, (1.0, unit.replace("**2", "²").replace("*", "·")))
     return f"{factor * value:.3g} {label}".rstrip()
+
+
+def listed(names: Sequence[str], word: str = "and") -> str:
+    """Names of signals in plain words, the last two joined by a word."""
+    plain = [name.replace("_", " ") for name in names]
+    return f" {word} ".join([", ".join(plain[:-1]), plain[-1]] if len(plain) > 1 else plain)

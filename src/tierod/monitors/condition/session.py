@@ -13,8 +13,8 @@ from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.coverage import Coverage
 from tierod.monitors.condition.driven import STANDING, Driven
 from tierod.monitors.condition.finding import judge
-from tierod.monitors.condition.said import ELEMENTS, Said, nothing_said
-from tierod.monitors.condition.signals import SENSORS, ConditionSample
+from tierod.monitors.condition.said import Said, nothing_said
+from tierod.monitors.condition.signals import ELEMENTS, SENSORS, ConditionSample
 from tierod.monitors.condition.states import code_courses, elements
 from tierod.monitors.condition.substitutes import Reconfiguration
 from tierod.monitors.condition.wiring import Close, Wiring

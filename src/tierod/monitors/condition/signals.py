@@ -19,6 +19,9 @@ SENSORS = (
 ACTUATORS = ("steering_motor_1", "steering_motor_2", "drive_left", "drive_right")
 """The actuators that are judged, in the order of all outputs."""
 
+ELEMENTS = SENSORS + ACTUATORS
+"""Everything that is judged, in the order of all outputs."""
+
 HEALTHY = "healthy"
 """Name of the hypothesis that suspects nothing."""
 

@@ -17,6 +17,7 @@ from tierod.analysis.structure import (
     minimal_redundant_sets,
     minimal_test_sets,
 )
+from tierod.monitors.condition.said import listed
 from tierod.monitors.condition.signals import SENSORS
 from tierod.monitors.condition.structure import ACCELERATIONS, further_sensors, vehicle_structure
 from tierod.report.analysis.subjects import Analysis, Shown
@@ -79,8 +80,8 @@ def _summary(
     told = []
     for name, found in single.items():
         alike = [group for group in found.groups if len(group) > 1]
-        lost = f"; nothing shows {_listed(found.undetectable)}" if found.undetectable else ""
-        mixed = "; ".join(f"{_listed(group)} are not told apart" for group in alike)
+        lost = f"; nothing shows {listed(found.undetectable)}" if found.undetectable else ""
+        mixed = "; ".join(f"{listed(group)} are not told apart" for group in alike)
         told.append(
             f"With {name}: {len(found.isolable)} of {len(found.faults)} single faults are told from all others{lost}"
             f"{'; ' + mixed if mixed else ''}; of {len(pairs[name].faults)} faults and pairs of them, "
@@ -104,11 +105,6 @@ def _remarks() -> tuple[str, ...]:
     )
 
 
-def _listed(names: Sequence[str]) -> str:
-    plain = [name.replace("_", " ") for name in names]
-    return " and ".join([", ".join(plain[:-1]), plain[-1]] if len(plain) > 1 else plain)
-
-
 def _table(views: dict[str, Isolability]) -> Table:
     rows = []
     for place, fault in enumerate(next(iter(views.values())).faults):
@@ -118,7 +114,7 @@ def _table(views: dict[str, Isolability]) -> Table:
             verdicts.append(
                 "not seen"
                 if not found.detectable[place]
-                else f"not told from {_listed(others)}"
+                else f"not told from {listed(others)}"
                 if others
                 else "isolable"
             )
@@ -162,7 +158,7 @@ def _gains(gains: Sequence[SensorGain]) -> Table:
         (
             words(gain.sensor),
             f"{gain.told_apart}",
-            _listed(gain.detectable) if gain.detectable else "",
+            listed(gain.detectable) if gain.detectable else "",
             "yes" if gain.own_isolable else "no",
         )
         for gain in gains
@@ -183,13 +179,13 @@ def _missing(model: StructuralModel) -> Table:
 
 
 def _lost(found: Isolability) -> str:
-    alike = "; ".join(_listed(group) for group in found.groups if len(group) > 1)
-    unseen = f"{_listed(found.undetectable)} not seen" if found.undetectable else ""
+    alike = "; ".join(listed(group) for group in found.groups if len(group) > 1)
+    unseen = f"{listed(found.undetectable)} not seen" if found.undetectable else ""
     return "; ".join(filter(None, (alike, unseen)))
 
 
 def _sets(model: StructuralModel, sets: Sequence[frozenset[str]]) -> Table:
-    rows = tuple((_listed(sorted(each)), f"{len(each)}") for each in sets[:SHOWN_SETS])
+    rows = tuple((listed(sorted(each)), f"{len(each)}") for each in sets[:SHOWN_SETS])
     note = (
         f"{len(sets)} sets in all{', the smallest shown' if len(sets) > SHOWN_SETS else ''}; the equations have "
         f"{decompose(model).redundancy} more than they need."
