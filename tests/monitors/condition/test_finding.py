@@ -7,6 +7,7 @@ import pytest
 
 from monitors.condition.made_up_said import PERIOD, place, sound, span
 from tierod.findings import Status
+from tierod.monitors.condition.contradictions import Problem
 from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.coverage import Covered
 from tierod.monitors.condition.driven import Driven
@@ -16,7 +17,6 @@ from tierod.monitors.condition.said import LOST_TORQUE
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS, ConditionSample
 from tierod.monitors.condition.states import NOT_ISOLABLE, code_courses, elements
 from tierod.monitors.condition.substitutes import substitution_graph
-from tierod.monitors.condition.wiring import Problem
 
 YAW, ANGLE, MOTOR = "yaw_rate", "steering_wheel_angle", "steering_motor_1"
 

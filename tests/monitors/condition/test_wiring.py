@@ -148,3 +148,10 @@ def test_a_missing_sensor_and_a_lost_one_are_no_wrong_wiring():
     assert problems(signals | {"lateral_acceleration": missing}) == ()
     assert problems(signals | {"steering_wheel_angle": 0.0 * missing}) == ()
     assert problems(signals | {"steering_wheel_angle": np.zeros(len(missing))}) == ()
+
+
+@pytest.mark.parametrize("gone", ["wheel_speed_rear_left", "wheel_speed_rear_right"])
+def test_one_wheel_alone_tells_the_speed(gone):
+    signals = changed(yaw_rate=-1.0)
+    (problem,) = problems(signals | {gone: np.full(len(signals[gone]), np.nan)})
+    assert problem.elements == ("yaw_rate",)

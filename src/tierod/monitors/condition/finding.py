@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tierod.findings import Element, Episode, Finding, Status
+from tierod.monitors.condition.contradictions import Problem
 from tierod.monitors.condition.driven import Driven
 from tierod.monitors.condition.said import listed, shown
 from tierod.monitors.condition.signals import ELEMENTS
 from tierod.monitors.condition.states import LEAST_TOLD
-from tierod.monitors.condition.wiring import Problem
 
 
 def judge(

@@ -7,12 +7,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from tierod.diagnosis.substitution import SubstitutionGraph
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.findings import Element, Episode, Status
+from tierod.monitors.condition.contradictions import Problem
 from tierod.monitors.condition.courses import TOGETHER, ElementCourse
 from tierod.monitors.condition.decision import TOLD_BY
 from tierod.monitors.condition.driven import Driven
 from tierod.monitors.condition.said import shown
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS
-from tierod.monitors.condition.wiring import Problem
 from tierod.monitors.session import StatusChange
 from tierod.signals import SIGNALS
 

@@ -1,0 +1,95 @@
+"""What tells the yaw rate of a vehicle, and the torque of its steering: signals that must go together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+MOVING = 2.0
+"""Speed from which on a turn tells something [m/s]."""
+
+
+@dataclass(frozen=True)
+class Witness:
+    """A signal, or several, that tell a quantity.
+
+    Args:
+        elements: sensors behind it
+        tells: the quantity from the signals by name, (n,)
+        turned: what a wrong sign of it means
+        scaled: what a wrong size of it means
+        lead: by which it comes before the vehicle turns [s]
+    """
+
+    elements: tuple[str, ...]
+    tells: Callable[[Mapping[str, np.ndarray], Any], np.ndarray]
+    turned: str
+    scaled: str = ""
+    lead: float = 0.0
+
+
+def mean_speed(signals: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Of both rear wheels, or of the one that there is; signals by name, (n,) each."""
+    left, right = signals["wheel_speed_rear_left"], signals["wheel_speed_rear_right"]
+    return 0.5 * (np.where(np.isfinite(left), left, right) + np.where(np.isfinite(right), right, left))
+
+
+def _over_speed(value: np.ndarray, signals: Mapping[str, np.ndarray]) -> np.ndarray:
+    return value / np.maximum(mean_speed(signals), MOVING)
+
+
+YAW: Mapping[str, Witness] = {
+    "rear wheels": Witness(
+        ("wheel_speed_rear_left", "wheel_speed_rear_right"),
+        lambda s, p: (s["wheel_speed_rear_right"] - s["wheel_speed_rear_left"]) / (p.wheel_speed_scale * p.track_width),
+        "left and right rear wheel speeds are swapped",
+        "the track width of the vehicle file, or the unit of the wheel speeds, is wrong",
+    ),
+    "yaw rate sensor": Witness(
+        ("yaw_rate",),
+        lambda s, p: s["yaw_rate"],
+        "the yaw rate has the wrong sign",
+        "the yaw rate has the wrong unit or scale",
+    ),
+    "steering angle": Witness(
+        ("steering_wheel_angle",),
+        lambda s, p: (
+            s["steering_wheel_angle"] * p.steering_ratio * mean_speed(s) / (p.front_distance + p.rear_distance)
+        ),
+        "the steering angle has the wrong sign",
+        "the steering ratio of the vehicle file, or the unit of the steering angle, is wrong",
+        0.1,
+    ),
+    "lateral acceleration": Witness(
+        (),
+        lambda s, p: _over_speed(s["lateral_acceleration"], s),
+        "the lateral acceleration has the wrong sign",
+        "the lateral acceleration has the wrong unit or scale",
+        0.1,
+    ),
+}
+"""What tells the yaw rate."""
+
+TORQUE: Mapping[str, Witness] = {
+    "steering torque sensor": Witness(
+        ("steering_shaft_torque",),
+        lambda s, p: s["steering_shaft_torque"] - _spring(s, p),
+        "the steering torque has the wrong sign",
+    ),
+    "targets of the steering motors": Witness(
+        (),
+        lambda s, p: s["steering_motor_1_target_torque"] + s["steering_motor_2_target_torque"] - _spring(s, p),
+        "the target torques of the steering motors have the wrong sign",
+    ),
+    "tie-rod force": Witness(
+        ("tie_rod_force",), lambda s, p: p.rack_ratio * s["tie_rod_force"], "the tie-rod force has the wrong sign"
+    ),
+}
+"""What tells the torque that the tie rods take; friction lies between them, so that sizes are not compared."""
+
+
+def _spring(signals: Mapping[str, np.ndarray], vehicle: Any) -> np.ndarray:
+    return vehicle.rack_ratio**2 * vehicle.rack_stiffness * signals["steering_wheel_angle"]
