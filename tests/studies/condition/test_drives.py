@@ -22,7 +22,7 @@ from tierod.studies.condition.drives import (
     sensor_tests,
 )
 from tierod.studies.condition.faults import OFFSET, Injected, lost
-from tierod.studies.condition.recorded import MEASURED, TRUTHS, recorded
+from tierod.studies.condition.recorded import MEASURED, TRUTHS, file_of, recorded
 from tierod.studies.condition.vehicles import vehicle
 
 
@@ -103,6 +103,14 @@ def test_a_kept_recording_is_found_again_as_it_was(tmp_path):
     second = recorded(drive, tmp_path)
     for name in first.names:
         np.testing.assert_array_equal(first[name].values, second[name].values)
+
+
+def test_a_kept_recording_of_another_proving_ground_is_driven_anew(tmp_path, monkeypatch):
+    drive = Drive("round-3", 5.0, vehicle=2)
+    first = file_of(drive, tmp_path)
+    assert file_of(replace(drive, seed=1), tmp_path) != first
+    monkeypatch.setattr("tierod.studies.condition.recorded.ground_code", lambda: "another proving ground")
+    assert file_of(drive, tmp_path) != first
 
 
 def test_the_demonstrator_turns_in_three_moves_backward_too():

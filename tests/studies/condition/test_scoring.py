@@ -75,6 +75,19 @@ def test_declarations_outside_faults_are_false_alarms_but_for_a_late_return():
     assert found.flagged_share == pytest.approx(0.4 / 40.0)
 
 
+def test_time_in_which_a_fault_does_not_show_is_no_delay():
+    true = np.where(_between(20.0, 20.3) | _between(25.0, 40.0), 0.5, 0.0)
+    read = np.where(_between(20.0, 40.0), 0.0, true)
+    drive, recording = Drive("short-round", 60.0, 0, injected=(Injected(YAW, LOSS),)), _recording(true, read)
+    said, doubts = _between(25.2, 40.0), _between(20.1, 25.2)
+    fault = score(drive, recording, Declared(TIME, {YAW: said}, {YAW: doubts, ANGLE: doubts})).faults[0]
+    assert fault.delay == pytest.approx(5.2)
+    assert fault.delay_shown == pytest.approx(5.2, abs=0.02)
+    # 0.3 s and 0.2 s, and the 0.1 s over which the first moment is remembered.
+    assert fault.delay_excited == pytest.approx(0.6, abs=0.03)
+    assert fault.delay_suspected == pytest.approx(0.1, abs=0.02)
+
+
 def test_a_fault_that_never_shows_is_not_missed():
     true = 0.0 * TIME
     drive = Drive("short-round", 60.0, 0, injected=(Injected(YAW, LOSS),))

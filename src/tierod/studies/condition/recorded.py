@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
@@ -12,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from tierod.campaigns.fingerprint import fingerprint, ground_code
 from tierod.campaigns.workers import Failure, spread
 from tierod.errors import InputError
 from tierod.proving_ground.faults import injected
@@ -57,9 +57,24 @@ UNITS = {name: SIGNALS[name].unit for name in MEASURED} | TRUTHS
 
 def outcome(drive: Drive) -> Outcome:
     """The run of a drive, with all that the proving ground records."""
+    return run(*_driven_by(drive))
+
+
+def _driven_by(drive: Drive) -> tuple[Any, ...]:
+    """Arguments of the run of a drive: car, course, seconds, seed, sensors, faults."""
     car, sensors = drive.driven
     way = course(drive.course, drive.seconds, drive.seed)
-    return run(car, way, drive.seconds, drive.seed, sensors, [each.fault for each in drive.injected])
+    return car, way, drive.seconds, drive.seed, sensors, [each.fault for each in drive.injected]
+
+
+def file_of(drive: Drive, folder: str | Path) -> Path:
+    """Where the recording of a drive is kept: named by all that decides it, the code of the proving ground included.
+
+    Args:
+        drive: what to drive
+        folder: where recordings are kept
+    """
+    return Path(folder) / f"{fingerprint(_driven_by(drive), UNITS, RATE, ground_code())[:20]}.npz"
 
 
 def recorded(drive: Drive, folder: str | Path | None = None) -> Recording:
@@ -69,7 +84,7 @@ def recorded(drive: Drive, folder: str | Path | None = None) -> Recording:
 
     Args:
         drive: what to drive
-        folder: where recordings are kept and found again, if any; to be emptied where the plant has changed
+        folder: where recordings are kept and found again, if any; those of another proving ground are driven anew
     """
     late = tuple(each for each in drive.injected if each.in_recording_alone)
     driven = replace(drive, injected=tuple(each for each in drive.injected if not each.in_recording_alone))
@@ -83,7 +98,7 @@ def recorded(drive: Drive, folder: str | Path | None = None) -> Recording:
 
 @lru_cache(maxsize=4)
 def _driven(drive: Drive, folder: str | None) -> Recording:
-    path = None if folder is None else Path(folder) / f"{hashlib.sha1(repr(drive).encode()).hexdigest()[:20]}.npz"
+    path = None if folder is None else file_of(drive, folder)
     if path is not None and path.exists():
         with np.load(path) as stored:
             return _recording(dict(stored))

@@ -40,6 +40,9 @@ class FaultScore(NamedTuple):
         outcome: FOUND, MISSED, or NOT_TESTABLE where it never showed
         delay: from its beginning to the first declaration; infinite where there is none
         delay_shown: from the first sample at which it shows; 0 where it was declared before
+        delay_excited: the same, less the time in which it does not show: a torque that is hardly asked for, a signal
+            near zero tell nobody anything, and a fault may show for a moment long before it does again
+        delay_suspected: likewise, to where it is declared or named as one of several
         shown: how long it showed
         kind_right: whether the kind is right; None where none is named
         size_error: relative error of the size; NaN where none is named
@@ -53,6 +56,8 @@ class FaultScore(NamedTuple):
     outcome: str
     delay: Annotated[float, "s"]
     delay_shown: Annotated[float, "s"]
+    delay_excited: Annotated[float, "s"]
+    delay_suspected: Annotated[float, "s"]
     shown: Annotated[float, "s"]
     kind_right: bool | None
     size_error: float
@@ -136,12 +141,19 @@ def _of_fault(
         outcome,
         delay,
         delay_shown,
+        _excited(shows, first, time),
+        _excited(shows, _first((said | declared.said("candidates", each.element)) & here), time),
         float(np.sum(shows)) * _step(time),
         kind_right,
         size_error,
         rmse,
         largest,
     )
+
+
+def _excited(shows: np.ndarray, first: int | None, time: np.ndarray) -> float:
+    """How long a fault has shown before a sample [s]; infinite where there is none."""
+    return math.inf if first is None else float(np.sum(shows[:first])) * _step(time)
 
 
 def _kind(each: Injected, declared: Declared, first: int | None, here: np.ndarray) -> tuple[bool | None, float]:

@@ -35,6 +35,8 @@ class Summary(NamedTuple):
         not_testable: faults that never showed
         delays: from the fault, of those found, ascending
         delays_shown: from the first sample at which it shows, ascending
+        delays_excited: the same, less the time in which it does not show, ascending
+        delays_suspected: likewise, to where it is named as one of several at least, ascending
         kinds: share of right kinds among those named
         size_error: 95 % quantile of the relative errors of sizes
         false_alarms: outside faults
@@ -52,6 +54,8 @@ class Summary(NamedTuple):
     not_testable: int
     delays: Annotated[np.ndarray, "s"]
     delays_shown: Annotated[np.ndarray, "s"]
+    delays_excited: Annotated[np.ndarray, "s"]
+    delays_suspected: Annotated[np.ndarray, "s"]
     kinds: float
     size_error: float
     false_alarms: int
@@ -77,6 +81,8 @@ def summary(scores: Sequence[DriveScore]) -> Summary:
         sum(fault.outcome == NOT_TESTABLE for fault in faults),
         _delays(faults, lambda fault: fault.delay),
         _delays(faults, lambda fault: fault.delay_shown),
+        _delays(faults, lambda fault: fault.delay_excited),
+        _delays(faults, lambda fault: fault.delay_suspected),
         mean(kinds),
         float(np.quantile(sizes, 0.95)) if sizes else math.nan,
         alarms,

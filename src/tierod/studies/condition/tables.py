@@ -86,11 +86,16 @@ def _words(row: Counter[str]) -> str:
 
 
 def delays(title: str, scores: Sequence[DriveScore], groups: Mapping[str, Callable[[DriveScore], bool]]) -> Table:
-    """Delays of some groups of drives, from the fault and from where it shows."""
+    """Delays of some groups of drives: from the fault, from where it first shows, and while it shows alone."""
     rows = []
     for name, belongs in groups.items():
         of = summary([each for each in scores if belongs(each)])
-        for start, times in (("the fault", of.delays), ("where it shows", of.delays_shown)):
+        for start, times in (
+            ("the fault", of.delays),
+            ("where it first shows", of.delays_shown),
+            ("where it first shows, only time in which it shows", of.delays_excited),
+            ("likewise, until it is one of several named", of.delays_suspected),
+        ):
             if len(times):
                 cells = (f"{np.median(times):.2f}", f"{np.quantile(times, 0.95):.2f}", f"{times[-1]:.2f}")
                 rows.append((name, start, *cells, f"{share_within(times, 0.2):.3f}"))
