@@ -202,7 +202,7 @@ def _thresholds_tables(result: ConditionCalibration) -> Sequence[Table]:
 def _thresholds_document(result: ConditionCalibration) -> dict[str, Any]:
     return {
         "thresholds": result.thresholds,
-        "converged": result.calibration.converged,
+        "converged": result.calibration.found.converged,
         "explained": not result.doubt,
     }
 

@@ -8,7 +8,8 @@ import pytest
 
 from tierod.errors import InputError
 from tierod.graph import scan
-from tierod.monitors.condition.calibration import FREE, SOURCE, aligned, calibrate, is_calibrated
+from tierod.monitors.condition.calibration import FREE, SOURCE, calibrate, is_calibrated
+from tierod.monitors.condition.grid import aligned
 from tierod.monitors.condition.lane import LeaveOutFilter
 from tierod.monitors.condition.likeliest import Place, Search, WhitenedInnovations
 from tierod.monitors.condition.tuning import SensorNoise
@@ -72,8 +73,8 @@ def test_the_shipped_vehicle_says_that_nobody_has_calibrated_it():
 @pytest.mark.slow
 def test_five_minutes_tell_the_vehicle_and_its_sensors_from_the_nominal_ones():
     found = calibrate([recorded(calibration_drives(1)[0])], CAR)
-    assert found.converged
-    assert found.after > found.before
+    assert found.found.converged
+    assert found.found.after > found.found.before
     assert is_calibrated(found.vehicle)
     car, sensors = vehicle(1)
     left, right = sensors["wheel_speed_rear_left"].gain, sensors["wheel_speed_rear_right"].gain

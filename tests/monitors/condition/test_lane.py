@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tierod.graph import batch, scan, trace
-from tierod.monitors.condition.calibration import aligned
+from tierod.monitors.condition.grid import aligned
 from tierod.monitors.condition.lane import LIMITS, LeaveOutFilter, leaving_out
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS, ConditionSample, hypotheses
 from tierod.monitors.condition.tuning import ModelError, SensorNoise, widened

@@ -1,14 +1,16 @@
 """From healthy drives to parameters and limits: what is taken, what is refused, what is doubted."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tierod.errors import InputError
+from tierod.monitors.condition.calibration import Calibration
+from tierod.monitors.condition.grid import WHEELS
 from tierod.monitors.condition.healthy_drives import healthy_drives, parted
 from tierod.monitors.condition.healthy_ratios import Watched
+from tierod.monitors.condition.likeliest import Found
 from tierod.monitors.condition.limits import designed_on
 from tierod.monitors.condition.signals import hypotheses
 from tierod.monitors.condition.whole_calibration import ConditionCalibration, _suspicions, calibrate_condition
@@ -35,6 +37,22 @@ def test_standing_does_not_count_and_reversing_does():
     assert drive.driven == pytest.approx(30.0, abs=0.05)
 
 
+@pytest.mark.parametrize("rate", [10.0, 25.0, 50.0, 100.0, 1000.0])
+def test_driving_counts_by_time_at_any_rate(rate):
+    (drive,) = healthy_drives({"a": made_up(np.full(round(60.0 * rate), 5.0), rate)})
+    assert drive.driven == pytest.approx(60.0, abs=0.2)
+
+
+@pytest.mark.parametrize("gone", WHEELS)
+def test_one_rear_wheel_tells_what_is_driven(gone):
+    whole = made_up(np.concatenate([driving(20.0), driving(30.0, 0.0), driving(40.0)]))
+    recording = Recording({name: each for name, each in whole.channels.items() if name != gone})
+    drives = healthy_drives({"a": recording})
+    assert drives[0].driven == pytest.approx(60.0, abs=0.05)
+    first, rest, seconds = parted(drives, 25.0)
+    assert (seconds, first[0].driven, rest[0].driven) == pytest.approx((25.0, 25.0, 35.0), abs=0.05)
+
+
 def test_a_long_gap_parts_a_recording_whatever_the_clock_does_in_it():
     times = np.concatenate([np.arange(2000) / 100.0, 4e6 + np.arange(3000) / 100.0])
     drives = healthy_drives({"a": made_up(np.full(5000, 5.0), times=times)})
@@ -58,8 +76,9 @@ def test_the_first_seconds_of_driving_are_taken_from_as_many_drives_as_it_needs(
         ({"a": made_up(driving(400.0))}, "hold 6.7 minutes of driving, 1.5 of them for limits"),
         ({"a": made_up(driving(50.0, 0.0))}, "hold 0.0 minutes"),
         ({"a": made_up(driving(9.0)), "b": made_up(driving(9.0))}, "a and b hold the same drive"),
-        ({"a": Recording({})}, "a has no wheel_speed_rear_left"),
-        ({"a": made_up([])}, "a has no wheel_speed_rear_left"),
+        ({"a": Recording({})}, "a has neither wheel_speed_rear_left nor"),
+        ({"a": made_up([])}, "a has neither wheel_speed_rear_left nor"),
+        ({"a": made_up(driving(20.0), rate=5.0)}, "at 5 Hz; calibration needs 10 Hz"),
     ],
 )
 def test_what_tells_too_little_is_refused_before_the_search(recordings, message):
@@ -87,16 +106,19 @@ def calibration(**changes):
     """A calibration that found nothing, in which all is well."""
     rng = np.random.default_rng(1)
     designed = designed_on(rng.exponential(1.0, (200, 2 * COUNT)), 1000.0)
-    searched = SimpleNamespace(names=(), values=np.ones(0), deviations=np.ones(0), squares=np.ones(8), converged=True)
-    return replace(ConditionCalibration(searched, designed, (), CAR, 300.0), **changes)
+    return replace(ConditionCalibration(searched(), designed, (), CAR, 300.0), **changes)
+
+
+def searched(squares=(1.0,) * 8):
+    """A search for nothing that came to its end."""
+    return Calibration(CAR, Found((), np.ones(0), np.ones(0), 0.0, 0.0, np.array(squares), 1, True))
 
 
 def test_readings_that_do_not_fit_the_vehicle_are_doubted():
     assert calibration().doubt == ""
     for worst in (50.0, np.nan):
-        squares = np.array([1.0, 1.0, worst, 1.0, 1.0, 1.0, 1.0, 1.0])
-        searched = SimpleNamespace(**{**vars(calibration().calibration), "squares": squares})
-        assert "the readings of yaw_rate" in calibration(calibration=searched).doubt
+        found = searched((1.0, 1.0, worst, 1.0, 1.0, 1.0, 1.0, 1.0))
+        assert "the readings of yaw_rate" in calibration(calibration=found).doubt
 
 
 def test_remarks_tell_what_the_limits_rest_on():

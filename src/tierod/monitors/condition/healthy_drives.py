@@ -9,16 +9,12 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from tierod.errors import InputError
-from tierod.monitors.condition.calibration import MAXIMUM_AGE
-from tierod.monitors.condition.healthy_ratios import MOVING
-from tierod.monitors.condition.signals import SENSORS, ConditionSample
+from tierod.monitors.condition.grid import MAXIMUM_AGE, RATE, WHEELS, moving, wheel_of
+from tierod.monitors.condition.signals import ConditionSample
 from tierod.recording import Channel, Recording
 
-RATE = 100.0
-"""Of the grid [Hz]."""
 GAP = 5.0
 """Without wheel speeds, from which on what follows is another drive [s]."""
-WHEELS = SENSORS[:2]
 
 
 class HealthyDrive(NamedTuple):
@@ -42,17 +38,17 @@ def healthy_drives(recordings: Mapping[str, Recording]) -> list[HealthyDrive]:
         recordings: by name
 
     Raises:
-        InputError: one without wheel speeds, or two of the same drive
+        InputError: one without the speed of a rear wheel, or with too slow a one; or two of the same drive
     """
     drives: list[HealthyDrive] = []
     seen: dict[bytes, str] = {}
     for name, recording in recordings.items():
-        _require_wheels(name, recording)
-        content = recording[WHEELS[0]].values.tobytes() + recording[WHEELS[1]].values.tobytes()
+        wheel = wheel_of(name, recording)
+        content = b"".join(recording[each].values.tobytes() for each in WHEELS if each in recording)
         if content in seen:
             raise InputError(f"{seen[content]} and {name} hold the same drive; it counts once: leave one out")
         seen[content] = name
-        drives += [_on_grid(name, piece) for piece in _unbroken(recording)]
+        drives += [_on_grid(name, piece) for piece in _unbroken(recording[wheel].time, recording)]
     return drives
 
 
@@ -76,24 +72,17 @@ def parted(
             first.append(drive)
             driven += drive.driven
         else:
-            moving = np.cumsum(_moving(drive.recording)) / RATE
-            place = int(np.searchsorted(moving, left - 0.5 / RATE))
-            cut = float(drive.recording[WHEELS[0]].time[place]) - 0.5 / RATE
+            driven_until = np.cumsum(_moving(drive.recording)) / RATE
+            place = int(np.searchsorted(driven_until, left - 0.5 / RATE))
+            cut = float(drive.recording[wheel_of(drive.name, drive.recording)].time[place]) - 0.5 / RATE
             first.append(HealthyDrive(drive.name, drive.recording.slice(stop=cut), left))
             rest.append(HealthyDrive(drive.name, drive.recording.slice(cut), drive.driven - left))
             driven = seconds
     return first, rest, driven
 
 
-def _require_wheels(name: str, recording: Recording) -> None:
-    missing = [each for each in WHEELS if each not in recording or not len(recording[each].time)]
-    if missing:
-        raise InputError(f"{name} has no {missing[0]}; 'tierod inspect' shows what it has")
-
-
-def _unbroken(recording: Recording) -> Iterator[Recording]:
-    """The pieces between long gaps, on which no filter could be carried over."""
-    time = recording[WHEELS[0]].time
+def _unbroken(time: np.ndarray, recording: Recording) -> Iterator[Recording]:
+    """The pieces between long gaps of a wheel's speed, on which no filter could be carried over."""
     after = np.flatnonzero(np.diff(time) > GAP) + 1
     bounds = [0, *after.tolist(), len(time)]
     for begin, end in pairwise(bounds):
@@ -114,6 +103,6 @@ def _on_grid(name: str, recording: Recording) -> HealthyDrive:
 
 
 def _moving(recording: Recording) -> np.ndarray:
-    """Whether the vehicle moves, sample by sample, forwards or backwards."""
-    speeds = [np.abs(np.nan_to_num(recording[each].values)) for each in WHEELS]
-    return np.maximum(*speeds) > MOVING
+    """Whether the vehicle moves at every step of the grid."""
+    there = [recording[each].values for each in WHEELS if each in recording]
+    return moving(np.column_stack(there))

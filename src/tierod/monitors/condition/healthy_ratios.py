@@ -9,8 +9,8 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from tierod.graph import Bank, scan
-from tierod.monitors.condition.calibration import aligned
 from tierod.monitors.condition.decision import Decision, judge
+from tierod.monitors.condition.grid import RATE, aligned, moving
 from tierod.monitors.condition.lane import LeaveOutFilter, leaving_out
 from tierod.monitors.condition.signals import Hypothesis, hypotheses
 from tierod.monitors.condition.weighing import Limits
@@ -19,8 +19,6 @@ from tierod.vehicles import Vehicle
 
 SETTLING = 2.0
 """Not looked at, at the beginning of every drive [s]."""
-MOVING = 1.0
-"""Speed of a wheel from which on the vehicle moves [m/s]."""
 BLOCK = 10.0
 """Ratios are correlated over some seconds; of every such time the largest counts [s]."""
 PIECE = 60
@@ -83,16 +81,15 @@ def watch(
 
 def _watched(bank: Bank, drive: np.ndarray) -> Watched:
     """One drive, piece by piece: the ratios of an hour would fill the memory."""
-    width, skipped = round(BLOCK * 100.0), round(SETTLING * 100.0)
+    width, skipped = round(BLOCK * RATE), round(SETTLING * RATE)
     end = skipped + max((len(drive) - skipped) // width, 0) * width
     found, state = [np.empty((0, 2 * len(bank.lanes) - 2))], scan(bank, drive[:skipped]).state
     for begin in range(skipped, end, PIECE * width):
         result = scan(bank, drive[begin : min(begin + PIECE * width, end)], state)
         found.append(block_maxima(result.values, 0.0))
         state = result.state
-    speed = np.abs(np.nan_to_num(drive[skipped:end, :2])).max(axis=1).reshape(-1, width)
-    moving = speed > MOVING
-    return Watched(np.concatenate(found)[moving.any(axis=1)], float(np.count_nonzero(moving)) / 360000.0)
+    driven = moving(drive[skipped:end]).reshape(-1, width)
+    return Watched(np.concatenate(found)[driven.any(axis=1)], float(np.count_nonzero(driven)) / (3600.0 * RATE))
 
 
 def _watching(base: LeaveOutFilter, explanations: tuple[Hypothesis, ...]) -> Bank:
@@ -111,7 +108,7 @@ def block_maxima(ratios: np.ndarray, settling: float = SETTLING) -> np.ndarray:
         settling: not looked at, at the beginning [s]
     """
     count = ratios.shape[1] // 2
-    width, skipped = round(BLOCK * 100.0), round(settling * 100.0)
+    width, skipped = round(BLOCK * RATE), round(settling * RATE)
     whole = max((len(ratios) - skipped) // width, 0)
     split = ratios[skipped : skipped + whole * width].reshape(whole, width, -1)
     lasting = np.minimum(np.minimum(split[:, 2:], split[:, 1:-1]), split[:, :-2])

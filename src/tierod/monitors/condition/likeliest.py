@@ -91,13 +91,16 @@ class Found(NamedTuple):
     """Where a search ended.
 
     Args:
-        values, deviations: of the parameters, in SI units
+        names: of the parameters that were looked for
+        values, deviations: of them, in SI units
         before, after: mean log likelihood of a sample, without its constant
-        squares: mean squared innovation over its variance of every reading
+        squares: mean squared innovation over its variance of every reading, wheel speeds first; one where the filter
+            knows what it does not know
         steps: of the search
         converged: whether it came to an end
     """
 
+    names: tuple[str, ...]
     values: np.ndarray
     deviations: np.ndarray
     before: float
@@ -197,9 +200,16 @@ class Search:
             steps += more
             progress((number + 1.0) / len(stages))
         deviations = np.sqrt(np.diag(sandwich(here.information, here.scores, np.eye(len(place)))))
-        values, found = self.centre + self.scale * place, self.scale * deviations
-        samples = here.samples
-        return Found(values, found, -before / samples, -here.cost / samples, here.squares, steps, converged)
+        return Found(
+            self.names,
+            self.centre + self.scale * place,
+            self.scale * deviations,
+            -before / here.samples,
+            -here.cost / here.samples,
+            here.squares,
+            steps,
+            converged,
+        )
 
     def _descend(self, place: np.ndarray) -> tuple[np.ndarray, Place, int, bool]:
         """The lowest place of one stage, after so many steps, and whether it is the end of the way."""

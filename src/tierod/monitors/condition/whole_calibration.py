@@ -74,12 +74,8 @@ class ConditionCalibration:
     @property
     def found(self) -> tuple[Found, ...]:
         """Parameters, in the order in which they were looked for."""
-        rows = zip(
-            self.calibration.names,
-            self.calibration.values.tolist(),
-            self.calibration.deviations.tolist(),
-            strict=True,
-        )
+        found = self.calibration.found
+        rows = zip(found.names, found.values.tolist(), found.deviations.tolist(), strict=True)
         return tuple(
             Found(
                 name,
@@ -115,7 +111,7 @@ class ConditionCalibration:
             )
         if not self.residuals and not self.suspicions:
             told.append("The rules of the paper are not calibrated: a signal that they need is missing.")
-        if not self.calibration.converged:
+        if not self.calibration.found.converged:
             told.append(
                 "The search for the parameters did not come to its end; give more driving with bends and braking."
             )
@@ -131,7 +127,7 @@ class ConditionCalibration:
         """Why the values may not be used; empty where they may."""
         worst = {
             name: value
-            for name, value in zip(SENSORS, self.calibration.squares, strict=False)
+            for name, value in zip(SENSORS, self.calibration.found.squares, strict=False)
             if not value <= LARGEST_SQUARE
         }
         if worst:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from tierod.graph import Bank, scan
-from tierod.monitors.condition.calibration import aligned
 from tierod.monitors.condition.calibration import calibrate as calibrate_parameters
+from tierod.monitors.condition.grid import aligned
 from tierod.monitors.condition.judge import condition_bank
 from tierod.monitors.condition.kind import KINDS
 from tierod.monitors.condition.lane import LeaveOutFilter
