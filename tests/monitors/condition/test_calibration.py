@@ -8,7 +8,7 @@ import pytest
 
 from tierod.errors import InputError
 from tierod.graph import scan
-from tierod.monitors.condition.calibration import FREE, SOURCE, calibrate, is_calibrated
+from tierod.monitors.condition.calibration import FREE, SOURCE, _free, calibrate, is_calibrated
 from tierod.monitors.condition.grid import aligned
 from tierod.monitors.condition.lane import LeaveOutFilter
 from tierod.monitors.condition.likeliest import Place, Search, WhitenedInnovations
@@ -62,6 +62,14 @@ def test_the_search_stays_within_what_is_plausible():
     search.cost = lambda place: -float(np.sum(place))
     place, *_ = search._descend(np.zeros(count))
     np.testing.assert_allclose(place, 0.1)
+
+
+def test_one_rear_wheel_alone_is_not_asked_what_the_other_reads():
+    both = np.zeros((10, 14))
+    one = both.copy()
+    one[:, 0] = np.nan
+    assert _free([both, one]) == FREE
+    assert set(FREE).difference(_free([one, one])) == {"wheel_speed_difference"}
 
 
 def test_the_shipped_vehicle_says_that_nobody_has_calibrated_it():

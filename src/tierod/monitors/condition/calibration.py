@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from tierod.errors import InputError
 from tierod.monitors.condition.grid import RATE, aligned, moving
 from tierod.monitors.condition.likeliest import Found, Search
@@ -78,7 +80,7 @@ def calibrate(
             f"the recordings hold {driven:.0f} s of driving; calibration needs {LEAST_SECONDS:.0f} s, better five "
             "minutes with bends to both sides, accelerating and braking"
         )
-    found = Search(vehicle, drives, FREE).run(progress)
+    found = Search(vehicle, drives, _free(drives)).run(progress)
     return Calibration(_calibrated(vehicle, found), found)
 
 
@@ -89,6 +91,12 @@ def is_calibrated(vehicle: Vehicle) -> bool:
         vehicle: with the parameters of `AutomatedVehicle`
     """
     return "wheel_speed_scale" in vehicle and not vehicle.parameters["wheel_speed_scale"].assumed
+
+
+def _free(drives: Sequence[np.ndarray]) -> tuple[str, ...]:
+    """What is looked for: one rear wheel alone does not tell what it differs from the other by."""
+    both = all(any(np.isfinite(each[:, wheel]).any() for each in drives) for wheel in range(2))
+    return tuple(name for name in FREE if both or name != "wheel_speed_difference")
 
 
 def _calibrated(vehicle: Vehicle, found: Found) -> Vehicle:
