@@ -6,7 +6,6 @@ actuator that is suspected may have lost any share of its torque.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, NamedTuple
 
@@ -14,13 +13,13 @@ from tierod.block import skeleton
 from tierod.estimators.kernels import predict_covariance
 from tierod.estimators.linear_algebra import diagonal, dot, from_diagonal, plus
 from tierod.graph.derivatives import jacobian
-from tierod.graph.maths import both, limit, log, maximum, minimum, present, sqrt, where
+from tierod.graph.maths import both, limit, maximum, minimum, present, sqrt, where
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.asked_torques import AskedTorques, no_torques, torques_of
 from tierod.monitors.condition.process import LIMITS, process_noise, start_deviations, with_torque_noise
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS, ConditionSample, Hypothesis
 from tierod.monitors.condition.tuning import ModelError, PlausibleRange, SensorNoise, widened
-from tierod.monitors.condition.updates import Correction, logarithm, spread_of, update
+from tierod.monitors.condition.updates import Correction, log_likelihood, spread_of, update
 from tierod.vehicles import Vehicle
 
 
@@ -246,16 +245,7 @@ class LeaveOutFilter:
             *(plausible.wheel_speed, plausible.wheel_speed, plausible.yaw_rate, plausible.steering_wheel_angle),
             *(plausible.steering_shaft_torque, plausible.tie_rod_force, 1.0, 1.0),
         )
-        squares: Any = 0.0
-        widening: Any = 1.0
-        for over, wide in zip(seen.correction.whitened, seen.correction.widening, strict=True):
-            squares = squares + minimum(over * over, self.influence * self.influence)
-            widening = widening * wide
-        total = -0.5 * (squares + logarithm(widening))
-        for reading, counts, variance, width in zip(seen.innovations, seen.used, self._noise(0.0), widths, strict=True):
-            left_out = where(present(reading), -log(width), 0.0)
-            total = total + where(counts, -0.5 * log(2.0 * math.pi * variance), left_out)
-        return total
+        return log_likelihood(seen.correction, seen.innovations, seen.used, self._noise(0.0), widths, self.influence)
 
 
 def leaving_out(hypothesis: Hypothesis, base: LeaveOutFilter) -> LeaveOutFilter:

@@ -6,7 +6,7 @@ import math
 from typing import Any, NamedTuple
 
 from tierod.estimators.linear_algebra import Matrix, Vector, dot, is_structural, minus, pack, plus, times, unpack, upper
-from tierod.graph.maths import limit, sqrt, where
+from tierod.graph.maths import limit, log, minimum, present, sqrt, where
 
 _ROOTS = 6
 """Square roots before the series of the logarithm: x^(1/64) of what spreads over twenty powers of ten is near one."""
@@ -67,6 +67,31 @@ def update(
         whitened.append(over)
         widening.append(where(counts, spread / nominal, 1.0))
     return Correction(tuple(shift), pack(after), tuple(whitened), tuple(widening))
+
+
+def log_likelihood(
+    correction: Correction, innovations: Vector, used: Vector, usual: Vector, widths: Vector, influence: Any
+) -> Any:
+    """Of the readings that there are: as innovations where used, as anything plausible where left out.
+
+    Args:
+        correction: by the readings
+        innovations: reading less expected reading, (m,); NaN where missing
+        used: whether a reading counts, (m,)
+        usual: variance of each reading that the widening is counted from, (m,)
+        widths: of the range in which each reading may be that is left out, (m,)
+        influence: standard deviations beyond which an innovation counts no more
+    """
+    squares: Any = 0.0
+    widening: Any = 1.0
+    for over, wide in zip(correction.whitened, correction.widening, strict=True):
+        squares = squares + minimum(over * over, influence * influence)
+        widening = widening * wide
+    total = -0.5 * (squares + logarithm(widening))
+    for reading, counts, variance, width in zip(innovations, used, usual, widths, strict=True):
+        left_out = where(present(reading), -log(width), 0.0)
+        total = total + where(counts, -0.5 * log(2.0 * math.pi * variance), left_out)
+    return total
 
 
 def spread_of(covariance: Vector, row: Vector) -> Any:
