@@ -15,28 +15,36 @@ from tierod.monitors.condition.finding import judge
 from tierod.monitors.condition.kind import OFFSET
 from tierod.monitors.condition.said import LOST_TORQUE
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS, ConditionSample
-from tierod.monitors.condition.states import NOT_ISOLABLE, code_courses, elements
+from tierod.monitors.condition.states import NOT_ISOLABLE, code_courses, elements, losses
 from tierod.monitors.condition.substitutes import substitution_graph
 
 YAW, ANGLE, MOTOR = "yaw_rate", "steering_wheel_angle", "steering_motor_1"
 
 
-def concluded(change=lambda said: None, seconds=20.0, speed=5.0, missing=(), judged=True, problems=(), calibrated=True):
-    """Elements, finding and code courses of a drive over which `change` alters what is said."""
+def concluded(
+    change=lambda said: None, seconds=20.0, speed=5.0, missing=(), problems=(), calibrated=True, gone=(), parked=False
+):
+    """Elements, finding and code courses of a drive over which `change` alters what is said.
+
+    `missing` are never there, `gone` are not from 11 s on: their readings have ended a second before.
+    """
     time, said = sound(seconds)
     change(said)
     available = np.ones(said.faulty.shape, bool)
     available[:, [place(name) for name in missing]] = False
+    available[np.ix_(time >= 11.0 - 1e-9, [place(name) for name in gone])] = False
     values = np.full((len(time), len(ConditionSample._fields)), speed)
     drive = Driven(PERIOD)
-    there = np.full(len(time), judged)
-    drive.add(time, values, Covered(available, there, np.zeros(len(time), bool)))
+    no = np.zeros(len(time), bool)
+    judged = available[:, : len(SENSORS)].any(axis=1) & available[:, len(SENSORS) :].all(axis=1)
+    drive.add(time, values, Covered(available, judged, no, no, no | parked))
     drive.sources = {name: {substitution_graph().substitutes[name][0].name: 100} for name in SENSORS}
     courses = {name: ElementCourse(name, PERIOD) for name in ELEMENTS}
     for column, course in enumerate(courses.values()):
-        course.add(time, said.only(available, np.ones(len(time), bool)), available[:, column])
+        course.add(time, said.only(available & judged[:, None], ~no), available[:, column])
     states = elements(courses, drive, problems, substitution_graph())
-    finding = judge("condition, bank", states, drive, problems, 0, calibrated)
+    lost = losses(courses, drive)
+    finding = judge("condition, bank", states, drive, problems, lost, 0, calibrated)
     return {each.name: each for each in states}, finding, code_courses(courses, drive.end)
 
 
@@ -129,6 +137,63 @@ def test_a_missing_sensor_is_named():
     assert finding.status is Status.HEALTHY
     assert "9 of 10" in finding.headline
     assert "not judged: yaw rate" in finding.headline
+
+
+def test_a_sensor_that_falls_silent_is_not_available_and_the_drive_is_not_plainly_sound():
+    states, finding, _ = concluded(gone=(YAW,))
+    assert (states[YAW].status, states[YAW].cause) == (
+        Status.NOT_AVAILABLE,
+        "no reading since 10.00 s; sound until then",
+    )
+    assert states[ANGLE].status is Status.HEALTHY
+    assert (finding.status, finding.since) == (Status.NOT_AVAILABLE, pytest.approx(10.0))
+    assert "Yaw rate: no reading since 10.00 s; 9 of 10" in finding.headline
+
+
+def test_all_sensors_that_fall_silent_leave_nothing_to_judge():
+    states, finding, _ = concluded(gone=SENSORS)
+    assert {states[name].status for name in SENSORS} == {Status.NOT_AVAILABLE}
+    assert states[MOTOR].status is Status.NOT_TESTABLE
+    assert states[MOTOR].cause == "no sensor gives a reading since 10.00 s; sound until then"
+    assert finding.status is Status.NOT_AVAILABLE
+    assert finding.headline.startswith("No sensor gives a reading since 10.00 s; nothing is judged")
+
+
+def test_too_few_sensors_that_are_left_are_not_testable():
+    states, finding, _ = concluded(_testable_until(10.2), gone=SENSORS[:3])
+    assert states[ANGLE].status is Status.NOT_TESTABLE
+    assert "fewer than 4 sensors give a reading since 10.00 s" in states[ANGLE].cause
+    assert finding.status is Status.NOT_AVAILABLE
+
+
+def test_a_diagnosis_that_can_tell_with_fewer_sensors_goes_on():
+    assert concluded(gone=SENSORS[:3])[0][ANGLE].status is Status.HEALTHY
+
+
+def test_a_target_that_ends_leaves_nothing_to_judge():
+    states, finding, _ = concluded(gone=(MOTOR,))
+    assert (states[MOTOR].status, states[YAW].status) == (Status.NOT_AVAILABLE, Status.NOT_TESTABLE)
+    assert "what is asked of steering motor 1 is not recorded" in states[YAW].cause
+    assert finding.status is not Status.HEALTHY
+
+
+def test_a_fault_that_was_found_before_stays_a_fault():
+    states, finding, _ = concluded(faulty(YAW, 5.0, 9.0), gone=SENSORS)
+    assert (states[YAW].status, finding.status) == (Status.FAULT, Status.FAULT)
+    assert states[ANGLE].status is Status.NOT_AVAILABLE
+
+
+def test_what_ends_while_the_vehicle_is_parked_is_the_end_of_the_drive():
+    states, finding, _ = concluded(gone=SENSORS, parked=True)
+    assert {each.status for each in states.values()} == {Status.HEALTHY}
+    assert finding.status is Status.HEALTHY
+
+
+def _testable_until(stop):
+    def change(said):
+        said.testable[span(stop, 20.0)] = False
+
+    return change
 
 
 def never_testable(said):

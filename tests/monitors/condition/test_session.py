@@ -139,12 +139,13 @@ def test_a_missing_sensor_is_not_available_and_nobody_is_accused(sound, name):
 
 
 @pytest.mark.parametrize("name", SENSORS)
-def test_a_sensor_that_falls_silent_is_judged_while_it_was_there(sound, name):
+def test_a_sensor_that_falls_silent_is_not_available_from_then_on(sound, name):
     diagnosis, courses = run(changed(sound, (name,), lambda time, values: np.where(time < 25.0, values, np.nan)))
     assert accused(diagnosis) == []
-    element = diagnosis.elements[SENSORS.index(name)]
-    if element.status is Status.HEALTHY:
-        assert element.cause == "while it was there, 26 of 40 s"
+    element, finding = diagnosis.elements[SENSORS.index(name)], diagnosis.findings[0]
+    assert element.status is Status.NOT_AVAILABLE
+    assert element.cause.startswith("no reading since 25.00 s")
+    assert (finding.status, finding.since) == (Status.NOT_AVAILABLE, pytest.approx(25.0))
     assert courses[name.replace("_", "-")][-1].status is Status.NOT_AVAILABLE
 
 
@@ -172,14 +173,38 @@ def test_a_recording_of_something_else_has_nothing_to_judge():
     assert diagnosis.findings[0].status is Status.NOT_AVAILABLE
 
 
-@pytest.mark.parametrize("value", [np.nan, 0.0])
-def test_all_sensors_lost_at_once_is_the_fault_of_none_of_them(sound, value):
-    diagnosis, courses = run(changed(sound, SENSORS, lambda time, values: np.where(time < 20.0, values, value)))
+@pytest.mark.parametrize(
+    ("lost", "since", "reason"),
+    [
+        (lambda values, at: np.nan, 20.0, "no sensor gives a reading"),
+        (lambda values, at: 0.0, 20.0, "all sensors read exactly zero"),
+        (lambda values, at: values[at], 20.06, "all sensors repeat what they read before"),
+    ],
+    ids=["nothing", "zero", "held"],
+)
+def test_all_sensors_lost_at_once_is_the_fault_of_none_of_them_and_not_sound(sound, lost, since, reason):
+    def change(time, values):
+        return np.where(time < 20.0, values, lost(values, np.searchsorted(time, 20.0)))
+
+    diagnosis, courses = run(changed(sound, SENSORS, change))
     assert accused(diagnosis) == []
-    assert states(diagnosis)["yaw_rate"] is Status.HEALTHY
-    reason = "all sensors read exactly zero" if value == 0.0 else "no sensor gives a reading"
-    assert f"19 s were not judged: {reason}" in diagnosis.findings[0].warnings
+    found, finding = states(diagnosis), diagnosis.findings[0]
+    assert {found[name] for name in SENSORS} == {Status.NOT_AVAILABLE}
+    assert {found[name] for name in ACTUATORS} == {Status.NOT_TESTABLE}
+    assert finding.status is Status.NOT_AVAILABLE
+    assert finding.since == pytest.approx(since, abs=0.011)
+    assert reason in finding.headline.lower()
+    assert f"19 s were not judged: {reason}" in finding.warnings
     assert courses["yaw-rate"][-1].status is Status.NOT_AVAILABLE
+
+
+def test_targets_that_end_accuse_no_sensor(sound):
+    diagnosis, _ = run(changed(sound, TARGETS, lambda time, values: np.where(time < 20.0, values, np.nan)))
+    assert accused(diagnosis) == []
+    found = states(diagnosis)
+    assert {found[name] for name in ACTUATORS} == {Status.NOT_AVAILABLE}
+    assert {found[name] for name in SENSORS} == {Status.NOT_TESTABLE}
+    assert diagnosis.findings[0].status is not Status.HEALTHY
 
 
 @pytest.mark.parametrize("value", [np.nan, 0.0])

@@ -61,6 +61,7 @@ class ElementCourse:
     Args:
         element: its name
         period: of the samples [s]
+        told: time of the last sample at which a fault would have shown [s]
     """
 
     element: str
@@ -70,6 +71,7 @@ class ElementCourse:
     course: list[StatusChange] = field(default_factory=list)
     testable_samples: int = 0
     available_samples: int = 0
+    told: float = -np.inf
 
     @property
     def testable(self) -> float:
@@ -94,6 +96,7 @@ class ElementCourse:
         testable = said.testable[:, place] & available
         self.available_samples += int(np.count_nonzero(available))
         self.testable_samples += int(np.count_nonzero(testable))
+        self.told = float(time[testable][-1]) if testable.any() else self.told
         self._extend(self.faults, time, faulty, said, place)
         self._extend(self.doubts, time, candidate & ~faulty, said, place)
         code = np.select([faulty, ~available, candidate, ~testable], [FAULT, NOBODY, SUSPECT, NOT_TESTABLE], HEALTHY)

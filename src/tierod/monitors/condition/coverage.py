@@ -10,8 +10,17 @@ from tierod.monitors.condition.signals import SENSORS, ConditionSample
 
 LOST = 1.0
 """Without a reading for so long, a signal is missing and not merely slow [s]."""
+UNASKED = 0.06
+"""Without a target for so long, what moves the vehicle is not known: 0.1 s later its sensors would be blamed [s]."""
 ALL = 4
 """Sensors from which on their reading exactly zero in one sample, all of them, is the loss of what they share."""
+HELD = 0.06
+"""All of them read what they read before for so long: a logger repeats what was last on a bus that is gone [s].
+
+Noise does not let them; without it, readings that repeat themselves tell nothing new and are not missed.
+"""
+PARKING = 1.5
+"""Speed below which a vehicle whose wheel speeds end was about to stand [m/s]; coarse wheel sensors end at 0.8."""
 
 TARGETS = (
     "steering_motor_1_target_torque",
@@ -32,11 +41,15 @@ class Covered(NamedTuple):
         available: whether every sensor is read, and every actuator is asked for a torque that is known, (n, elements)
         judged: whether anything can be judged, (n,)
         zero: whether all sensors read exactly zero, (n,)
+        held: whether all sensors repeat what they read before, (n,)
+        parked: whether the vehicle stands, or was about to when its wheel speeds ended, (n,)
     """
 
     available: np.ndarray
     judged: np.ndarray
     zero: np.ndarray
+    held: np.ndarray
+    parked: np.ndarray
 
 
 class Coverage:
@@ -50,9 +63,12 @@ class Coverage:
 
     def __init__(self, rate: float):
         self.interruptions = 0
-        self._limit = round(LOST * rate)
+        self._limits = np.where(np.arange(len(_NEEDED)) < _COUNT, round(LOST * rate), round(UNASKED * rate))
+        self._held_limit = round(HELD * rate)
         self._age = np.full(len(_NEEDED), np.inf)
         self._judged = False
+        self._before, self._repeated = np.full(_COUNT, np.nan), 0
+        self._parked: bool | None = None
 
     def add(self, values: np.ndarray) -> tuple[np.ndarray, Covered]:
         """The next piece.
@@ -63,19 +79,43 @@ class Coverage:
         Returns:
             the same without readings of sensors that have lost what they share, and what there is of it
         """
-        zero = all_zero(values[:, :_COUNT])
-        if zero.any():
+        readings = values[:, :_COUNT]
+        zero, parked = all_zero(readings), self._stands(readings[:, :2])
+        held = self._repeats(readings) & ~zero & ~parked
+        if zero.any() or held.any():
             values = values.copy()
-            values[zero, :_COUNT] = np.nan
+            values[zero | held, :_COUNT] = np.nan
         there = np.isfinite(values[:, _NEEDED])
         place = np.arange(len(values), dtype=float)[:, None]
         age = place - np.maximum.accumulate(np.where(there, place, -1.0 - self._age), axis=0)
-        fresh = np.asarray(age <= self._limit)
+        fresh = np.asarray(age <= self._limits)
         judged = np.asarray(fresh[:, :_COUNT].any(axis=1) & fresh[:, _COUNT:].all(axis=1))
         before = np.concatenate([[self._judged], judged[:-1]])
         self.interruptions += int(np.count_nonzero(before & ~judged))
         self._age, self._judged = age[-1], bool(judged[-1])
-        return values, Covered(fresh, judged, zero)
+        return values, Covered(fresh, judged, zero, held, parked)
+
+    def _repeats(self, readings: np.ndarray) -> np.ndarray:
+        """Whether all sensors that there are have read the same for a while, (n,)."""
+        before = np.vstack([self._before, readings[:-1]])
+        there = np.isfinite(readings) & np.isfinite(before)
+        same = (there.sum(axis=1) >= ALL) & (~there | (readings == before)).all(axis=1)
+        place = np.arange(len(readings))
+        since = np.maximum.accumulate(np.where(same, -1 - self._repeated, place))
+        repeated = place - since
+        self._before, self._repeated = readings[-1], int(repeated[-1])
+        return np.asarray(repeated >= self._held_limit)
+
+    def _stands(self, wheels: np.ndarray) -> np.ndarray:
+        """Whether the last speed of a wheel that is not zero was a slow one, or none was ever other than zero, (n,)."""
+        speed = np.where(np.isfinite(wheels), np.abs(wheels), -1.0).max(axis=1, initial=-1.0)
+        slow = np.where(speed > 0.0, speed < PARKING, True)
+        tells = (speed > 0.0) | ((speed == 0.0) & (np.cumsum(speed > 0.0) == 0) & (self._parked is None))
+        place = np.maximum.accumulate(np.where(tells, np.arange(len(speed)), -1))
+        stands = np.where(place < 0, bool(self._parked), slow[place])
+        if tells.any():
+            self._parked = bool(stands[-1])
+        return np.asarray(stands)
 
 
 def all_zero(readings: np.ndarray) -> np.ndarray:

@@ -8,14 +8,21 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tierod.diagnosis.substitution import SubstitutionGraph
+from tierod.findings import Status
 from tierod.graph import Result
-from tierod.monitors.condition.coverage import TARGETS, Covered
-from tierod.monitors.condition.signals import ACTUATORS, SENSORS
+from tierod.monitors.condition.absence import Absence, Loss
+from tierod.monitors.condition.coverage import ALL, LOST, TARGETS, UNASKED, Covered
+from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS
 
 STANDING = 0.5
 """Speed below which the vehicle stands [m/s]."""
 NO_READING = "no sensor gives a reading"
 ALL_ZERO = "all sensors read exactly zero"
+ALL_HELD = "all sensors repeat what they read before"
+TOO_FEW = f"fewer than {ALL} sensors give a reading"
+
+ALL_GONE = (ALL_ZERO, ALL_HELD, NO_READING)
+_JUDGED, _ENOUGH = "judged", "enough sensors"
 
 
 @dataclass
@@ -29,6 +36,8 @@ class Driven:
         judged, forward, backward: samples that were judged, and in which the vehicle drove forward and backward
         unjudged: samples that were not, by their cause
         sources: samples in which each sensor was supplied by each source
+        absences: of every element's readings or target, of what the whole judgement needs, and of enough sensors
+        now: why the last sample was not judged; "" where it was
     """
 
     period: float
@@ -39,6 +48,8 @@ class Driven:
     backward: int = 0
     unjudged: dict[str, int] = field(default_factory=dict)
     sources: dict[str, dict[str, int]] = field(default_factory=dict)
+    absences: dict[str, Absence] = field(default_factory=dict)
+    now: str = ""
 
     @property
     def seconds(self) -> float:
@@ -58,17 +69,56 @@ class Driven:
         with np.errstate(invalid="ignore"):
             self.forward += int(np.count_nonzero((values[:, :2] > STANDING).any(axis=1)))
             self.backward += int(np.count_nonzero((values[:, :2] < -STANDING).any(axis=1)))
-        read = covered.available[:, : len(SENSORS)].any(axis=1)
-        self._count(ALL_ZERO, ~read & covered.zero)
-        self._count(NO_READING, ~read & ~covered.zero)
+        reading = covered.available[:, : len(SENSORS)]
+        read = reading.any(axis=1)
+        causes = {
+            ALL_ZERO: ~read & covered.zero,
+            ALL_HELD: ~read & covered.held,
+            NO_READING: ~read & ~covered.zero & ~covered.held,
+        }
         for place, actuator in enumerate(ACTUATORS, len(SENSORS)):
             cause = f"what is asked of {actuator.replace('_', ' ')} is not recorded ({TARGETS[place - len(SENSORS)]})"
-            self._count(cause, read & ~covered.available[:, place])
+            causes[cause] = read & ~covered.available[:, place]
+        self.now = next((cause for cause, there in causes.items() if there[-1]), "")
+        for cause, there in causes.items():
+            self._count(cause, there)
+        for place, name in enumerate(ELEMENTS):
+            self._follow(name, time, covered.available[:, place], covered.parked)
+        self._follow(_JUDGED, time, covered.judged, covered.parked)
+        self.absences[_JUDGED].borne = LOST if self.now in ALL_GONE else UNASKED
+        self._follow(_ENOUGH, time, reading.sum(axis=1) >= ALL, covered.parked)
 
     def _count(self, cause: str, there: np.ndarray) -> None:
         found = int(np.count_nonzero(there))
         if found:
             self.unjudged[cause] = self.unjudged.get(cause, 0) + found
+
+    def _follow(self, name: str, time: np.ndarray, there: np.ndarray, parked: np.ndarray) -> None:
+        borne = UNASKED if name in ACTUATORS else LOST
+        self.absences.setdefault(name, Absence(self.period, borne)).add(time, there, parked)
+
+    def loss(self, element: str, told: float) -> Loss | None:
+        """What was lost on the way that an element cannot be judged without: its own signal, then that of others.
+
+        Args:
+            element: sensor or actuator
+            told: when a fault of it would have shown for the last time [s]; who can tell with few sensors lacks none
+        """
+        sensor = element in SENSORS
+        gone = self.now if sensor and self.now in ALL_GONE else "no reading" if sensor else "no target"
+        own = self.absences[element].told(Status.NOT_AVAILABLE, gone, "read" if sensor else "its target was known")
+        if own is not None:
+            return own
+        judged = self.absences[_JUDGED].told(Status.NOT_TESTABLE, self.now, "it could be judged")
+        enough = self.absences[_ENOUGH]
+        if judged is None and enough.since is not None and told <= enough.since + LOST:
+            return enough.told(Status.NOT_TESTABLE, TOO_FEW, "")
+        return judged
+
+    @property
+    def enough(self) -> bool:
+        """Whether there were ever enough sensors to judge any of them."""
+        return self.absences[_ENOUGH].came
 
     def add_sources(self, supplied: Result, graph: SubstitutionGraph) -> None:
         """Where each sensor's signal came from over the next piece."""

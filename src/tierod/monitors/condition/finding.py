@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 
 from tierod.findings import Element, Episode, Finding, Status
+from tierod.monitors.condition.absence import Loss
 from tierod.monitors.condition.contradictions import Problem
 from tierod.monitors.condition.driven import Driven
 from tierod.monitors.condition.said import listed, shown
-from tierod.monitors.condition.signals import ELEMENTS
+from tierod.monitors.condition.signals import ELEMENTS, SENSORS
 from tierod.monitors.condition.states import LEAST_TOLD
 
 
@@ -17,6 +19,7 @@ def judge(
     states: Sequence[Element],
     drive: Driven,
     problems: Sequence[Problem],
+    lost: Mapping[str, Loss],
     interruptions: int,
     calibrated: bool,
 ) -> Finding:
@@ -27,6 +30,7 @@ def judge(
         states: of all elements
         drive: figures over it
         problems: what was wired wrongly
+        lost: what was lost on the way, by element
         interruptions: times that nothing could be judged any more
         calibrated: whether the limits were designed on this very vehicle
     """
@@ -42,12 +46,39 @@ def judge(
         return _fault(name, faulty, doubtful, evidence, warnings)
     sound = [each for each in states if each.status is Status.HEALTHY]
     open_ = [each for each in states if each.status is not Status.HEALTHY]
+    if lost:
+        return _lost(name, sound, lost, evidence, warnings)
     if not sound:
         return _nothing_judged(name, open_, evidence, warnings)
     rest = f"; not judged: {listed([each.name for each in open_])} ({open_[0].cause})" if open_ else ""
     judged = drive.judged * drive.period
     headline = f"{len(sound)} of {len(ELEMENTS)} sensors and actuators are sound over {judged:.0f} s{rest}."
     return Finding(name, Status.HEALTHY, headline, None, None, evidence, "", "none", warnings)
+
+
+def _lost(
+    name: str,
+    sound: Sequence[Element],
+    lost: Mapping[str, Loss],
+    evidence: dict[str, float],
+    warnings: tuple[str, ...],
+) -> Finding:
+    """The finding where something was there at first and was lost on the way: nobody's fault, and not sound either."""
+    first = min(lost.values(), key=_order)
+    alike = [name for name, loss in lost.items() if loss.cause == first.cause]
+    who = "" if len(alike) >= len(SENSORS) else f"{listed(alike)}: "
+    rest = f"{len(sound)} of {len(ELEMENTS)} sensors and actuators are sound"
+    headline = f"{who}{first.cause}; {rest if sound else 'nothing is judged from then on'}."
+    action = "check what they share, a bus, a supply, the logger, and then the sensors themselves; record again"
+    return Finding(
+        name, first.status, headline[:1].upper() + headline[1:], first.since, None, evidence, first.cause, action,
+        warnings,
+    )  # fmt: skip
+
+
+def _order(loss: Loss) -> tuple[float, bool]:
+    """By time, and what is not there before what cannot be judged for it."""
+    return math.inf if loss.since is None else loss.since, loss.status is not Status.NOT_AVAILABLE
 
 
 def _nothing_judged(

@@ -15,7 +15,7 @@ from tierod.monitors.condition.driven import STANDING, Driven
 from tierod.monitors.condition.finding import judge
 from tierod.monitors.condition.said import Said, nothing_said
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS, ConditionSample
-from tierod.monitors.condition.states import code_courses, elements
+from tierod.monitors.condition.states import code_courses, elements, losses
 from tierod.monitors.condition.substitutes import Reconfiguration
 from tierod.monitors.condition.wiring import Close, Wiring
 from tierod.monitors.session import Conclusion
@@ -125,7 +125,8 @@ class ConditionSession:
         problems = self._wiring.problems()
         interruptions = self._coverage.interruptions
         states = elements(self._courses, self._driven, problems, self.reconfiguration.switchover.graph)
-        finding = judge(self.name, states, self._driven, problems, interruptions, self.calibrated)
+        lost = losses(self._courses, self._driven)
+        finding = judge(self.name, states, self._driven, problems, lost, interruptions, self.calibrated)
         sound = {each.name for each in states if each.role == "sensor" and not each.substitute}
         withheld = tuple(f"{what}{name}" for name in sorted(sound) for what in ("supplied_", "deviation_of_supplied_"))
         # What was wired wrongly is nobody's fault, and must fill no fault memory.

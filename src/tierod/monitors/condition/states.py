@@ -7,10 +7,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from tierod.diagnosis.substitution import SubstitutionGraph
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.findings import Element, Episode, Status
+from tierod.monitors.condition.absence import Loss
 from tierod.monitors.condition.contradictions import Problem
 from tierod.monitors.condition.courses import TOGETHER, ElementCourse
 from tierod.monitors.condition.decision import TOLD_BY
-from tierod.monitors.condition.driven import Driven
+from tierod.monitors.condition.driven import TOO_FEW, Driven
 from tierod.monitors.condition.said import shown
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS
 from tierod.monitors.session import StatusChange
@@ -36,10 +37,10 @@ def elements(
         graph: of the substitutes
     """
     codes = load_trouble_codes().codes
-    found, open_ = [], unresolved(courses, drive.end)
+    found, open_, lost = [], unresolved(courses, drive.end), losses(courses, drive)
     for name, course in courses.items():
         told_by = courses.get(TOLD_BY.get(name, ""))
-        status, cause = _status(course, open_[name], drive, problems, told_by)
+        status, cause = _status(course, open_[name], drive, problems, told_by, lost.get(name))
         judged = status in (Status.FAULT, Status.SUSPECT)
         episodes = open_[name] if judged else ()
         code = codes[name.replace("_", "-")].code if status is Status.FAULT else ""
@@ -48,6 +49,17 @@ def elements(
         role = "actuator" if name in ACTUATORS else "sensor"
         found.append(Element(name, role, status, cause, episodes, _substitute(name, status, drive, graph), code))
     return tuple(found)
+
+
+def losses(courses: Mapping[str, ElementCourse], drive: Driven) -> dict[str, Loss]:
+    """What was lost on the way, by the elements that were judged no more.
+
+    Args:
+        courses: of all elements
+        drive: figures over it
+    """
+    found = {name: drive.loss(name, course.told) for name, course in courses.items() if course.available > 0.0}
+    return {name: loss for name, loss in found.items() if loss is not None}
 
 
 def unresolved(courses: Mapping[str, ElementCourse], end: float) -> dict[str, tuple[Episode, ...]]:
@@ -75,6 +87,7 @@ def _status(
     drive: Driven,
     problems: Sequence[Problem],
     told_by: ElementCourse | None,
+    loss: Loss | None,
 ) -> tuple[Status, str]:
     name = course.element
     if course.available == 0.0:
@@ -87,6 +100,10 @@ def _status(
         return Status.FAULT, ""
     if episodes:
         return Status.SUSPECT, ""
+    if loss is not None:
+        when = "until then" if loss.since is not None else "in these"
+        seen = f"sound {when}" if course.testable >= LEAST_TESTABLE else f"{when} too little was seen to judge it"
+        return loss.status, f"{loss.cause}; {seen}"
     if course.testable < LEAST_TESTABLE:
         if told_by is not None and told_by.available < LEAST_TESTABLE:
             return Status.NOT_TESTABLE, f"nothing tells what it gives without {told_by.element.replace('_', ' ')}"
@@ -99,6 +116,8 @@ def _status(
 def _not_testable(name: str, course: ElementCourse, drive: Driven) -> str:
     """Why a fault of an element would not have shown for long enough."""
     shown = f"a fault would have shown for {course.testable:.1f} s, {LEAST_TESTABLE:g} s are needed"
+    if not drive.enough:
+        return f"{TOO_FEW}; {shown}"
     period, moving = drive.period, drive.forward * drive.period
     if drive.judged * period < LEAST_TESTABLE and drive.not_judged:
         return f"{drive.not_judged}; {shown}"
