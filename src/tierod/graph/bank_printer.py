@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from tierod.graph.bank_graph import BankGraph
+from tierod.graph.branching_printer import BranchingPrinter
 from tierod.graph.c_library import PRELUDE
 from tierod.graph.line_printer import LinePrinter, Places
 from tierod.graph.memory_layout import GROUP
@@ -33,8 +36,8 @@ class _BankPrinter:
     def __init__(self, graph: BankGraph):
         self.graph, self.name = graph, prefix(graph)
         self.lane = LinePrinter(graph.lane, program(graph.lane.function))
-        self.judge = LinePrinter(graph.judge, program(graph.judge.function))
         self.width, self.put_out = len(graph.lane.state), len(graph.lane.output)
+        self.judge = BranchingPrinter(graph.judge, program(graph.judge.function), self._gathered)
         self.judge_start = graph.lanes_memory
         self.feedback_start = self.judge_start + len(graph.judge.state)
         self.carried = graph.groups * len(self.lane.carried) * GROUP
@@ -151,6 +154,15 @@ class _BankPrinter:
         lane, output = divmod(position - inputs, self.put_out)
         return f"o[{(lane // GROUP * self.put_out + output) * GROUP + lane % GROUP}]"
 
+    def _gathered(self, positions: Sequence[int], lane: str) -> str | None:
+        """One output of a lane by the lane's number; None unless the positions are this output of lanes 0, 1, ..."""
+        first = positions[0] - len(self.graph.sample)
+        if not 0 <= first < self.put_out or list(positions) != [
+            positions[0] + self.put_out * number for number in range(len(positions))
+        ]:
+            return None
+        return f"o[({lane} / {GROUP} * {self.put_out} + {first}) * {GROUP} + {lane} % {GROUP}]"
+
     def _said(self, position: int) -> str:
         given = len(self.graph.output)
         if position < given:
@@ -162,21 +174,22 @@ class _BankPrinter:
 
     def _adopt(self) -> str:
         """Lanes take over the states of others, as these were after the step."""
-        count, size, block = self.graph.count, self.graph.lanes_memory, self.width * GROUP
-        if not size:
+        count, block = self.graph.count, self.width * GROUP
+        if not block:
             return f"static void {self.name}_adopt(real *restrict x, const real *restrict a) {{ (void)x; (void)a; }}\n"
+        adopts = f"a[i] >= R(0.0) && a[i] < R({count}.0)"
+        column = f"j / {GROUP} * {block} + j % {GROUP}"
         return (
             f"static void {self.name}_adopt(real *restrict x, const real *restrict a) {{\n"
-            f"    int any = 0;\n    for (int i = 0; i < {count}; i++)\n"
-            f"        any |= a[i] >= R(0.0) && a[i] < R({count}.0);\n    if (!any)\n        return;\n"
-            f"    TIEROD_ALIGNED real old[{size}];\n    for (int i = 0; i < {size}; i++)\n        old[i] = x[i];\n"
-            f"    for (int i = 0; i < {count}; i++) {{\n"
-            f"        if (!(a[i] >= R(0.0) && a[i] < R({count}.0)))\n            continue;\n"
-            f"        const int j = (int)a[i];\n"
-            f"        const real *from = &old[j / {GROUP} * {block} + j % {GROUP}];\n"
+            f"    real old[{count * self.width}];\n    int kept[{count}] = {{0}}, n = 0;\n"
+            f"    for (int i = 0; i < {count}; i++) {{\n        if (!({adopts}) || kept[(int)a[i]])\n"
+            f"            continue;\n        const int j = (int)a[i];\n        const real *from = &x[{column}];\n"
+            f"        for (int s = 0; s < {self.width}; s++)\n"
+            f"            old[n * {self.width} + s] = from[s * {GROUP}];\n        kept[j] = ++n;\n    }}\n"
+            f"    for (int i = 0; n && i < {count}; i++) {{\n        if (!({adopts}))\n            continue;\n"
+            f"        const real *from = &old[(kept[(int)a[i]] - 1) * {self.width}];\n"
             f"        real *to = &x[i / {GROUP} * {block} + i % {GROUP}];\n"
-            f"        for (int s = 0; s < {self.width}; s++)\n            to[s * {GROUP}] = from[s * {GROUP}];\n"
-            "    }\n}\n"
+            f"        for (int s = 0; s < {self.width}; s++)\n            to[s * {GROUP}] = from[s];\n    }}\n}}\n"
         )
 
     # -- the whole -----------------------------------------------------------------------------------------------

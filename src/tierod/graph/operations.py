@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, NamedTuple
@@ -62,9 +62,9 @@ def program(function: Any) -> Program:
     """The operations of a traced function: equal ones merged, selects recognised, shared divisors inverted once."""
     operations, outputs = _read(function)
     operations, outputs = _invert_shared_divisors(operations, outputs)
-    operations, outputs = _drop_unused(operations, outputs)
-    operations, outputs = _drop_unused(_fuse(operations, outputs), outputs)
-    return Program(tuple(operations), outputs, _invariant(operations))
+    operations, outputs = drop_unused(operations, outputs)
+    operations, outputs = drop_unused(_fuse(operations, outputs), outputs)
+    return Program(tuple(operations), outputs, invariant_of(operations))
 
 
 class _Builder:
@@ -146,7 +146,7 @@ def _fuse(operations: list[Operation], outputs: dict) -> list[Operation]:
     """
     uses = Counter(argument for operation in operations for argument in operation.arguments)
     uses.update(outputs.values())
-    fixed, depth, fused = _invariant(operations), [0] * len(operations), []
+    fixed, depth, fused = invariant_of(operations), [0] * len(operations), []
     for index, operation in enumerate(operations):
         depth[index] = 1 + max((depth[argument] for argument in operation.arguments), default=0)
         fused.append(operation)
@@ -166,7 +166,8 @@ def _fuse(operations: list[Operation], outputs: dict) -> list[Operation]:
     return fused
 
 
-def _drop_unused(operations: list[Operation], outputs: dict) -> tuple[list[Operation], dict]:
+def drop_unused(operations: Sequence[Operation], outputs: dict) -> tuple[list[Operation], dict]:
+    """The operations that outputs need, and the outputs by their new numbers."""
     used, waiting = set(), list(outputs.values())
     while waiting:
         index = waiting.pop()
@@ -181,7 +182,8 @@ def _drop_unused(operations: list[Operation], outputs: dict) -> tuple[list[Opera
     return kept, {key: number[value] for key, value in outputs.items()}
 
 
-def _invariant(operations: list[Operation]) -> frozenset[int]:
+def invariant_of(operations: Sequence[Operation]) -> frozenset[int]:
+    """Numbers of the operations that depend on tuning alone."""
     fixed: set[int] = set()
     for index, operation in enumerate(operations):
         if operation.name == "input":
