@@ -148,3 +148,14 @@ def test_delays_follow_the_sample_time():
     slow = KindOfFault.of_sensor("yaw_rate", PlausibleRange(), 0.02)
     assert slow.delays == tuple(round(delay / 0.02) for delay in DELAYS)
     assert replace(slow, delays=(1, 2, 3)).init().delays == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(("kind", "size"), [("offset", 2.0), ("gain", 1.5)])
+def test_what_is_unknown_of_a_prediction_widens_the_size_and_spares_the_kind(kind, size):
+    given = samples(kind, size)
+    given[:, 1] += 0.3 * np.sin(0.8 * TIME)
+    at = END - 1
+    sure, told = (scan(block, given) for block in (BLOCK, replace(BLOCK, unknown=0.3, alike=2.0, lasting=20.0)))
+    assert KINDS[int(told["kind"][at]) - 1] == kind
+    assert abs(told["size"][at] - size) < 2.0 * told["deviation"][at]
+    assert KINDS[int(sure["kind"][at]) - 1] != kind or abs(sure["size"][at] - size) > 3.0 * sure["deviation"][at]

@@ -56,6 +56,15 @@ def test_every_sensor_has_the_filter_first_and_plain_relations_after_it(sensor):
     assert all(way.source for way in ways)
 
 
+@pytest.mark.parametrize("sensor", SENSORS)
+def test_on_a_vehicle_that_nobody_has_calibrated_every_substitute_errs_more(sensor):
+    known = {way.name: way for way in substitution_graph().substitutes[sensor]}
+    for way in substitution_graph(calibrated=False).substitutes[sensor]:
+        assert way.deviation >= known[way.name].deviation
+        assert way.needs == known[way.name].needs
+    assert substitution_graph(calibrated=False).substitutes[sensor][0].deviation > 0.99 * known[FILTER].deviation
+
+
 def test_any_two_lost_sensors_can_be_replaced():
     assert substitution_graph().sensors == SENSORS
     assert all(substitution_graph().survivable(2).values())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from tierod.monitors.condition.grid import MAXIMUM_AGE
 from tierod.monitors.condition.judge import condition_bank
 from tierod.monitors.condition.lane import LeaveOutFilter
 from tierod.monitors.condition.limits import has_own_limits, limits_of
@@ -13,6 +14,7 @@ from tierod.monitors.condition.rule_monitor import rule_monitor
 from tierod.monitors.condition.said import said_by_bank, said_by_rules
 from tierod.monitors.condition.session import ConditionSession, filtered_by_bank, filtered_by_rules
 from tierod.monitors.condition.signals import ConditionSample
+from tierod.monitors.condition.uncalibrated import unsure
 from tierod.monitors.decision import Decision, Demonstrated, OwnRule
 from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.session import Monitor, Variant
@@ -28,7 +30,8 @@ def _bank(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Conditio
     base = LeaveOutFilter.of_vehicle(vehicle, 1.0 / rate)
     bank = condition_bank(base, limits_of(vehicle), sample_time=1.0 / rate)
     calibrated = has_own_limits(vehicle)
-    return ConditionSession("condition, bank", bank, said_by_bank, filtered_by_bank, vehicle, rate, calibrated)
+    known = bank if calibrated else unsure(bank)
+    return ConditionSession("condition, bank", known, said_by_bank, filtered_by_bank, vehicle, rate, calibrated)
 
 
 def _rules(name: str) -> Callable[[Vehicle, float, OwnLevel | None], ConditionSession]:
@@ -109,7 +112,7 @@ CONDITION = Monitor(
     rate=100.0,
     minimum_rate=10.0,
     # A held reading would be one that stands still; the filter goes on without.
-    maximum_age=0.006,
+    maximum_age=MAXIMUM_AGE,
     variants={
         "bank": Variant(
             "bank",

@@ -70,6 +70,8 @@ class KindOfFault:
         agrees: deviations of the prediction within which a reading that moves again is as it should be
         young: until which a large factor is an outlier; Li, Frey, Gauterin, section 5, have outliers of one second
         large: what a large factor differs from one by
+        unknown: standard deviation of what predictions are off by that no filter knows of, as of a vehicle that nobody
+            has calibrated [unit of the signal]
         sample_time: [s]
     """
 
@@ -86,6 +88,7 @@ class KindOfFault:
     agrees: Annotated[float, ""] = 4.0
     young: Annotated[float, "s"] = 1.1
     large: Annotated[float, ""] = 1.0
+    unknown: Annotated[float, ""] = 0.0
     sample_time: Annotated[float, "s"] = 0.01
     delays: tuple[int, ...] = tuple(round(delay / 0.01) for delay in DELAYS)
 
@@ -133,6 +136,7 @@ class KindOfFault:
         counts, dropped = all_of(known, declared, negated(paused)), negated(declared)
         reading, prediction = where(known, sample.reading, 0.0), where(known, sample.prediction, 0.0)
         deviation = where(both(known, sample.deviation > 0.0), sample.deviation, 1.0)
+        deviation = sqrt(deviation * deviation + self.unknown * self.unknown)
         fresh = self._fresh(state, deviation)
         before = selected(either(dropped, state.seen < 0.5), fresh, state)
         learnt = self._learnt(before, reading, prediction, deviation)
@@ -235,6 +239,8 @@ class KindOfFault:
         young = both(absolute(state.gain.value - 1.0) > self.large, state.seen * self.sample_time < self.young)
         noise = sqrt(maximum(state.power - state.expected, 0.0))
         rough = state.power / sqrt(maximum(2.0 * state.seen * (state.power - state.expected), 1e-9))
+        misjudged = self.unknown * self.unknown / (2.0 * maximum(noise, self.zero))
+        rough = sqrt(rough * rough + misjudged * misjudged)
         uncertain = sqrt(state.drift.slope_variance)
         moves = absolute(state.drift.slope) > self.sure * uncertain
         drifted = state.drift.start + state.drift.slope * state.seen * self.sample_time

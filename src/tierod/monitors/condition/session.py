@@ -54,7 +54,7 @@ class ConditionSession:
     ):
         self.name, self.block, self.vehicle, self.rate, self.calibrated = name, block, vehicle, rate, calibrated
         self.signals: tuple[str, ...] = ConditionSample._fields
-        self.reconfiguration = Reconfiguration.of_vehicle(vehicle, 1.0 / rate)
+        self.reconfiguration = Reconfiguration.of_vehicle(vehicle, 1.0 / rate, calibrated)
         self.traces: Mapping[str, str] = {
             **{f"state_of_{each}": "" for each in ELEMENTS},
             **{f"supplied_{each}": SIGNALS[each].unit for each in SENSORS},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -27,13 +28,24 @@ GROWTH = (1.0, 1.0, 0.3, 1.5, 3.0, 200.0)
 """By which a held value may be off after a second [unit of the signal per s]: usual rates of change."""
 
 
-@lru_cache(maxsize=1)
-def substitution_graph() -> SubstitutionGraph:
-    """The substitutes of every sensor, the best first, with their measured errors."""
+@lru_cache(maxsize=2)
+def substitution_graph(calibrated: bool = True) -> SubstitutionGraph:
+    """The substitutes of every sensor, the best first, with their measured errors.
+
+    Args:
+        calibrated: whether the errors are those of calibrated vehicles, or of one that nobody has calibrated
+    """
     from tierod.toml import Document
 
     path = Path(__file__).with_name("substitutes.toml")
-    return graph_from(Document.read(path, "table of substitutes").content)
+    table = Document.read(path, "table of substitutes").content
+    return graph_from({sensor: [_way(each, calibrated) for each in ways] for sensor, ways in table.items()})
+
+
+def _way(row: Mapping[str, Any], calibrated: bool) -> dict[str, Any]:
+    """A substitute with one of its two errors."""
+    kept = {key: value for key, value in row.items() if key != "uncalibrated"}
+    return kept if calibrated else {**kept, "deviation": row["uncalibrated"]}
 
 
 Faulty: Any = named_tuple("Faulty", [(name, Annotated[float, ""]) for name in SENSORS])
@@ -118,17 +130,18 @@ class Reconfiguration:
         filtered: Filtered
 
     @classmethod
-    def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01) -> Reconfiguration:
+    def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01, calibrated: bool = True) -> Reconfiguration:
         """With the shipped graph of substitutes.
 
         Args:
             vehicle: with the parameters of `AutomatedVehicle`
             sample_time: [s]
+            calibrated: see `substitution_graph`
 
         Raises:
             ParameterError: parameters that are missing
         """
-        switchover = Switchover(substitution_graph(), GROWTH, FADE, sample_time)
+        switchover = Switchover(substitution_graph(calibrated), GROWTH, FADE, sample_time)
         return cls(switchover, vehicle.parameters_for(AutomatedVehicle.Parameters))
 
     @property

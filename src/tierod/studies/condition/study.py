@@ -14,6 +14,7 @@ PARTS: Mapping[str, str] = {
     "residuals": "what every residual sees",
     "sensors": "tests of the sensors",
     "actuators": "tests of the actuators",
+    "substitutes": "substitutes of the sensors",
     "beyond": "more faults, and two at once",
     "healthy": "healthy driving",
     "odd": "odd recordings",
