@@ -102,7 +102,8 @@ def _not_judged(drive: Driven) -> tuple[str, ...]:
 
 UNCALIBRATED = (
     "nobody has calibrated this vehicle: its limits are as wide as several virtual vehicles need together, so that "
-    "small faults are missed; 'tierod identify thresholds' calibrates it on healthy drives"
+    "small faults are missed, and sizes and substitutes err more, as their intervals tell; "
+    "'tierod identify thresholds' calibrates it on healthy drives"
 )
 
 
