@@ -11,7 +11,9 @@ def test_faults_are_seen_by_residuals_that_use_the_sensor_and_by_no_others():
     found = list(residuals.items(Effort(quick=True, processes=1)))
     claims = {each.id: each for each in found if isinstance(each, Claim)}
     assert all(claim.met for claim in claims.values())
-    signatures, thresholds, rules = (each for each in found if isinstance(each, Table))
+    signatures, compared, disagreements, thresholds, rules = (each for each in found if isinstance(each, Table))
+    assert len(compared.rows) == 31
+    assert disagreements.rows
     lost = dict(
         zip(signatures.header, next(row for row in signatures.rows if row[0].endswith("left loss")), strict=True)
     )

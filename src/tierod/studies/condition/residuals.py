@@ -6,21 +6,25 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from tierod.graph import scan
-from tierod.monitors.condition.residuals.all_residuals import AllResiduals
 from tierod.monitors.condition.residuals.calibration import ResidualCalibration, calibrate_residuals
 from tierod.monitors.condition.residuals.catalogue import RESIDUALS, SENSOR_RESIDUALS
-from tierod.monitors.condition.residuals.fit import samples_of
 from tierod.monitors.condition.residuals.judged import judged
 from tierod.monitors.condition.residuals.parameters import ResidualParameters
-from tierod.monitors.condition.residuals.thresholds import Excitation
 from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
 from tierod.recording import Recording
 from tierod.studies.claims import Claim, at_least, at_most
 from tierod.studies.condition.by_rules import said
-from tierod.studies.condition.drives import Drive, calibration_drives, healthy_drives, sensor_tests
+from tierod.studies.condition.drives import Drive, actuator_tests, calibration_drives, healthy_drives, sensor_tests
 from tierod.studies.condition.recorded import recorded
 from tierod.studies.condition.scoring import DriveScore, score
+from tierod.studies.condition.signatures import (
+    Signatures,
+    disagreements,
+    of_kinds,
+    signatures,
+    theory_and_measurement,
+    uses,
+)
 from tierod.studies.condition.summary import summary
 from tierod.studies.condition.truth import truth_of
 from tierod.studies.content import Heading, Item, Table
@@ -46,9 +50,13 @@ def items(effort: Effort) -> Iterator[Item]:
     monitors = {name: rule_monitor(_car(), each, RULES) for name, each in known.items()}
     recordings = [recorded(each) for each in tests]
     yield Heading("What every residual sees", TEXT)
-    seen = _signatures(tests, recordings, monitors["fixed"])
-    yield _signature_table(seen)
+    seen = signatures(tests, recordings, monitors["fixed"])
+    yield of_kinds(seen)
     yield from _signature_claims(seen)
+    losses = actuator_tests(VEHICLE)[:: 4 if effort.quick else 1]
+    both = {**seen, **signatures(losses, [recorded(each) for each in losses], monitors["fixed"])}
+    yield theory_and_measurement(both)
+    yield disagreements(both)
     yield _threshold_table(known)
     healthy = healthy_drives(0.05 if effort.quick else 1.0, (VEHICLE,))
     yield _rules_table(monitors, tests, recordings, healthy)
@@ -65,47 +73,18 @@ def _calibrated(quick: bool) -> dict[str, ResidualCalibration]:
     return {name: calibrate_residuals(_car(), fitted, healthy, adaptive=adaptive) for name, adaptive in kinds.items()}
 
 
-Signatures = Mapping[tuple[str, str], Mapping[str, float]]
-"""By sensor and kind: share of the fault's time in which each residual is beyond its threshold."""
-
-
-def _signatures(tests: Sequence[Drive], recordings: Sequence[Recording], monitor: RuleMonitor) -> Signatures:
-    block = AllResiduals(monitor.sensors, monitor.actuators)
-    limits = dict(zip((each.name for each in SENSOR_RESIDUALS), monitor.sensor_thresholds, strict=True))
-    shares: dict[tuple[str, str], list[dict[str, float]]] = {}
-    for drive, recording in zip(tests, recordings, strict=True):
-        result, fault = scan(block, samples_of(recording)), drive.injected[0]
-        lively = Excitation(*(result[f"excitation.{name}"] for name in Excitation._fields))  # type: ignore[arg-type]
-        time = recording["yaw_rate"].time
-        during = (time >= fault.start) & (time < fault.end)
-        found = {
-            name: float(np.mean((np.abs(limit.ratio(result[f"residuals.{name}"], lively)) >= 1.0)[during]))
-            for name, limit in limits.items()
-        }
-        shares.setdefault((fault.element, fault.kind), []).append(found)
-    return {
-        key: {name: float(np.mean([each[name] for each in several])) for name in limits}
-        for key, several in shares.items()
-    }
-
-
-def _signature_table(seen: Signatures) -> Table:
-    names = tuple(each.name for each in SENSOR_RESIDUALS)
-    rows = tuple(
-        (f"{sensor} {kind}", *(f"{found[name]:.2f}" if found[name] >= 0.005 else "" for name in names))
-        for (sensor, kind), found in seen.items()
-    )
-    note = "Mean over both signs and both rounds; empty below .005."
-    return Table("Share of the fault's time beyond the threshold", ("fault", *names), rows, note)
-
-
 def _signature_claims(seen: Signatures) -> Iterator[Claim]:
     blind = max(
-        (found[name] for (sensor, _), found in seen.items() for name in found if sensor not in RESIDUALS[name].signals),
+        (
+            found[each.name].share
+            for (sensor, _), found in seen.items()
+            for each in SENSOR_RESIDUALS
+            if not uses(each.name, sensor)
+        ),
         default=0.0,
     )
     wheels = [
-        found[name] for (sensor, _), found in seen.items() if sensor.startswith("wheel_speed") for name in _WHEELS
+        found[name].share for (sensor, _), found in seen.items() if sensor.startswith("wheel_speed") for name in _WHEELS
     ]
     yield Claim(
         "residuals.blind",
