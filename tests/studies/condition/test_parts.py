@@ -10,7 +10,7 @@ import pytest
 
 from tierod.recording import Recording
 from tierod.studies.claims import Claim
-from tierod.studies.condition import actuators, beyond, healthy, runs, sensors
+from tierod.studies.condition import actuators, beyond, healthy, runs, sensors, theory
 from tierod.studies.condition.declared import Declared
 from tierod.studies.condition.drives import Drive
 from tierod.studies.condition.recorded import recorded, sound
@@ -40,7 +40,7 @@ def told(monkeypatch):
     module.calibrate, module.declare = lambda number, quick: LATE, _declare
     monkeypatch.setitem(sys.modules, "told_the_truth", module)
     variants = {"bank": runs.Variant("told the truth", "told_the_truth")}
-    for part in (runs, sensors, actuators, beyond, healthy, sensors.tables):
+    for part in (runs, sensors, actuators, beyond, healthy, theory, sensors.tables):
         monkeypatch.setattr(part, "VARIANTS", variants)
 
 
@@ -96,3 +96,13 @@ def test_every_variant_is_calibrated_on_every_vehicle(told, monkeypatch):
     monkeypatch.setattr(runs, "_known", {})
     found = runs.calibrations(runs.VARIANTS, (number for number in (1, 2)), Effort(True, 1))
     assert set(found) == {(module, number) for module in ("told_the_truth", "told_otherwise") for number in (1, 2)}
+
+
+def test_a_diagnosis_that_is_told_disagrees_with_structure_on_the_motors_alone(told):
+    *_, disagreements = (each for each in theory.items(Effort(quick=True, processes=1)) if isinstance(each, Table))
+    motors = [row for row in disagreements.rows if "told from all others" not in row[1]]
+    assert motors
+    assert all("structure sees no time" in row[-1] for row in motors)
+    assert all(
+        row[-1].startswith("its equations have it, but not its size") for row in disagreements.rows if row not in motors
+    )

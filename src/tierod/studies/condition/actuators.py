@@ -9,7 +9,7 @@ import numpy as np
 from tierod.studies.claims import Claim, Goal, at_least, at_most, exactly
 from tierod.studies.condition import tables
 from tierod.studies.condition.driven import VEHICLES
-from tierod.studies.condition.drives import ACTUATORS, actuator_tests
+from tierod.studies.condition.drives import ACTUATORS, Drive, actuator_tests
 from tierod.studies.condition.runs import BEST, VARIANTS, scores
 from tierod.studies.condition.scoring import AMBIGUOUS, DriveScore
 from tierod.studies.condition.sensors import GOAL, longest
@@ -27,15 +27,24 @@ TEXT = (
 )
 
 
+def campaign(effort: Effort, share: float = 1.0, swing: bool = True) -> list[Drive]:
+    """The tests of all vehicles, or a few of one.
+
+    Args:
+        effort: whether a few have to do
+        share: of the torque that is lost
+        swing: whether the split of the steering torque alternates
+    """
+    vehicles = VEHICLES[:1] if effort.quick else VEHICLES
+    drives = [drive for number in vehicles for drive in actuator_tests(number, share, swing)]
+    return drives[::4] if effort.quick else drives
+
+
 def items(effort: Effort) -> Iterator[Item]:
     """Accuracy as in Figure 25, delays, sizes, motors and sides."""
     if not VARIANTS:
         return
-    vehicles = VEHICLES[:1] if effort.quick else VEHICLES
-    whole = [drive for number in vehicles for drive in actuator_tests(number)]
-    half = [drive for number in vehicles for drive in actuator_tests(number, 0.5)]
-    found = scores(whole[::4] if effort.quick else whole, effort)
-    partial = scores(half[::4] if effort.quick else half, effort)
+    found, partial = scores(campaign(effort), effort), scores(campaign(effort, 0.5), effort)
     yield Heading("The tests of the actuators", TEXT)
     yield tables.compared("All torque lost", found)
     yield tables.compared("Half the torque lost", partial)
@@ -49,8 +58,7 @@ def items(effort: Effort) -> Iterator[Item]:
         shares = {"all torque": _that_lose(1.0), "half the torque": _that_lose(0.5)}
         yield tables.delays("Delay [s]", [*found[BEST], *partial[BEST]], shares)
         yield from _claims(found[BEST], partial[BEST])
-        single = [drive for number in vehicles for drive in actuator_tests(number, 0.5, False)]
-        fixed = scores(single[:1] if effort.quick else single, effort, (BEST,))
+        fixed = scores(campaign(effort, 0.5, False), effort, (BEST,))
         yield tables.confused("Half the torque lost, with a fixed split", fixed[BEST])
         yield from _fixed(fixed[BEST])
 

@@ -76,12 +76,17 @@ def _kinds(effort: Effort) -> Iterator[Item]:
     yield _claim("kinds-wrong", "Time of the faults with a sound element named.", known.wrong, exactly(0.0))
 
 
-def _pairs(effort: Effort) -> Iterator[Item]:
+def pairs(effort: Effort) -> tuple[list[Drive], list[Drive]]:
+    """Drives with two sensors at fault, and with a sensor and an actuator."""
     plans = ((1, SHORT, 41),) if effort.quick else ((1, SHORT, 41), (2, LONG, 42))
     two = [each for plan in plans for each in sensor_pairs(*plan)]
     mixed = [each for plan in plans for share in (1.0, 0.5) for each in mixed_pairs(*plan, share)]
-    found = scores(two[::6] if effort.quick else two, effort, (BEST,))[BEST]
-    others = scores(mixed[::12] if effort.quick else mixed, effort, (BEST,))[BEST]
+    return (two[::6], mixed[::12]) if effort.quick else (two, mixed)
+
+
+def _pairs(effort: Effort) -> Iterator[Item]:
+    two, mixed = pairs(effort)
+    found, others = scores(two, effort, (BEST,))[BEST], scores(mixed, effort, (BEST,))[BEST]
     yield Heading("Two at once", PAIRS_TEXT)
     rows = tuple(
         (name, str(len(of)), *(f"{share:.3f}" for share in isolated(of)))

@@ -45,6 +45,7 @@ BEST = "bank"
 """The default diagnosis, which the goals are about."""
 
 _known: dict[tuple[str, int, bool], Any] = {}
+_scored: dict[tuple[Any, ...], list[DriveScore]] = {}
 
 
 def calibrations(names: Iterable[str], vehicles: Iterable[int], effort: Effort) -> dict[tuple[str, int], Any]:
@@ -97,7 +98,7 @@ def diagnosed(name: str, drive: Drive, recording: Recording, known: Mapping[tupl
 def scores(
     drives: Sequence[Drive], effort: Effort, names: Sequence[str] | None = None, folder: str | None = None
 ) -> dict[str, list[DriveScore]]:
-    """The scores of many drives, by variant.
+    """The scores of many drives, by variant; who asks again for the same is told what was found before.
 
     Args:
         drives: what to drive
@@ -106,13 +107,16 @@ def scores(
         folder: where recordings are kept, if anywhere
     """
     names = tuple(VARIANTS) if names is None else tuple(names)
-    known = calibrations(names, (drive.vehicle for drive in drives), effort)
-    work = partial(_scored, names, known)
-    found = each(work, drives, folder, processes(effort, len(drives)))
-    return {name: [row[place] for row in found] for place, name in enumerate(names)}
+    key = {name: (name, import_module(VARIANTS[name].module), effort.quick, *drives) for name in names}
+    missing = tuple(name for name in names if key[name] not in _scored)
+    if missing:
+        known = calibrations(missing, (drive.vehicle for drive in drives), effort)
+        found = each(partial(_scores_of, missing, known), drives, folder, processes(effort, len(drives)))
+        _scored.update({key[name]: [row[place] for row in found] for place, name in enumerate(missing)})
+    return {name: list(_scored[key[name]]) for name in names}
 
 
-def _scored(
+def _scores_of(
     names: tuple[str, ...], known: Mapping[tuple[str, int], Any], drive: Drive, recording: Recording
 ) -> list[DriveScore]:
     truth = truth_of(drive, recording)

@@ -9,7 +9,7 @@ import numpy as np
 from tierod.studies.claims import Claim, Goal, at_least, at_most, exactly
 from tierod.studies.condition import tables
 from tierod.studies.condition.driven import VEHICLES
-from tierod.studies.condition.drives import SENSORS, sensor_tests
+from tierod.studies.condition.drives import SENSORS, Drive, sensor_tests
 from tierod.studies.condition.faults import LOSS, OFFSET, OUTLIER
 from tierod.studies.condition.runs import BEST, VARIANTS, scores
 from tierod.studies.condition.scoring import DriveScore
@@ -36,15 +36,20 @@ VALUES = {
 """Goal of the error of every sensor's replaced value, root mean square, and its unit."""
 
 
+def campaign(effort: Effort) -> list[Drive]:
+    """The tests of all vehicles, or a few of one."""
+    drives = [drive for number in (VEHICLES[:1] if effort.quick else VEHICLES) for drive in sensor_tests(number)]
+    return drives[::5] if effort.quick else drives
+
+
 def items(effort: Effort) -> Iterator[Item]:
     """Accuracy as in Figure 20, delays, confusion, replaced values."""
     if not VARIANTS:
         return
-    vehicles = VEHICLES[:1] if effort.quick else VEHICLES
-    drives = [drive for number in vehicles for drive in sensor_tests(number)]
-    found = scores(drives[::5] if effort.quick else drives, effort)
+    drives = campaign(effort)
+    found = scores(drives, effort)
     yield Heading("The 48 tests of the sensors", TEXT)
-    yield tables.compared(f"The tests, vehicles driven: {len(vehicles)}", found)
+    yield tables.compared(f"The tests, vehicles driven: {len({each.vehicle for each in drives})}", found)
     yield tables.by_group(
         "Accuracy by sensor (Figure 20), mean / worst", found, lambda each: each.drive.injected[0].element, "sensor"
     )

@@ -16,6 +16,7 @@ PARTS: Mapping[str, str] = {
     "actuators": "tests of the actuators",
     "substitutes": "substitutes of the sensors",
     "beyond": "more faults, and two at once",
+    "theory": "isolability in theory and in the drives",
     "healthy": "healthy driving",
     "odd": "odd recordings",
     "real_cars": "real cars",
