@@ -2,11 +2,13 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from tierod.cli import main
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.monitors.condition.signals import ELEMENTS
+from tierod.readers import read
 from tierod.studies.condition.drives import Drive
 from tierod.studies.condition.faults import LOSS, Injected
 from tierod.studies.condition.odd_drives import without
@@ -47,6 +49,28 @@ def test_a_lost_sensor_is_told_and_shown_and_ends_with_one(place, faulty, capsys
     page = (place / "drive-condition.html").read_text(encoding="utf-8")
     assert "Sensors and actuators over time" in page
     assert "Steering wheel angle: its reading, and what replaced it" in page
+
+
+def test_what_replaces_a_sensor_goes_into_a_recording(place, faulty, capsys):
+    assert diagnose(faulty, "--no-report", "--signals", "told.parquet") == 1
+    assert "signals: told.parquet" in capsys.readouterr().out
+    told = read("told.parquet")
+    supplied, reading = told["supplied_steering_wheel_angle"], told["steering_wheel_angle"]
+    assert supplied.unit == reading.unit == "rad"
+    lost = told["state_of_steering_wheel_angle"].values == 1.0
+    assert np.count_nonzero(lost & (supplied.time < 25.0)) > 800
+    truth = faulty["truth_steering_wheel_angle"].values[: len(lost)]
+    assert np.all(reading.values[lost & (supplied.time < 24.9)] == 0.0)
+    assert np.std((supplied.values - truth)[lost]) < 0.3 * np.std(truth[lost])
+    sound = ~lost & (supplied.time > 1.0) & (supplied.time < 14.9)
+    np.testing.assert_allclose(supplied.values[sound], reading.values[sound])
+
+
+def test_signals_go_over_nothing_that_was_given_and_into_a_known_format(place, faulty, capsys):
+    assert diagnose(faulty, "--no-report", "--signals", "drive.parquet") == 3
+    assert "--signals" in capsys.readouterr().err
+    assert diagnose(faulty, "--no-report", "--signals", "told.txt") == 3
+    assert "no ending that can be written" in capsys.readouterr().err
 
 
 def test_the_document_holds_state_episode_substitute_and_code(place, faulty, capsys):

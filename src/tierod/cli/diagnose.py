@@ -48,6 +48,13 @@ def diagnose(
         Path | None,
         typer.Option(help="Fault memory that takes the recording as one operation cycle; see 'tierod faults read'."),
     ] = None,
+    signals: Annotated[
+        Path | None,
+        typer.Option(
+            help="Recording to write: what the monitor reads and tells over time, with what replaces a faulty sensor "
+            "(.parquet, .csv, .mf4)."
+        ),
+    ] = None,
     report: Annotated[bool, typer.Option(help="Write the HTML report.")] = True,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
@@ -66,6 +73,9 @@ def diagnose(
         )
     target = output or Path(f"{recording.stem}-{monitor}.html") if report else None
     refuse_to_overwrite(target, [recording, vehicle, *(dbc or []), channel_map, own_level, memory])
+    refuse_to_overwrite(
+        signals, [recording, vehicle, *(dbc or []), channel_map, own_level, memory, target], "recording", "--signals"
+    )
     # Before the memory takes the recording: judged once more, it would count twice.
     for path in filter(None, (target, own_level)):
         require_folder(path)
@@ -79,10 +89,13 @@ def diagnose(
             channel_map=channel_map,
             own_level=own_level,
             memory=memory,
+            signals=signals,
             command=shlex.join(["tierod", *sys.argv[1:]]),
             progress=advance,
         )
     show(diagnosis, as_json, target, console, messages)
+    if signals is not None:
+        (messages() if as_json else console()).print(f"signals: {signals}", soft_wrap=True, markup=False)
     return diagnosis.findings[0].status.exit_code
 
 

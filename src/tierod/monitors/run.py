@@ -15,6 +15,7 @@ from tierod.errors import InputError, ParameterError, nearest
 from tierod.findings import Diagnosis
 from tierod.monitors.decided import decided
 from tierod.monitors.named_vehicle import other_vehicle, vehicle_named_in
+from tierod.monitors.over_time import OverTime
 from tierod.monitors.own_level import OwnLevel, load_own_level, refuse_foreign, store_own_level
 from tierod.monitors.pieces import CHUNK, OVERLAP, joined, pieces_of, refuse_leap, share_read
 from tierod.monitors.quality_over_chunks import QualityOverChunks
@@ -23,6 +24,7 @@ from tierod.monitors.suitable import refuse_unsuitable
 from tierod.readers import SHARE_READ
 from tierod.recording import Aligned, Recording
 from tierod.vehicles import Vehicle, load
+from tierod.writers import require_writable, write
 
 if TYPE_CHECKING:
     from tierod.monitors.into_memory import MemoryFeed
@@ -38,6 +40,7 @@ def diagnose(
     channel_map: Any = None,
     own_level: OwnLevel | str | Path | None = None,
     memory: str | Path | None = None,
+    signals: str | Path | None = None,
     command: str = "",
     progress: Callable[[float], None] | None = None,
 ) -> Diagnosis:
@@ -53,30 +56,38 @@ def diagnose(
         own_level: what was learnt of this vehicle from earlier recordings. A path of a file that does not exist yet is
             written where the vehicle is healthy; an existing one is never changed, lest a slow fault creep into it
         memory: path of a fault memory, which takes the recording as one operation cycle; written anew if there is none
+        signals: path of a recording that takes what the monitor reads and tells over time, at its own rate: estimates,
+            states, what replaces a sensor; .parquet, .csv or .mf4
         command: what the user typed, for the report
         progress: called with the share done, 0 to 1
 
     Raises:
         InputError: the recording cannot be read, or lacks what the monitor needs; or the own level is another vehicle's
-        OutputError: the own level or the fault memory cannot be written
+        OutputError: the own level, the fault memory or the signals cannot be written
         ParameterError: no such vehicle, monitor or variant; none, and the recording names none; or no variant, and the
             monitor has no default
     """
+    if signals is not None:
+        require_writable(signals)
     if vehicle is None:
         vehicle = vehicle_named_in(source, dbc, channel_map)
     car = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)
     definition, chosen = find(monitor, variant)
     known = own_level if isinstance(own_level, OwnLevel) else _stored(own_level)
-    run = Run(definition, chosen, car, known, memory)
+    kept = None if signals is None else OverTime()
+    run = Run(definition, chosen, car, known, memory, kept)
     for place, piece in enumerate(pieces_of(source, run.needs, car, dbc, channel_map)):
         if place == 0:
             suited, picked = _suited(definition, chosen if variant else None, piece)
             if (suited, picked) != (definition, None):
-                run = Run(suited, picked or chosen, car, known, memory)
+                run = Run(suited, picked or chosen, car, known, memory, kept)
         run.add(piece)
         if progress:
             progress(share_read(piece))
     diagnosis = run.finish(command)
+    if signals is not None and kept is not None:
+        units = {name: each.unit for name, each in diagnosis.traces.items()}
+        write(kept.recording(units, f"tierod, monitor {run.monitor.name}"), signals)
     if isinstance(own_level, str | Path) and known is None and run.learnt:
         store_own_level(dataclasses.replace(run.learnt, learnt=diagnosis.created), own_level)
     return diagnosis
@@ -133,12 +144,14 @@ class Run:
         vehicle: Vehicle,
         own_level: OwnLevel | None = None,
         memory: str | Path | None = None,
+        kept: OverTime | None = None,
     ):
         self.monitor, self.variant, self.vehicle = monitor, variant, vehicle
         if own_level is not None:
             refuse_foreign(own_level, vehicle.name, f"{monitor.name}, {variant.name}")
         self.session: Session = _opened(monitor, variant, vehicle, own_level)
         self.feed = _feed(memory, vehicle, monitor) if memory else None
+        self.kept = kept
         self.learnt: OwnLevel | None = None
         self.course: tuple[StatusChange, ...] = ()
         self.code_courses: Mapping[str, tuple[StatusChange, ...]] = {}
@@ -188,6 +201,8 @@ class Run:
         shown = {**dict(zip(aligned.names, aligned.values.T, strict=True)), **self.session.absorb(aligned)}
         if self.feed:
             self.feed.add(aligned, self.monitor.rate)
+        if self.kept:
+            self.kept.add(aligned.time, shown)
         for name, values in shown.items():
             self._traces[name].add(aligned.time, values)
 
