@@ -94,3 +94,15 @@ def test_more_drive_on_the_right_turns_to_the_left():
     state = AutomatedVehicle.transition(REST._replace(speed=5.0), inputs, PLAIN)
     moment = 0.5 * PLAIN.track_width * 50.0 / PLAIN.wheel_radius
     assert state.yaw_rate == pytest.approx(PLAIN.sample_time * moment / PLAIN.yaw_inertia, rel=1e-3)
+
+
+def test_a_lighter_vehicle_and_smaller_tyres_are_excesses():
+    torque = 60.0
+    pushed = NOTHING._replace(drive_left=torque, drive_right=torque, drive_left_now=torque, drive_right_now=torque)
+    rolling = REST._replace(speed=5.0)
+    usual = AutomatedVehicle.output(rolling, pushed, PLAIN).longitudinal_acceleration
+    light = AutomatedVehicle.output(rolling._replace(drive_excess=0.1), pushed, PLAIN).longitudinal_acceleration
+    assert light == pytest.approx(1.1 * usual, rel=1e-9)
+    assert AutomatedVehicle.output(rolling._replace(drive_excess=0.1), NOTHING, PLAIN).longitudinal_acceleration == 0.0
+    small = AutomatedVehicle.output(rolling._replace(wheel_speed_scale=0.1), NOTHING, PLAIN)
+    assert small.wheel_speed_rear_left == pytest.approx(1.1 * 5.0 * PLAIN.wheel_speed_scale, rel=1e-9)

@@ -96,7 +96,8 @@ class Fading:
         force: errors of the axles' forces; about the length of a bend
         tie_rod: error of the tie rod's force
         loss: of an actuator's torque
-        offset: of the yaw rate's and the angle's offset, and of the radius of the wheels
+        offset: of the yaw rate's and the angle's offset, and of the difference of the wheels
+        share: excess of wheel speeds and drives; load and tyres change while nobody drives, and hardly on the way
         road: grade and bank
     """
 
@@ -104,4 +105,5 @@ class Fading:
     tie_rod: Annotated[float, "s"] = 0.6
     loss: Annotated[float, "s"] = 4.0
     offset: Annotated[float, "s"] = 600.0
+    share: Annotated[float, "s"] = 3600.0
     road: Annotated[float, "s"] = 6.0

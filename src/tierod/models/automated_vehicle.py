@@ -46,7 +46,9 @@ class AutomatedVehicle:
 
         The force errors are true less modelled force; `grade_acceleration` and `bank_acceleration` are what the road's
         slope takes from the acceleration forward and to the left; `torque_loss` is the lost share of the torque of
-        whatever actuator is suspected; `wheel_speed_difference` is the excess over its parameter, and so are offsets.
+        whatever actuator is suspected; `wheel_speed_difference` is the excess over its parameter, and so are offsets;
+        `wheel_speed_scale` the relative one; `drive_excess` is by what share both drives push harder than their torques
+        say, as a lighter vehicle or smaller tyres let them.
         """
 
         speed: Annotated[float, "m/s"]
@@ -66,6 +68,8 @@ class AutomatedVehicle:
         grade_acceleration: Annotated[float, "m/s**2"]
         bank_acceleration: Annotated[float, "m/s**2"]
         wheel_speed_difference: Annotated[float, ""]
+        wheel_speed_scale: Annotated[float, ""]
+        drive_excess: Annotated[float, ""]
 
     class Input(NamedTuple):
         """Torques that were asked for, of both motors at the column and of both drives at their wheels.
@@ -109,7 +113,7 @@ class AutomatedVehicle:
     @staticmethod
     def transition(x: Any, u: Any, p: Any) -> Any:
         """The state one sample on."""
-        step, torques = p.sample_time, _given(u[:4], u[8:], x.torque_loss)
+        step, torques = p.sample_time, _given(u[:4], u[8:], x)
         x = _deflected(x, p)
         forces = forces_of(x, torques, p)
         angle, rate, friction = _steered(x, forces, torques, p)
@@ -135,22 +139,25 @@ class AutomatedVehicle:
             keep.road * x.grade_acceleration,
             keep.road * x.bank_acceleration,
             keep.offset * x.wheel_speed_difference,
+            keep.share * x.wheel_speed_scale,
+            keep.share * x.drive_excess,
         )
 
     @staticmethod
     def output(x: Any, u: Any, p: Any) -> Any:
         """What is measured at the end of a step."""
-        torques = _given(u[4:8], u[8:], x.torque_loss)
+        torques = _given(u[4:8], u[8:], x)
         forces = forces_of(x, torques, p)
         half_turn, difference = 0.5 * p.track_width * x.yaw_rate, p.wheel_speed_difference + x.wheel_speed_difference
+        scale = p.wheel_speed_scale * (1.0 + x.wheel_speed_scale)
         steering = torques.steering_motor_1 + torques.steering_motor_2
         above = p.steering_motor_inertia * _column_balance(x, forces, torques, p, x.column_rate) / p.column_inertia
         across = (1.0 + p.roll_share) * lateral_acceleration(forces.front, forces.rear, p.mass)
         lateral = lateral_acceleration_at(across, yaw_acceleration_of(x, forces, p), x.yaw_rate, p.sensor_forward)
         along = forces.along / (p.mass + p.rolling_mass) - p.sensor_forward * x.yaw_rate * x.yaw_rate
         return AutomatedVehicle.Output(
-            p.wheel_speed_scale * (1.0 - 0.5 * difference) * (x.speed - half_turn),
-            p.wheel_speed_scale * (1.0 + 0.5 * difference) * (x.speed + half_turn),
+            scale * (1.0 - 0.5 * difference) * (x.speed - half_turn),
+            scale * (1.0 + 0.5 * difference) * (x.speed + half_turn),
             x.yaw_rate + p.yaw_rate_offset + x.yaw_rate_offset,
             x.column_angle + p.steering_wheel_angle_offset + x.angle_offset,
             steering - above + p.steering_shaft_torque_offset,
@@ -162,12 +169,14 @@ class AutomatedVehicle:
     @staticmethod
     def forces(x: Any, u: Any, p: Any) -> Forces:
         """What acts at the end of a step."""
-        return forces_of(x, _given(u[4:8], u[8:], x.torque_loss), p)
+        return forces_of(x, _given(u[4:8], u[8:], x), p)
 
 
-def _given(asked: Any, suspected: Any, loss: Any) -> Torques:
-    """Torques after what suspected actuators have lost."""
-    return Torques(*(torque * (1.0 - share * loss) for torque, share in zip(asked, suspected, strict=True)))
+def _given(asked: Any, suspected: Any, x: Any) -> Torques:
+    """Torques after what suspected actuators have lost; of the drives what pushes the vehicle that was calibrated."""
+    given = Torques(*(torque * (1.0 - share * x.torque_loss) for torque, share in zip(asked, suspected, strict=True)))
+    excess = 1.0 + x.drive_excess
+    return given._replace(drive_left=excess * given.drive_left, drive_right=excess * given.drive_right)
 
 
 def _deflected(x: Any, p: Any) -> Any:

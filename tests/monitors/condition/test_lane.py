@@ -1,8 +1,9 @@
 """The filter that leaves out what a hypothesis suspects, on drives of a car that is not its model."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import pytest
@@ -158,3 +159,37 @@ def test_an_uncalibrated_vehicle_gets_wider_noises_and_a_known_one_the_usual():
     assert error.force_share > 2.0 * ModelError().force_share
     assert base().model_error == ModelError()
     assert base().sensor_noise == SensorNoise()
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """What a filter finds of load and tyres."""
+
+    filter: LeaveOutFilter
+
+    Sample = ConditionSample
+
+    class Output(NamedTuple):
+        wheel_speed_scale: Annotated[float, ""]
+        drive_excess: Annotated[float, ""]
+
+    def init(self):
+        return self.filter.init()
+
+    def step(self, state, sample):
+        after, _ = self.filter.corrected(state, sample)
+        return after, self.Output(after.mean.wheel_speed_scale, after.mean.drive_excess)
+
+
+@pytest.mark.parametrize(("what", "factor"), [("radius", 1.1), ("mass", 1.1), ("mass", 0.9)])
+def test_a_load_and_tyres_that_have_changed_are_learnt(what, factor):
+    """What the whole filter finds, against what was changed: push per mass, and readings per speed."""
+    samples = aligned(recorded(Drive("short-round", 40.0, 0, 5, later=(what, factor))))
+    rolling = base().vehicle.rolling_mass / base().vehicle.mass
+    expected = {
+        "wheel_speed_scale": 1.0 / factor - 1.0 if what == "radius" else 0.0,
+        "drive_excess": 1.0 / factor - 1.0 if what == "radius" else (1.0 + rolling) / (factor + rolling) - 1.0,
+    }
+    learnt = scan(Learnt(base()), samples)
+    for name, value in expected.items():
+        assert learnt[name][-1] == pytest.approx(value, abs=0.02)

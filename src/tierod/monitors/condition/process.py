@@ -11,7 +11,7 @@ from tierod.monitors.condition.tuning import ModelError
 
 LIMITS = AutomatedVehicle.State(
     *(80.0, 30.0, 10.0, 1.0, 1.0, 20.0, 80.0, 1.0),
-    *(600.0, 600.0, 500.0, 1.5, 0.03, 0.15, 1.7, 1.2, 0.03),
+    *(600.0, 600.0, 500.0, 1.5, 0.03, 0.15, 1.7, 1.2, 0.03, 0.25, 0.25),
 )
 """Beyond which no state goes, whatever a faulty sensor says. The filter stays finite; and a hypothesis that is wrong
 cannot explain readings by a bank of thirty degrees or tyres of another size, however long it is given."""
@@ -26,7 +26,7 @@ def start_deviations(error: ModelError) -> Any:
     return AutomatedVehicle.State(
         *(20.0, 0.5, 0.5, 0.02, 0.02, 4.0, 2.0, 0.7, error.force, error.force, error.tie_rod + error.standing),
         *(error.loss, error.yaw_rate_offset, error.angle_offset, error.road, error.road),
-        error.wheel_speed_difference,
+        *(error.wheel_speed_difference, error.wheel_speed_scale, error.drive_excess),
     )
 
 
@@ -68,6 +68,8 @@ def process_noise(error: ModelError, vehicle: Any, mean: Any, inputs: Any) -> An
         grade_acceleration=gained(error.road, fading.road),
         bank_acceleration=gained(error.road, fading.road),
         wheel_speed_difference=gained(error.wheel_speed_difference, fading.offset),
+        wheel_speed_scale=gained(error.wheel_speed_scale, fading.share),
+        drive_excess=gained(error.drive_excess, fading.share),
     )
 
 

@@ -13,7 +13,10 @@ from tierod.vehicles import Vehicle
 
 ERRORS = ("front_force_error", "rear_force_error", "tie_rod_force_error")
 """States that stand for forces beside the model's."""
-OFFSETS = ("yaw_rate_offset", "angle_offset", "wheel_speed_difference", "grade_acceleration", "bank_acceleration")
+OFFSETS = (
+    *("yaw_rate_offset", "angle_offset", "wheel_speed_difference", "wheel_speed_scale", "drive_excess"),
+    *("grade_acceleration", "bank_acceleration"),
+)
 """States that creep: sensors' offsets, wheels' radii, the road's slopes."""
 STEERING_MOTORS = ACTUATORS[:2]
 ACCELERATIONS = ("longitudinal_acceleration", "lateral_acceleration")

@@ -47,6 +47,7 @@ class ModelError:
         standing: added to the tie rod's error at standstill, where the tyres twist on the spot
         loss: of the torque of a suspected actuator, as a share
         yaw_rate_offset, angle_offset, wheel_speed_difference: how far they wander off a calibration
+        wheel_speed_scale, drive_excess: likewise, as shares: load and tyres change after a calibration
         road: acceleration by grade or bank
     """
 
@@ -65,6 +66,8 @@ class ModelError:
     yaw_rate_offset: Annotated[float, "rad/s"] = 0.0007
     angle_offset: Annotated[float, "rad"] = 0.002
     wheel_speed_difference: Annotated[float, ""] = 0.0005
+    wheel_speed_scale: Annotated[float, ""] = 0.05
+    drive_excess: Annotated[float, ""] = 0.06
     road: Annotated[float, "m/s**2"] = 0.25
 
 
