@@ -31,12 +31,18 @@ def test_what_structure_foretells_needs_no_reason(fault, named):
         (YAW, AMBIGUOUS, "almost as well"),
         (YAW, "steering_wheel_angle", "knows no sizes"),
         (MOTOR, "steering_motor_1", "sees no time"),
-        (MOTOR, "drive_left", "not by structure"),
+        (MOTOR, "drive_left", "knows no sizes"),
         (PAIR, "yaw_rate", "a second suspect"),
     ],
 )
 def test_every_disagreement_has_a_reason(fault, named, why):
     assert why in reason(fault, named)
+
+
+def test_rules_have_reasons_of_their_own():
+    assert "no rule fits" in reason(YAW, NOBODY, "rules")
+    assert "several rules fit" in reason(YAW, AMBIGUOUS, "rules")
+    assert "the rule of another" in reason(YAW, "tie_rod_force", "rules")
 
 
 def test_rows_hold_counts_in_words():

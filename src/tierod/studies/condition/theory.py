@@ -118,37 +118,44 @@ def disagreements(rows: Iterable[Compared], remark: str = "") -> Iterator[tuple[
     for each in rows:
         for name, named in each.named.items():
             for other, count in named.most_common():
-                why = reason(each, other)
+                why = reason(each, other, name)
                 if why:
                     words = f"{count} of {named.total()}: {_word(each.fault, other)}"
                     yield _plain(each.fault) + remark, each.theory, VARIANTS[name].title, words, why
 
 
-def reason(each: Compared, named: str) -> str:
+def reason(each: Compared, named: str, diagnosis: str = BEST) -> str:
     """Why a fault went by a name that structure does not foretell; "" where it does.
 
     Args:
         each: the fault
         named: what it went by
+        diagnosis: the bank, or else rules
     """
+    if named in ((*each.alike, AMBIGUOUS) if each.alike else (each.fault,)):
+        return ""
     if named == NEVER:
         return "its equations have it, but not its size: nothing differed by three standard deviations for long enough"
     if named == each.fault:
-        if not each.alike:
-            return ""
         return "structure sees no time: the split of the steering torque alternates, and tells the motors apart"
-    if named in each.alike or (named == AMBIGUOUS and each.alike):
-        return ""
-    if named == NOBODY:
-        return "seen by structure, but too small for limits that no healthy drive exceeds, or no rule is made for it"
-    if named == AMBIGUOUS:
-        return "structure knows no sizes: others explained what was seen almost as well in this drive"
-    failed = set(each.fault.split(" + "))
-    if set(named.split(" + ")) < failed:
+    kind = named if named in (NOBODY, AMBIGUOUS) else "others"
+    if diagnosis != BEST:
+        return _OF_RULES[kind]
+    if set(named.split(" + ")) < set(each.fault.split(" + ")):
         return "the rest adds too little to what the first explains to be worth a second suspect"
-    if each.alike:
-        return "not by structure: others explained it as well within what healthy driving shows"
-    return "structure knows no sizes: others explained what was seen as well within what healthy driving shows"
+    return _OF_BANK[kind]
+
+
+_OF_BANK = {
+    NOBODY: "structure knows no sizes: too small for limits that no healthy drive goes beyond",
+    AMBIGUOUS: "structure knows no sizes: others explained what was seen almost as well",
+    "others": "structure knows no sizes: others explained what was seen as well, within what healthy driving shows",
+}
+_OF_RULES = {
+    NOBODY: "no rule fits: a residual that it asks for stays below its threshold",
+    AMBIGUOUS: "several rules fit, or come as near: what they ask of the residuals does not tell these faults apart",
+    "others": "the rule of another fits: residuals see through the motion what their equations do not have",
+}
 
 
 def _counted(fault: str, named: Counter[str]) -> str:
