@@ -119,7 +119,7 @@ COLUMN = TwoInertiaParameters(0.035, 0.23, 132.0, 18.0, 1.6e-4, 1.5e-3)
 BASES = {"GaussianFilter", "EachSignal", "SteeringTorqueObserver"}
 """What several blocks share; they are exercised through those."""
 
-PARTS = {"AngleObserver", "ConditionJudge", "Decision", "Watching"}
+PARTS = {"AngleObserver", "ConditionJudge", "Decision", "OnBoardJudge", "Watching"}
 """Steps with arguments of their own, used inside one block and exercised through it."""
 
 
