@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from types import ModuleType
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 
 from tierod.recording import Recording
 from tierod.studies.claims import Claim
-from tierod.studies.condition import actuators, beyond, healthy, runs, sensors, theory
+from tierod.studies.condition import actuators, beyond, closed_loop, healthy, runs, sensors, theory
 from tierod.studies.condition.declared import Declared
 from tierod.studies.condition.drives import Drive
 from tierod.studies.condition.recorded import recorded, sound
@@ -106,3 +107,13 @@ def test_a_diagnosis_that_is_told_disagrees_with_structure_on_the_motors_alone(t
     assert all(
         row[-1].startswith("its equations have it, but not its size") for row in disagreements.rows if row not in motors
     )
+
+
+def test_faults_inside_the_loop_change_the_drive_and_are_scored_like_all_others(told, monkeypatch):
+    chosen = [each for each in closed_loop.drives(Effort(quick=True)) if each.injected[0].element == "yaw_rate"][:2]
+    assert all(not each.injected[0].in_recording_alone for each in closed_loop.drives(Effort()))
+    monkeypatch.setattr(closed_loop, "drives", lambda effort: [replace(each, seconds=30.0) for each in chosen])
+    (table,) = (each for each in closed_loop.items(Effort(quick=True, processes=1)) if isinstance(each, Table))
+    assert [row[:4] for row in table.rows] == [("yaw_rate", "loss", "1", "1"), ("yaw_rate", "offset", "1", "1")]
+    assert {row[4] for row in table.rows} == {f"{LATE:.2f}"}
+    assert {row[-2] for row in table.rows} == {"0"}

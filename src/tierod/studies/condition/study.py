@@ -16,6 +16,7 @@ PARTS: Mapping[str, str] = {
     "actuators": "tests of the actuators",
     "substitutes": "substitutes of the sensors",
     "beyond": "more faults, and two at once",
+    "closed_loop": "faults that the driver believes",
     "theory": "isolability in theory and in the drives",
     "healthy": "healthy driving",
     "odd": "odd recordings",
