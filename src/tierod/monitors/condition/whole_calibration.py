@@ -28,9 +28,9 @@ FOR_PARAMETERS = 300.0
 FAULTY = (12.0, 3.0)
 """Mean log-likelihood ratios of a single suspect, fast and slow, from which on a drive does not look healthy [nat].
 
-Largest of 3.4 healthy hours of three calibrated virtual demonstrators 7.1 and 0.8, of 24 tests of each with faulty sensors
-16 to 20 and 5.9 to 20, a tie-rod force of three times the truth for a second the least. One reading that jumps shows in
-the fast one only, and would spoil all limits.
+Largest of 3.4 healthy hours of three calibrated virtual demonstrators 7.1 and 0.8; of 24 tests of each with faulty
+sensors 16 to 20 and 5.9 to 20, a tie-rod force of three times the truth for a second the least. One reading that jumps
+shows in the fast one only, and would spoil all limits.
 """
 LARGEST_SQUARE = 3.0
 """Mean squared innovation over its variance from which on a reading does not fit the vehicle at all."""
