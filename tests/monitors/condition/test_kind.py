@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from tierod.graph import batch, scan
-from tierod.monitors.condition.kind import DELAYS, KINDS, LASTING, KindOfFault
+from tierod.monitors.condition.kind import KINDS, LASTING, KindOfFault
+from tierod.monitors.condition.kind_fits import delays_of
 from tierod.monitors.condition.tuning import PlausibleRange
 
 RATE, START, END = 100.0, 500, 900
@@ -146,7 +147,8 @@ def test_a_delay_is_told_from_readings_some_of_which_are_missing():
 
 def test_delays_follow_the_sample_time():
     slow = KindOfFault.of_sensor("yaw_rate", PlausibleRange(), 0.02)
-    assert slow.delays == tuple(round(delay / 0.02) for delay in DELAYS)
+    assert slow.delays == delays_of("yaw_rate", 0.02)
+    assert [0.02 * size for size in slow.delays][-3:] == pytest.approx([0.36, 0.44, 0.56])
     assert replace(slow, delays=(1, 2, 3)).init().delays == (0.0, 0.0, 0.0)
 
 
@@ -159,3 +161,44 @@ def test_what_is_unknown_of_a_prediction_widens_the_size_and_spares_the_kind(kin
     assert KINDS[int(told["kind"][at]) - 1] == kind
     assert abs(told["size"][at] - size) < 2.0 * told["deviation"][at]
     assert KINDS[int(sure["kind"][at]) - 1] != kind or abs(sure["size"][at] - size) > 3.0 * sure["deviation"][at]
+
+
+def grown(size, late, **changes):
+    """A drift that is declared so many samples after it began."""
+    given = samples("drift", size, late=late)
+    return scan(replace(BLOCK, **changes), given), START + late
+
+
+def test_what_a_late_declared_drift_grew_from_tells_it_from_an_offset_at_once():
+    result, at = grown(0.1, 350)
+    assert KINDS[int(result["kind"][at + 2]) - 1] == "drift"
+    assert result["size"][at + 2] == pytest.approx(0.1, rel=0.1)
+    blind, _ = grown(0.1, 350, away=1e9)
+    assert KINDS[int(blind["kind"][at + 2]) - 1] != "drift"
+
+
+def test_a_jump_after_a_small_lasting_error_is_an_offset_of_its_own():
+    given = samples("offset", 2.0)
+    given[100:, 0] += 0.1
+    result = scan(BLOCK, given)
+    assert KINDS[int(result["kind"][START + 205]) - 1] == "offset"
+    assert result["size"][START + 205] == pytest.approx(2.1, abs=0.03)
+
+
+@pytest.mark.parametrize("late", [0.13, 0.21, 0.33, 0.41])
+def test_a_delay_between_those_compared_is_found_by_its_parabola(late):
+    result = scan(BLOCK, samples("delay", late))
+    assert KINDS[int(result["kind"][START + 205]) - 1] == "delay"
+    assert result["size"][START + 205] == pytest.approx(late, abs=2.0 * result["deviation"][START + 205])
+    assert result["deviation"][START + 205] < 0.05 * late + 0.01
+
+
+def test_a_delay_of_a_signal_that_jumps_is_found():
+    chance = np.random.default_rng(4)
+    value = np.repeat(chance.normal(size=60), 20)
+    reading = np.where(np.arange(1200) >= START, np.roll(value, 27), value) + 0.1 * chance.normal(size=1200)
+    given = np.column_stack([reading, value, np.full(1200, 0.12), np.arange(1200) > START + 20, np.zeros(1200)])
+    block = KindOfFault.of_sensor("steering_shaft_torque", PlausibleRange())
+    result = scan(block, given)
+    assert KINDS[int(result["kind"][START + 220]) - 1] == "delay"
+    assert result["size"][START + 220] == pytest.approx(0.27, abs=0.01)

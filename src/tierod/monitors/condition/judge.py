@@ -92,23 +92,38 @@ class ConditionJudge:
         """One sample on."""
         decided, verdict = self.decision.step(state[0], sample, state[3])
         diagnosis = verdict.output
+        foretold = [self._foretold(sample.lanes, diagnosis, name) for name in SENSORS]
         each = [
             kind.step(
                 memory,
                 KindOfFault.Sample(
                     getattr(sample.sample, name),
-                    getattr(diagnosis.prediction, name),
-                    getattr(diagnosis.deviation, name),
+                    *told,
                     getattr(diagnosis.faulty, name),
                     getattr(diagnosis.recovering, name),
                 ),
             )
-            for kind, memory, name in zip(self.kinds, state[1], SENSORS, strict=True)
+            for kind, memory, told, name in zip(self.kinds, state[1], foretold, SENSORS, strict=True)
         ]
         losing, loss = self._loss(state[2], diagnosis)
         output = Judgement(diagnosis, Kinds(*(named for _, named in each)), loss)
         effects = tuple(named.effect for _, named in each)
         return (decided, tuple(memory for memory, _ in each), losing, effects), verdict._replace(output=output)
+
+    def _foretold(self, lanes: Any, diagnosis: Diagnosis, name: str) -> tuple[Any, Any]:
+        """What a sensor should read and the standard deviation, from what leaves it out beside all that is declared."""
+        weighing, place = self.decision.weighing, SENSORS.index(name)
+        prediction, deviation = diagnosis.prediction[place], diagnosis.deviation[place]
+        beside: dict[int, list[int]] = {}
+        for active, each in enumerate(weighing.hypotheses):
+            number = weighing.number(*each.suspects, name)
+            if number is not None:
+                beside.setdefault(number, []).append(active)
+        for number, several in beside.items():
+            here = any_of(*(diagnosis.hypothesis == active for active in several))
+            prediction = where(here, lanes[number].prediction[place], prediction)
+            deviation = where(here, lanes[number].deviation[place], deviation)
+        return prediction, deviation
 
     def _loss(self, state: LossState, diagnosis: Diagnosis) -> tuple[LossState, Loss]:
         """Mean of the lost share, weighted by what each sample knows of it; samples alike for a while count as one."""

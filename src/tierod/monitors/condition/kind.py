@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from tierod.block import Ring
-from tierod.graph.maths import absolute, all_of, both, either, log, maximum, negated, present, sqrt, where
-from tierod.monitors.condition.kind_state import Fit, KindState, SlopeFit, parabola, parts, selected
+from tierod.graph.maths import absolute, all_of, both, either, exp, log, maximum, negated, present, sqrt, where
+from tierod.monitors.condition.kind_fits import delay_of, delays_of, fitted, log_density, sloped
+from tierod.monitors.condition.kind_state import Fit, KindState, SlopeFit, selected
 from tierod.monitors.condition.signals import SENSORS
 from tierod.monitors.condition.tuning import PlausibleRange
 
@@ -19,10 +20,6 @@ NONE, LOSS, STUCK, OFFSET, GAIN, DRIFT, OUTLIER, NOISE, DELAY = (float(number) f
 
 NEVER = -1e9
 """Score of a kind that cannot be: far below any logarithm of likelihood."""
-
-DELAYS = (0.04, 0.06, 0.08, 0.11, 0.15, 0.2, 0.26, 0.34, 0.45)
-"""Delays that are compared [s]: each some third longer than the one before, so that a parabola lies well between."""
-
 
 LASTING = {"yaw_rate": 0.3, "steering_wheel_angle": 2.0}
 """Errors of what the others foretell of a sensor are alike for so long [s]; by the variance of their means over ten
@@ -49,7 +46,10 @@ class Kind(NamedTuple):
 
 @dataclass(frozen=True)
 class KindOfFault:
-    """Weigh the kinds of faults of one sensor against each other from its declaration on.
+    """Weigh the kinds of faults of one sensor against each other, from where its readings began to be off.
+
+    That is before its declaration: a drift is declared when it has grown, and what it grew from tells it from an
+    offset. While a sensor that is not declared is as it should on a recent mean, or jumps off, all begins anew.
 
     Each kind predicts the next reading with what it has learnt so far (recursive least squares in the Bayesian sense);
     the product of those densities is its likelihood. Errors of the prediction last for a while, so that a sample counts
@@ -62,7 +62,10 @@ class KindOfFault:
         rough: likewise, of noise [unit of the signal]
         zero: below which a reading that never changes is a loss [unit of the signal]
         factor: expected size of factors about one
-        start: of a drift when it is declared, in deviations of the prediction
+        start: of a drift where it begins to be off, in deviations of the prediction: a drift starts at zero
+        recent: over which the mean of deviations is taken that tells whether a sensor is as it should
+        away: deviations of the prediction beyond which that mean is off; that of healthy ones hardly ever is
+        jumps: deviations by which a reading must be off more than twice that mean to be the first one of a jump
         sure: deviations by which the slope of a drift differs from none
         alike: over which errors of the prediction are alike, in the weighing of kinds
         lasting: over which they are alike in what a size is uncertain by, see `LASTING`
@@ -73,6 +76,7 @@ class KindOfFault:
         unknown: standard deviation of what predictions are off by that no filter knows of, as of a vehicle that nobody
             has calibrated [unit of the signal]
         sample_time: [s]
+        delays: that are compared, in samples
     """
 
     offset: Annotated[float, ""]
@@ -80,7 +84,10 @@ class KindOfFault:
     rough: Annotated[float, ""]
     zero: Annotated[float, ""]
     factor: Annotated[float, ""] = 1.0
-    start: Annotated[float, ""] = 6.0
+    start: Annotated[float, ""] = 3.0
+    recent: Annotated[float, "s"] = 0.1
+    away: Annotated[float, ""] = 2.0
+    jumps: Annotated[float, ""] = 4.0
     sure: Annotated[float, ""] = 3.0
     alike: Annotated[float, "s"] = 0.1
     lasting: Annotated[float, "s"] = 0.1
@@ -90,7 +97,7 @@ class KindOfFault:
     large: Annotated[float, ""] = 1.0
     unknown: Annotated[float, ""] = 0.0
     sample_time: Annotated[float, "s"] = 0.01
-    delays: tuple[int, ...] = tuple(round(delay / 0.01) for delay in DELAYS)
+    delays: tuple[int, ...] = delays_of("", 0.01)
 
     class Sample(NamedTuple):
         """One reading.
@@ -117,53 +124,73 @@ class KindOfFault:
             *(plausible.steering_shaft_torque, plausible.tie_rod_force),
         )
         width = widths[SENSORS.index(name)]
-        lines = tuple(max(round(delay / sample_time), 1) for delay in DELAYS)
         expected = (0.25 * width, 0.025 * width, 0.025 * width, 1e-5 * width)
-        return cls(*expected, lasting=LASTING.get(name, cls.lasting), sample_time=sample_time, delays=lines)
+        return cls(
+            *expected,
+            lasting=LASTING.get(name, cls.lasting),
+            sample_time=sample_time,
+            delays=delays_of(name, sample_time),
+        )
 
     def init(self) -> KindState:
         """Nothing declared."""
         empty = (0.0,) * len(self.delays)
         fit = Fit(0.0, 1.0, 0.0)
         lines = tuple(Ring(size) for size in self.delays)
-        return KindState(0.0, 0.0, 1.0, fit, fit, fit, SlopeFit(*(0.0,) * 6), 0.0, 0.0, 0.0, 0.0, empty, lines)
+        slope = SlopeFit(*(0.0,) * 6)
+        return KindState(*(0.0,) * 4, 1.0, 0.0, fit, fit, fit, slope, *(0.0,) * 7, empty, lines)
 
     def step(self, state: KindState, sample: Any) -> tuple[KindState, Kind]:
         """One sample on."""
         known = all_of(present(sample.reading), present(sample.prediction), present(sample.deviation))
         declared = where(present(sample.declared), sample.declared, 0.0) > 0.5
         paused = where(present(sample.recovering), sample.recovering, 0.0) > 0.5
-        counts, dropped = all_of(known, declared, negated(paused)), negated(declared)
         reading, prediction = where(known, sample.reading, 0.0), where(known, sample.prediction, 0.0)
         deviation = where(both(known, sample.deviation > 0.0), sample.deviation, 1.0)
         deviation = sqrt(deviation * deviation + self.unknown * self.unknown)
-        fresh = self._fresh(state, deviation)
-        before = selected(either(dropped, state.seen < 0.5), fresh, state)
-        learnt = self._learnt(before, reading, prediction, deviation)
+        smooth, sound = self._watched(state, known, reading - prediction, deviation)
+        begins = either(state.seen < 0.5, both(negated(declared), either(sound, state.told > 0.5)))
+        before = selected(begins, self._fresh(state, deviation), state)
+        before = before._replace(repeated=where(declared, before.repeated, 1.0), told=where(declared, before.told, 0.0))
         revived = all_of(
             self._is_still(before), reading != before.last, absolute(reading - prediction) < self.agrees * deviation
         )
-        counts = both(counts, negated(revived))
-        after = selected(counts, learnt, before)
-        after = after._replace(last=where(both(known, either(counts, dropped)), reading, state.last), past=state.past)
-        named = self._named(after, prediction, dropped)
+        counts = all_of(known, negated(paused), negated(revived), either(declared, negated(sound)))
+        after = selected(counts, self._learnt(before, declared, reading, prediction, deviation), before)
+        after = after._replace(
+            age=after.age + where(after.seen > 0.5, 1.0, 0.0),
+            smooth=smooth,
+            last=where(both(known, either(counts, negated(declared))), reading, state.last),
+            past=state.past,
+        )
+        named = self._named(after, prediction, either(negated(declared), after.told < 0.5))
         named = named._replace(effect=where(both(declared, revived), math.inf, named.effect))
         foretold = where(present(sample.prediction), sample.prediction, 0.0)
         return after._replace(past=tuple(line.push(foretold) for line in state.past)), named
 
+    def _watched(self, state: KindState, known: Any, off: Any, deviation: Any) -> tuple[Any, Any]:
+        """The recent mean of deviations, and whether what is off, if anything, begins after this sample."""
+        share = 1.0 - exp(-self.sample_time / self.recent)
+        smooth = where(known, state.smooth + share * (off - state.smooth), state.smooth)
+        within = absolute(smooth) < self.away * deviation
+        jumps = absolute(off - state.smooth) > absolute(state.smooth) + self.jumps * deviation
+        return smooth, both(known, either(within, jumps))
+
     def _is_still(self, state: KindState) -> Any:
         """Whether no reading since the declaration differed from the others."""
-        return both(state.repeated, state.seen * self.sample_time >= self.shortest)
+        return both(state.repeated, state.told * self.sample_time >= self.shortest)
 
     # -- learning ------------------------------------------------------------------------------------------------
 
     def _fresh(self, state: KindState, deviation: Any) -> KindState:
-        """Before the first reading after a declaration."""
+        """Before the first reading that is off."""
         wide = self.offset * self.offset
         start = self.start * deviation
         drift = SlopeFit(0.0, 0.0, start * start, 0.0, self.drift * self.drift, 0.0)
         return state._replace(
+            age=0.0,
             seen=0.0,
+            told=0.0,
             repeated=1.0,
             constant=Fit(0.0, 4.0 * wide, 0.0),
             offset=Fit(0.0, wide, 0.0),
@@ -173,86 +200,64 @@ class KindOfFault:
             power=0.0,
             expected=0.0,
             noise=0.0,
+            counted=0.0,
+            common=0.0,
+            undelayed=0.0,
             delays=(0.0,) * len(self.delays),
         )
 
-    def _learnt(self, before: KindState, reading: Any, prediction: Any, deviation: Any) -> KindState:
+    def _learnt(self, before: KindState, declared: Any, reading: Any, prediction: Any, deviation: Any) -> KindState:
         """After one reading."""
         off, square = reading - prediction, deviation * deviation
-        time = before.seen * self.sample_time
         spread = square + maximum(before.power - before.expected, 0.0)
         worth = 1.0 / (square + self.rough * self.rough)
         weight = before.weight + worth
         share = worth / weight
         first = before.seen < 0.5
+        alike = self.alike / self.sample_time
+        counts = where(first, 1.0, 1.0 / alike)
+        inverse = counts / square
+        late = [reading - line.oldest for line in before.past]
+        rough = square * maximum(before.gain.value**2, 1.0)
         return before._replace(
             seen=before.seen + 1.0,
-            repeated=where(either(first, reading == before.last), before.repeated, 0.0),
-            constant=self._fitted(before.constant, reading, 1.0, square, first),
-            offset=self._fitted(before.offset, off, 1.0, square, first),
-            gain=self._fitted(before.gain, reading, prediction, square * maximum(before.gain.value**2, 1.0), first),
-            drift=self._sloped(before.drift, off, time, square, first),
+            told=before.told + where(declared, 1.0, 0.0),
+            repeated=where(either(before.told < 0.5, reading == before.last), before.repeated, 0.0),
+            constant=fitted(before.constant, reading, 1.0, square, alike, counts),
+            offset=fitted(before.offset, off, 1.0, square, alike, counts),
+            gain=fitted(before.gain, reading, prediction, rough, alike, counts),
+            drift=sloped(before.drift, off, before.age * self.sample_time, square, alike, counts),
             weight=weight,
             power=before.power + share * (off * off - before.power),
             expected=before.expected + share * (square - before.expected),
-            noise=before.noise + self._density(off, where(first, self.offset * self.offset, spread), first),
-            delays=tuple(
-                score + self._density(reading - line.oldest, square, first)
-                for score, line in zip(before.delays, before.past, strict=True)
-            ),
-        )
-
-    def _density(self, off: Any, variance: Any, first: Any) -> Any:
-        """What one reading adds to a logarithm of likelihood; the first one counts whole."""
-        share = where(first, 1.0, self.sample_time / self.alike)
-        return -0.5 * share * (off * off / variance + log(2.0 * math.pi * variance))
-
-    def _fitted(self, fit: Fit, reading: Any, row: Any, square: Any, first: Any) -> Fit:
-        """One parameter, one reading on: reading = row * parameter."""
-        off, known = reading - row * fit.value, row * row * fit.variance
-        gain = fit.variance * row / (known + square * (self.alike / self.sample_time))
-        return Fit(
-            fit.value + gain * off,
-            maximum(fit.variance - gain * row * fit.variance, 0.0),
-            fit.score + self._density(off, known + square, first),
-        )
-
-    def _sloped(self, fit: SlopeFit, off: Any, time: Any, square: Any, first: Any) -> SlopeFit:
-        """Start and slope, one deviation on."""
-        error = off - fit.start - time * fit.slope
-        to_start, to_slope = fit.start_variance + time * fit.covariance, fit.covariance + time * fit.slope_variance
-        known = to_start + time * to_slope
-        inverse = 1.0 / (known + square * (self.alike / self.sample_time))
-        return SlopeFit(
-            fit.start + to_start * inverse * error,
-            fit.slope + to_slope * inverse * error,
-            maximum(fit.start_variance - to_start * inverse * to_start, 0.0),
-            fit.covariance - to_start * inverse * to_slope,
-            maximum(fit.slope_variance - to_slope * inverse * to_slope, 0.0),
-            fit.score + self._density(error, known + square, first),
+            noise=before.noise + log_density(off, where(first, self.offset * self.offset, spread), counts),
+            counted=before.counted + counts,
+            common=before.common + counts * log(2.0 * math.pi * square),
+            undelayed=before.undelayed + inverse * (off * off),
+            delays=tuple(total + inverse * (x * x) for total, x in zip(before.delays, late, strict=True)),
         )
 
     # -- naming --------------------------------------------------------------------------------------------------
 
-    def _named(self, state: KindState, prediction: Any, dropped: Any) -> Kind:
+    def _named(self, state: KindState, prediction: Any, silent: Any) -> Kind:
         """The likeliest kind and its size."""
-        young = both(absolute(state.gain.value - 1.0) > self.large, state.seen * self.sample_time < self.young)
+        young = both(absolute(state.gain.value - 1.0) > self.large, state.told * self.sample_time < self.young)
         noise = sqrt(maximum(state.power - state.expected, 0.0))
         rough = state.power / sqrt(maximum(2.0 * state.seen * (state.power - state.expected), 1e-9))
         misjudged = self.unknown * self.unknown / (2.0 * maximum(noise, self.zero))
         rough = sqrt(rough * rough + misjudged * misjudged)
         uncertain = sqrt(state.drift.slope_variance)
         moves = absolute(state.drift.slope) > self.sure * uncertain
-        drifted = state.drift.start + state.drift.slope * state.seen * self.sample_time
+        drifted = state.drift.start + state.drift.slope * state.age * self.sample_time
         longer = self.lasting / self.alike
         offset, gain = (each._replace(variance=longer * each.variance) for each in (state.offset, state.gain))
         options = (
             (STUCK, state.constant.score, 0.0, 0.0, state.constant.value - prediction),
-            (OFFSET, *parts(offset), offset.value),
-            (where(young, OUTLIER, GAIN), *parts(gain), (gain.value - 1.0) * prediction),
+            (OFFSET, offset.score, offset.value, sqrt(offset.variance), offset.value),
+            (where(young, OUTLIER, GAIN), gain.score, gain.value, sqrt(gain.variance), (gain.value - 1.0) * prediction),
             (DRIFT, where(moves, state.drift.score, NEVER), state.drift.slope, sqrt(longer) * uncertain, drifted),
             (NOISE, state.noise, noise, rough, noise),
-            (DELAY, *self._delay(state, prediction)),
+            (DELAY, *delay_of(state, self.delays, self.sample_time, prediction)),
         )
         best = options[0]
         for option in options[1:]:
@@ -262,20 +267,4 @@ class KindOfFault:
         where_it_stays = state.constant.value
         constant = (where(absolute(where_it_stays) < self.zero, LOSS, STUCK), 0.0, 0.0, where_it_stays - prediction)
         named = (where(still, a, b) for a, b in zip(constant, (best[0], *best[2:]), strict=True))
-        silent = either(dropped, state.seen < 0.5)
         return Kind(*(where(silent, 0.0, value) for value in named))
-
-    def _delay(self, state: KindState, prediction: Any) -> tuple[Any, Any, Any, Any]:
-        """Score, delay, standard deviation and effect: a parabola through the best of those compared."""
-        times, scores = [size * self.sample_time for size in self.delays], state.delays
-        effects = [line.oldest - prediction for line in state.past]
-        top, best, width, effect = scores[0], times[0], times[0], effects[0]
-        for k in range(1, len(times)):
-            better = scores[k] > top
-            if k + 1 < len(times):
-                peak, sharp = parabola(times[k - 1 : k + 2], scores[k - 1 : k + 2])
-            else:
-                peak, sharp = times[k], times[k] - times[k - 1]
-            best, width = where(better, peak, best), where(better, sharp, width)
-            top, effect = where(better, scores[k], top), where(better, effects[k], effect)
-        return top, best, width, effect

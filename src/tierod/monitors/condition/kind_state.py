@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from tierod.graph.maths import maximum, minimum, sqrt, where
+from tierod.graph.maths import where
 
 
 class Fit(NamedTuple):
@@ -31,20 +30,27 @@ class KindState(NamedTuple):
     """What is remembered of one sensor.
 
     Args:
-        seen: samples with a reading since the declaration
+        age: samples since the readings began to be off, with or without a reading
+        seen: those with a reading
+        told: samples with a reading since the declaration
         last: reading of the sample before
         repeated: whether every reading since the declaration was the same
+        smooth: recent mean of reading less prediction
         constant, offset, gain: fits of one parameter
         drift: fit of a slope
         weight, power, expected: sum of weights, mean squared deviation, and what it would be without fault
         noise: how likely the readings were as noise
-        delays: how likely the readings were with each of `DELAYS`
+        counted, common: what the readings count for, and the sum of the logarithms of their variances
+        undelayed, delays: squared deviations over their variance as they are, and with each of the delays
         past: predictions, one line for each delay
     """
 
+    age: Any
     seen: Any
+    told: Any
     last: Any
     repeated: Any
+    smooth: Any
     constant: Fit
     offset: Fit
     gain: Fit
@@ -53,23 +59,11 @@ class KindState(NamedTuple):
     power: Any
     expected: Any
     noise: Any
+    counted: Any
+    common: Any
+    undelayed: Any
     delays: tuple[Any, ...]
     past: tuple[Any, ...]
-
-
-def parts(fit: Fit) -> tuple[Any, Any, Any]:
-    """Score, value, standard deviation."""
-    return fit.score, fit.value, sqrt(fit.variance)
-
-
-def parabola(times: Sequence[Any], scores: Sequence[Any]) -> tuple[Any, Any]:
-    """Place of the highest point between three times, and the width of its curvature."""
-    left, right = times[1] - times[0], times[2] - times[1]
-    down, up = (scores[1] - scores[0]) / left, (scores[2] - scores[1]) / right
-    bend = minimum((up - down) / (0.5 * (left + right)), -1e-9)
-    slope = (down * right + up * left) / (left + right)
-    peak = times[1] - slope / bend
-    return minimum(maximum(peak, times[0]), times[2]), minimum(1.0 / sqrt(-bend), times[2] - times[0])
 
 
 def selected(condition: Any, first: KindState, second: KindState) -> KindState:
