@@ -107,8 +107,25 @@ def test_kind_and_size_are_judged_two_seconds_after_the_declaration():
     fault = score(drive, recording, declared).faults[0]
     assert fault.kind_right
     assert fault.size_error == pytest.approx(0.1)
+    assert fault.size_covered is None
     assert fault.rmse == pytest.approx(0.01)
     assert fault.delay_shown == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(("deviation", "covered"), [(0.02, True), (0.01, False)])
+def test_the_interval_of_a_size_holds_it_or_not(deviation, covered):
+    true = 0.0 * TIME
+    drive = Drive("short-round", 60.0, 0, injected=(Injected(YAW, OFFSET, 0.3),))
+    there = _between(20.0, 40.0)
+    kind, size, deviations = (
+        np.where(there, value, other) for value, other in ((OFFSET, ""), (0.33, 0.0), (deviation, 0.0))
+    )
+    declared = Declared(TIME, {YAW: there}, kind={YAW: kind}, size={YAW: size}, deviation={YAW: deviations})
+    found = score(drive, _recording(true, 0.002 + np.where(there, 0.3, 0.0)), declared)
+    assert found.faults[0].size_covered is covered
+    assert summary([found]).covered == float(covered)
+    wrong = declared._replace(kind={YAW: np.where(there, "gain", "")})
+    assert score(drive, _recording(true, true), wrong).faults[0].size_covered is None
 
 
 @pytest.mark.parametrize(

@@ -63,11 +63,16 @@ def _kinds(effort: Effort) -> Iterator[Item]:
                 longest,
                 f"{known.kinds:.3f}",
                 f"{known.size_error:.3f}",
+                f"{known.covered:.3f}",
             )
         )
     header = ("kind", "drives", "accuracy", "wrong name", "missed", "never showed", "longest delay [s]", "kind right")
     yield Table(
-        "Faults by kind", (*header, "size within"), tuple(rows), "95 % of the sizes are within the last column."
+        "Faults by kind",
+        (*header, "size within", "interval holds"),
+        tuple(rows),
+        "95 % of the sizes are within the last column but one; the last one is the share of the sizes that are within "
+        "1.96 of the standard deviations that are told with them.",
     )
     yield tables.named("What went by which name", found)
     known = summary(found)

@@ -69,4 +69,6 @@ def declare(known: Known, recording: Recording, name: str) -> Declared:
         | {each: np.where(result[f"decision.faulty.{each}"] > 0.5, "loss", "") for each in ACTUATORS},
         {each: result[f"kinds.{each}.size"] for each in SENSORS} | dict.fromkeys(ACTUATORS, share),
         {each: result[f"decision.value.{each}"] for each in SENSORS},
+        {each: result[f"kinds.{each}.deviation"] for each in SENSORS}
+        | dict.fromkeys(ACTUATORS, result["loss.deviation"]),
     )

@@ -21,6 +21,7 @@ class Declared(NamedTuple):
         kind: by element, the kind that is named, "" for none; meaningful while it is faulty
         size: by element, the size that is named, in the unit of `faults.Injected`; NaN for none
         value: by sensor, what is given in its place, in its unit
+        deviation: by element, the standard deviation of the size that is told with it
     """
 
     time: Annotated[Any, "s"]
@@ -30,6 +31,7 @@ class Declared(NamedTuple):
     kind: Mapping[str, np.ndarray] = NOTHING
     size: Mapping[str, np.ndarray] = NOTHING
     value: Mapping[str, np.ndarray] = NOTHING
+    deviation: Mapping[str, np.ndarray] = NOTHING
 
     def said(self, which: str, element: str) -> np.ndarray:
         """One of the mappings of truth values for one element; false everywhere where it is lacking."""

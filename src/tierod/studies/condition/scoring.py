@@ -24,6 +24,9 @@ GRACE = 2.0
 SETTLED = 0.5
 """So long after a fault shows it is judged by what name it goes [s]."""
 
+INTERVAL = 1.96
+"""Standard deviations to either side that hold a size 95 times in a hundred."""
+
 FOUND, MISSED, NOT_TESTABLE = "found", "missed", "not testable"
 NOBODY, AMBIGUOUS, NEVER = "none", "ambiguous", "never shows"
 """In place of names: nothing is declared, several together, or there was nothing to see."""
@@ -46,6 +49,7 @@ class FaultScore(NamedTuple):
         shown: how long it showed
         kind_right: whether the kind is right; None where none is named
         size_error: relative error of the size; NaN where none is named
+        size_covered: whether the size is within `INTERVAL` of what is told; None where no size of the right kind is
         rmse: of the value in place of the sensor's, against that of a sound sensor, while declared; NaN without one
         largest: greatest magnitude of that error
     """
@@ -61,6 +65,7 @@ class FaultScore(NamedTuple):
     shown: Annotated[float, "s"]
     kind_right: bool | None
     size_error: float
+    size_covered: bool | None
     rmse: float
     largest: float
 
@@ -132,7 +137,7 @@ def _of_fault(
     if first is not None:
         delay = float(time[first]) - each.start
         delay_shown = 0.0 if began is None else max(float(time[first] - time[began]), 0.0)
-    kind_right, size_error = _kind(each, declared, first, here)
+    kind_right, size_error, size_covered = _kind(each, declared, first, here)
     rmse, largest = _replaced(each, truth, declared, said & here)
     return FaultScore(
         each,
@@ -146,6 +151,7 @@ def _of_fault(
         float(np.sum(shows)) * _step(time),
         kind_right,
         size_error,
+        size_covered,
         rmse,
         largest,
     )
@@ -156,17 +162,22 @@ def _excited(shows: np.ndarray, first: int | None, time: np.ndarray) -> float:
     return math.inf if first is None else float(np.sum(shows[:first])) * _step(time)
 
 
-def _kind(each: Injected, declared: Declared, first: int | None, here: np.ndarray) -> tuple[bool | None, float]:
-    """Whether the kind is right, and the relative error of the size."""
+def _kind(
+    each: Injected, declared: Declared, first: int | None, here: np.ndarray
+) -> tuple[bool | None, float, bool | None]:
+    """Whether the kind is right, the relative error of the size, and whether its interval holds it."""
     kinds, sizes = declared.kind.get(each.element), declared.size.get(each.element)
     if first is None or kinds is None:
-        return None, math.nan
+        return None, math.nan, None
     last = int(np.flatnonzero(here)[-1])
     at = min(int(np.searchsorted(declared.time, declared.time[first] + NAMED_AFTER)), last)
-    error = math.nan
+    error, covered, right = math.nan, None, bool(kinds[at] == each.kind)
     if sizes is not None and not math.isnan(each.size):
         error = float(abs(sizes[at] - each.size) / abs(each.size))
-    return bool(kinds[at] == each.kind), error
+        deviations = declared.deviation.get(each.element)
+        if right and deviations is not None:
+            covered = bool(abs(sizes[at] - each.size) <= INTERVAL * deviations[at])
+    return right, error, covered
 
 
 def _replaced(each: Injected, truth: Truth, declared: Declared, within: np.ndarray) -> tuple[float, float]:

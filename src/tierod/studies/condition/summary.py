@@ -39,6 +39,7 @@ class Summary(NamedTuple):
         delays_suspected: likewise, to where it is named as one of several at least, ascending
         kinds: share of right kinds among those named
         size_error: 95 % quantile of the relative errors of sizes
+        covered: share of the sizes of rightly named kinds that are within their interval of 95 %
         false_alarms: outside faults
         healthy_hours: without fault
         bound: upper 95 % bound of the rate of false alarms
@@ -58,6 +59,7 @@ class Summary(NamedTuple):
     delays_suspected: Annotated[np.ndarray, "s"]
     kinds: float
     size_error: float
+    covered: float
     false_alarms: int
     healthy_hours: Annotated[float, "h"]
     bound: Annotated[float, "1/h"]
@@ -85,6 +87,7 @@ def summary(scores: Sequence[DriveScore]) -> Summary:
         _delays(faults, lambda fault: fault.delay_suspected),
         mean(kinds),
         float(np.quantile(sizes, 0.95)) if sizes else math.nan,
+        mean(fault.size_covered for fault in faults if fault.size_covered is not None),
         alarms,
         hours,
         rate_bound(alarms, hours),
