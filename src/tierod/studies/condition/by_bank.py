@@ -21,6 +21,9 @@ from tierod.studies.condition.drives import calibration_drives
 from tierod.studies.condition.recorded import recorded
 from tierod.vehicles import Vehicle, load
 
+QUICK_SECONDS = 80.0
+"""Of driving that the parameters of a quick study come from; little more than a calibration takes at all."""
+
 
 class Known:
     """A calibrated bank; put together where it is needed, since blocks are not sent.
@@ -46,8 +49,9 @@ class Known:
 
 
 def calibrate(number: int, quick: bool) -> Known:
-    """Parameters from five healthy minutes of a vehicle, limits from an hour, or twenty minutes if quick."""
+    """Parameters from five healthy minutes of a vehicle, limits from an hour; from one and twenty minutes if quick."""
     first, hour = calibration_drives(number)
+    first = replace(first, seconds=QUICK_SECONDS) if quick else first
     vehicle = calibrate_parameters([recorded(first)], load("smartload")).vehicle
     designed = design_limits([recorded(each) for each in (hour[:2] if quick else hour)], vehicle)
     table = table_of(designed, f"drives of demonstrator {number}")
