@@ -83,6 +83,7 @@ from tierod.monitors.friction.rolling_variance import RollingVariance
 from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.monitors.friction.unscented import unscented
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
+from tierod.monitors.motor_angle.comparison import SensorComparison
 from tierod.monitors.motor_angle.detector import MotorAngleMonitor
 from tierod.monitors.motor_angle.electrical import ElectricalChecks
 from tierod.monitors.motor_angle.feedforward import FeedforwardAngle
@@ -222,6 +223,7 @@ def examples() -> dict[type, Callable[[], Any]]:
         RotorFrameObserver: lambda: extended_kalman(DQ_MOTOR, 1e-4),
         MotorAngleObserver: lambda: MotorAngleObserver.of_vehicle(load("motor-bench"), 1e-4),
         MotorVoltages: lambda: MotorVoltages("duty cycles"),
+        SensorComparison: lambda: SensorComparison(ResidualGate(4.0, 0.0085), Increments()),
         MotorAngleMonitor: lambda: MotorAngleMonitor.of_vehicle(load("motor-bench"), 1e-4),
         ResidualGate: lambda: ResidualGate(4.0, 0.0085),
         ElectricalChecks: lambda: ElectricalChecks(4.0),

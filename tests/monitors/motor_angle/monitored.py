@@ -8,7 +8,8 @@ from functools import lru_cache
 import numpy as np
 
 from tierod.graph import scan
-from tierod.monitors.motor_angle.detector import MotorAngleMonitor, MotorAngleSample
+from tierod.monitors.motor_angle.detector import MotorAngleMonitor
+from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.recording import Channel, Recording
 from tierod.signals import SIGNALS
 from tierod.studies.motor_angle.fault_drives import RATE, drive

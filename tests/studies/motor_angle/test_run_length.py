@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tierod.detectors.stopping_rules import CusumRule
-from tierod.monitors.motor_angle.detector import ANGLE_DRIFT
+from tierod.monitors.motor_angle.comparison import ANGLE_DRIFT
 from tierod.studies.claims import Claim
 from tierod.studies.motor_angle.healthy_drives import (
     FLUX,

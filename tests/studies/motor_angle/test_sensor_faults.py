@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from tierod.monitors.motor_angle.detector import MotorAngleSample
+from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.studies.claims import Claim
 from tierod.studies.content import Table
 from tierod.studies.motor_angle.fault_drives import RATE, drive

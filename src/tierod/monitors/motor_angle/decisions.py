@@ -8,14 +8,8 @@ from tierod.detectors.cusum import Cusum
 from tierod.detectors.rule_design import RuleDesign, RunLengthLine
 from tierod.detectors.stopping_rules import CusumRule
 from tierod.monitors.decision import Decision, Demonstrated, OwnRule
-from tierod.monitors.motor_angle.detector import (
-    ANGLE_DRIFT,
-    ANGLE_THRESHOLD,
-    MODEL_DRIFT,
-    MODEL_THRESHOLD,
-    SPEED_DRIFT,
-    SPEED_THRESHOLD,
-)
+from tierod.monitors.motor_angle.comparison import ANGLE_DRIFT, ANGLE_THRESHOLD, SPEED_DRIFT, SPEED_THRESHOLD
+from tierod.monitors.motor_angle.detector import MODEL_DRIFT, MODEL_THRESHOLD
 from tierod.monitors.motor_angle.electrical import ElectricalChecks
 from tierod.monitors.motor_angle.finding import FIVE_DEGREES
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility
@@ -64,7 +58,7 @@ ANGLE = Decision(
     distance=f"sensor less observer, electrical, one value in a millisecond [rad]; {BORNE:.4f} rad are one deviation "
     "of what is borne",
     rule=Cusum(ANGLE_DRIFT, ANGLE_THRESHOLD, 2.0 * ANGLE_THRESHOLD),
-    place="block.angle",
+    place="block.comparison.angle",
     mean_time_between_false_alarms=300.0,
     demonstrated=TURNING,
     source=f"residuals made 2.5 times as large, carried on; shown: {_SOURCE}",
@@ -79,7 +73,7 @@ DECISIONS = (
         "speed",
         "what the sensor gains in 10 ms less what the observer gains [rad/s]",
         Cusum(SPEED_DRIFT, SPEED_THRESHOLD, 2.0 * SPEED_THRESHOLD),
-        "speed",
+        "comparison.speed",
     ),
     _decision(
         "model",
@@ -88,12 +82,14 @@ DECISIONS = (
         "model",
         DRIVEN,
     ),
-    _decision("backwards", "sign of both gains over 10 ms, against each other", Backwards().sum, "backwards.sum"),
+    _decision(
+        "backwards", "sign of both gains over 10 ms, against each other", Backwards().sum, "comparison.backwards.sum"
+    ),
     _decision(
         "stuck",
         "travel of the observer while the sensor stays where it is",
         _of(Stuck, "more than {travel:g} rad within {still:g} rad of the sensor", "travel", "still"),
-        "stuck",
+        "comparison.stuck",
     ),
     _decision(
         "not following",

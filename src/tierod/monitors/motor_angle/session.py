@@ -109,7 +109,7 @@ class MotorAngleSession(BlockSession):
         shown["angle_residual_electrical"] = np.where(known, shown["angle_residual_electrical"], np.nan)
         deviation = self.monitor.observer.parameters.motor_pole_pairs * result["motor_angle_standard_deviation"]
         shown["angle_residual_electrical_standard_deviation"] = np.where(known, deviation, np.nan)
-        window = round(self.monitor.increments.window * self.rate)
+        window = round(self.monitor.comparison.increments.window * self.rate)
         shown["motor_speed_residual"] = _stood(shown["motor_speed_residual"], windows, window)
         return shown
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from tierod.graph import Result, scan
 from tierod.graph.trace import trace
-from tierod.monitors.motor_angle.detector import MotorAngleSample
+from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.studies.motor_angle.fault_kinds import Fault
 

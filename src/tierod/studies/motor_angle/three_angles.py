@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tierod.graph import scan
-from tierod.monitors.motor_angle.detector import MotorAngleMonitor, MotorAngleSample
+from tierod.monitors.motor_angle.detector import MotorAngleMonitor
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Angles, Superposition, VariableGain
+from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.monitors.motor_angle.which_angle import MOTOR, NONE, NOT_MOTOR, PINION, WHEEL, WhichAngle
 from tierod.proving_ground import courses
 from tierod.proving_ground.cars import catalogue

@@ -1,0 +1,62 @@
+"""The sensor beside a made-up observer: the sum is the arithmetic of its drift, and only what counts is added."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tierod.graph import scan
+from tierod.monitors.motor_angle.comparison import ANGLE_DRIFT, ANGLE_THRESHOLD, SensorComparison
+from tierod.monitors.motor_angle.residual import ResidualGate
+from tierod.monitors.motor_angle.second_tests import Increments
+
+STEP, POLES, FLUX, SPEED, SECONDS = 1e-3, 4.0, 0.0085, 30.0, 8.0
+BLOCK = SensorComparison(ResidualGate(POLES, FLUX, STEP), Increments(STEP))
+
+
+def samples(offset=0.0, gain=1.0, speed=SPEED):
+    """A motor that turns steadily and is known well; the sensor is wrong from 6 s on, by an electrical offset."""
+    time = np.arange(round(SECONDS / STEP)) * STEP
+    angle = speed * time
+    wrong = np.where(time > 6.0, offset / POLES + (gain - 1.0) * speed * (time - 6.0), 0.0)
+    constant = np.ones(len(time))
+    return np.column_stack(
+        [POLES * wrong, angle + wrong, speed * constant, 0.001 * constant, FLUX * constant, 0.0 * constant, angle]
+    )
+
+
+def first(found, name):
+    return int(np.argmax(found[name] > 0.5)) * STEP if found[name].max() > 0.5 else math.inf
+
+
+def test_a_sensor_that_agrees_counts_and_raises_nothing():
+    found = scan(BLOCK, samples())
+    assert found["early"][4900] == 1.0
+    assert found["early"][5100] == 0.0
+    assert found["known"][-1] == 1.0
+    assert found["angle_sum"].max() == 0.0
+    assert not any(found[f"{name}_alarm"].max() for name in ("angle", "speed", "backwards", "stuck"))
+
+
+@pytest.mark.parametrize("offset", [0.1, -0.1, 0.3])
+def test_the_sum_grows_by_the_offset_less_its_drift(offset):
+    found = scan(BLOCK, samples(offset))
+    steps = ANGLE_THRESHOLD / (abs(offset) - ANGLE_DRIFT)
+    assert first(found, "angle_alarm") == pytest.approx(6.0 + steps * 1e-3, abs=0.004)
+
+
+def test_a_motor_that_is_slow_counts_for_nothing():
+    found = scan(BLOCK, samples(0.3, speed=5.0))
+    assert found["counts"].max() == 0.0
+    assert found["angle_sum"].max() == 0.0
+
+
+def test_a_gain_shows_in_what_both_gain():
+    found = scan(BLOCK, samples(gain=1.1))
+    assert found["speed_residual"].max() == pytest.approx(0.1 * SPEED, rel=0.02)
+    assert first(found, "speed_alarm") < 6.1
+
+
+def test_a_sensor_that_stands_and_one_that_turns_back_are_told():
+    assert first(scan(BLOCK, samples(gain=0.0)), "stuck_alarm") < 6.1
+    assert first(scan(BLOCK, samples(gain=-1.0)), "backwards_alarm") < 6.1
