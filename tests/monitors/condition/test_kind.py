@@ -202,3 +202,18 @@ def test_a_delay_of_a_signal_that_jumps_is_found():
     result = scan(block, given)
     assert KINDS[int(result["kind"][START + 220]) - 1] == "delay"
     assert result["size"][START + 220] == pytest.approx(0.27, abs=0.01)
+
+
+def test_what_wanders_slowly_is_no_noise():
+    given = samples("offset", 0.0, late=5)
+    since = np.maximum(TIME - TIME[START], 0.0)
+    given[:, 0] += 2.0 * np.sin(2.0 * since) * (since < 4.0)
+    wandering = scan(BLOCK, given)["kind"][START + 150 : START + 250]
+    assert (wandering != 7.0).all()
+    assert (scan(replace(BLOCK, quick=0.0), given)["kind"][START + 150 : START + 250] == 7.0).any()
+
+
+def test_noise_is_no_delay_of_next_to_nothing():
+    block = KindOfFault.of_sensor("steering_shaft_torque", PlausibleRange())
+    results = batch(block, [samples("noise", 0.5, seed) for seed in range(40)])
+    assert all(result["kind"][START + 205] == 7.0 for result in results)

@@ -65,8 +65,9 @@ class KindOfFault:
         start: of a drift where it begins to be off, in deviations of the prediction: a drift starts at zero
         recent: over which the mean of deviations is taken that tells whether a sensor is as it should
         away: deviations of the prediction beyond which that mean is off; that of healthy ones hardly ever is
-        jumps: deviations by which a reading must be off more than twice that mean to be the first one of a jump
-        sure: deviations by which the slope of a drift differs from none
+        jumps: deviations beyond half of that mean by which a reading must differ from it to be the first one of a jump
+        sure: deviations by which the slope of a drift, or a delay, differs from none
+        quick: share of the squared deviations that noise has about its own recent mean at least; all of white noise
         alike: over which errors of the prediction are alike, in the weighing of kinds
         lasting: over which they are alike in what a size is uncertain by, see `LASTING`
         shortest: for which a reading must repeat itself
@@ -89,6 +90,7 @@ class KindOfFault:
     away: Annotated[float, ""] = 2.0
     jumps: Annotated[float, ""] = 4.0
     sure: Annotated[float, ""] = 3.0
+    quick: Annotated[float, ""] = 0.5
     alike: Annotated[float, "s"] = 0.1
     lasting: Annotated[float, "s"] = 0.1
     shortest: Annotated[float, "s"] = 0.1
@@ -138,7 +140,7 @@ class KindOfFault:
         fit = Fit(0.0, 1.0, 0.0)
         lines = tuple(Ring(size) for size in self.delays)
         slope = SlopeFit(*(0.0,) * 6)
-        return KindState(*(0.0,) * 4, 1.0, 0.0, fit, fit, fit, slope, *(0.0,) * 7, empty, lines)
+        return KindState(*(0.0,) * 4, 1.0, 0.0, fit, fit, fit, slope, *(0.0,) * 8, empty, lines)
 
     def step(self, state: KindState, sample: Any) -> tuple[KindState, Kind]:
         """One sample on."""
@@ -173,7 +175,7 @@ class KindOfFault:
         share = 1.0 - exp(-self.sample_time / self.recent)
         smooth = where(known, state.smooth + share * (off - state.smooth), state.smooth)
         within = absolute(smooth) < self.away * deviation
-        jumps = absolute(off - state.smooth) > absolute(state.smooth) + self.jumps * deviation
+        jumps = absolute(off - state.smooth) > 0.5 * absolute(state.smooth) + self.jumps * deviation
         return smooth, both(known, either(within, jumps))
 
     def _is_still(self, state: KindState) -> Any:
@@ -199,6 +201,7 @@ class KindOfFault:
             weight=0.0,
             power=0.0,
             expected=0.0,
+            quick=0.0,
             noise=0.0,
             counted=0.0,
             common=0.0,
@@ -213,6 +216,7 @@ class KindOfFault:
         worth = 1.0 / (square + self.rough * self.rough)
         weight = before.weight + worth
         share = worth / weight
+        away = off - before.smooth
         first = before.seen < 0.5
         alike = self.alike / self.sample_time
         counts = where(first, 1.0, 1.0 / alike)
@@ -230,6 +234,7 @@ class KindOfFault:
             weight=weight,
             power=before.power + share * (off * off - before.power),
             expected=before.expected + share * (square - before.expected),
+            quick=before.quick + share * (away * away - before.quick),
             noise=before.noise + log_density(off, where(first, self.offset * self.offset, spread), counts),
             counted=before.counted + counts,
             common=before.common + counts * log(2.0 * math.pi * square),
@@ -249,6 +254,7 @@ class KindOfFault:
         uncertain = sqrt(state.drift.slope_variance)
         moves = absolute(state.drift.slope) > self.sure * uncertain
         drifted = state.drift.start + state.drift.slope * state.age * self.sample_time
+        likely, late, unsure, behind = delay_of(state, self.delays, self.sample_time, prediction)
         longer = self.lasting / self.alike
         offset, gain = (each._replace(variance=longer * each.variance) for each in (state.offset, state.gain))
         options = (
@@ -256,8 +262,8 @@ class KindOfFault:
             (OFFSET, offset.score, offset.value, sqrt(offset.variance), offset.value),
             (where(young, OUTLIER, GAIN), gain.score, gain.value, sqrt(gain.variance), (gain.value - 1.0) * prediction),
             (DRIFT, where(moves, state.drift.score, NEVER), state.drift.slope, sqrt(longer) * uncertain, drifted),
-            (NOISE, state.noise, noise, rough, noise),
-            (DELAY, *delay_of(state, self.delays, self.sample_time, prediction)),
+            (NOISE, where(state.quick > self.quick * state.power, state.noise, NEVER), noise, rough, noise),
+            (DELAY, where(late > self.sure * unsure, likely, NEVER), late, unsure, behind),
         )
         best = options[0]
         for option in options[1:]:

@@ -39,6 +39,7 @@ class KindState(NamedTuple):
         constant, offset, gain: fits of one parameter
         drift: fit of a slope
         weight, power, expected: sum of weights, mean squared deviation, and what it would be without fault
+        quick: mean squared deviation from the recent mean
         noise: how likely the readings were as noise
         counted, common: what the readings count for, and the sum of the logarithms of their variances
         undelayed, delays: squared deviations over their variance as they are, and with each of the delays
@@ -58,6 +59,7 @@ class KindState(NamedTuple):
     weight: Any
     power: Any
     expected: Any
+    quick: Any
     noise: Any
     counted: Any
     common: Any
