@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tierod.findings import Diagnosis, Element, Finding, Status
+from tierod.findings import Diagnosis, Element, Episode, Finding, Status
 from tierod.studies.condition import odd
-from tierod.studies.condition.odd_drives import all_lost, odd_drives
+from tierod.studies.condition.odd_drives import odd_drives
 from tierod.studies.registry import Effort
 
 
@@ -46,30 +46,68 @@ def test_wiring_and_logging_are_odd_and_no_more(drives):
     assert np.mean(np.isnan(gaps["yaw_rate"].values)) == pytest.approx(0.03, abs=0.002)
 
 
-def test_everything_can_be_lost_at_once():
-    lost = all_lost(1)
-    assert np.all(lost["tie_rod_force"].values[2000:] == 0.0)
-    assert np.any(lost["tie_rod_force"].values[:2000] != 0.0)
+def test_what_ends_is_silent_zero_or_held(drives):
+    for how, values in (("read zero", 0.0), ("are silent", np.nan)):
+        lost = drives[f"all six sensors {how} from 20 s on"]["tie_rod_force"].values
+        np.testing.assert_array_equal(lost[2000:], values)
+        assert np.any(lost[:2000] != 0.0)
+    held = drives["all six sensors repeat themselves from 20 s on"]["yaw_rate"].values
+    assert np.unique(held[1999:]).tolist() == [held[1999]]
+
+
+def test_a_clock_that_leaps_makes_signals_late_from_then_on(drives):
+    leapt, usual = drives["steering bus 0.3 s late from 30 s on"], drives["angle in another gear ratio"]
+    read, true = (each["tie_rod_force"].values for each in (leapt, usual))
+    np.testing.assert_array_equal(read[:3000], true[:3000])
+    np.testing.assert_allclose(read[3100:], true[3070:-30], atol=1e-6)
+
+
+def test_a_vehicle_halts_on_ice(drives):
+    made = drives["braking harder than ice holds"]
+    icy, speed = made["truth_road_friction"].values < 0.4, made["truth_speed"].values
+    assert np.min(speed[icy]) < 0.1
+    assert np.max(speed[icy]) > 3.0
+
+
+def test_every_verdict_that_is_not_sound_is_of_a_drive(drives):
+    assert set(odd.NOT_HEALTHY) < set(drives)
+
+
+def made(seconds=60.0):
+    return SimpleNamespace(span=(0.0, seconds))
 
 
 def test_what_the_monitor_says_becomes_a_row():
-    episode = Element("yaw_rate", "sensor", Status.FAULT)
+    episodes = Episode("", 10.0, 12.5), Episode("", 50.0), Episode("", 5.0, 6.0, candidates=("tie_rod_force",))
+    off = Element("yaw_rate", "sensor", Status.FAULT, episodes=episodes)
     quiet = Element("tie_rod_force", "sensor", Status.NOT_AVAILABLE)
-    told = Diagnosis((Finding("condition", Status.FAULT, "The yaw rate is off.", cause="why"),), (episode, quiet))
-    assert odd.row(told) == ("fault", "yaw_rate", "tie_rod_force (not available)", "why")
+    told = Diagnosis((Finding("condition", Status.FAULT, "The yaw rate is off.", cause="why"),), (off, quiet))
+    assert odd.row(told, made()) == ("fault", "yaw_rate", "12.50", "tie_rod_force (not available)", "why")
     assert odd.accused(told) == ("yaw_rate",)
-    assert odd.row("no wheel speeds") == ("refused", "", "", "no wheel speeds")
+    assert odd.row("no wheel speeds", made()) == ("refused", "", "", "", "no wheel speeds")
     assert odd.accused("no wheel speeds") == ()
+
+
+def test_a_verdict_must_be_the_right_one_and_have_a_cause():
+    sound = Diagnosis((Finding("condition", Status.HEALTHY, "Sound."),))
+    stood, bare = (Diagnosis((Finding("condition", Status.NOT_TESTABLE, "", cause=cause),)) for cause in ("stood", ""))
+    assert odd.told("restart in mid-drive", sound)
+    assert odd.told("standstill", stood)
+    assert not odd.told("standstill", bare)
+    assert not odd.told("standstill", sound)
+    assert not odd.told("restart in mid-drive", stood)
+    assert not odd.told("standstill", "refused")
 
 
 def test_the_part_counts_recordings_in_which_something_is_accused(monkeypatch):
     vehicle = SimpleNamespace(vehicle=None)
     monkeypatch.setattr(odd, "calibrations", lambda *given: {(odd.VARIANTS[odd.BEST].module, 1): vehicle})
-    monkeypatch.setattr(odd, "odd_drives", lambda number: {"fine": 0, "odd": 1})
-    monkeypatch.setattr(odd, "all_lost", lambda number: 1)
+    monkeypatch.setattr(odd, "odd_drives", lambda number: {"fine": made(50.0), "odd": made()})
     sound = Diagnosis((Finding("condition", Status.HEALTHY, "Sound."),))
-    faulty = Diagnosis((Finding("condition", Status.FAULT, "Off."),), (Element("yaw_rate", "sensor", Status.FAULT),))
-    monkeypatch.setattr(odd, "said", lambda recording, vehicle: (sound, faulty)[recording])
-    *_, table, claim = odd.items(Effort())
-    assert [row[1] for row in table.rows] == ["healthy", "fault", "fault"]
-    assert (claim.measured, claim.met) == (1, False)
+    off = Element("yaw_rate", "sensor", Status.FAULT, episodes=(Episode("", 58.0),))
+    faulty = Diagnosis((Finding("condition", Status.FAULT, "Off."),), (off,))
+    monkeypatch.setattr(odd, "said", lambda recording, vehicle: sound if recording.span[1] < 55.0 else faulty)
+    _, table, wrong, time, untold = odd.items(Effort())
+    assert [row[1] for row in table.rows] == ["healthy", "fault"]
+    assert [claim.measured for claim in (wrong, time, untold)] == [1, pytest.approx(2.0), 1]
+    assert not any(claim.met for claim in (wrong, time, untold))

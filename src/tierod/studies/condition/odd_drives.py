@@ -7,13 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from tierod.findings import Status
 from tierod.proving_ground.courses.catalogue import AnyCourse, load
-from tierod.proving_ground.courses.circuit import Circuit
+from tierod.proving_ground.courses.circuit import Circuit, Halt
 from tierod.proving_ground.courses.conditions import Adhesion
 from tierod.proving_ground.courses.window import Along
 from tierod.proving_ground.run import run
 from tierod.recording import Channel, Recording
 from tierod.studies.condition.drives import SENSORS, Drive
+from tierod.studies.condition.faults import TARGETS
 from tierod.studies.condition.recorded import as_recorded, recorded
 from tierod.studies.condition.rounds import LONG, SHORT
 from tierod.studies.condition.vehicles import vehicle
@@ -21,6 +23,8 @@ from tierod.studies.condition.vehicles import vehicle
 STEERING = ("steering_wheel_angle", "steering_shaft_torque", "tie_rod_force")
 """Signals of the steering's own bus."""
 SECONDS = 60.0
+HALT = 60.0
+"""Place of the halt on ice [m]."""
 
 
 def odd_drives(number: int = 1) -> dict[str, Recording]:
@@ -36,25 +40,49 @@ def odd_drives(number: int = 1) -> dict[str, Recording]:
         "three-point turns with reversing": _on(number, load("three-point-turn")),
         "ice on a bend": _on(number, _icy(0.36, 0.36)),
         "ice on one side": _on(number, _icy(0.2, 0.7)),
+        "braking harder than ice holds": _on(number, _braking_on_ice()),
         "restart in mid-drive": sliced(usual, 31.0),
         "wheels swapped": _renamed(usual, dict(zip(SENSORS[:2], reversed(SENSORS[:2]), strict=True))),
         "angle in another gear ratio": scaled(usual, "steering_wheel_angle", 1.25),
         "steering bus 0.3 s late": late(usual, STEERING, 0.3),
         "gaps of 0.3 s in all signals": with_gaps(long, SENSORS, 0.3),
         "gaps of 2 s in the steering's signals": with_gaps(long, STEERING, 2.0),
+        "steering bus 0.3 s late from 30 s on": late(usual, STEERING, 0.3, 30.0),
+        "all six sensors read zero from 20 s on": ending(usual, SENSORS, 20.0, "zero"),
+        "all six sensors are silent from 20 s on": ending(usual, SENSORS, 20.0),
+        "all six sensors repeat themselves from 20 s on": ending(usual, SENSORS, 20.0, "held"),
+        "steering bus is silent from 20 s on": ending(usual, STEERING, 20.0),
+        "tie rod force is silent from 20 s on": ending(usual, ("tie_rod_force",), 20.0),
+        "targets are missing from 20 s on": ending(usual, tuple(TARGETS.values()), 20.0),
     }
     return found | {f"without {name.replace('_', ' ')}": without(long, name) for name in SENSORS}
 
 
-def all_lost(number: int = 1, start: float = 20.0) -> Recording:
-    """All six sensors read nothing from an instant on [s]: a fault of what they share, and of none of them."""
-    usual = recorded(Drive(SHORT, SECONDS, number, 71))
-    return _changed(usual, SENSORS, lambda time, values: np.where(time < start, values, 0.0))
+NOT_HEALTHY: Mapping[str, Status] = {
+    "standstill": Status.NOT_TESTABLE,
+    "wheels swapped": Status.NOT_TESTABLE,
+    "angle in another gear ratio": Status.NOT_TESTABLE,
+    "steering bus 0.3 s late": Status.NOT_TESTABLE,
+    "steering bus 0.3 s late from 30 s on": Status.NOT_TESTABLE,
+    "all six sensors read zero from 20 s on": Status.NOT_AVAILABLE,
+    "all six sensors are silent from 20 s on": Status.NOT_AVAILABLE,
+    "all six sensors repeat themselves from 20 s on": Status.NOT_AVAILABLE,
+    "steering bus is silent from 20 s on": Status.NOT_AVAILABLE,
+    "tie rod force is silent from 20 s on": Status.NOT_AVAILABLE,
+    "targets are missing from 20 s on": Status.NOT_AVAILABLE,
+}
+"""The verdict that each odd recording must end in; all others leave a sound vehicle sound."""
 
 
 def _on(number: int, course: AnyCourse) -> Recording:
     car, sensors = vehicle(number)
     return as_recorded(run(car, course, SECONDS, 73, sensors).recording)
+
+
+def _braking_on_ice() -> AnyCourse:
+    """The long round with a halt on a straight that is ice."""
+    ice = Adhesion(window=Along(HALT - 30.0, HALT + 16.0, 1.0), left=0.3, right=0.3)
+    return replace(_circuit(LONG), time=SECONDS, speed=9.0, halts=(Halt(HALT, 2.0),), conditions=(ice,))
 
 
 def _circuit(name: str) -> Circuit:
@@ -90,9 +118,30 @@ def scaled(recording: Recording, name: str, factor: float) -> Recording:
     return _changed(recording, (name,), lambda time, values: factor * values)
 
 
-def late(recording: Recording, names: Iterable[str], delay: float) -> Recording:
-    """A recording in which some channels come late [s]."""
-    return _changed(recording, names, lambda time, values: np.interp(time - delay, time, values))
+def late(recording: Recording, names: Iterable[str], delay: float, start: float = 0.0) -> Recording:
+    """A recording in which some channels come late [s], from an instant on [s]."""
+    return _changed(
+        recording,
+        names,
+        lambda time, values: np.where(time < start, values, np.interp(time - delay, time, values)),
+    )
+
+
+def ending(recording: Recording, names: Iterable[str], start: float, how: str = "silent") -> Recording:
+    """A recording in which some channels end.
+
+    Args:
+        recording: as it was
+        names: of the channels
+        start: from when on they tell nothing [s]
+        how: "silent" without any value, "zero", or "held" at the last one
+    """
+
+    def end(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+        last = values[np.searchsorted(time, start) - 1]
+        return np.where(time < start, values, {"silent": np.nan, "zero": 0.0, "held": last}[how])
+
+    return _changed(recording, names, end)
 
 
 def with_gaps(recording: Recording, names: Iterable[str], length: float, every: float = 10.0) -> Recording:
