@@ -53,6 +53,7 @@ _CATALOGUE = (
     Quantity("drive_front_share", "", "share of the driving force at the front axle", (0.0, 1.0)),
     Quantity("brake_front_share", "", "share of the braking force at the front axle", (0.0, 1.0)),
     Quantity("yaw_rate_noise", "rad/s", "standard deviation of one reading, vibration included", (1e-5, 0.2)),
+    Quantity("yaw_rate_resolution", "rad/s", "step between two readings of the sensor", (1e-6, 0.1)),
     Quantity("lateral_acceleration_noise", "m/s**2", "standard deviation of a reading, with vibration", (1e-3, 20.0)),
     Quantity("lateral_speed_drift", "m/s**1.5", "growth of the tyre model's error in the lateral speed", (1e-4, 5.0)),
     Quantity("yaw_rate_drift", "rad/s**1.5", "growth of the tyre model's error in the yaw rate", (1e-4, 5.0)),
