@@ -62,6 +62,7 @@ from tierod.monitors.condition.residuals.residual_set import ResidualSet, residu
 from tierod.monitors.condition.residuals.shares import LostShares
 from tierod.monitors.condition.residuals.steering_signals import SteeringSignals
 from tierod.monitors.condition.residuals.thresholds import ResidualThreshold
+from tierod.monitors.condition.rolling_filter import RollingFilter
 from tierod.monitors.condition.rule_files import rules
 from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
 from tierod.monitors.condition.substitutes import Reconfiguration
@@ -204,6 +205,7 @@ def examples() -> dict[type, Callable[[], Any]]:
             (0.5, 0.5),
         ),
         LeaveOutFilter: lambda: LeaveOutFilter.of_vehicle(load("smartload"), DT),
+        RollingFilter: lambda: RollingFilter.of_vehicle(load("rav4"), DT),
         WhitenedInnovations: lambda: WhitenedInnovations(LeaveOutFilter.of_vehicle(load("smartload"), DT)),
         AdaptiveSpeed: lambda: AdaptiveSpeed.design(1.084, DT),
         SteeringSignals: SteeringSignals,

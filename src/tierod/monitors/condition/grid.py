@@ -12,8 +12,8 @@ RATE = 100.0
 """Of the grid [Hz]; filters and limits are those of its steps."""
 SLOWEST = 10.0
 """Rate of wheel speeds below which a recording is refused, as the monitor does [Hz]."""
-MAXIMUM_AGE = 0.006
-"""A reading older than this is missing, as it is for the monitor: a held one would be one that stands still [s]."""
+MAXIMUM_AGE = 0.0099
+"""A reading older than this is missing: every one counts in one sample, also of buses that do not keep step [s]."""
 HELD = 0.5
 """For so long a wheel goes on as it was last read: its readings come more seldom than the grid's steps, or fail [s]."""
 MOVING = 1.0

@@ -1,0 +1,172 @@
+"""Motion of a car as wheels, yaw rate, steering angle and accelerations tell it, where nobody knows its torques.
+
+Speed and yaw rate may go anywhere that a driver, the road and the wind take them; what binds the sensors to each other
+is that the rear wheels roll, and that a car turns as it is steered.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Any, ClassVar, NamedTuple
+
+from tierod.graph.maths import arctan, exp, maximum
+from tierod.physics.planar_motion import lateral_acceleration_of_turning
+from tierod.physics.single_track import lateral_acceleration_at, understeer_gradient
+from tierod.ranges import POSITIVE
+
+LEAST_SPEED = 1.0
+"""Taken for slower ones where something is divided by the speed [m/s]."""
+
+
+@dataclass(frozen=True)
+class Wander:
+    """Time constants with which what is not known goes back to nothing.
+
+    Args:
+        turning: yaw acceleration, a steering movement
+        steering: what the angle misses of a steady turn
+        road: grade and bank, some hundred metres
+        offset: of sensors and tyres, longer than a drive
+    """
+
+    turning: Annotated[float, "s", POSITIVE] = 0.5
+    steering: Annotated[float, "s", POSITIVE] = 0.7
+    road: Annotated[float, "s", POSITIVE] = 8.0
+    offset: Annotated[float, "s", POSITIVE] = 3000.0
+
+
+class RollingCar:
+    """The sampled model.
+
+    Validity: forward, rear tyres that roll, gentle turns (linear tyres); drives, brakes and slopes as they come.
+    Source: kinematics of the rear axle; Li, Frey, Gauterin, eq (7), with the understeer of a linear single track.
+    """
+
+    class State(NamedTuple):
+        """Motion of the middle of the rear axle, and what is not known; offsets are those beyond the parameters.
+
+        `steering_error` is the excess of the reading over the angle of a steady turn: tyres that build up their force,
+        a ratio that changes with the angle. `track_width_error` is relative: where the tyres touch the road, and their
+        slip in tight bends. `grade_acceleration` and `bank_acceleration` are what slopes add to the
+        accelerations forward and to the left.
+        """
+
+        speed: Annotated[float, "m/s"]
+        acceleration: Annotated[float, "m/s**2"]
+        yaw_rate: Annotated[float, "rad/s"]
+        yaw_acceleration: Annotated[float, "rad/s**2"]
+        steering_error: Annotated[float, "rad"]
+        yaw_rate_offset: Annotated[float, "rad/s"]
+        angle_offset: Annotated[float, "rad"]
+        wheel_speed_difference: Annotated[float, ""]
+        track_width_error: Annotated[float, ""]
+        grade_acceleration: Annotated[float, "m/s**2"]
+        bank_acceleration: Annotated[float, "m/s**2"]
+
+    class Input(NamedTuple):
+        """Nothing is known of what moves the car."""
+
+    class Output(NamedTuple):
+        """What its sensors measure."""
+
+        wheel_speed_rear_left: Annotated[float, "m/s"]
+        wheel_speed_rear_right: Annotated[float, "m/s"]
+        yaw_rate: Annotated[float, "rad/s"]
+        steering_wheel_angle: Annotated[float, "rad"]
+        longitudinal_acceleration: Annotated[float, "m/s**2"]
+        lateral_acceleration: Annotated[float, "m/s**2"]
+
+    @dataclass(frozen=True)
+    class Parameters:
+        """The car, named as in a vehicle file, and the time of a sample.
+
+        Args:
+            mass: of the vehicle
+            front_distance, rear_distance: from the centre of gravity to the axles
+            front_cornering_stiffness, rear_cornering_stiffness: of the axles
+            track_width: of the rear axle
+            steering_ratio: road wheel angle per angle of the column
+            turn_in: by which the steering leads the yaw rate
+            wheel_speed_scale: reading of both rear wheel speeds over the speed of the wheels
+            wheel_speed_difference: relative excess of the right over the left reading
+            yaw_rate_offset, steering_wheel_angle_offset, longitudinal_acceleration_offset,
+                lateral_acceleration_offset: reading at a truth of zero
+        """
+
+        mass: Annotated[float, "kg", POSITIVE]
+        front_distance: Annotated[float, "m", POSITIVE]
+        rear_distance: Annotated[float, "m", POSITIVE]
+        front_cornering_stiffness: Annotated[float, "N/rad", POSITIVE]
+        rear_cornering_stiffness: Annotated[float, "N/rad", POSITIVE]
+        track_width: Annotated[float, "m", POSITIVE]
+        steering_ratio: Annotated[float, "", POSITIVE]
+        turn_in: Annotated[float, "s"] = 0.1
+        wheel_speed_scale: Annotated[float, ""] = 1.0
+        wheel_speed_difference: Annotated[float, ""] = 0.0
+        yaw_rate_offset: Annotated[float, "rad/s"] = 0.0
+        steering_wheel_angle_offset: Annotated[float, "rad"] = 0.0
+        longitudinal_acceleration_offset: Annotated[float, "m/s**2"] = 0.0
+        lateral_acceleration_offset: Annotated[float, "m/s**2"] = 0.0
+        wander: Wander = field(default_factory=Wander)
+        sample_time: Annotated[float, "s", POSITIVE] = 0.01
+
+        # Relations of a torque that is never read stand beside the others; these go into nothing else.
+        rack_ratio: ClassVar[float] = 1.0
+        rack_stiffness: ClassVar[float] = 0.0
+        steering_shaft_torque_offset: ClassVar[float] = 0.0
+        tie_rod_force_offset: ClassVar[float] = 0.0
+
+    @staticmethod
+    def transition(x: Any, u: Any, p: Any) -> Any:
+        """The state one sample on."""
+        step = p.sample_time
+        keep = Wander(*(exp(-step / time) for time in vars(p.wander).values()))
+        return RollingCar.State(
+            x.speed + step * x.acceleration,
+            x.acceleration,
+            x.yaw_rate + step * x.yaw_acceleration,
+            keep.turning * x.yaw_acceleration,
+            keep.steering * x.steering_error,
+            keep.offset * x.yaw_rate_offset,
+            keep.offset * x.angle_offset,
+            keep.offset * x.wheel_speed_difference,
+            keep.offset * x.track_width_error,
+            keep.road * x.grade_acceleration,
+            keep.road * x.bank_acceleration,
+        )
+
+    @staticmethod
+    def output(x: Any, u: Any, p: Any) -> Any:
+        """What is measured."""
+        half_turn = 0.5 * p.track_width * (1.0 + x.track_width_error) * x.yaw_rate
+        difference = p.wheel_speed_difference + x.wheel_speed_difference
+        steer = road_wheel_angle(x, p) / p.steering_ratio
+        across = lateral_acceleration_of_turning(x.speed, x.yaw_rate, 0.0)
+        along = x.acceleration - p.rear_distance * x.yaw_rate * x.yaw_rate
+        return RollingCar.Output(
+            p.wheel_speed_scale * (1.0 - 0.5 * difference) * (x.speed - half_turn),
+            p.wheel_speed_scale * (1.0 + 0.5 * difference) * (x.speed + half_turn),
+            x.yaw_rate + p.yaw_rate_offset + x.yaw_rate_offset,
+            steer + x.steering_error + p.steering_wheel_angle_offset + x.angle_offset,
+            along + p.longitudinal_acceleration_offset + x.grade_acceleration,
+            lateral_acceleration_at(across, x.yaw_acceleration, x.yaw_rate, p.rear_distance)
+            + p.lateral_acceleration_offset
+            + x.bank_acceleration,
+        )
+
+
+def road_wheel_angle(x: Any, p: Any) -> Any:
+    """Mean steer of the front wheels [rad] that turns the car so: rolling, understeer, and the lead of the steering.
+
+    Args:
+        x: state of `RollingCar`
+        p: its parameters
+    """
+    distances, stiffness = (
+        (p.front_distance, p.rear_distance),
+        (p.front_cornering_stiffness, p.rear_cornering_stiffness),
+    )
+    gradient = understeer_gradient(p.mass, *distances, *stiffness)
+    coming = x.yaw_rate + p.turn_in * x.yaw_acceleration
+    rolling = arctan(sum(distances) * coming / maximum(x.speed, LEAST_SPEED))
+    return rolling + gradient * x.speed * coming

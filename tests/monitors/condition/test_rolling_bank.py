@@ -1,0 +1,93 @@
+"""The bank for cars whose torques nobody knows, on drives of the demonstrator, of which it is told the motion alone."""
+
+import math
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from tierod.graph import scan
+from tierod.monitors.condition.grid import aligned
+from tierod.monitors.condition.rolling_bank import rolling_bank, rolling_hypotheses
+from tierod.monitors.condition.rolling_filter import JUDGED, RollingFilter
+from tierod.monitors.condition.signals import ConditionSample
+from tierod.studies.condition.drives import Drive
+from tierod.studies.condition.faults import LOSS, OFFSET, Injected
+from tierod.studies.condition.recorded import recorded
+from tierod.vehicles import load
+
+CAR = load("smartload")
+START, END = 12.0, 20.0
+MEASURED = [ConditionSample._fields.index(name) for name in (*JUDGED, "longitudinal_acceleration")]
+MEASURED.append(ConditionSample._fields.index("lateral_acceleration"))
+
+
+@lru_cache(maxsize=8)
+def drive(*injected):
+    """Only what a car with a driver has on its bus."""
+    read = aligned(recorded(Drive("short-round", 24.0, 0, 5, injected)))
+    samples = np.full_like(read, np.nan)
+    samples[:, MEASURED] = read[:, MEASURED]
+    return samples
+
+
+@pytest.fixture(scope="module")
+def bank():
+    return rolling_bank(CAR)
+
+
+def declared(bank, samples):
+    result = scan(bank, samples)
+    return {name: result[f"decision.faulty.{name}"] > 0.5 for name in JUDGED}, result
+
+
+def test_only_sensors_of_cars_are_suspected_and_never_both_wheels():
+    suspected = [each.suspects for each in rolling_hypotheses()]
+    assert len(suspected) == 10
+    assert set().union(*suspected) == set(JUDGED)
+    assert JUDGED[:2] not in suspected
+
+
+def test_a_sound_drive_is_quiet_and_the_filter_knows_what_it_does_not_know(bank):
+    said, _ = declared(bank, drive())
+    assert not any(each.any() for each in said.values())
+    base, squares = RollingFilter.of_vehicle(CAR), {}
+    for each in rolling_hypotheses()[1:5]:
+        (name,) = each.sensors
+        result = scan(base.leaving_out(each.sensors), drive())
+        error = drive()[:, JUDGED.index(name)] - result[f"prediction.{name}"]
+        squares[name] = np.mean((error / result[f"deviation.{name}"])[500:] ** 2)
+    # Tyres near their grip, and radii that differ by more than those of a production car.
+    assert max(squares.values()) < 6.0
+
+
+@pytest.mark.parametrize(
+    ("sensor", "kind", "size"),
+    [(JUDGED[0], LOSS, math.nan), (JUDGED[1], OFFSET, -2.0), (JUDGED[2], OFFSET, 0.3), (JUDGED[3], OFFSET, 1.5)],
+)
+def test_a_fault_is_named_and_nobody_else(bank, sensor, kind, size):
+    said, result = declared(bank, drive(Injected(sensor, kind, size, START, END)))
+    inside = slice(round(START * 100) + 50, round(END * 100))
+    assert said[sensor][inside].all()
+    assert not said[sensor][: round(START * 100)].any()
+    assert not any(each.any() for name, each in said.items() if name != sensor)
+    if sensor in JUDGED[:2]:
+        sound = drive()[inside, JUDGED.index(sensor)]
+        assert np.sqrt(np.mean((result[f"decision.value.{sensor}"][inside] - sound) ** 2)) < 0.15
+
+
+def test_missing_samples_leave_the_bank_unharmed(bank):
+    samples = drive(Injected(JUDGED[2], OFFSET, 0.3, START, END)).copy()
+    samples[600:630] = np.nan
+    samples[::2, :4] = np.nan
+    said, result = declared(bank, samples)
+    assert np.isfinite(result.values).all()
+    assert said[JUDGED[2]][round(START * 100) + 100 : round(END * 100)].all()
+    assert not any(each.any() for name, each in said.items() if name != JUDGED[2])
+
+
+def test_a_coarse_sensor_is_believed_less():
+    fine, coarse = (RollingFilter.of_vehicle(load(name)).sensor_noise.yaw_rate for name in ("rav4", "revsted-car"))
+    step = load("revsted-car")["yaw_rate_resolution"]
+    assert coarse == pytest.approx(math.hypot(0.002, step / math.sqrt(12.0)))
+    assert fine < 0.4 * coarse
