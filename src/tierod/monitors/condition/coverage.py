@@ -59,10 +59,11 @@ class Coverage:
 
     Args:
         rate: of the samples [Hz]
+        asked: whether judging needs the targets; not where a filter reckons with any motion
     """
 
-    def __init__(self, rate: float):
-        self.interruptions = 0
+    def __init__(self, rate: float, asked: bool = True):
+        self.interruptions, self._asked = 0, asked
         self._limits = np.where(np.arange(len(_NEEDED)) < _COUNT, round(LOST * rate), round(UNASKED * rate))
         self._held_limit = round(HELD * rate)
         self._age = np.full(len(_NEEDED), np.inf)
@@ -89,7 +90,7 @@ class Coverage:
         place = np.arange(len(values), dtype=float)[:, None]
         age = place - np.maximum.accumulate(np.where(there, place, -1.0 - self._age), axis=0)
         fresh = np.asarray(age <= self._limits)
-        judged = np.asarray(fresh[:, :_COUNT].any(axis=1) & fresh[:, _COUNT:].all(axis=1))
+        judged = np.asarray(fresh[:, :_COUNT].any(axis=1) & (fresh[:, _COUNT:].all(axis=1) | (not self._asked)))
         before = np.concatenate([[self._judged], judged[:-1]])
         self.interruptions += int(np.count_nonzero(before & ~judged))
         self._age, self._judged = age[-1], bool(judged[-1])

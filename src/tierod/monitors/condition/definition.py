@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
+from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.grid import MAXIMUM_AGE
-from tierod.monitors.condition.judge import condition_bank
-from tierod.monitors.condition.lane import LeaveOutFilter
-from tierod.monitors.condition.limits import has_own_limits, limits_of
+from tierod.monitors.condition.limits import has_own_limits
 from tierod.monitors.condition.residuals.in_vehicle_file import calibration_of, name_of
 from tierod.monitors.condition.residuals.parameters import ResidualParameters
+from tierod.monitors.condition.rolling_bank import rolling_bank
 from tierod.monitors.condition.rule_monitor import rule_monitor
 from tierod.monitors.condition.said import said_by_bank, said_by_rules
-from tierod.monitors.condition.session import ConditionSession, filtered_by_bank, filtered_by_rules
+from tierod.monitors.condition.session import Car, ConditionSession, filtered_by_bank, filtered_by_rules
 from tierod.monitors.condition.signals import ConditionSample
-from tierod.monitors.condition.uncalibrated import unsure
+from tierod.monitors.condition.structure import rolls
+from tierod.monitors.condition.vehicle_bank import bank_of
 from tierod.monitors.decision import Decision, Demonstrated, OwnRule
 from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.session import Monitor, Variant
@@ -26,12 +28,22 @@ PAPER = (
 )
 
 
+_MOTION = (
+    "the vehicle file tells nothing of torques and forces of the steering and the drives: wheel speeds, yaw rate and "
+    "steering angle are judged by the motion of the car alone, with limits that come from two real cars",
+    "both rear wheels at once are not judged: nothing else tells the speed",
+)
+
+
 def _bank(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> ConditionSession:
-    base = LeaveOutFilter.of_vehicle(vehicle, 1.0 / rate)
-    bank = condition_bank(base, limits_of(vehicle), sample_time=1.0 / rate)
-    calibrated = has_own_limits(vehicle)
-    known = bank if calibrated else unsure(bank)
-    return ConditionSession("condition, bank", known, said_by_bank, filtered_by_bank, vehicle, rate, calibrated)
+    if rolls(vehicle):
+        car = Car(replace(vehicle.parameters_for(RollingCar.Parameters), sample_time=1.0 / rate), _MOTION)
+        bank = rolling_bank(vehicle, sample_time=1.0 / rate)
+        return ConditionSession(
+            "condition, bank", bank, said_by_bank, filtered_by_bank, vehicle, rate, calibrated=False, car=car
+        )
+    bank, calibrated = bank_of(vehicle, 1.0 / rate), has_own_limits(vehicle)
+    return ConditionSession("condition, bank", bank, said_by_bank, filtered_by_bank, vehicle, rate, calibrated)
 
 
 def _rules(name: str) -> Callable[[Vehicle, float, OwnLevel | None], ConditionSession]:

@@ -38,6 +38,7 @@ class Driven:
         sources: samples in which each sensor was supplied by each source
         absences: of every element's readings or target, of what the whole judgement needs, and of enough sensors
         now: why the last sample was not judged; "" where it was
+        asked: whether judging needs the targets
     """
 
     period: float
@@ -50,6 +51,9 @@ class Driven:
     sources: dict[str, dict[str, int]] = field(default_factory=dict)
     absences: dict[str, Absence] = field(default_factory=dict)
     now: str = ""
+    asked: bool = True
+    _wheels: np.ndarray = field(default_factory=lambda: np.full(2, np.nan))
+    _read: np.ndarray = field(default_factory=lambda: np.full(2, np.nan))
 
     @property
     def seconds(self) -> float:
@@ -66,9 +70,10 @@ class Driven:
         self.end = float(time[-1]) + self.period
         self.samples += len(time)
         self.judged += int(np.count_nonzero(covered.judged))
+        speed = self._last_read(values[:, :2], time)
         with np.errstate(invalid="ignore"):
-            self.forward += int(np.count_nonzero((values[:, :2] > STANDING).any(axis=1)))
-            self.backward += int(np.count_nonzero((values[:, :2] < -STANDING).any(axis=1)))
+            self.forward += int(np.count_nonzero((speed > STANDING).any(axis=1)))
+            self.backward += int(np.count_nonzero((speed < -STANDING).any(axis=1)))
         reading = covered.available[:, : len(SENSORS)]
         read = reading.any(axis=1)
         causes = {
@@ -76,7 +81,7 @@ class Driven:
             ALL_HELD: ~read & covered.held,
             NO_READING: ~read & ~covered.zero & ~covered.held,
         }
-        for place, actuator in enumerate(ACTUATORS, len(SENSORS)):
+        for place, actuator in enumerate(ACTUATORS if self.asked else (), len(SENSORS)):
             cause = f"what is asked of {actuator.replace('_', ' ')} is not recorded ({TARGETS[place - len(SENSORS)]})"
             causes[cause] = read & ~covered.available[:, place]
         self.now = next((cause for cause, there in causes.items() if there[-1]), "")
@@ -87,6 +92,16 @@ class Driven:
         self._follow(_JUDGED, time, covered.judged, covered.parked)
         self.absences[_JUDGED].borne = LOST if self.now in ALL_GONE else UNASKED
         self._follow(_ENOUGH, time, reading.sum(axis=1) >= ALL, covered.parked)
+
+    def _last_read(self, wheels: np.ndarray, time: np.ndarray) -> np.ndarray:
+        """Every wheel as it was last read, for `LOST` at most: slow buses do not bring it with every sample, (n, 2)."""
+        values, times = np.vstack([self._wheels, wheels]), np.concatenate([[np.nan], time])
+        there, place = np.isfinite(values), np.arange(len(values))[:, None]
+        last = np.maximum.accumulate(np.where(there, place, 0), axis=0)
+        read = np.where(last > 0, times[last], self._read)
+        held = np.take_along_axis(values, last, axis=0)
+        self._wheels, self._read = held[-1], read[-1]
+        return np.where(times[1:, None] - read[1:] <= LOST, held[1:], np.nan)
 
     def _count(self, cause: str, there: np.ndarray) -> None:
         found = int(np.count_nonzero(there))

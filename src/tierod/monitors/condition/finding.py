@@ -22,6 +22,7 @@ def judge(
     lost: Mapping[str, Loss],
     interruptions: int,
     calibrated: bool,
+    notes: Sequence[str] = (),
 ) -> Finding:
     """The finding over all elements.
 
@@ -33,9 +34,10 @@ def judge(
         lost: what was lost on the way, by element
         interruptions: times that nothing could be judged any more
         calibrated: whether the limits were designed on this very vehicle
+        notes: what else is to be known
     """
     evidence = _evidence(states, drive, interruptions)
-    warnings = (*(() if calibrated else (UNCALIBRATED,)), *_not_judged(drive))
+    warnings = (*(() if calibrated else (UNCALIBRATED,)), *notes, *_not_judged(drive))
     if problems:
         first = problems[0]
         headline = f"Sensors and actuators cannot be judged: {first.cause}."

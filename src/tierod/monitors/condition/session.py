@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from tierod.block import Block
 from tierod.graph import Memory, Result, scan
 from tierod.models.automated_vehicle import AutomatedVehicle
+from tierod.monitors.condition.blind import untold
 from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.coverage import Coverage
 from tierod.monitors.condition.driven import STANDING, Driven
@@ -16,6 +18,7 @@ from tierod.monitors.condition.finding import judge
 from tierod.monitors.condition.said import Said, nothing_said
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS, ConditionSample
 from tierod.monitors.condition.states import code_courses, elements, losses
+from tierod.monitors.condition.structure import ACCELERATIONS
 from tierod.monitors.condition.substitutes import Reconfiguration
 from tierod.monitors.condition.wiring import Close, Wiring
 from tierod.monitors.session import Conclusion
@@ -23,10 +26,24 @@ from tierod.recording import Aligned
 from tierod.signals import SIGNALS
 from tierod.vehicles import Vehicle
 
+MEASURED = (*SENSORS, *ACCELERATIONS)
+"""What is read, in the order of the samples."""
 SLICE = 60_000
 """Samples that are judged at once, lest all outputs of a long piece lie in memory together."""
 FAULT, CANDIDATE, NOT_TESTABLE, SOUND = 1.0, 0.5, 0.25, 0.0
 """Values of the states over time; none where nothing is judged."""
+
+
+class Car(NamedTuple):
+    """What is known of a car whose torques nobody knows.
+
+    Args:
+        parameters: of `RollingCar`
+        notes: what a user must know of the judgement
+    """
+
+    parameters: Any
+    notes: tuple[str, ...]
 
 
 class ConditionSession:
@@ -40,6 +57,7 @@ class ConditionSession:
         vehicle: that is judged
         rate: of the samples [Hz]
         calibrated: whether its limits were designed on this very vehicle
+        car: what is known of a car whose torques nobody knows; None where the file tells of everything
     """
 
     def __init__(
@@ -51,10 +69,17 @@ class ConditionSession:
         vehicle: Vehicle,
         rate: float,
         calibrated: bool,
+        car: Car | None = None,
     ):
         self.name, self.block, self.vehicle, self.rate, self.calibrated = name, block, vehicle, rate, calibrated
         self.signals: tuple[str, ...] = ConditionSample._fields
-        self.reconfiguration = Reconfiguration.of_vehicle(vehicle, 1.0 / rate, calibrated)
+        whole = car is None
+        self.reconfiguration = (
+            Reconfiguration.of_vehicle(vehicle, 1.0 / rate, calibrated)
+            if car is None
+            else Reconfiguration.of_car(car.parameters, 1.0 / rate)
+        )
+        self._notes = () if car is None else car.notes
         self.traces: Mapping[str, str] = {
             **{f"state_of_{each}": "" for each in ELEMENTS},
             **{f"supplied_{each}": SIGNALS[each].unit for each in SENSORS},
@@ -62,14 +87,17 @@ class ConditionSession:
         }
         self._said, self._filtered = said, filtered
         close = Close() if calibrated else None
-        self._wiring = Wiring(vehicle.parameters_for(AutomatedVehicle.Parameters), rate, close=close)
-        self._coverage, self._driven = Coverage(rate), Driven(1.0 / rate)
+        parameters = vehicle.parameters_for(AutomatedVehicle.Parameters) if car is None else car.parameters
+        self._wiring = Wiring(parameters, rate, close=close)
+        self._coverage, self._driven = Coverage(rate, asked=whole), Driven(1.0 / rate, asked=whole)
+        self._read = np.zeros(len(MEASURED), bool)
         self._courses = {each: ElementCourse(each, 1.0 / rate) for each in ELEMENTS}
         self._memory: Memory | None = None
         self._supply: Memory | None = None
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
+        self._read |= np.isfinite(aligned.values[:, : len(MEASURED)]).any(axis=0)
         values, covered = self._coverage.add(aligned.values)
         aligned = Aligned(aligned.time, values, aligned.names)
         self._wiring.add(dict(zip(aligned.names, values.T, strict=True)))
@@ -126,7 +154,11 @@ class ConditionSession:
         interruptions = self._coverage.interruptions
         states = elements(self._courses, self._driven, problems, self.reconfiguration.switchover.graph)
         lost = losses(self._courses, self._driven)
-        finding = judge(self.name, states, self._driven, problems, lost, interruptions, self.calibrated)
+        missing = [name for name, read in zip(MEASURED, self._read, strict=True) if not read]
+        # Without any reading, or with all of them, there is nothing to say of what tells the others apart.
+        notes = untold(self.vehicle, missing) if missing and self._read.any() else ()
+        told = self.calibrated or bool(self._notes)
+        finding = judge(self.name, states, self._driven, problems, lost, interruptions, told, (*self._notes, *notes))
         sound = {each.name for each in states if each.role == "sensor" and not each.substitute}
         withheld = tuple(f"{what}{name}" for name in sorted(sound) for what in ("supplied_", "deviation_of_supplied_"))
         # What was wired wrongly is nobody's fault, and must fill no fault memory.

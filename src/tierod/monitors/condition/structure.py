@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import MISSING, Field, fields
 from typing import Annotated, Any, NamedTuple
 
 from tierod.analysis.structure import Equation, StructuralModel, structure_of
 from tierod.errors import ParameterError, nearest
 from tierod.models.automated_vehicle import AutomatedVehicle
+from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS
 from tierod.vehicles import Vehicle
 
@@ -54,11 +56,48 @@ def _asked(u: Any) -> Any:
     return AutomatedVehicle.Input(*torques, *torques, 0.0, 0.0, 0.0, 0.0)
 
 
+def rolls(vehicle: Vehicle) -> bool:
+    """Whether a vehicle file tells nothing of torques and forces, but enough of the motion.
+
+    Args:
+        vehicle: its file
+    """
+    names = [each.name for each in fields(AutomatedVehicle.Parameters) if _is_needed(each)]
+    enough = [each.name for each in fields(RollingCar.Parameters) if _is_needed(each)]
+    return any(name not in vehicle for name in names) and all(name in vehicle for name in enough)
+
+
+def _is_needed(each: Field[Any]) -> bool:
+    return each.default is MISSING and each.default_factory is MISSING
+
+
+def rolling_structure(vehicle: Vehicle, without: Collection[str] = (), steering_known: bool = True) -> StructuralModel:
+    """Equations of a car whose torques nobody knows: speed and yaw rate may go anywhere at any time.
+
+    Args:
+        vehicle: with the parameters of `RollingCar`
+        without: sensors that the car or the recording does not have, accelerations included
+        steering_known: whether the car turns as it is steered; if not, the angle tells nothing of the yaw rate
+
+    Raises:
+        ParameterError: parameters that are missing
+    """
+    motion = ("speed", "acceleration", "yaw_rate", "yaw_acceleration", *(() if steering_known else ("steering_error",)))
+    model = structure_of(
+        RollingCar,
+        vehicle.parameters_for(RollingCar.Parameters),
+        {name: name for name in SENSORS if name in RollingCar.Output._fields},
+        without=[name for name in RollingCar.State._fields if name not in motion],
+        free=[name for name in motion if name not in ("speed", "yaw_rate")],
+    )
+    return model.without(*(name for name in without if name in model.by_name))
+
+
 def vehicle_structure(vehicle: Vehicle, without: Collection[str] = (), forces_known: bool = True) -> StructuralModel:
     """Equations of a vehicle with its sensors and actuators; a fault bears the name of whatever has it.
 
     Args:
-        vehicle: with the parameters of `AutomatedVehicle`
+        vehicle: with the parameters of `AutomatedVehicle`, or else those of `RollingCar`
         without: sensors that the car or the recording does not have, accelerations included
         forces_known: whether the forces of tyres and tie rods are those of the model; if not, they may be anything,
             and what is left is kinematics and the steering's own balance
@@ -69,14 +108,16 @@ def vehicle_structure(vehicle: Vehicle, without: Collection[str] = (), forces_kn
     for name in without:
         if name not in (*SENSORS, *ACCELERATIONS):
             raise ParameterError(f"there is no sensor '{name}'{nearest(name, (*SENSORS, *ACCELERATIONS))}")
+    if rolls(vehicle):
+        return rolling_structure(vehicle, without, forces_known)
     model = structure_of(
         _Actuated,
         vehicle.parameters_for(AutomatedVehicle.Parameters),
         {**{name: name for name in SENSORS}, **{f"known {name}": name for name in ("drive_left", "drive_right")}},
         known_inputs=("drive_left", "drive_right"),
-        without=(*OFFSETS, "torque_loss", *(ERRORS if forces_known else ()), *without),
+        without=(*OFFSETS, "torque_loss", *(ERRORS if forces_known else ())),
         free=() if forces_known else ERRORS,
-    )
+    ).without(*without)
     motors = [Equation.of(f"known {name}", {name}, {name}, name) for name in STEERING_MOTORS]
     return model.plus(Equation.of("sum of the steering motors", {"steering_torque", *STEERING_MOTORS}), *motors)
 

@@ -28,6 +28,19 @@ GROWTH = (1.0, 1.0, 0.3, 1.5, 3.0, 200.0)
 """By which a held value may be off after a second [unit of the signal per s]: usual rates of change."""
 
 
+ON_CARS = {
+    "wheel_speed_rear_left": 0.052,
+    "wheel_speed_rear_right": 0.046,
+    "yaw_rate": 0.032,
+    "steering_wheel_angle": 0.17,
+    "steering_shaft_torque": 3.0,
+    "tie_rod_force": 200.0,
+}
+"""Root-mean-square error of the filter that leaves a sensor out, the larger of two real cars [unit of the signal]; of
+those that cars do not have, which are never supplied, what they may change in a second."""
+_OF_CARS = {"name": FILTER, "needs": [], "source": "sound beginnings of the recordings of two real cars"}
+
+
 @lru_cache(maxsize=2)
 def substitution_graph(calibrated: bool = True) -> SubstitutionGraph:
     """The substitutes of every sensor, the best first, with their measured errors.
@@ -40,6 +53,12 @@ def substitution_graph(calibrated: bool = True) -> SubstitutionGraph:
     path = Path(__file__).with_name("substitutes.toml")
     table = Document.read(path, "table of substitutes").content
     return graph_from({sensor: [_way(each, calibrated) for each in ways] for sensor, ways in table.items()})
+
+
+@lru_cache(maxsize=1)
+def graph_of_cars() -> SubstitutionGraph:
+    """The filter of the others in place of every sensor that cars have, with what it errs by on two real cars."""
+    return graph_from({name: [{**_OF_CARS, "deviation": error}] for name, error in ON_CARS.items()})
 
 
 def _way(row: Mapping[str, Any], calibrated: bool) -> dict[str, Any]:
@@ -128,6 +147,16 @@ class Reconfiguration:
         readings: ConditionSample
         faulty: Faulty
         filtered: Filtered
+
+    @classmethod
+    def of_car(cls, parameters: Any, sample_time: float = 0.01) -> Reconfiguration:
+        """With the filter of the others alone, whose errors are those on two real cars.
+
+        Args:
+            parameters: of `RollingCar`
+            sample_time: [s]
+        """
+        return cls(Switchover(graph_of_cars(), GROWTH, FADE, sample_time), parameters)
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01, calibrated: bool = True) -> Reconfiguration:
