@@ -111,5 +111,13 @@ def block_maxima(ratios: np.ndarray, settling: float = SETTLING) -> np.ndarray:
     width, skipped = round(BLOCK * RATE), round(settling * RATE)
     whole = max((len(ratios) - skipped) // width, 0)
     split = ratios[skipped : skipped + whole * width].reshape(whole, width, -1)
-    lasting = np.minimum(np.minimum(split[:, 2:], split[:, 1:-1]), split[:, :-2])
-    return np.delete(lasting.max(axis=1), (0, count), axis=1)
+    return np.delete(lasting(split).max(axis=1), (0, count), axis=1)
+
+
+def lasting(ratios: np.ndarray) -> np.ndarray:
+    """The least of three samples in a row, (..., samples - 2, ratios).
+
+    Args:
+        ratios: (..., samples, ratios)
+    """
+    return np.minimum(np.minimum(ratios[..., 2:, :], ratios[..., 1:-1, :]), ratios[..., :-2, :])

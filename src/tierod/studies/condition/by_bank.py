@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tierod.graph import Bank, scan
+from tierod.graph import Bank, Result, scan
 from tierod.monitors.condition.calibration import calibrate as calibrate_parameters
 from tierod.monitors.condition.grid import aligned
 from tierod.monitors.condition.judge import condition_bank
@@ -60,12 +60,21 @@ def calibrate(number: int, quick: bool) -> Known:
 
 def declare(known: Known, recording: Recording, name: str) -> Declared:
     """What the bank says of a drive."""
-    result = scan(known.bank, aligned(recording))
+    return said_of(scan(known.bank, aligned(recording)), recording["yaw_rate"].time)
+
+
+def said_of(result: Result, time: np.ndarray) -> Declared:
+    """What a bank has said.
+
+    Args:
+        result: of the bank, whose output is a `Judgement`
+        time: of its samples [s]
+    """
     elements = (*SENSORS, *ACTUATORS)
     names = np.array(["", *KINDS])
     share = result["loss.share"]
     return Declared(
-        recording["yaw_rate"].time,
+        time,
         {each: result[f"decision.faulty.{each}"] > 0.5 for each in elements},
         {each: result[f"decision.candidates.{each}"] > 0.5 for each in elements},
         {each: result[f"decision.testable.{each}"] < 0.5 for each in elements},

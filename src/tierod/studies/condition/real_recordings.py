@@ -1,4 +1,4 @@
-"""Recordings of two real cars on one grid, with their sensors, as far as they have those of the demonstrator."""
+"""Recordings of two real cars, with their sensors, as far as they have those of the demonstrator."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ from typing import Annotated
 import numpy as np
 
 from tierod.errors import MissingExtra
-from tierod.monitors.condition.residuals.parameters import ResidualParameters
 from tierod.recording import Channel, Recording
-from tierod.vehicles import load
+from tierod.vehicles import Vehicle, load
 
 DATA = "TIEROD_DATA"
 """Environment variable that names the folder of the real recordings; without it ../shared/data is looked into."""
@@ -38,10 +37,8 @@ class RealCar:
         name: as people call it
         file: folder and name of the recording
         vehicle: its vehicle file
-        track_width: between the rear wheels
-        wheel_radius: dynamic
         dbc: database of its bus, if it needs one
-        learning: so long from the beginning thresholds are learnt
+        learning: so long from the beginning constants are chosen and accuracies are measured; what is later is judged
         starts: of the injected faults, on the clock of the recording
         lasting: how long each lasts
     """
@@ -49,32 +46,18 @@ class RealCar:
     name: str
     file: tuple[str, str]
     vehicle: str
-    track_width: Annotated[float, "m"]
-    wheel_radius: Annotated[float, "m"]
     dbc: str | None
     learning: Annotated[float, "s"]
     starts: tuple[float, ...]
     lasting: Annotated[float, "s"]
 
     @property
-    def parameters(self) -> ResidualParameters:
-        """The car, as far as it is known; what the residuals of the steering's torques would need is left at little."""
-        known = load(self.vehicle)
-        names = ("mass", "yaw_inertia", "front_distance", "rear_distance", "steering_ratio")
-        tyres = ("front_cornering_stiffness", "rear_cornering_stiffness")
-        return ResidualParameters(
-            **{name: known[name] for name in (*names, *tyres)},
-            track_width=self.track_width,
-            wheel_radius=self.wheel_radius,
-            column_inertia=0.05,
-            rack_stiffness=0.0,
-            rack_damping=0.0,
-            rack_ratio=0.008,
-            nominal_friction=0.0,
-        )
+    def known(self) -> Vehicle:
+        """Its vehicle file."""
+        return load(self.vehicle)
 
     def recording(self) -> Recording | None:
-        """On one grid, front wheels left aside; None where it is not here or cannot be read with what is installed."""
+        """As it was made; None where it is not here or cannot be read with what is installed."""
         from tierod.derive import complete
         from tierod.readers import read
 
@@ -82,13 +65,17 @@ class RealCar:
         if not path.exists():
             return None
         try:
-            made = complete(read(path, dbc=self.dbc, channel_map=load(self.vehicle).channel_map))
+            return complete(read(path, dbc=self.dbc, channel_map=self.known.channel_map))
         except MissingExtra:
             return None
-        return _on_grid(made)
 
 
-def _on_grid(made: Recording) -> Recording:
+def on_grid(made: Recording) -> Recording:
+    """All signals that rules need at the same times, front wheels left aside; the acceleration from those if missing.
+
+    Args:
+        made: a recording of a real car
+    """
     wanted = (*SENSORS, _LATERAL, *([_ALONG] if _ALONG in made else []))
     first = max(made[name].time[0] for name in wanted)
     last = min(made[name].time[-1] for name in wanted)
@@ -111,17 +98,7 @@ def _from_front_wheels(made: Recording, time: np.ndarray) -> np.ndarray:
 
 
 CARS = (
-    RealCar("RAV4", ("rav4_highway_minute", "can.log"), "rav4", 1.57, 0.34, "rav4", 30.0, (33.0, 42.0, 51.0), 6.0),
-    RealCar(
-        "passenger car",
-        ("revsted_slip_angle", "obd.csv"),
-        "revsted-car",
-        1.55,
-        0.31,
-        None,
-        9.0,
-        (10.0, 13.5, 17.0),
-        2.0,
-    ),
+    RealCar("RAV4", ("rav4_highway_minute", "can.log"), "rav4", "rav4", 30.0, (33.0, 42.0, 51.0), 6.0),
+    RealCar("passenger car", ("revsted_slip_angle", "obd.csv"), "revsted-car", None, 9.0, (10.0, 13.5, 17.0), 2.0),
 )
 """A minute of highway at 8 to 20 m/s, and 20 s of tight bends at 3 to 10 m/s."""

@@ -12,7 +12,6 @@ import numpy as np
 from tierod.studies.condition.declared import Declared
 from tierod.studies.condition.drives import ACTUATORS, SENSORS, Drive
 from tierod.studies.condition.faults import Injected
-from tierod.studies.condition.shown import where_shown
 from tierod.studies.condition.truth import Truth, truths
 
 ELEMENTS = (*SENSORS, *ACTUATORS)
@@ -103,7 +102,7 @@ def score(drive: Drive, truth: Truth, declared: Declared) -> DriveScore:
     time = declared.time
     faulty = truths(drive, time)
     any_fault = np.logical_or.reduce([*faulty.values(), np.zeros(len(time), bool)])
-    shown = {element: where_shown(element, truth.off[element], there) for element, there in faulty.items()}
+    shown = {element: truth.shows(element, there) for element, there in faulty.items()}
     nothing = np.zeros(len(time), bool)
     wrong = np.logical_or.reduce([declared.said("faulty", e) & ~faulty.get(e, nothing) for e in ELEMENTS])
     flagged = np.logical_or.reduce([declared.said("faulty", element) for element in ELEMENTS])

@@ -12,7 +12,7 @@ from tierod.recording import Recording
 from tierod.studies.condition.drives import Drive
 from tierod.studies.condition.faults import GAIN, LOSS, OUTLIER, STUCK, TARGETS, TORQUES, Injected
 from tierod.studies.condition.recorded import deviations, sound
-from tierod.studies.condition.shown import where_shown
+from tierod.studies.condition.shown import KNOWN, where_shown
 
 
 def truths(drive: Drive, time: np.ndarray) -> dict[str, np.ndarray]:
@@ -31,15 +31,26 @@ class Truth(NamedTuple):
         off: by element that fails, how far it is from what it would be without fault, see `recorded.deviations`
         sound: by sensor that fails, what it would read without fault
         asked: by actuator that fails, the torque asked of it [N*m]
+        known: how exactly everything else tells each true value, see `where_shown`
     """
 
     off: Mapping[str, np.ndarray]
     sound: Mapping[str, np.ndarray]
     asked: Mapping[str, np.ndarray]
+    known: Mapping[str, float] = KNOWN
+
+    def shows(self, element: str, there: np.ndarray) -> np.ndarray:
+        """Whether the fault of an element shows at each sample.
+
+        Args:
+            element: sensor or actuator
+            there: whether the fault is
+        """
+        return where_shown(element, self.off[element], there, known=self.known)
 
     def would_show(self, each: Injected, time: np.ndarray) -> np.ndarray:
         """Whether a fault would show at each sample, were it there all the time."""
-        return where_shown(each.element, self._would_be_off(each, time), np.ones(len(time), bool))
+        return where_shown(each.element, self._would_be_off(each, time), np.ones(len(time), bool), known=self.known)
 
     def _would_be_off(self, each: Injected, time: np.ndarray) -> np.ndarray:
         if each.element in TORQUES:
