@@ -7,12 +7,12 @@ from typing import Any
 
 from tierod.graph import KEEP
 from tierod.graph.maths import all_of, any_of, both, either, maximum, negated, where
-from tierod.monitors.condition.signals import Hypothesis
+from tierod.monitors.condition.signals import SLIDING, Hypothesis
 from tierod.monitors.condition.weighing import chosen
 
 
 def believed(
-    hypotheses: Sequence[Hypothesis], likelihoods: Sequence[Any], active: Any, impossible: Any
+    hypotheses: Sequence[Hypothesis], likelihoods: Sequence[Any], active: Any, impossible: Any, slides: Any = 0.0
 ) -> tuple[Any, list[Any]]:
     """The lane that is believed in a sample, and which lanes find the sample all but impossible.
 
@@ -24,11 +24,13 @@ def believed(
         likelihoods: logarithm of each hypothesis' density of this sample
         active: the number of the hypothesis that holds
         impossible: log-likelihood ratio against the best from which on a sample is all but impossible
+        slides: whether tyres slide, so that the lane of sliding tyres, which then comes last, may be believed
     """
     best, top = active, chosen(likelihoods, active)
     own = top
     for number, value in enumerate(likelihoods):
         better = both(_contains(hypotheses, number, active), value > top)
+        better = both(better, slides) if hypotheses[number] is SLIDING else better
         best, top = where(better, float(number), best), where(better, value, top)
     far_off = [value < top - impossible for value in likelihoods]
     return where(own < top - impossible, best, active), far_off

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
 from tierod.block import Tree, map_leaves, rebuild, skeleton
 from tierod.block import leaves as leaves_of
 from tierod.graph import JudgeSample, Verdict
-from tierod.graph.maths import absolute, all_of, any_of, both, maximum, negated, present, where
+from tierod.graph.maths import absolute, all_of, any_of, both, either, negated, present, where
 from tierod.monitors.condition.adoption import adopted, believed, kin
 from tierod.monitors.condition.diagnosis import Diagnosis, Elements
 from tierod.monitors.condition.lane import LeaveOutFilter, Readings
-from tierod.monitors.condition.signals import ELEMENTS, SENSORS, Hypothesis
+from tierod.monitors.condition.low_grip import LowGrip, LowGripState
+from tierod.monitors.condition.returning import Returning
+from tierod.monitors.condition.signals import ELEMENTS, SENSORS, SLIDING, Hypothesis
+from tierod.monitors.condition.testability import Telling
 from tierod.monitors.condition.weighing import Limits, Ranking, Weighing, Weights, chosen
-
-TOLD_BY = {"steering_motor_1": "steering_shaft_torque", "steering_motor_2": "steering_shaft_torque"}
-"""Without which sensor nobody can tell whether an actuator gives what it is asked for."""
 
 
 class DecisionState(NamedTuple):
@@ -31,6 +31,7 @@ class DecisionState(NamedTuple):
         exceeded: for how many samples in a row any hypothesis was beyond its limit
         good: for how many samples each suspect has been as it should
         unread: for how many samples each sensor has had no reading
+        slipping: whether tyres slide
     """
 
     weights: Weights
@@ -40,6 +41,7 @@ class DecisionState(NamedTuple):
     exceeded: Any
     good: Elements
     unread: Readings
+    slipping: LowGripState
 
 
 @dataclass(frozen=True)
@@ -60,21 +62,9 @@ class Decision:
         impossible: log-likelihood ratio of one sample against the best hypothesis at which a lane is corrected; twice
             the price of leaving out a sensor
         gate: number of standard deviations beyond which a single reading is not believed
-        shows: number of standard deviations of its prediction by which a fault must change a reading to show in it
-        agrees: number of standard deviations within which a reading counts as it should
-        recovers: for how long it must, in samples at which its fault would show
-        doubtful: what a sample counts at which only a loss would show: a fault that went while it did not show may have
-            been learnt wrongly since
-        hopes: after which it is called recovering; single readings of a noisy sensor are right by chance
-        loss_recovered: share of lost torque below which an actuator counts as whole
-        missing: after which a sensor without a reading is missing: longer than the slowest channels take
-        poorer: factor of all limits while one is: what is left shows up to 1.7 times as much without any fault
-        fewest: sensors without which nobody is accused
-        cornering: acceleration across the vehicle from which nobody is accused: tyres slide, and no calibration drive
-            has shown how; those of the demonstrator reach 5.9 m/s**2
-
-    At standstill and in reverse nobody is accused, no wheel while it brakes harder than its drives, nobody who is
-    missing, and no steering motor without the torque sensor that tells what both give.
+        low_grip: tells whether the tyres slide, by the lane of sliding tyres where there is one, after all others
+        testability: tells what may be told now
+        returning: tells who has recovered
 
     Source: Li, Frey, Gauterin, sections 3 and 4, replaced: their rules name no sensor for most faults.
     """
@@ -84,16 +74,9 @@ class Decision:
     samples_of_actuators: Annotated[float, ""] = 10.0
     impossible: Annotated[float, ""] = 12.0
     gate: Annotated[float, ""] = 6.0
-    shows: Annotated[float, ""] = 4.0
-    agrees: Annotated[float, ""] = 4.0
-    recovers: Annotated[float, "s"] = 0.3
-    doubtful: Annotated[float, ""] = 0.1
-    hopes: Annotated[float, "s"] = 0.1
-    loss_recovered: Annotated[float, ""] = 0.15
-    missing: Annotated[float, "s"] = 0.2
-    poorer: Annotated[float, ""] = 1.7
-    fewest: Annotated[float, ""] = 4.0
-    cornering: Annotated[float, "m/s**2"] = 6.5
+    low_grip: LowGrip = field(default_factory=LowGrip)
+    testability: Telling = field(default_factory=Telling)
+    returning: Returning = field(default_factory=Returning)
 
     def feedback(self) -> Tree:
         """Lanes are told nothing; they are given the states of others."""
@@ -102,7 +85,7 @@ class Decision:
     def init(self) -> DecisionState:
         """Healthy."""
         none = Elements(*(0.0,) * len(ELEMENTS)), Readings(*(0.0,) * len(SENSORS))
-        return DecisionState(self.weighing.init(), 0.0, 0.0, 0.0, 0.0, *none)
+        return DecisionState(self.weighing.init(), 0.0, 0.0, 0.0, 0.0, *none, self.low_grip.init())
 
     def step(self, state: DecisionState, sample: JudgeSample, effects: Tree = None) -> tuple[DecisionState, Verdict]:
         """One sample on.
@@ -114,17 +97,24 @@ class Decision:
         """
         lanes, readings = sample.lanes, sample.sample[: len(SENSORS)]
         likelihoods = [lane.log_likelihood for lane in lanes]
-        source, far_off = believed(self.weighing.hypotheses, likelihoods, state.active, self.impossible)
+        slipping, slides = self._slides(state, lanes, likelihoods)
+        everyone = (*self.weighing.hypotheses, SLIDING)[: len(lanes)]
+        source, far_off = believed(everyone, likelihoods, state.active, self.impossible, slides)
         seen = _selected(lanes, source)
         suspected = self._elements_of(state.active)
         unread = [where(present(each), 0.0, count + 1.0) for each, count in zip(readings, state.unread, strict=True)]
-        open_, widening = self._open(unread, suspected)
-        follows = both(seen.moving, negated(self._slides(sample.sample.lateral_acceleration)))
-        tells = [both(told, each) for told, each in zip(self._tells(seen, follows), open_, strict=True)]
-        weights = self.weighing.smoothed(state.weights, likelihoods, state.active, tells)
-        ranking = self.weighing.ranking(weights, state.active, widening, open_)
-        good = self._good(state.good, suspected, readings, seen, effects)
-        kept = self._after_return(state.active, suspected, good)
+        told = self.testability.open(self.weighing, unread, suspected)
+        low_grip = either(slides, self.testability.cornering_hard(sample.sample.lateral_acceleration))
+        follows = both(seen.moving, negated(low_grip))
+        tells = [
+            both(*each)
+            for each in zip(self.testability.tells(self.weighing, seen, follows), told.hypotheses, strict=True)
+        ]
+        weighed = likelihoods[: len(self.weighing.hypotheses)]
+        weights = self.weighing.smoothed(state.weights, weighed, state.active, tells)
+        ranking = self.weighing.ranking(weights, state.active, told.widening, told.hypotheses)
+        good = self.returning.good(state.good, suspected, readings, seen, effects)
+        kept = self.returning.after(self.weighing, state.active, suspected, good)
 
         led, exceeded = self._counted(state, ranking)
         active = where(self._declares(ranking, led), ranking.best, kept)
@@ -140,14 +130,16 @@ class Decision:
                 *(where(both(each, negated(changed)), count, 0.0) for each, count in zip(faulty, good, strict=True))
             ),
             Readings(*unread),
+            slipping,
         )
         gated = self._gated(readings, seen, faulty)
+        tellable = [both(follows, each) for each in told.hypotheses]
         output = Diagnosis(
             active,
             faulty,
             self._candidates(ranking.rivals, both(exceeded >= self.samples, negated(changed)), faulty),
-            self._testable(lanes, suspected, seen, [both(follows, each) for each in open_]),
-            self._recovering(faulty, good),
+            self.testability.testable(self.weighing, lanes, suspected, seen, tellable),
+            self.returning.recovering(faulty, good, self.weighing.sample_time),
             gated,
             self._values(readings, seen, faulty, gated),
             seen.prediction,
@@ -158,10 +150,23 @@ class Decision:
             seen.lateral_speed,
             where(ranking.exceeding, ranking.best, active),
             where(ranking.exceeding, ranking.lead, 0.0),
+            low_grip,
         )
-        nearest = kin(self.weighing.hypotheses, likelihoods, self.impossible)
+        nearest = kin(everyone, likelihoods, self.impossible)
         taken = where(changed, active, source)
-        return after, Verdict(output, adopted(self.weighing.hypotheses, taken, nearest, far_off, changed))
+        return after, Verdict(output, adopted(everyone, taken, nearest, far_off, changed))
+
+    def _slides(
+        self, state: DecisionState, lanes: Sequence[Any], likelihoods: Sequence[Any]
+    ) -> tuple[LowGripState, Any]:
+        """Whether the tyres slide; not told while something is declared, which the lane of sliding tyres believes."""
+        count = len(self.weighing.hypotheses)
+        if len(lanes) == count:
+            return state.slipping, 0.0
+        after, slides = self.low_grip.after(
+            state.slipping, likelihoods[count], likelihoods[:count], lanes[count].lack, self.weighing.sample_time
+        )
+        return after, both(slides, state.active == 0.0)
 
     def _counted(self, state: DecisionState, ranking: Ranking) -> tuple[Any, Any]:
         """For how many samples in a row the best hypothesis has led by the gap, and any has been beyond its limit."""
@@ -173,37 +178,6 @@ class Decision:
         """Whether the best hypothesis has led for long enough."""
         patient = any_of(0.0, *(ranking.best == k for k, each in enumerate(self.weighing.hypotheses) if each.actuators))
         return led >= where(patient, self.samples_of_actuators, self.samples)
-
-    def _recovering(self, faulty: Elements, good: Sequence[Any]) -> Elements:
-        """Declared, but as it should for the last samples."""
-        hoped = self.hopes / self.weighing.sample_time
-        return Elements(*(both(each, count > hoped) for each, count in zip(faulty, good, strict=True)))
-
-    # -- hypotheses ----------------------------------------------------------------------------------------------
-
-    def _slides(self, acceleration: Any) -> Any:
-        """Whether the tyres may slide; not known without the acceleration."""
-        return absolute(where(present(acceleration), acceleration, 0.0)) > self.cornering
-
-    def _tells(self, seen: Any, follows: Any) -> list[Any]:
-        """Whether this sample may speak for each hypothesis: nothing does unless `follows`, braked wheels may lock."""
-        braked = both(follows, seen.driven)
-        wheels = {name for name in SENSORS if name.startswith("wheel_speed")}
-        return [braked if wheels & set(each.sensors) else follows for each in self.weighing.hypotheses]
-
-    def _open(self, unread: Sequence[Any], suspected: Elements) -> tuple[list[Any], Any]:
-        """Which hypotheses can be told with the sensors that are left, and the factor of all limits."""
-        most = self.missing / self.weighing.sample_time
-        gone = [where(count > most, 1.0, 0.0) for count in unread]
-        newly = {name: both(gone[place], negated(suspected[place])) for place, name in enumerate(SENSORS)}
-        enough = sum(gone[1:], gone[0]) <= len(SENSORS) - self.fewest
-        open_ = []
-        for each in self.weighing.hypotheses:
-            needed = {*each.sensors, *(TOLD_BY[name] for name in each.actuators if name in TOLD_BY)}
-            open_.append(all_of(enough, *(negated(newly[name]) for name in SENSORS if name in needed)))
-        return open_, where(any_of(0.0, *newly.values()), self.poorer, 1.0)
-
-    # -- elements ------------------------------------------------------------------------------------------------
 
     def _elements_of(self, number: Any) -> Elements:
         """What a hypothesis suspects."""
@@ -219,57 +193,6 @@ class Decision:
                 for name, known in zip(ELEMENTS, faulty, strict=True)
             )
         )
-
-    def _testable(self, lanes: Sequence[Any], suspected: Elements, seen: Any, open_: Sequence[Any]) -> Elements:
-        """Whether a loss would show: a reading far enough from zero, a share of torque known well; and may be told."""
-        flags = []
-        for place, name in enumerate(ELEMENTS):
-            number = self.weighing.number(name) or 0
-            own = lanes[number]
-            if name in SENSORS:
-                away, deviation = (where(suspected[place], s[place], o[place]) for s, o in _pairs(seen, own))
-                shows = absolute(away) > self.shows * deviation
-            else:
-                deviation = where(suspected[place], seen.loss_deviation, own.loss_deviation)
-                shows = self.shows * deviation < 1.0
-            flags.append(both(shows, open_[number]))
-        return Elements(*(where(flag, 1.0, 0.0) for flag in flags))
-
-    def _good(
-        self, before: Elements, suspected: Elements, readings: Sequence[Any], seen: Any, effects: Tree
-    ) -> tuple[Any, ...]:
-        """For how many samples each suspect has been as it should; unbroken where its fault would not show."""
-        counts = []
-        for place, (name, count) in enumerate(zip(ELEMENTS, before, strict=True)):
-            if name in SENSORS:
-                prediction, deviation = seen.prediction[place], seen.deviation[place]
-                right = absolute(readings[place] - prediction) < self.agrees * deviation
-                effect = prediction if effects is None else effects[place]
-                lost = where(absolute(prediction) > self.shows * deviation, self.doubtful, 0.0)
-                worth = where(absolute(effect) > self.shows * deviation, 1.0, lost)
-            else:
-                right = seen.torque_loss < maximum(self.loss_recovered, seen.loss_deviation)
-                worth = where(self.shows * seen.loss_deviation < 1.0, 1.0, 0.0)
-            following = where(right, count + worth, 0.0)
-            counts.append(where(suspected[place], following, 0.0))
-        return tuple(counts)
-
-    def _after_return(self, active: Any, suspected: Elements, good: Sequence[Any]) -> Any:
-        """The active hypothesis without those that have recovered."""
-        back = [
-            both(each, count * self.weighing.sample_time >= self.recovers)
-            for each, count in zip(suspected, good, strict=True)
-        ]
-        following = active
-        for number, each in enumerate(self.weighing.hypotheses):
-            for kept in ((), *((name,) for name in each.suspects if len(each.suspects) > 1)):
-                target = self.weighing.number(*kept)
-                gone = [back[ELEMENTS.index(name)] for name in each.suspects if name not in kept]
-                if target is None or not gone:
-                    continue
-                stay = [negated(back[ELEMENTS.index(name)]) for name in kept]
-                following = where(all_of(active == number, *gone, *stay), float(target), following)
-        return following
 
     def _gated(self, readings: Sequence[Any], seen: Any, faulty: Elements) -> Readings:
         """Readings far off that belong to nobody declared."""
@@ -305,10 +228,6 @@ def judge(hypotheses: tuple[Hypothesis, ...], limits: Limits, sample_time: float
         sample_time: [s]
     """
     return Decision(Weighing(hypotheses, limits, sample_time))
-
-
-def _pairs(first: Any, second: Any) -> list[tuple[Any, Any]]:
-    return [(first.prediction, second.prediction), (first.deviation, second.deviation)]
 
 
 def _selected(lanes: Sequence[Any], number: Any) -> Any:

@@ -39,6 +39,7 @@ class Diagnosis(NamedTuple):
         speed, lateral_speed: of the centre of gravity
         best: the number of the hypothesis that explains the last samples best, the active one included
         lead: its mean log-likelihood ratio per sample less that of its best rival
+        low_grip: whether tyres slide, so that nothing can be told
     """
 
     hypothesis: Annotated[float, ""]
@@ -56,3 +57,4 @@ class Diagnosis(NamedTuple):
     lateral_speed: Annotated[float, "m/s"]
     best: Annotated[float, ""]
     lead: Annotated[float, ""]
+    low_grip: Annotated[float, ""]

@@ -12,6 +12,7 @@ from tierod.monitors.condition.decision import Decision, DecisionState
 from tierod.monitors.condition.diagnosis import Diagnosis
 from tierod.monitors.condition.kind import Kind, KindOfFault
 from tierod.monitors.condition.lane import LeaveOutFilter, leaving_out
+from tierod.monitors.condition.low_grip import sliding
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS, Hypothesis, hypotheses
 from tierod.monitors.condition.tuning import prices
 from tierod.monitors.condition.weighing import Limits, Weighing
@@ -144,7 +145,7 @@ class ConditionJudge:
 def condition_bank(
     base: LeaveOutFilter, limits: Limits, explanations: tuple[Hypothesis, ...] | None = None, sample_time: float = 0.01
 ) -> Bank:
-    """The whole bank: one filter per hypothesis, and the judge.
+    """The whole bank: one filter per hypothesis, one of sliding tyres, and the judge.
 
     Args:
         base: filter that suspects nobody
@@ -154,6 +155,6 @@ def condition_bank(
     """
     explanations = hypotheses() if explanations is None else explanations
     kinds = tuple(KindOfFault.of_sensor(name, base.plausible, sample_time) for name in SENSORS)
-    lanes = tuple(leaving_out(each, base) for each in explanations)
+    lanes = (*(leaving_out(each, base) for each in explanations), sliding(base))
     weighing = Weighing(explanations, limits, sample_time, prices=prices(base.sensor_noise, base.plausible))
     return Bank(lanes, ConditionJudge(Decision(weighing), kinds))

@@ -13,13 +13,14 @@ from tierod.block import skeleton
 from tierod.estimators.kernels import predict_covariance
 from tierod.estimators.linear_algebra import diagonal, dot, from_diagonal, plus
 from tierod.graph.derivatives import jacobian
-from tierod.graph.maths import both, limit, maximum, minimum, present, sqrt, where
+from tierod.graph.maths import absolute, both, limit, maximum, minimum, present, sqrt, where
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.asked_torques import AskedTorques, no_torques, torques_of
 from tierod.monitors.condition.process import LIMITS, process_noise, start_deviations, with_torque_noise
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS, ConditionSample, Hypothesis
 from tierod.monitors.condition.tuning import ModelError, PlausibleRange, SensorNoise, widened
 from tierod.monitors.condition.updates import Correction, log_likelihood, spread_of, update
+from tierod.physics.single_track import front_axle_load
 from tierod.vehicles import Vehicle
 
 
@@ -80,6 +81,8 @@ class LeaveOutFilter:
             the hypothesis: far more than healthy readings reach; a fault does not throw the filter about
         settling: after the start, while the state is found and readings tell nothing about hypotheses
         slowest: speed from which the vehicle counts as moving; wheel speed sensors see nothing much slower
+        largest_force_error: of an axle, beyond which none goes; see `process.LIMITS` for all else
+        bending: acceleration across the vehicle from which it is in a bend
         braking: deceleration beyond what the drives give from which something else must brake; steep slopes give less
         use_wheel_speed_rear_left ... use_tie_rod_force: 1, or 0 for a sensor that is left out
         trust_steering_motor_1 ... trust_drive_right: 1, or 0 for an actuator that may have lost torque;
@@ -93,6 +96,8 @@ class LeaveOutFilter:
     influence: Annotated[float, ""] = 8.0
     settling: Annotated[float, "s"] = 0.5
     slowest: Annotated[float, "m/s"] = 0.5
+    largest_force_error: Annotated[float, "N"] = LIMITS.front_force_error
+    bending: Annotated[float, "m/s**2"] = 1.0
     braking: Annotated[float, "m/s**2"] = 1.5
     use_wheel_speed_rear_left: Annotated[float, ""] = 1.0
     use_wheel_speed_rear_right: Annotated[float, ""] = 1.0
@@ -131,6 +136,7 @@ class LeaveOutFilter:
             speed, lateral_speed: of the centre of gravity
             moving: 1 where the vehicle moves forward, else 0: wheels that stand or roll back tell nothing
             driven: 1 where the deceleration is what drives and slopes give, else 0: brakes may lock the wheels
+            lack: force that an axle lacks in a bend, over its load: the larger one; 0 where it hardly needs any
         """
 
         log_likelihood: Annotated[float, ""]
@@ -144,6 +150,7 @@ class LeaveOutFilter:
         lateral_speed: Annotated[float, "m/s"]
         moving: Annotated[float, ""]
         driven: Annotated[float, ""]
+        lack: Annotated[float, ""] = 0.0
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01) -> LeaveOutFilter:
@@ -185,6 +192,7 @@ class LeaveOutFilter:
             mean.lateral_speed,
             where(mean.speed > self.slowest, 1.0, 0.0),
             where(seen.innovations[judged] < -self.braking, 0.0, 1.0),
+            self._lack(mean),
         )
 
     def corrected(self, state: Any, sample: Any) -> tuple[Any, Seen]:
@@ -202,7 +210,8 @@ class LeaveOutFilter:
         used = [both(present(each), use > 0.5) for each, use in zip(innovations, self._uses(), strict=True)]
         correction = update(covariance, rows, innovations, noise, self._noise(0.0), used, self.influence)
         moved = [value + shift for value, shift in zip(mean, correction.shift, strict=True)]
-        bounded = AutomatedVehicle.State(*(limit(v, -most, most) for v, most in zip(moved, LIMITS, strict=True)))
+        limits = LIMITS._replace(front_force_error=self.largest_force_error, rear_force_error=self.largest_force_error)
+        bounded = AutomatedVehicle.State(*(limit(v, -most, most) for v, most in zip(moved, limits, strict=True)))
         seen = Seen(expected, rows, innovations, used, tuple(spread), correction)
         age = minimum(state.age + self.vehicle.sample_time, self.settling)
         return self.State(bounded, correction.covariance, torques, age), seen
@@ -211,6 +220,14 @@ class LeaveOutFilter:
     def _coarse(self) -> Any:
         """The vehicle for the derivatives: what is small there would fill them with entries, to no gain."""
         return replace(self.vehicle, turn_slip_stiffness=0.0, steering_motor_inertia=0.0)
+
+    def _lack(self, mean: Any) -> Any:
+        """Force that an axle lacks in a bend, over its load: the larger one."""
+        car, across = self.vehicle, mean.speed * mean.yaw_rate
+        side = where(absolute(across) > self.bending, where(across > 0.0, -1.0, 1.0), 0.0)
+        front = mean.front_force_error / front_axle_load(car.mass, car.front_distance, car.rear_distance)
+        rear = mean.rear_force_error / front_axle_load(car.mass, car.rear_distance, car.front_distance)
+        return maximum(side * front, side * rear)
 
     def _uses(self) -> tuple[Any, ...]:
         """Whether each reading is used; accelerations always are."""

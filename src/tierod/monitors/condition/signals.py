@@ -90,3 +90,7 @@ def hypotheses() -> tuple[Hypothesis, ...]:
         Hypothesis(" + ".join((*sensors, *actuators)) or HEALTHY, sensors, actuators)
         for sensors, actuators in [((), ()), *singles, *motors, *pairs, *mixed]
     )
+
+
+SLIDING = Hypothesis("sliding tyres")
+"""That tyres slide, and nobody is at fault; no diagnosis, but a reason for none."""

@@ -10,10 +10,10 @@ from tierod.findings import Element, Episode, Status
 from tierod.monitors.condition.absence import Loss
 from tierod.monitors.condition.contradictions import Problem
 from tierod.monitors.condition.courses import TOGETHER, ElementCourse
-from tierod.monitors.condition.decision import TOLD_BY
 from tierod.monitors.condition.driven import TOO_FEW, Driven
 from tierod.monitors.condition.said import shown
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS
+from tierod.monitors.condition.testability import TOLD_BY
 from tierod.monitors.session import StatusChange
 from tierod.signals import SIGNALS
 
