@@ -217,3 +217,13 @@ def test_noise_is_no_delay_of_next_to_nothing():
     block = KindOfFault.of_sensor("steering_shaft_torque", PlausibleRange())
     results = batch(block, [samples("noise", 0.5, seed) for seed in range(40)])
     assert all(result["kind"][START + 205] == 7.0 for result in results)
+
+
+def test_while_kinds_are_as_likely_the_effect_is_the_mildest_of_theirs():
+    """At first an offset of -2 may as well be a factor that is small already: nobody knows before the truth moves."""
+    given = samples("offset", -2.0)
+    mild, bold = (scan(replace(BLOCK, doubt=nats), given)["effect"] for nats in (6.0, 0.0))
+    assert (np.abs(mild) <= np.abs(bold) + 1e-12).all()
+    early, late = slice(START + 5, START + 40), slice(START + 200, END)
+    assert (np.abs(mild[early]) < np.abs(bold[early]) - 0.05).any()
+    np.testing.assert_array_equal(mild[late], bold[late])

@@ -3,7 +3,17 @@
 import numpy as np
 import pytest
 
-from tierod.monitors.condition.kind_fits import DELAYS, DENSE, between, delays_of, fitted, log_density, lowest, sloped
+from tierod.monitors.condition.kind_fits import (
+    DELAYS,
+    DENSE,
+    between,
+    delays_of,
+    fitted,
+    likeliest,
+    log_density,
+    lowest,
+    sloped,
+)
 from tierod.monitors.condition.kind_state import Fit, SlopeFit
 
 
@@ -64,3 +74,15 @@ def test_delays_are_whole_samples_each_once_and_dense_where_the_signal_jumps():
     slow = delays_of("yaw_rate", 0.05)
     assert slow[0] >= 1
     assert list(slow) == sorted(set(slow))
+
+
+def test_the_likeliest_that_may_be_named_is_and_the_mildest_effect_in_doubt_counts():
+    options = (
+        (2.0, 1.0, -30.0, 0.0, 0.0, 0.5),
+        (3.0, 1.0, -20.0, 1.1, 0.2, 4.0),
+        (5.0, 0.0, -10.0, 1.2, 0.3, 3.0),
+        (8.0, 1.0, -24.0, 1.3, 0.4, -2.0),
+    )
+    assert likeliest(options, 6.0) == (3.0, 1.1, 0.2, -2.0)
+    assert likeliest(options, 2.0) == (3.0, 1.1, 0.2, 3.0)
+    assert likeliest(options, 20.0) == (3.0, 1.1, 0.2, 0.5)

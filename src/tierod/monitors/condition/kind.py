@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.block import Ring
 from tierod.graph.maths import absolute, all_of, both, either, exp, log, maximum, negated, present, sqrt, where
-from tierod.monitors.condition.kind_fits import delay_of, delays_of, fitted, log_density, sloped
+from tierod.monitors.condition.kind_fits import delay_of, delays_of, fitted, likeliest, log_density, sloped
 from tierod.monitors.condition.kind_state import Fit, KindState, SlopeFit, selected
 from tierod.monitors.condition.signals import SENSORS
 from tierod.monitors.condition.tuning import PlausibleRange
@@ -18,12 +18,10 @@ KINDS = ("loss", "stuck", "offset", "gain", "drift", "outlier", "noise", "delay"
 
 NONE, LOSS, STUCK, OFFSET, GAIN, DRIFT, OUTLIER, NOISE, DELAY = (float(number) for number in range(9))
 
-NEVER = -1e9
-"""Score of a kind that cannot be: far below any logarithm of likelihood."""
-
-LASTING = {"yaw_rate": 0.3, "steering_wheel_angle": 2.0}
-"""Errors of what the others foretell of a sensor are alike for so long [s]; by the variance of their means over ten
-seconds, on healthy drives of two virtual demonstrators: 0.2 and 0.35 s, 1.8 and 2.0 s, 0.05 s at most of all others."""
+LASTING = {"yaw_rate": 1.0, "steering_wheel_angle": 2.0}
+"""Errors of what the others foretell of a sensor are alike for so long [s]; by the variance of their means over two or
+ten seconds, on healthy drives of three virtual demonstrators: 0.2 to 0.7 s, 0.6 to 2.0 s, 0.05 s at most of all others.
+In a hard bend they last longer."""
 
 
 class Kind(NamedTuple):
@@ -34,8 +32,8 @@ class Kind(NamedTuple):
         size: of an offset in the unit of the signal, of a gain or an outlier the factor, of a drift per second, of
             noise its standard deviation, of a delay in seconds; 0 of what has none
         deviation: standard deviation of the size
-        effect: what the fault adds to this reading [unit of the signal]; infinite where a reading that never changed
-            moves again, and as it should
+        effect: what the fault adds to this reading at least, by all kinds that it may well be [unit of the signal];
+            infinite where a reading that never changed moves again, and as it should
     """
 
     kind: Annotated[float, ""]
@@ -71,6 +69,7 @@ class KindOfFault:
         alike: over which errors of the prediction are alike, in the weighing of kinds
         lasting: over which they are alike in what a size is uncertain by, see `LASTING`
         shortest: for which a reading must repeat itself
+        doubt: nats within which a kind may be as well as the likeliest: the effect is the mildest of theirs
         agrees: deviations of the prediction within which a reading that moves again is as it should be
         young: until which a large factor is an outlier; Li, Frey, Gauterin, section 5, have outliers of one second
         large: what a large factor differs from one by
@@ -94,6 +93,7 @@ class KindOfFault:
     alike: Annotated[float, "s"] = 0.1
     lasting: Annotated[float, "s"] = 0.1
     shortest: Annotated[float, "s"] = 0.1
+    doubt: Annotated[float, ""] = 6.0
     agrees: Annotated[float, ""] = 4.0
     young: Annotated[float, "s"] = 1.1
     large: Annotated[float, ""] = 1.0
@@ -254,23 +254,22 @@ class KindOfFault:
         uncertain = sqrt(state.drift.slope_variance)
         moves = absolute(state.drift.slope) > self.sure * uncertain
         drifted = state.drift.start + state.drift.slope * state.age * self.sample_time
-        likely, late, unsure, behind = delay_of(state, self.delays, self.sample_time, prediction)
         longer = self.lasting / self.alike
+        likely, late, unsure, behind = delay_of(state, self.delays, self.sample_time, longer, prediction)
         offset, gain = (each._replace(variance=longer * each.variance) for each in (state.offset, state.gain))
+        noisy = state.quick > self.quick * state.power
+        factor = where(young, OUTLIER, GAIN)
         options = (
-            (STUCK, state.constant.score, 0.0, 0.0, state.constant.value - prediction),
-            (OFFSET, offset.score, offset.value, sqrt(offset.variance), offset.value),
-            (where(young, OUTLIER, GAIN), gain.score, gain.value, sqrt(gain.variance), (gain.value - 1.0) * prediction),
-            (DRIFT, where(moves, state.drift.score, NEVER), state.drift.slope, sqrt(longer) * uncertain, drifted),
-            (NOISE, where(state.quick > self.quick * state.power, state.noise, NEVER), noise, rough, noise),
-            (DELAY, where(late > self.sure * unsure, likely, NEVER), late, unsure, behind),
+            (STUCK, 1.0, state.constant.score, 0.0, 0.0, state.constant.value - prediction),
+            (OFFSET, 1.0, offset.score, offset.value, sqrt(offset.variance), offset.value),
+            (factor, 1.0, gain.score, gain.value, sqrt(gain.variance), (gain.value - 1.0) * prediction),
+            (DRIFT, moves, state.drift.score, state.drift.slope, sqrt(longer) * uncertain, drifted),
+            (NOISE, noisy, state.noise, noise, rough, noise),
+            (DELAY, late > self.sure * unsure, likely, late, unsure, behind),
         )
-        best = options[0]
-        for option in options[1:]:
-            better = option[1] > best[1]
-            best = tuple(where(better, new, old) for new, old in zip(option, best, strict=True))
+        told = likeliest(options, self.doubt)
         still = self._is_still(state)
         where_it_stays = state.constant.value
         constant = (where(absolute(where_it_stays) < self.zero, LOSS, STUCK), 0.0, 0.0, where_it_stays - prediction)
-        named = (where(still, a, b) for a, b in zip(constant, (best[0], *best[2:]), strict=True))
+        named = (where(still, a, b) for a, b in zip(constant, told, strict=True))
         return Kind(*(where(silent, 0.0, value) for value in named))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from tierod.graph.maths import hypot, limit, log, maximum, minimum, sqrt, where
+from tierod.graph.maths import absolute, both, hypot, limit, log, maximum, minimum, sqrt, where
 from tierod.monitors.condition.kind_state import Fit, KindState, SlopeFit
 
 DELAYS = (0.03, 0.05, 0.07, 0.09, 0.12, 0.15, 0.19, 0.24, 0.3, 0.37, 0.45, 0.55)
@@ -92,7 +92,9 @@ def sloped(fit: SlopeFit, off: Any, time: Any, square: Any, alike: Any, share: A
     )
 
 
-def delay_of(state: KindState, lines: Sequence[int], step: Any, prediction: Any) -> tuple[Any, Any, Any, Any]:
+def delay_of(
+    state: KindState, lines: Sequence[int], step: Any, longer: Any, prediction: Any
+) -> tuple[Any, Any, Any, Any]:
     """Score, delay, standard deviation and effect, from a parabola through the best of the delays compared.
 
     Squared deviations of a signal that moves evenly grow with the square of what a delay is wrong by, so that their
@@ -103,6 +105,7 @@ def delay_of(state: KindState, lines: Sequence[int], step: Any, prediction: Any)
         state: with squared deviations of each delay
         lines: the delays, in samples
         step: time of a sample [s]; readings come at one or the next
+        longer: how much longer errors are alike in what a delay is uncertain by than in what is likely
         prediction: of this reading, undelayed
     """
     misses = (state.undelayed, *state.delays, state.delays[-2])
@@ -122,7 +125,7 @@ def delay_of(state: KindState, lines: Sequence[int], step: Any, prediction: Any)
     return (
         -0.5 * (counted * (log(share) + rest / share) + state.common) - PRICE,
         step * place,
-        step * hypot(width * sqrt(share), 0.5),
+        step * hypot(width * sqrt(share * longer), 0.5),
         between(place, *best[::2]),
     )
 
@@ -154,3 +157,21 @@ def between(place: Any, places: Sequence[Any], values: Sequence[Any]) -> Any:
     early = (values[1] - values[0]) / (places[1] - places[0])
     late = (values[2] - values[1]) / (places[2] - places[1])
     return values[1] + (place - places[1]) * where(place < places[1], early, late)
+
+
+def likeliest(options: Sequence[tuple[Any, ...]], doubt: Any) -> tuple[Any, ...]:
+    """Number, size and its deviation of the likeliest kind, and the mildest effect of all that it may well be.
+
+    Args:
+        options: number of a kind, whether it may be named, its score, size, deviation, effect; the first may be
+        doubt: by which scores may be below that of the likeliest [nat]
+    """
+    best = options[0]
+    for option in options[1:]:
+        better = both(option[1], option[2] > best[2])
+        best = tuple(where(better, new, old) for new, old in zip(option, best, strict=True))
+    effect = best[-1]
+    for option in options:
+        milder = both(option[2] > best[2] - doubt, absolute(option[-1]) < absolute(effect))
+        effect = where(milder, option[-1], effect)
+    return best[0], *best[3:5], effect
