@@ -22,6 +22,9 @@ KINDS_TEXT = (
     "Every kind of fault of every sensor in several sizes, on three rounds, with other seeds than those of the "
     "tests. The size is a multiple of the tests' offset; gains, drifts, noise and delays are scaled to do as much "
     "harm.",
+    "Kind and size are what is said 2 s after the declaration, over all faults that are declared, those that a later "
+    "sample no longer shows included. Of noise, 2 s hold 200 samples, whose own standard deviation differs from that "
+    "of the noise by up to 10 % in 95 of 100 cases: no estimate is closer.",
 )
 PAIRS_TEXT = (
     "Two sensors at once, both lost or both with an offset, and a sensor with an actuator; the second one fails 2 s "
