@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from tierod.graph import Bank
 from tierod.monitors.condition.decision import Decision
 from tierod.monitors.condition.judge import ConditionJudge
 from tierod.monitors.condition.kind import KindOfFault
 from tierod.monitors.condition.rolling_filter import JUDGED, RollingFilter
 from tierod.monitors.condition.signals import SENSORS, Hypothesis, hypotheses
+from tierod.monitors.condition.substitutes import ON_CARS
+from tierod.monitors.condition.testability import Telling
 from tierod.monitors.condition.tuning import prices
+from tierod.monitors.condition.uncalibrated import ALIKE, LASTING
 from tierod.monitors.condition.weighing import Limits, Weighing
 from tierod.vehicles import Vehicle
 
@@ -21,6 +26,9 @@ the long time -1.5.
 """
 GAP, MARGIN = 2.0, 1.0
 """As those of the bank of the whole vehicle."""
+
+
+_LASTING = {"alike": ALIKE, "lasting": LASTING}
 
 
 def rolling_hypotheses() -> tuple[Hypothesis, ...]:
@@ -45,9 +53,12 @@ def rolling_bank(vehicle: Vehicle, limits: Limits | None = None, sample_time: fl
         sample_time: [s]
     """
     base, explanations = RollingFilter.of_vehicle(vehicle, sample_time), rolling_hypotheses()
-    kinds = tuple(KindOfFault.of_sensor(name, base.plausible, sample_time) for name in SENSORS)
+    kinds = tuple(
+        replace(KindOfFault.of_sensor(name, base.plausible, sample_time), unknown=ON_CARS[name], **_LASTING)
+        for name in SENSORS
+    )
     lanes = tuple(base.leaving_out(each.sensors) for each in explanations)
     costs = prices(base.sensor_noise, base.plausible)
     weighing = Weighing(explanations, limits or rolling_limits(), sample_time, prices=costs)
     # What is never there must not widen the limits that were found without it.
-    return Bank(lanes, ConditionJudge(Decision(weighing, poorer=1.0), kinds))
+    return Bank(lanes, ConditionJudge(Decision(weighing, testability=Telling(poorer=1.0)), kinds))
