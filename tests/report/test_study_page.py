@@ -127,3 +127,18 @@ def test_cells_are_drawn_from_the_top_with_their_shares_in_them():
     assert drawn["text"] == [["1", "", "0.25"], ["", "1", ""]]
     assert figure.layout["yaxis"]["autorange"] == "reversed"
     assert figure.summary[0][1:] == ("0", "0.375", "1")
+
+
+def test_named_rows_stand_in_place_of_numbers_and_need_no_legend():
+    flags = Panel("", "time [s]", "flag", (Lines("r1", [0, 1], [0, 1]),), rows=(("r1", 0.5), ("r2", 2.0)))
+    figure = study_figure(Chart("flags", "Flags", "", "", (flags,)))
+    up = figure.layout["yaxis"]
+    assert (up["tickvals"], up["ticktext"]) == ([0.5, 2.0], ["r1", "r2"])
+    assert up["range"][0] < 0.0
+    assert up["range"][1] > 2.5
+    assert not figure.data[0]["showlegend"]
+
+
+def test_a_way_is_drawn_to_scale():
+    figure = study_figure(Chart("way", "Way", "", "", (Panel("", "x", "y", (Lines("a", [0], [0]),), to_scale=True),)))
+    assert figure.layout["yaxis"]["scaleanchor"] == "x"

@@ -141,6 +141,8 @@ class Panel:
         logarithmic_along: whether the horizontal axis is
         sideways: whether the named places of points stand below each other, and their heights run to the right; for
             many places with long names. The titles of the axes and the levels stay with their values
+        rows: names of heights, in place of numbers up the vertical axis
+        to_scale: whether a metre up is as long as a metre along
     """
 
     title: str
@@ -152,6 +154,8 @@ class Panel:
     logarithmic: bool = False
     logarithmic_along: bool = False
     sideways: bool = False
+    rows: tuple[tuple[str, float], ...] = ()
+    to_scale: bool = False
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,8 @@ from tierod.studies.content import Band, Bars, Boxes, Cells, Chart, Lines, Mark,
 
 _COLOURS = (BLUE, RED, GREEN, AMBER, "#6d28d9", "#0e7490", GREY, "#9d174d")
 _PANEL, _ALONE = 240, 330
+_BESIDE = 0.65
+"""Room above and below the outermost named rows, each of which is one high."""
 _DIGITS, _SMALL = 5, 10
 """Of the largest value of a curve, that are kept; on a logarithmic axis small ones show too."""
 
@@ -48,7 +50,8 @@ def study_figure(chart: Chart) -> Figure:
         domain = [1.0 - (index + 1) / count + (gap if index + 1 < count else 0.0), top - (24.0 / height) * (count > 1)]
         axes |= _axes(panel, suffix, domain)
         for mark in panel.marks:
-            shown = {"showlegend": mark.name not in told, "legendgroup": mark.name}
+            named_beside = mark.name in [name for name, _ in panel.rows]
+            shown = {"showlegend": mark.name not in told and not named_beside, "legendgroup": mark.name}
             told.add(mark.name)
             drawn_mark = _drawn(mark, colours[mark.name], panel)
             drawn_mark |= {"x": drawn_mark["y"], "y": drawn_mark["x"]} if panel.sideways else {}
@@ -73,6 +76,8 @@ def _rows(panel: Panel) -> int:
     """Height that the places of a sideways panel, or the rows of cells, need; 0 for any other."""
     most = max((len(mark.x) for mark in panel.marks if isinstance(mark, Points)), default=0)
     rows = max((len(mark.down) for mark in panel.marks if isinstance(mark, Cells)), default=0)
+    if panel.rows:
+        return 130 + 22 * len(panel.rows)
     return 150 + 22 * most if panel.sideways else 230 + 26 * rows if rows else 0
 
 
@@ -82,6 +87,13 @@ def _axes(panel: Panel, suffix: str, domain: list[float]) -> dict[str, Any]:
         along, up = axis(panel.y_title, anchor=f"y{suffix}"), axis("", autorange="reversed", automargin=True)
     if any(isinstance(mark, Cells) for mark in panel.marks):
         up |= {"autorange": "reversed", "automargin": True}
+    if panel.rows:
+        heights = [height for _, height in panel.rows]
+        up |= {"tickvals": heights, "ticktext": [name for name, _ in panel.rows], "automargin": True, "zeroline": False}
+        up |= {"range": [min(heights) - _BESIDE, max(heights) + _BESIDE]}
+    if panel.to_scale:
+        up |= {"scaleanchor": f"x{suffix}"}
+        along |= {"constrain": "domain"}
     kind: dict[str, Any] = {"type": "log"} if panel.logarithmic else {}
     along |= {"type": "log", "dtick": 1, "minor": {"showgrid": True}} if panel.logarithmic_along else {}
     return {f"xaxis{suffix}": along, f"yaxis{suffix}": up | {"domain": domain, "anchor": f"x{suffix}"} | kind}

@@ -26,6 +26,8 @@ TEXT = (
     "second tells nobody anything; with it the delay is what the claims print as that from the first moment.",
 )
 
+PLACES = tuple(name.replace("_", " ") for name in ACTUATORS)
+
 
 def campaign(effort: Effort, share: float = 1.0, swing: bool = True) -> list[Drive]:
     """The tests of all vehicles, or a few of one.
@@ -72,9 +74,7 @@ def _figure_twenty_five(found: tables.Scores) -> Chart:
     for name, several in found.items():
         parts = [summary([each for each in several if each.drive.injected[0].element == one]) for one in ACTUATORS]
         accuracy = np.array([part.accuracy for part in parts])
-        marks.append(
-            Points(VARIANTS[name].title, ACTUATORS, accuracy, np.array([part.worst for part in parts]), accuracy)
-        )
+        marks.append(Points(VARIANTS[name].title, PLACES, accuracy, np.array([part.worst for part in parts]), accuracy))
     return Chart(
         "condition-accuracy-actuators",
         "Accuracy by actuator (Figure 25)",

@@ -11,6 +11,9 @@ from tierod.studies.content import Lines, Panel
 GAP = 1.5
 """Between two rows of flags; each is one high."""
 
+STATES = (("sound", 0.0), ("one of several", 0.5), ("faulty", 1.0))
+"""Heights of what is declared of an element."""
+
 
 def flags(title: str, time: np.ndarray, rows: Mapping[str, np.ndarray], begin: float, end: float = np.inf) -> Panel:
     """Flags over time, row above row: 0 at the foot of a row, 1 above.
@@ -24,24 +27,25 @@ def flags(title: str, time: np.ndarray, rows: Mapping[str, np.ndarray], begin: f
     heights = (GAP * place + np.asarray(values, float) for place, values in enumerate(rows.values()))
     marks = tuple(Lines(name, *steps(time, each)) for name, each in zip(rows, heights, strict=True))
     upright = [("fault", begin)] + ([("end", end)] if end < time[-1] else [])
-    return Panel(title, "time [s]", "flag, row above row", marks, uprights=tuple(upright))
+    names = tuple((name, GAP * place + 0.5) for place, name in enumerate(rows))
+    return Panel(title, "time [s]", "beyond its threshold", marks, uprights=tuple(upright), rows=names)
 
 
 def states(title: str, time: np.ndarray, real: np.ndarray, said: Mapping[str, np.ndarray]) -> Panel:
-    """Real and declared state of one element over time: 0 sound, 1 faulty.
+    """Real and declared state of one element over time.
 
     Args:
         title: of the panel
         time: [s]
         real: whether it is at fault
-        said: whether it is declared faulty, by diagnosis; drawn slightly above each other
+        said: what is declared, by diagnosis, as in `STATES`; drawn slightly above each other
     """
     marks = [Lines("real state", *steps(time, np.asarray(real, float)))]
     marks += [
         Lines(name, *steps(time, np.asarray(values, float) + 0.03 * (place + 1)), dashed=True)
         for place, (name, values) in enumerate(said.items())
     ]
-    return Panel(title, "time [s]", "state (1: faulty)", tuple(marks))
+    return Panel(title, "time [s]", "state", tuple(marks), rows=STATES)
 
 
 def steps(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

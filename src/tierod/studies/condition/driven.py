@@ -44,7 +44,8 @@ def _rounds() -> Chart:
     for name in (SHORT, LONG, THIRD):
         made = recorded(Drive(name, 80.0, 0))
         x, y = (made[f"truth_position_{axis}"].values[::10] for axis in "xy")
-        panels.append(Panel(name.replace("-", " "), "east [m]", "north [m]", (Lines(name.replace("-", " "), x, y),)))
+        title = name.replace("-", " ")
+        panels.append(Panel(title, "east [m]", "north [m]", (Lines(title, x, y),), to_scale=True))
     return Chart(
         "condition-rounds",
         "The three rounds (Figures 18, 19, 24)",

@@ -15,6 +15,7 @@ from tierod.monitors.condition.residuals.thresholds import Excitation
 from tierod.monitors.condition.rule_monitor import RuleMonitor
 from tierod.recording import Recording
 from tierod.studies.condition.charts import curves, flags, states
+from tierod.studies.condition.declared import Declared
 from tierod.studies.condition.drives import SENSORS, TEST_SECONDS, Drive, both_motors
 from tierod.studies.condition.faults import LOSS, Injected, lost
 from tierod.studies.condition.recorded import recorded
@@ -31,6 +32,10 @@ TEXT = (
     "The cases that the paper shows, on our short round: a lost left rear wheel speed (7, 8, 10), both steering motors "
     "without torque (13, 14), the left drive (16, 17), a lost yaw rate (21, 23), steering motor 1 (26, 27). Residuals "
     "are those of the corrected equations; a flag is up where one is beyond its threshold of calibration.",
+)
+BOTH = (
+    "At fault in truth, and declared so. Two actuators at once are no hypothesis of the bank, which names angle and "
+    "torque sensors instead; rules name both motors as one of several."
 )
 UNITS = ("m/s", "m/s", "rad/s", "rad", "N·m", "N")
 EIGHT = tuple(f"r{number}a" for number in range(1, 9))
@@ -54,7 +59,7 @@ def items(effort: Effort) -> Iterator[Item]:
     motors = both_motors()
     yield view.symptoms("13", "Both steering motors lost", motors, ACTUATOR_RESIDUALS, (100.0, 106.0), EIGHT)
     pair = ("steering_motor_1", "steering_motor_2")
-    yield view.states("14", "Both steering motors lost", motors, pair, (100.0, 106.0))
+    yield view.states("14", "Both steering motors lost", motors, pair, (100.0, 106.0), BOTH)
     drive = Drive(SHORT, 130.0, 1, _LATE, (lost("drive_left", end=130.0),))
     yield view.symptoms("16", "The left drive lost", drive, ACTUATOR_RESIDUALS, (98.0, 130.0), EIGHT)
     yield view.states("17", "The left drive lost", drive, ("drive_left", "drive_right"), (98.0, 130.0))
@@ -96,13 +101,19 @@ class _View:
         return Chart(
             f"condition-figure-{number}",
             f"{title} (Figure {number})",
-            "One row for each residual, named in the legend from bottom to top; up: beyond its threshold.",
+            "One row for each residual; up: beyond its threshold.",
             "Flags of residuals over time, up while something has failed.",
             (panel,),
         )
 
     def states(
-        self, number: str, title: str, drive: Drive, elements: Sequence[str], span: tuple[float, float]
+        self,
+        number: str,
+        title: str,
+        drive: Drive,
+        elements: Sequence[str],
+        span: tuple[float, float],
+        caption: str = "",
     ) -> Chart:
         """Real and declared states."""
         recording = recorded(drive)
@@ -113,13 +124,13 @@ class _View:
         sound = np.zeros(len(time), bool)
         panels = []
         for element in elements:
-            declared = {VARIANTS[name].title: each.said("faulty", element)[inside] for name, each in said.items()}
+            declared = {VARIANTS[name].title: _state(each, element)[inside] for name, each in said.items()}
             known = real.get(element, sound)[inside]
             panels.append(states(element.replace("_", " "), time[inside], known, declared))
         return Chart(
             f"condition-figure-{number}",
             f"{title} (Figure {number})",
-            "1 where it is at fault, or declared so; declared states are drawn a little higher.",
+            caption or "At fault in truth, and declared so; declared states are drawn a little higher.",
             "Real and declared state over time.",
             tuple(panels),
         )
@@ -137,6 +148,11 @@ class _View:
         }
 
 
+def _state(each: Declared, element: str) -> np.ndarray:
+    """1 where it is declared, a half where it is one of several that are named together."""
+    return np.where(each.said("faulty", element), 1.0, 0.5 * each.said("candidates", element))
+
+
 def _validation(view: _View) -> Chart:
     drive = Drive(SHORT, TEST_SECONDS, 1, _SEED)
     recording = recorded(drive)
@@ -147,7 +163,9 @@ def _validation(view: _View) -> Chart:
     for name, unit in zip(SENSORS, UNITS, strict=True):
         both = {"read": recording[name].values[inside], "expected by the model": np.asarray(values[name])[inside]}
         title = name.replace("_", " ")
-        panels.append(curves(title, f"{title} [{unit}]", time[inside], both))
+        panels.append(
+            curves(title, f"{title.split()[-1]} [{unit}]" if unit != "m/s" else "speed [m/s]", time[inside], both)
+        )
     return Chart(
         "condition-figure-5",
         "What the model expects of each sensor (Figure 5)",
@@ -163,14 +181,14 @@ def _reconfigured(view: _View, drive: Drive) -> Chart:
     inside = (time >= 15.0) & (time < 45.0)
     name = "wheel_speed_rear_left"
     said = diagnosed(view.names[-1], drive, recording, view.known)
-    instead = np.where(said.said("faulty", name), said.value[name], recording[name].values)
-    values = {"true": recording[f"truth_{name}"].values, "read": recording[name].values, "given on": instead}
+    values = {"true": recording[f"truth_{name}"].values, "read": recording[name].values, "given on": said.value[name]}
     cut = {key: each[inside] for key, each in values.items()}
     panel = curves("left rear wheel", "speed [m/s]", time[inside], cut, 3)
     return Chart(
         "condition-figure-10",
         "A lost wheel speed and what replaces it (Figure 10)",
-        "The true speed lies above the readings where the tyres are larger than the vehicle is told.",
+        "The true speed is off the readings by what the tyres are off what the sensor is told; what is given on is "
+        "what the sound sensor would read.",
         "A speed that drops to zero between 20 and 40 s, and one in its place that goes on.",
         (panel,),
     )

@@ -35,6 +35,8 @@ VALUES = {
 }
 """Goal of the error of every sensor's replaced value, root mean square, and its unit."""
 
+PLACES = tuple(name.replace("_", " ") for name in SENSORS)
+
 
 def campaign(effort: Effort) -> list[Drive]:
     """The tests of all vehicles, or a few of one."""
@@ -73,7 +75,7 @@ def _figure_twenty(found: tables.Scores) -> Chart:
         parts = [summary([each for each in several if each.drive.injected[0].element == sensor]) for sensor in SENSORS]
         accuracy = np.array([part.accuracy for part in parts])
         worst = np.array([part.worst for part in parts])
-        marks.append(Points(VARIANTS[name].title, SENSORS, accuracy, worst, accuracy))
+        marks.append(Points(VARIANTS[name].title, PLACES, accuracy, worst, accuracy))
     return Chart(
         "condition-accuracy-sensors",
         "Accuracy by sensor (Figure 20)",
