@@ -113,8 +113,26 @@ class AutomatedVehicle:
     @staticmethod
     def transition(x: Any, u: Any, p: Any) -> Any:
         """The state one sample on."""
+        return AutomatedVehicle.moved(AutomatedVehicle.deflected(x, p), u, p)
+
+    @staticmethod
+    def deflected(x: Any, p: Any) -> Any:
+        """The first part of a step: the tyres roll, all else is kept; implicit, so that no speed is too fast."""
+        sine, cosine = direction(x, p)
+        across = x.lateral_speed + p.front_distance * x.yaw_rate
+        travel = p.sample_time * absolute(x.speed)
+        length, rear_length = p.relaxation_length, p.relaxation_length * p.rear_relaxation_ratio
+        front = p.sample_time * (sine * x.speed - cosine * across)
+        rear = p.sample_time * rear_slip_speed(x.lateral_speed, x.yaw_rate, p.rear_distance)
+        return x._replace(
+            front_slip=(length * x.front_slip + front) / (length + travel),
+            rear_slip=(rear_length * x.rear_slip + rear) / (rear_length + travel),
+        )
+
+    @staticmethod
+    def moved(x: Any, u: Any, p: Any) -> Any:
+        """The second part of a step: motion and steering under the forces of the new deflections."""
         step, torques = p.sample_time, _given(u[:4], u[8:], x)
-        x = _deflected(x, p)
         forces = forces_of(x, torques, p)
         angle, rate, friction = _steered(x, forces, torques, p)
         along = forces.along / (p.mass + p.rolling_mass)
@@ -177,20 +195,6 @@ def _given(asked: Any, suspected: Any, x: Any) -> Torques:
     given = Torques(*(torque * (1.0 - share * x.torque_loss) for torque, share in zip(asked, suspected, strict=True)))
     excess = 1.0 + x.drive_excess
     return given._replace(drive_left=excess * given.drive_left, drive_right=excess * given.drive_right)
-
-
-def _deflected(x: Any, p: Any) -> Any:
-    """The tyres roll for a step, all else kept; implicit, so that no speed is too fast."""
-    sine, cosine = direction(x, p)
-    across = x.lateral_speed + p.front_distance * x.yaw_rate
-    travel = p.sample_time * absolute(x.speed)
-    length, rear_length = p.relaxation_length, p.relaxation_length * p.rear_relaxation_ratio
-    front = p.sample_time * (sine * x.speed - cosine * across)
-    rear = p.sample_time * rear_slip_speed(x.lateral_speed, x.yaw_rate, p.rear_distance)
-    return x._replace(
-        front_slip=(length * x.front_slip + front) / (length + travel),
-        rear_slip=(rear_length * x.rear_slip + rear) / (rear_length + travel),
-    )
 
 
 def _column_balance(x: Any, forces: Forces, torques: Torques, p: Any, rate: Any) -> Any:

@@ -11,7 +11,7 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.block import skeleton
 from tierod.estimators.kernels import predict_covariance
-from tierod.estimators.linear_algebra import diagonal, dot, from_diagonal, plus
+from tierod.estimators.linear_algebra import congruence, diagonal, dot, from_diagonal, plus
 from tierod.graph.derivatives import jacobian
 from tierod.graph.maths import absolute, both, limit, maximum, minimum, present, sqrt, where
 from tierod.models.automated_vehicle import AutomatedVehicle
@@ -248,11 +248,14 @@ class LeaveOutFilter:
 
     def _predicted(self, state: Any, inputs: Any, jump: Any) -> tuple[Any, Any]:
         """Mean and packed covariance before the readings."""
-        rows = jacobian(lambda at: AutomatedVehicle.transition(at, inputs, self._coarse), state.mean)
+        deflected = AutomatedVehicle.deflected(state.mean, self.vehicle)
+        rolling = jacobian(lambda at: AutomatedVehicle.deflected(at, self._coarse), state.mean)
+        rows = jacobian(lambda at: AutomatedVehicle.moved(at, inputs, self._coarse), deflected)
         process = process_noise(self.model_error, self.vehicle, state.mean, inputs)
-        covariance = predict_covariance(rows, state.covariance, process)
+        # One after the other both are sparse; their product is not.
+        covariance = predict_covariance(rows, congruence(rolling, state.covariance), process)
         torque = self.model_error.steering_torque * self.model_error.steering_torque + jump
-        mean = AutomatedVehicle.transition(state.mean, inputs, self.vehicle)
+        mean = AutomatedVehicle.moved(deflected, inputs, self.vehicle)
         return mean, with_torque_noise(covariance, self.vehicle, torque)
 
     def _log_likelihood(self, seen: Seen) -> Any:
