@@ -17,10 +17,21 @@ from benchmarks import (
     filters,
     motor_observers,
     observers,
+    on_board,
     simulate_eps_car,
 )
 
-MODULES = (filters, bank, observers, motor_observers, can_decode, diagnose_hour, simulate_eps_car, fault_memory)
+MODULES = (
+    filters,
+    bank,
+    on_board,
+    observers,
+    motor_observers,
+    can_decode,
+    diagnose_hour,
+    simulate_eps_car,
+    fault_memory,
+)
 
 
 def main() -> int:

@@ -19,6 +19,7 @@ SAID = {
     "diagnose-1h": "`tierod diagnose` on an hour at 100 Hz, process start to JSON and report",
     "simulate-eps-car": "virtual EPS car, two-track, 1 kHz, with its sensors",
     "bank-of-50": "bank of fifty five-state filters and their judge, one signal",
+    "condition-on-board": "condition monitor on board: bank of fifty filters, rules, substitutes, fault counters",
     "observer-printed": "column observer as printed, six states",
     "observer-bank": "torque of the hands, bank of three constant gains",
     "observer-interacting": "torque of the hands, interacting filters with their covariances",
