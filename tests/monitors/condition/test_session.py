@@ -9,6 +9,7 @@ import pytest
 from tierod.findings import Status
 from tierod.monitors.condition.coverage import TARGETS
 from tierod.monitors.condition.definition import CONDITION
+from tierod.monitors.condition.driven import SLID
 from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS
 from tierod.monitors.run import Run
 from tierod.recording import Channel, Recording
@@ -229,6 +230,7 @@ def test_at_standstill_nothing_is_testable(odd):
     "name",
     [
         "three-point turns with reversing",
+        "ice on a bend",
         "ice on one side",
         "restart in mid-drive",
         "gaps of 0.3 s in all signals",
@@ -237,6 +239,16 @@ def test_at_standstill_nothing_is_testable(odd):
 )
 def test_odd_driving_and_logging_accuse_nobody(odd, name):
     assert accused(run(odd[name])[0]) == []
+
+
+def test_while_tyres_slide_nothing_is_told_and_the_drive_says_so(odd, sound):
+    diagnosis, courses = run(odd["ice on a bend"])
+    slid = [each for each in diagnosis.findings[0].warnings if SLID in each]
+    assert len(slid) == 1
+    assert 2.0 < float(slid[0].split()[0]) < 8.0, "the ice is 32 m long, and driven over at 9 m/s"
+    assert diagnosis.findings[0].status is Status.HEALTHY
+    assert Status.NOT_TESTABLE in [each.status for each in courses["wheel-speed-rear-left"]]
+    assert not any(SLID in each for each in run(sound)[0].findings[0].warnings)
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,7 @@ STANDING = 0.5
 NO_READING = "no sensor gives a reading"
 ALL_ZERO = "all sensors read exactly zero"
 ALL_HELD = "all sensors repeat what they read before"
+SLID = "the tyres slid, or the vehicle cornered harder than calibrations show"
 TOO_FEW = f"fewer than {ALL} sensors give a reading"
 
 ALL_GONE = (ALL_ZERO, ALL_HELD, NO_READING)
@@ -102,6 +103,10 @@ class Driven:
         held = np.take_along_axis(values, last, axis=0)
         self._wheels, self._read = held[-1], read[-1]
         return np.where(times[1:, None] - read[1:] <= LOST, held[1:], np.nan)
+
+    def add_slid(self, slid: np.ndarray) -> None:
+        """Whether the tyres slid over the next piece, (n,)."""
+        self._count(SLID, slid)
 
     def _count(self, cause: str, there: np.ndarray) -> None:
         found = int(np.count_nonzero(there))

@@ -25,6 +25,7 @@ class Said(NamedTuple):
         kind: number of the kind; 0 where none is told
         size, deviation: of the fault, see `told`; NaN where none is told
         gated: readings that are too far off to be believed, declared or not, (n, sensors)
+        slid: whether the tyres slid, so that nothing could be told, (n,)
     """
 
     faulty: np.ndarray
@@ -34,6 +35,7 @@ class Said(NamedTuple):
     size: np.ndarray
     deviation: np.ndarray
     gated: np.ndarray
+    slid: np.ndarray
 
     def only(self, available: np.ndarray, moving: np.ndarray) -> Said:
         """Without doubts about what is not there to be doubted; a fault that was declared before stays.
@@ -54,7 +56,7 @@ def nothing_said(count: int) -> Said:
         count: of them
     """
     no, untold = np.zeros((count, len(ELEMENTS)), bool), np.full((count, len(ELEMENTS)), np.nan)
-    return Said(no, no, no, np.zeros(no.shape), untold, untold, no[:, : len(SENSORS)])
+    return Said(no, no, no, np.zeros(no.shape), untold, untold, no[:, : len(SENSORS)], no[:, 0])
 
 
 def said_by_bank(result: Result) -> Said:
@@ -78,6 +80,7 @@ def said_by_bank(result: Result) -> Said:
         size,
         deviation,
         _columns(result, "decision.gated", SENSORS) > 0.5,
+        result["decision.low_grip"] > 0.5,
     )
 
 
@@ -92,7 +95,7 @@ def said_by_rules(result: Result) -> Said:
     )
     untold = np.full(testable.shape, np.nan)
     nothing = np.zeros((len(faulty), len(SENSORS)), bool)
-    return Said(faulty, candidates, testable, np.zeros(testable.shape), untold, untold, nothing)
+    return Said(faulty, candidates, testable, np.zeros(testable.shape), untold, untold, nothing, nothing[:, 0])
 
 
 def _columns(result: Result, group: str, names: tuple[str, ...]) -> np.ndarray:

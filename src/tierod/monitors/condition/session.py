@@ -11,6 +11,7 @@ from tierod.block import Block
 from tierod.graph import Memory, Result, scan
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.blind import untold
+from tierod.monitors.condition.clock_leap import ClockLeap
 from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.coverage import Coverage
 from tierod.monitors.condition.driven import STANDING, Driven
@@ -89,6 +90,7 @@ class ConditionSession:
         close = Close() if calibrated else None
         parameters = vehicle.parameters_for(AutomatedVehicle.Parameters) if car is None else car.parameters
         self._wiring = Wiring(parameters, rate, close=close)
+        self._leap = ClockLeap(lambda: Wiring(parameters, rate, close=close))
         self._coverage, self._driven = Coverage(rate, asked=whole), Driven(1.0 / rate, asked=whole)
         self._read = np.zeros(len(MEASURED), bool)
         self._courses = {each: ElementCourse(each, 1.0 / rate) for each in ELEMENTS}
@@ -131,6 +133,8 @@ class ConditionSession:
             states = np.full(said.faulty.shape, np.nan)
         for place, course in enumerate(self._courses.values()):
             course.add(aligned.time, said, available[:, place])
+        self._driven.add_slid(said.slid)
+        self._leap.add(aligned.time, dict(zip(aligned.names, aligned.values.T, strict=True)), said.faulty)
         supplied = self._supplied(aligned.values, said, filtered)
         self._driven.add_sources(supplied, self.reconfiguration.switchover.graph)
         return {
@@ -150,7 +154,8 @@ class ConditionSession:
 
     def conclude(self) -> Conclusion:
         """The state of every element, and the finding."""
-        problems = self._wiring.problems()
+        faults = [each for course in self._courses.values() for each in course.episodes(self._driven.end)]
+        problems = self._wiring.problems() or self._leap.problems([each for each in faults if not each.candidates])
         interruptions = self._coverage.interruptions
         states = elements(self._courses, self._driven, problems, self.reconfiguration.switchover.graph)
         lost = losses(self._courses, self._driven)
