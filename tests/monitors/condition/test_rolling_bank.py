@@ -83,6 +83,7 @@ def test_missing_samples_leave_the_bank_unharmed(bank):
     said, result = declared(bank, samples)
     assert np.isfinite(result.values).all()
     assert said[JUDGED[2]][round(START * 100) + 100 : round(END * 100)].all()
+    assert not said[JUDGED[2]][round(END * 100) + 150 :].any()  # back, though every other sample is not there
     assert not any(each.any() for name, each in said.items() if name != JUDGED[2])
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from tierod.block import Tree
-from tierod.graph.maths import absolute, all_of, both, maximum, negated, where
+from tierod.graph.maths import absolute, all_of, both, either, maximum, negated, present, where
 from tierod.monitors.condition.diagnosis import Elements
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS
 from tierod.monitors.condition.weighing import Weighing
@@ -37,7 +37,7 @@ class Returning:
     def good(
         self, before: Elements, suspected: Elements, readings: Sequence[Any], seen: Any, effects: Tree
     ) -> tuple[Any, ...]:
-        """For how many samples each suspect has been as it should; unbroken where its fault would not show.
+        """For how many samples each suspect has been as it should; unbroken where its fault would not show, or unread.
 
         Args:
             before: the same at the sample before
@@ -50,10 +50,11 @@ class Returning:
         for place, (name, count) in enumerate(zip(ELEMENTS, before, strict=True)):
             if name in SENSORS:
                 prediction, deviation = seen.prediction[place], seen.deviation[place]
-                right = absolute(readings[place] - prediction) < self.agrees * deviation
+                unread = negated(present(readings[place]))
+                right = either(unread, absolute(readings[place] - prediction) < self.agrees * deviation)
                 effect = prediction if effects is None else effects[place]
                 lost = where(absolute(prediction) > self.shows * deviation, self.doubtful, 0.0)
-                worth = where(absolute(effect) > self.shows * deviation, 1.0, lost)
+                worth = where(unread, 0.0, where(absolute(effect) > self.shows * deviation, 1.0, lost))
             else:
                 right = seen.torque_loss < maximum(self.loss_recovered, seen.loss_deviation)
                 worth = where(self.shows * seen.loss_deviation < 1.0, 1.0, 0.0)
