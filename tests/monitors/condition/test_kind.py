@@ -157,7 +157,7 @@ def test_what_is_unknown_of_a_prediction_widens_the_size_and_spares_the_kind(kin
     given = samples(kind, size)
     given[:, 1] += 0.3 * np.sin(0.8 * TIME)
     at = END - 1
-    sure, told = (scan(block, given) for block in (BLOCK, replace(BLOCK, unknown=0.3, alike=2.0, lasting=20.0)))
+    sure, told = (scan(block, given) for block in (BLOCK, replace(BLOCK, unknown=0.3)))
     assert KINDS[int(told["kind"][at]) - 1] == kind
     assert abs(told["size"][at] - size) < 2.0 * told["deviation"][at]
     assert KINDS[int(sure["kind"][at]) - 1] != kind or abs(sure["size"][at] - size) > 3.0 * sure["deviation"][at]

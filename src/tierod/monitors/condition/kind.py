@@ -42,6 +42,10 @@ class Kind(NamedTuple):
     effect: Annotated[float, ""]
 
 
+_RAMP = 2.0 * math.sqrt(3.0)
+"""Slope of an error that grows evenly over a while, times that while, over its root mean square."""
+
+
 @dataclass(frozen=True)
 class KindOfFault:
     """Weigh the kinds of faults of one sensor against each other, from where its readings began to be off.
@@ -73,8 +77,8 @@ class KindOfFault:
         agrees: deviations of the prediction within which a reading that moves again is as it should be
         young: until which a large factor is an outlier; Li, Frey, Gauterin, section 5, have outliers of one second
         large: what a large factor differs from one by
-        unknown: standard deviation of what predictions are off by that no filter knows of, as of a vehicle that nobody
-            has calibrated [unit of the signal]
+        unknown: standard deviation of what predictions are off by for long and no filter knows of, as of a vehicle that
+            nobody has calibrated: it widens sizes, and passes for no drift [unit of the signal]
         sample_time: [s]
         delays: that are compared, in samples
     """
@@ -149,7 +153,6 @@ class KindOfFault:
         paused = where(present(sample.recovering), sample.recovering, 0.0) > 0.5
         reading, prediction = where(known, sample.reading, 0.0), where(known, sample.prediction, 0.0)
         deviation = where(both(known, sample.deviation > 0.0), sample.deviation, 1.0)
-        deviation = sqrt(deviation * deviation + self.unknown * self.unknown)
         smooth, sound = self._watched(state, known, reading - prediction, deviation)
         begins = either(state.seen < 0.5, both(negated(declared), either(sound, state.told > 0.5)))
         before = selected(begins, self._fresh(state, deviation), state)
@@ -251,19 +254,24 @@ class KindOfFault:
         rough = state.power / sqrt(maximum(2.0 * state.seen * (state.power - state.expected), 1e-9))
         misjudged = self.unknown * self.unknown / (2.0 * maximum(noise, self.zero))
         rough = sqrt(rough * rough + misjudged * misjudged)
-        uncertain = sqrt(state.drift.slope_variance)
-        moves = absolute(state.drift.slope) > self.sure * uncertain
+        wrong = _RAMP * self.unknown / maximum(state.age * self.sample_time, self.sample_time)
+        moves = absolute(state.drift.slope) > self.sure * sqrt(state.drift.slope_variance + wrong * wrong)
         drifted = state.drift.start + state.drift.slope * state.age * self.sample_time
         longer = self.lasting / self.alike
         likely, late, unsure, behind = delay_of(state, self.delays, self.sample_time, longer, prediction)
         offset, gain = (each._replace(variance=longer * each.variance) for each in (state.offset, state.gain))
+        square = self.unknown * self.unknown
+        constant_off = sqrt(offset.variance + square)
+        # Both variances come from the same readings: their ratio tells how large the predictions are.
+        factor_off = sqrt(gain.variance * (1.0 + square / maximum(offset.variance, self.zero * self.zero)))
+        slope_off = sqrt(longer * state.drift.slope_variance + wrong * wrong)
         noisy = state.quick > self.quick * state.power
         factor = where(young, OUTLIER, GAIN)
         options = (
             (STUCK, 1.0, state.constant.score, 0.0, 0.0, state.constant.value - prediction),
-            (OFFSET, 1.0, offset.score, offset.value, sqrt(offset.variance), offset.value),
-            (factor, 1.0, gain.score, gain.value, sqrt(gain.variance), (gain.value - 1.0) * prediction),
-            (DRIFT, moves, state.drift.score, state.drift.slope, sqrt(longer) * uncertain, drifted),
+            (OFFSET, 1.0, offset.score, offset.value, constant_off, offset.value),
+            (factor, 1.0, gain.score, gain.value, factor_off, (gain.value - 1.0) * prediction),
+            (DRIFT, moves, state.drift.score, state.drift.slope, slope_off, drifted),
             (NOISE, noisy, state.noise, noise, rough, noise),
             (DELAY, late > self.sure * unsure, likely, late, unsure, behind),
         )
