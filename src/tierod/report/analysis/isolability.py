@@ -19,7 +19,13 @@ from tierod.analysis.structure import (
 )
 from tierod.monitors.condition.said import listed
 from tierod.monitors.condition.signals import SENSORS
-from tierod.monitors.condition.structure import ACCELERATIONS, further_sensors, vehicle_structure
+from tierod.monitors.condition.structure import (
+    ACCELERATIONS,
+    STEERING_MOTORS,
+    further_sensors,
+    rolls,
+    vehicle_structure,
+)
 from tierod.report.analysis.subjects import Analysis, Shown
 from tierod.report.display import words
 from tierod.studies.content import Cells, Chart, Heading, Panel, Table
@@ -30,48 +36,58 @@ SHOWN_SETS = 20
 
 WITH_FORCES = "forces of tyres and tie rods as the model has them"
 WITHOUT_FORCES = "forces of tyres and tie rods unknown"
+AS_STEERED = "the car turning as it is steered"
+ANYHOW = "the car turning anyhow"
+"""Views of a vehicle, and of a car whose torques nobody knows: what tyres do is known, or may be anything."""
 
 
 def analyse(vehicle: Vehicle, without: Collection[str] = ()) -> Analysis:
     """Detectable and isolable faults of a vehicle's sensors and actuators, one and two at once.
 
     Args:
-        vehicle: with the parameters of `AutomatedVehicle`
+        vehicle: with the parameters of `AutomatedVehicle`, or else those of `RollingCar`
         without: sensors that it does not have
 
     Raises:
         ParameterError: parameters that are missing, or no such sensor
     """
+    known, view = (AS_STEERED, ANYHOW) if rolls(vehicle) else (WITH_FORCES, WITHOUT_FORCES)
     models = {
-        WITH_FORCES: vehicle_structure(vehicle, without),
-        WITHOUT_FORCES: vehicle_structure(vehicle, without, forces_known=False),
+        known: vehicle_structure(vehicle, without),
+        view: vehicle_structure(vehicle, without, forces_known=False),
     }
     single = {name: isolability(model) for name, model in models.items()}
     pairs = {name: isolability(model, at_once=2) for name, model in models.items()}
-    model = models[WITHOUT_FORCES]
+    model = models[view]
     gains = gain_of_sensors(model, further_sensors(model), at_once=2)
     sets = minimal_test_sets(model)
     items: list[Shown] = [
         Heading("One fault at a time"),
         _table(single),
-        _picture(single[WITHOUT_FORCES]),
+        _picture(single[view], view),
         Heading("Two faults at a time"),
-        _pairs(pairs[WITHOUT_FORCES]),
+        _pairs(pairs[view], view),
         Heading("What would help, and what would be missed"),
-        _gains(gains),
-        _missing(model),
+        _gains(gains, view),
+        _missing(model, view),
         Heading("What residuals can be made"),
-        _sets(model, sets),
+        _sets(model, sets, view),
     ]
     document = {
         "without": sorted(without),
-        "faults": list(single[WITH_FORCES].faults),
+        "faults": list(single[known].faults),
         "views": {name: _document(models[name], single[name], pairs[name]) for name in models},
         "further_sensors": [_gain_document(gain) for gain in gains],
         "minimal_redundant_sets": len(minimal_redundant_sets(model)),
         "minimal_test_sets": [sorted(each) for each in sets],
     }
-    return Analysis(f"Isolability of {vehicle.name}", _summary(single, pairs, gains), items, document, _remarks())
+    return Analysis(
+        f"Isolability of {vehicle.name}",
+        _summary(single, pairs, gains),
+        items,
+        document,
+        _remarks(single[known].faults),
+    )
 
 
 def _summary(
@@ -96,12 +112,15 @@ def _summary(
     return tuple(told)
 
 
-def _remarks() -> tuple[str, ...]:
+def _remarks(faults: Collection[str]) -> tuple[str, ...]:
+    motors = (
+        "Two steering motors act by their sum. A split of the torque that alternates tells them apart over time; "
+        "structure does not see that.",
+    )
     return (
         "Structure looks at what stands in which equation, not at how large it is: a fault that is isolable here can "
         "still be too small, or the drive too quiet, to be told. What drives have shown stands in docs/condition.md.",
-        "Two steering motors act by their sum. A split of the torque that alternates tells them apart over time; "
-        "structure does not see that.",
+        *(motors if STEERING_MOTORS[0] in faults else ()),
     )
 
 
@@ -122,13 +141,13 @@ def _table(views: dict[str, Isolability]) -> Table:
     return Table("Single faults", ("fault", *views), tuple(rows))
 
 
-def _picture(found: Isolability) -> Chart:
+def _picture(found: Isolability, view: str) -> Chart:
     names = [words(fault) for fault in found.faults]
     shares = np.where(found.detectable[:, None], found.mistaken, np.nan).astype(float)
     cells = Cells("explains it", names, names, shares)
     return Chart(
         "isolability",
-        f"Which fault explains which, {WITHOUT_FORCES}",
+        f"Which fault explains which, {view}",
         "A row is a fault that is there, a filled cell a fault that explains all that is seen of it. Where only the "
         "diagonal is filled, every fault is told from every other.",
         "Matrix of faults against their explanations; the tables above hold the same.",
@@ -136,7 +155,7 @@ def _picture(found: Isolability) -> Chart:
     )
 
 
-def _pairs(found: Isolability) -> Table:
+def _pairs(found: Isolability, view: str) -> Table:
     rows = []
     for fault, seen in zip(found.faults, found.detectable, strict=True):
         others = found.mistaken_for(fault) if seen and " + " in fault else ()
@@ -145,7 +164,7 @@ def _pairs(found: Isolability) -> Table:
             rows.append((_pair(fault), "; ".join(map(_pair, others[:3])) + more))
     total = sum(" + " in fault for fault in found.faults)
     note = f"{total - len(rows)} of {total} pairs are told from everything else."
-    title = f"Pairs that something else explains, {WITHOUT_FORCES}"
+    title = f"Pairs that something else explains, {view}"
     return Table(title, ("pair", "explained by"), tuple(rows) or (("none", ""),), note)
 
 
@@ -153,7 +172,7 @@ def _pair(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _gains(gains: Sequence[SensorGain]) -> Table:
+def _gains(gains: Sequence[SensorGain], view: str) -> Table:
     rows = tuple(
         (
             words(gain.sensor),
@@ -165,17 +184,17 @@ def _gains(gains: Sequence[SensorGain]) -> Table:
     )
     header = ("one more sensor", "more told apart", "now seen", "own fault isolable")
     note = "Ordered pairs among all single and double faults that the sensor would tell apart and that are not now."
-    return Table(f"What one more sensor would add, {WITHOUT_FORCES}", header, rows, note)
+    return Table(f"What one more sensor would add, {view}", header, rows, note)
 
 
-def _missing(model: StructuralModel) -> Table:
+def _missing(model: StructuralModel, view: str) -> Table:
     accelerations = [name for name in ACCELERATIONS if name in model.by_name]
     rows = []
     for name in [name for name in SENSORS if name in model.by_name]:
         alone, poorer = (isolability(model.without(name, *more)) for more in ((), accelerations))
         rows.append((words(name), _lost(alone), _lost(poorer)))
     header = ("without", "not told apart", "without accelerometers too")
-    return Table(f"A car that lacks a sensor, {WITHOUT_FORCES}", header, tuple(rows))
+    return Table(f"A car that lacks a sensor, {view}", header, tuple(rows))
 
 
 def _lost(found: Isolability) -> str:
@@ -184,15 +203,13 @@ def _lost(found: Isolability) -> str:
     return "; ".join(filter(None, (alike, unseen)))
 
 
-def _sets(model: StructuralModel, sets: Sequence[frozenset[str]]) -> Table:
+def _sets(model: StructuralModel, sets: Sequence[frozenset[str]], view: str) -> Table:
     rows = tuple((listed(sorted(each)), f"{len(each)}") for each in sets[:SHOWN_SETS])
     note = (
         f"{len(sets)} sets in all{', the smallest shown' if len(sets) > SHOWN_SETS else ''}; the equations have "
         f"{decompose(model).redundancy} more than they need."
     )
-    return Table(
-        f"Smallest sets of faults that one residual sees, {WITHOUT_FORCES}", ("residual of", "faults"), rows, note
-    )
+    return Table(f"Smallest sets of faults that one residual sees, {view}", ("residual of", "faults"), rows, note)
 
 
 def _document(model: StructuralModel, single: Isolability, pairs: Isolability) -> dict[str, Any]:
