@@ -28,9 +28,6 @@ GAP, MARGIN = 2.0, 1.0
 """As those of the bank of the whole vehicle."""
 
 
-_LASTING = {"alike": ALIKE, "lasting": LASTING}
-
-
 def rolling_hypotheses() -> tuple[Hypothesis, ...]:
     """Healthy, and one or two of the sensors that cars have; not both wheels, without which nobody knows the speed."""
     known = [each for each in hypotheses() if not each.actuators and set(each.sensors) <= set(JUDGED)]
@@ -54,7 +51,12 @@ def rolling_bank(vehicle: Vehicle, limits: Limits | None = None, sample_time: fl
     """
     base, explanations = RollingFilter.of_vehicle(vehicle, sample_time), rolling_hypotheses()
     kinds = tuple(
-        replace(KindOfFault.of_sensor(name, base.plausible, sample_time), unknown=ON_CARS[name], **_LASTING)
+        replace(
+            KindOfFault.of_sensor(name, base.plausible, sample_time),
+            unknown=ON_CARS[name],
+            alike=ALIKE,
+            lasting=LASTING,
+        )
         for name in SENSORS
     )
     lanes = tuple(base.leaving_out(each.sensors) for each in explanations)
