@@ -84,5 +84,5 @@ def test_the_likeliest_that_may_be_named_is_and_the_mildest_effect_in_doubt_coun
         (8.0, 1.0, -24.0, 1.3, 0.4, -2.0),
     )
     assert likeliest(options, 6.0) == (3.0, 1.1, 0.2, -2.0)
-    assert likeliest(options, 2.0) == (3.0, 1.1, 0.2, 3.0)
+    assert likeliest(options, 2.0) == (3.0, 1.1, 0.2, 4.0)
     assert likeliest(options, 20.0) == (3.0, 1.1, 0.2, 0.5)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from tierod.graph.maths import absolute, both, hypot, limit, log, maximum, minimum, sqrt, where
+from tierod.graph.maths import absolute, all_of, both, hypot, limit, log, maximum, minimum, sqrt, where
 from tierod.monitors.condition.kind_state import Fit, KindState, SlopeFit
 
 DELAYS = (0.03, 0.05, 0.07, 0.09, 0.12, 0.15, 0.19, 0.24, 0.3, 0.37, 0.45, 0.55)
@@ -172,6 +172,6 @@ def likeliest(options: Sequence[tuple[Any, ...]], doubt: Any) -> tuple[Any, ...]
         best = tuple(where(better, new, old) for new, old in zip(option, best, strict=True))
     effect = best[-1]
     for option in options:
-        milder = both(option[2] > best[2] - doubt, absolute(option[-1]) < absolute(effect))
+        milder = all_of(option[1], option[2] > best[2] - doubt, absolute(option[-1]) < absolute(effect))
         effect = where(milder, option[-1], effect)
     return best[0], *best[3:5], effect
