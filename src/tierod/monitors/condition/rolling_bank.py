@@ -13,7 +13,6 @@ from tierod.monitors.condition.signals import SENSORS, Hypothesis, hypotheses
 from tierod.monitors.condition.substitutes import ON_CARS
 from tierod.monitors.condition.testability import Telling
 from tierod.monitors.condition.tuning import prices
-from tierod.monitors.condition.uncalibrated import ALIKE, LASTING
 from tierod.monitors.condition.weighing import Limits, Weighing
 from tierod.vehicles import Vehicle
 
@@ -51,13 +50,7 @@ def rolling_bank(vehicle: Vehicle, limits: Limits | None = None, sample_time: fl
     """
     base, explanations = RollingFilter.of_vehicle(vehicle, sample_time), rolling_hypotheses()
     kinds = tuple(
-        replace(
-            KindOfFault.of_sensor(name, base.plausible, sample_time),
-            unknown=ON_CARS[name],
-            alike=ALIKE,
-            lasting=LASTING,
-        )
-        for name in SENSORS
+        replace(KindOfFault.of_sensor(name, base.plausible, sample_time), unknown=ON_CARS[name]) for name in SENSORS
     )
     lanes = tuple(base.leaving_out(each.sensors) for each in explanations)
     costs = prices(base.sensor_noise, base.plausible)
