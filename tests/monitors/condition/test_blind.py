@@ -1,7 +1,11 @@
 """What a missing sensor costs, in sentences."""
 
+import pytest
+
+from tierod.errors import ParameterError
 from tierod.monitors.condition.blind import untold
-from tierod.vehicles import load
+from tierod.monitors.condition.structure import rolls, vehicle_structure
+from tierod.vehicles import load, shipped
 
 
 def test_with_four_sensors_every_single_fault_of_a_car_is_told():
@@ -29,3 +33,10 @@ def test_the_steering_motors_stay_alike_without_their_torque():
     assert (
         told[0] == "without steering shaft torque, faults of steering motor 1 and steering motor 2 are not told apart"
     )
+
+
+def test_cars_without_torques_are_told_what_their_motion_lacks_and_nothing_else():
+    assert {name for name in ("rav4", "revsted-car", "smartload") if rolls(load(name))} == {"rav4", "revsted-car"}
+    assert "ferrari-250lm" in shipped()
+    with pytest.raises(ParameterError, match=r"lacks track_width\. "):
+        vehicle_structure(load("ferrari-250lm"))

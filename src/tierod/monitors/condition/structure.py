@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import MISSING, Field, fields
+from dataclasses import MISSING, fields
 from typing import Annotated, Any, NamedTuple
 
 from tierod.analysis.structure import Equation, StructuralModel, structure_of
@@ -57,18 +57,17 @@ def _asked(u: Any) -> Any:
 
 
 def rolls(vehicle: Vehicle) -> bool:
-    """Whether a vehicle file tells nothing of torques and forces, but enough of the motion.
+    """Whether a vehicle is judged by its motion: its file lacks more of the whole vehicle than of a rolling car.
 
     Args:
         vehicle: its file
     """
-    names = [each.name for each in fields(AutomatedVehicle.Parameters) if _is_needed(each)]
-    enough = [each.name for each in fields(RollingCar.Parameters) if _is_needed(each)]
-    return any(name not in vehicle for name in names) and all(name in vehicle for name in enough)
+    return len(_lacking(vehicle, RollingCar.Parameters)) < len(_lacking(vehicle, AutomatedVehicle.Parameters))
 
 
-def _is_needed(each: Field[Any]) -> bool:
-    return each.default is MISSING and each.default_factory is MISSING
+def _lacking(vehicle: Vehicle, wanted: Any) -> list[str]:
+    needed = (each for each in fields(wanted) if each.default is MISSING and each.default_factory is MISSING)
+    return [each.name for each in needed if each.name not in vehicle]
 
 
 def rolling_structure(vehicle: Vehicle, without: Collection[str] = (), steering_known: bool = True) -> StructuralModel:
