@@ -94,7 +94,7 @@ def test_a_drive_with_a_fault_is_named_and_nothing_is_written(folder, short, cap
     [
         (["first"], [], "limits need 15 more, better an hour"),
         (["first", "second"], [], "standing does not count"),
-        (["first", "no-wheels"], [], "no-wheels.parquet has no wheel_speed_rear_left"),
+        (["first", "no-wheels"], [], "no-wheels.parquet has neither wheel_speed_rear_left nor"),
         (["second", "copy"], [], "second.parquet and copy.parquet hold the same drive"),
         (["first", "first"], [], "given twice"),
         (["first"], ["--free", "mass"], "leave --free out"),
