@@ -23,6 +23,9 @@ from tierod.monitors.condition.updates import Correction, log_likelihood, spread
 from tierod.physics.single_track import front_axle_load
 from tierod.vehicles import Vehicle
 
+TURNING = SENSORS[:3]
+"""Sensors that tell together how fast the wheels' readings are beside the vehicle."""
+
 
 class Readings(NamedTuple):
     """One number per sensor, in its unit or about it."""
@@ -277,4 +280,7 @@ def leaving_out(hypothesis: Hypothesis, base: LeaveOutFilter) -> LeaveOutFilter:
     """
     changes: dict[str, Any] = {f"use_{name}": 0.0 for name in hypothesis.sensors}
     changes |= {f"trust_{name}": 0.0 for name in hypothesis.actuators}
+    if not {*TURNING}.isdisjoint(hypothesis.sensors):
+        error = base.model_error
+        changes["model_error"] = replace(error, wheel_speed_scale=error.wheel_speed_scale_alone)
     return replace(base, **changes)

@@ -48,6 +48,8 @@ class ModelError:
         loss: of the torque of a suspected actuator, as a share
         yaw_rate_offset, angle_offset, wheel_speed_difference: how far they wander off a calibration
         wheel_speed_scale, drive_excess: likewise, as shares: load and tyres change after a calibration
+        wheel_speed_scale_alone: likewise, where the yaw rate or a wheel is left out: nothing would tell but the
+            acceleration across, which the body's roll bends by some percent
         road: acceleration by grade or bank
     """
 
@@ -67,6 +69,7 @@ class ModelError:
     angle_offset: Annotated[float, "rad"] = 0.002
     wheel_speed_difference: Annotated[float, ""] = 0.0005
     wheel_speed_scale: Annotated[float, ""] = 0.05
+    wheel_speed_scale_alone: Annotated[float, ""] = 0.003
     drive_excess: Annotated[float, ""] = 0.06
     road: Annotated[float, "m/s**2"] = 0.25
 
