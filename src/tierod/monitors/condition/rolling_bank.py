@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from tierod.graph import Bank
+from tierod.models.rolling_car import Wander
 from tierod.monitors.condition.decision import Decision
 from tierod.monitors.condition.judge import ConditionJudge
 from tierod.monitors.condition.kind import KindOfFault
@@ -23,8 +24,12 @@ As `limits` designs them, 1.5 times what lies 2 (long: 1) nat above the largest 
 bumps reach 4.0 in the first half of a highway minute of a RAV4, all else -0.5 in 9 s of another car's tight bends, and
 the long time -1.5.
 """
+ALIKE, LASTING = 2.0, 20.0
+"""What the model misses of a real car makes predictions err alike through a bend, and sizes through a whole fault [s]."""
 GAP, MARGIN = 2.0, 1.0
 """As those of the bank of the whole vehicle."""
+ALIKE = 2.0 * Wander().steering
+"""Errors of predictions count once in so long a time [s]: those of the steering's ratio fade so slowly."""
 
 
 def rolling_hypotheses() -> tuple[Hypothesis, ...]:
@@ -50,7 +55,10 @@ def rolling_bank(vehicle: Vehicle, limits: Limits | None = None, sample_time: fl
     """
     base, explanations = RollingFilter.of_vehicle(vehicle, sample_time), rolling_hypotheses()
     kinds = tuple(
-        replace(KindOfFault.of_sensor(name, base.plausible, sample_time), unknown=ON_CARS[name]) for name in SENSORS
+        replace(
+            KindOfFault.of_sensor(name, base.plausible, sample_time), unknown=ON_CARS[name], alike=ALIKE, lasting=ALIKE
+        )
+        for name in SENSORS
     )
     lanes = tuple(base.leaving_out(each.sensors) for each in explanations)
     costs = prices(base.sensor_noise, base.plausible)
