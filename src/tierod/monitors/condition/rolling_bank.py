@@ -24,8 +24,6 @@ As `limits` designs them, 1.5 times what lies 2 (long: 1) nat above the largest 
 bumps reach 4.0 in the first half of a highway minute of a RAV4, all else -0.5 in 9 s of another car's tight bends, and
 the long time -1.5.
 """
-ALIKE, LASTING = 2.0, 20.0
-"""What the model misses of a real car makes predictions err alike through a bend, and sizes through a whole fault [s]."""
 GAP, MARGIN = 2.0, 1.0
 """As those of the bank of the whole vehicle."""
 ALIKE = 2.0 * Wander().steering
