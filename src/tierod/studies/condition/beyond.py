@@ -92,7 +92,7 @@ def pairs(effort: Effort) -> tuple[list[Drive], list[Drive]]:
     plans = ((1, SHORT, 41),) if effort.quick else ((1, SHORT, 41), (2, LONG, 42))
     two = [each for plan in plans for each in sensor_pairs(*plan)]
     mixed = [each for plan in plans for share in (1.0, 0.5) for each in mixed_pairs(*plan, share)]
-    return (two[::6], mixed[::12]) if effort.quick else (two, mixed)
+    return (two[::10], mixed[::16]) if effort.quick else (two, mixed)
 
 
 def _pairs(effort: Effort) -> Iterator[Item]:
@@ -113,7 +113,7 @@ def _pairs(effort: Effort) -> Iterator[Item]:
 
 
 def _small(effort: Effort) -> Iterator[Item]:
-    sizes = SMALL[::4] if effort.quick else SMALL
+    sizes = SMALL[::5] if effort.quick else SMALL
     seeds = (51,) if effort.quick else (51, 52, 53)
     drives = [
         Drive(course, TEST_SECONDS, 1 + place, seed, (Injected(sensor, OFFSET, size * OFFSETS[sensor]),))

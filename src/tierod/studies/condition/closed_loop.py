@@ -44,12 +44,13 @@ class Driven(NamedTuple):
 def drives(effort: Effort) -> list[Drive]:
     """The tests of the sensors that the driver reads, on the short round."""
     vehicles = (1,) if effort.quick else (1, 2, 3)
-    return [
+    found = [
         drive
         for number in vehicles
         for drive in sensor_tests(number, believed=True)
         if drive.course == SHORT and not drive.injected[0].in_recording_alone
     ]
+    return found[::2] if effort.quick else found
 
 
 def items(effort: Effort) -> Iterator[Item]:
