@@ -57,6 +57,8 @@ def test_all_hypotheses_share_one_compiled_structure():
     assert len(graphs) == 1
     held = [each.name for each in hypotheses() if leaving_out(each, base()).model_error.wheel_speed_scale < 0.01]
     assert len(held) == 3 + 12 + 12, "what leaves out a wheel or the yaw rate trusts the calibration of the wheels"
+    sure = [each.name for each in hypotheses() if leaving_out(each, base()).model_error.drive_excess < 0.02]
+    assert sure == [name for each in hypotheses() if "drive" in (name := each.name)]
     pair = leaving_out(hypotheses()[-1], base())
     assert (pair.use_tie_rod_force, pair.trust_drive_right, pair.use_yaw_rate) == (0.0, 0.0, 1.0)
 

@@ -23,6 +23,8 @@ from tierod.monitors.condition.updates import Correction, log_likelihood, spread
 from tierod.physics.single_track import front_axle_load
 from tierod.vehicles import Vehicle
 
+DRIVES = ACTUATORS[2:]
+"""Actuators that push the vehicle together."""
 TURNING = SENSORS[:3]
 """Sensors that tell together how fast the wheels' readings are beside the vehicle."""
 
@@ -280,7 +282,10 @@ def leaving_out(hypothesis: Hypothesis, base: LeaveOutFilter) -> LeaveOutFilter:
     """
     changes: dict[str, Any] = {f"use_{name}": 0.0 for name in hypothesis.sensors}
     changes |= {f"trust_{name}": 0.0 for name in hypothesis.actuators}
+    error = base.model_error
     if not {*TURNING}.isdisjoint(hypothesis.sensors):
-        error = base.model_error
-        changes["model_error"] = replace(error, wheel_speed_scale=error.wheel_speed_scale_alone)
+        error = replace(error, wheel_speed_scale=error.wheel_speed_scale_alone)
+    if not {*DRIVES}.isdisjoint(hypothesis.actuators):
+        error = replace(error, drive_excess=error.drive_excess_alone)
+    changes["model_error"] = error
     return replace(base, **changes)

@@ -50,6 +50,7 @@ class ModelError:
         wheel_speed_scale, drive_excess: likewise, as shares: load and tyres change after a calibration
         wheel_speed_scale_alone: likewise, where the yaw rate or a wheel is left out: nothing would tell but the
             acceleration across, which the body's roll bends by some percent
+        drive_excess_alone: likewise, where a drive is suspected: half a torque lost on one side is a quarter on both
         road: acceleration by grade or bank
     """
 
@@ -71,6 +72,7 @@ class ModelError:
     wheel_speed_scale: Annotated[float, ""] = 0.05
     wheel_speed_scale_alone: Annotated[float, ""] = 0.003
     drive_excess: Annotated[float, ""] = 0.06
+    drive_excess_alone: Annotated[float, ""] = 0.01
     road: Annotated[float, "m/s**2"] = 0.25
 
 
