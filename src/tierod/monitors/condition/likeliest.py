@@ -37,8 +37,11 @@ _UNBOUNDED = 1e3
 _WIDENED = (1.0, 0.4, 0.0)
 """Shares of what is not known yet in the noises of the stages."""
 _HELD = {
-    **{"yaw_rate_offset": 1e-5, "angle_offset": 1e-5},
-    **{"wheel_speed_difference": 1e-6, "wheel_speed_scale": 1e-6, "drive_excess": 1e-6},
+    "yaw_rate_offset": 1e-5,
+    "angle_offset": 1e-5,
+    "wheel_speed_difference": 1e-6,
+    "wheel_speed_scale": 1e-6,
+    "drive_excess": 1e-6,
 }
 """What a filter else learns on the way wanders by next to nothing, so that it goes into the parameters."""
 
