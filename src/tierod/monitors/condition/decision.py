@@ -12,8 +12,9 @@ from tierod.graph import JudgeSample, Verdict
 from tierod.graph.maths import absolute, all_of, any_of, both, either, negated, present, where
 from tierod.monitors.condition.adoption import adopted, believed, kin
 from tierod.monitors.condition.diagnosis import Diagnosis, Elements
-from tierod.monitors.condition.lane import LeaveOutFilter, Readings
+from tierod.monitors.condition.lane import LeaveOutFilter
 from tierod.monitors.condition.low_grip import LowGrip, LowGripState
+from tierod.monitors.condition.readings import Readings
 from tierod.monitors.condition.returning import Returning
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS, SLIDING, Hypothesis
 from tierod.monitors.condition.testability import Telling

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from tierod.monitors.condition.lane import Readings
+from tierod.monitors.condition.readings import Readings
 
 
 class Elements(NamedTuple):

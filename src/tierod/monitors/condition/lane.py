@@ -17,9 +17,10 @@ from tierod.graph.maths import absolute, both, limit, maximum, minimum, present,
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.asked_torques import AskedTorques, no_torques, torques_of
 from tierod.monitors.condition.process import LIMITS, process_noise, start_deviations, with_torque_noise
+from tierod.monitors.condition.readings import Readings, Seen, Surprise
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS, ConditionSample, Hypothesis
 from tierod.monitors.condition.tuning import ModelError, PlausibleRange, SensorNoise, widened
-from tierod.monitors.condition.updates import Correction, log_likelihood, spread_of, update
+from tierod.monitors.condition.updates import log_likelihood, spread_of, update
 from tierod.physics.single_track import front_axle_load
 from tierod.vehicles import Vehicle
 
@@ -27,48 +28,6 @@ DRIVES = ACTUATORS[2:]
 """Actuators that push the vehicle together."""
 TURNING = SENSORS[:3]
 """Sensors that tell together how fast the wheels' readings are beside the vehicle."""
-
-
-class Readings(NamedTuple):
-    """One number per sensor, in its unit or about it."""
-
-    wheel_speed_rear_left: Annotated[float, "m/s"]
-    wheel_speed_rear_right: Annotated[float, "m/s"]
-    yaw_rate: Annotated[float, "rad/s"]
-    steering_wheel_angle: Annotated[float, "rad"]
-    steering_shaft_torque: Annotated[float, "N*m"]
-    tie_rod_force: Annotated[float, "N"]
-
-
-class Surprise(NamedTuple):
-    """Squared innovation over its variance of every sensor, before any reading of the sample; 0 where missing."""
-
-    wheel_speed_rear_left: Annotated[float, ""]
-    wheel_speed_rear_right: Annotated[float, ""]
-    yaw_rate: Annotated[float, ""]
-    steering_wheel_angle: Annotated[float, ""]
-    steering_shaft_torque: Annotated[float, ""]
-    tie_rod_force: Annotated[float, ""]
-
-
-class Seen(NamedTuple):
-    """What one sample said.
-
-    Args:
-        expected: readings, before any of the sample
-        rows: their derivatives by the state
-        innovations: readings less the expected ones
-        used: whether they count
-        spread: variance of the first six innovations
-        correction: by all that count
-    """
-
-    expected: Any
-    rows: Any
-    innovations: tuple[Any, ...]
-    used: Any
-    spread: tuple[Any, ...]
-    correction: Correction
 
 
 @dataclass(frozen=True)

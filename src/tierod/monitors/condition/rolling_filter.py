@@ -14,7 +14,8 @@ from tierod.estimators.linear_algebra import dot, from_diagonal, plus
 from tierod.graph.derivatives import jacobian
 from tierod.graph.maths import absolute, both, exp, limit, maximum, minimum, present, sqrt, where
 from tierod.models.rolling_car import LEAST_SPEED, RollingCar
-from tierod.monitors.condition.lane import LeaveOutFilter, Readings, Surprise
+from tierod.monitors.condition.lane import LeaveOutFilter
+from tierod.monitors.condition.readings import Readings, Surprise
 from tierod.monitors.condition.signals import SENSORS, ConditionSample
 from tierod.monitors.condition.tuning import PlausibleRange, SensorNoise
 from tierod.monitors.condition.updates import log_likelihood, spread_of, update
