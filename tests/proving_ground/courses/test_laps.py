@@ -1,14 +1,21 @@
 """Courses driven by the virtual car with its driver."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from tierod.proving_ground import scenarios
 from tierod.proving_ground.cars.eps_car import EpsCar
 from tierod.proving_ground.courses import load
 from tierod.proving_ground.run import run
 
 HALF_LANE = 0.5 * (3.5 - 1.8)
 """Room on either side of a car of 1.8 m in a lane of 3.5 m [m]."""
+
+
+def load_seeded(seed):
+    return replace(load("drawn-round"), seed=seed)
 
 
 def driven(course, seconds=None):
@@ -36,6 +43,24 @@ def test_a_round_comes_back_to_its_start():
     back = int(np.argmax(truth["truth_distance"] >= course.length))
     assert np.hypot(truth["truth_position_x"][back], truth["truth_position_y"][back]) < 1.0
     assert truth["truth_heading"][back] == pytest.approx(2.0 * np.pi, abs=0.2)
+
+
+def test_other_seeds_draw_other_rounds_and_the_same_seed_the_same():
+    one, same, other = (load_seeded(seed) for seed in (3, 3, 4))
+    place = np.linspace(0.0, 200.0, 400)
+    ways = [each.columns(place, place, 8.0, 1.0)["road.curvature"] for each in (one, same, other)]
+    assert np.array_equal(ways[0], ways[1])
+    assert not np.allclose(ways[0], ways[2])
+    assert one.duration == 600.0
+    assert one.start.speed == 0.0
+
+
+def test_the_demonstrator_keeps_its_lane_on_a_drawn_round():
+    outcome = scenarios.load("demonstrator-healthy").with_run(seconds=60.0, seed=2).run()
+    truth = outcome.recording
+    assert outcome.diverged_at is None
+    assert truth["truth_speed"].values.max() > 6.0
+    assert np.max(np.abs(truth["truth_lateral_offset"].values)) < 1.0
 
 
 def test_a_city_drive_halts_and_goes_on_in_its_lane():

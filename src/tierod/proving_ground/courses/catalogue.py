@@ -12,6 +12,7 @@ from tierod.proving_ground.courses.bench import BenchMultisine, BenchRamps, Benc
 from tierod.proving_ground.courses.bench_hands import BenchHands
 from tierod.proving_ground.courses.circuit import Circuit
 from tierod.proving_ground.courses.csv_table import read_table
+from tierod.proving_ground.courses.drawn_round import DrawnRound
 from tierod.proving_ground.courses.lane import DoubleLaneChange, Slalom, SteadyCircle, StraightLane
 from tierod.proving_ground.courses.natural import NaturalDrive
 from tierod.proving_ground.courses.open_loop import (
@@ -27,6 +28,7 @@ from tierod.toml import Document, build
 
 AnyCourse = (
     Circuit
+    | DrawnRound
     | NaturalDrive
     | StraightLane
     | Slalom
