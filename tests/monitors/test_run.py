@@ -12,7 +12,7 @@ from shared_data import shared_data
 from tierod.errors import InputError, ParameterError
 from tierod.findings import Status
 from tierod.monitors.registry import MONITORS
-from tierod.monitors.run import Run, diagnose, find
+from tierod.monitors.run import Run, diagnose, find, usual_monitor
 from tierod.proving_ground import FrictionCourse, drive
 from tierod.recording import Channel, Recording
 from tierod.report.page import render
@@ -45,6 +45,15 @@ def test_every_variant_says_something_sound_of_a_healthy_drive(healthy, monitor,
     assert finding.action
     assert {"enabled", "steering_wheel_angle"} <= set(diagnosis.traces)
     assert diagnosis.recording["duration_s"] == pytest.approx(480.0)
+
+
+def test_a_vehicle_file_names_the_monitor_of_its_recordings(healthy):
+    column = dataclasses.replace(load("midsize-eps"), monitor="driver-torque")
+    assert usual_monitor(load("midsize-eps")) == "friction"
+    assert usual_monitor(load("smartload")) == "condition"
+    assert usual_monitor(column) == "driver-torque"
+    with pytest.raises(ParameterError, match="no monitor 'frictoin'"):
+        diagnose(healthy, dataclasses.replace(column, monitor="frictoin"))
 
 
 def test_friction_that_rises_half_way_is_a_fault_since_then(rising):

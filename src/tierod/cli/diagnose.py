@@ -27,7 +27,12 @@ def diagnose(
             "names where not given."
         ),
     ] = None,
-    monitor: Annotated[str, typer.Option(help="What to watch (see 'tierod monitors').")] = "friction",
+    monitor: Annotated[
+        str | None,
+        typer.Option(
+            help="What to watch (see 'tierod monitors'); what the vehicle file names where not given, else friction."
+        ),
+    ] = None,
     variant: Annotated[
         str | None, typer.Option(help="How to watch it; the monitor's default where not given and it has one.")
     ] = None,
@@ -65,12 +70,15 @@ def diagnose(
     from tierod.files import require_folder
     from tierod.monitors.named_vehicle import vehicle_named_in
     from tierod.monitors.run import diagnose as run
+    from tierod.monitors.run import usual_monitor
+    from tierod.vehicles import load
 
     if vehicle is None:
         vehicle = vehicle_named_in(recording, dbc or None, channel_map)
         messages().print(
             f"vehicle: {vehicle}, as the recording names it; --vehicle takes another", soft_wrap=True, markup=False
         )
+    monitor = monitor or usual_monitor(load(vehicle))
     target = output or Path(f"{recording.stem}-{monitor}.html") if report else None
     refuse_to_overwrite(target, [recording, vehicle, *(dbc or []), channel_map, own_level, memory])
     refuse_to_overwrite(

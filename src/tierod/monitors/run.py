@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 def diagnose(
     source: Recording | str | Path,
     vehicle: Vehicle | str | Path | None = None,
-    monitor: str = "friction",
+    monitor: str | None = None,
     variant: str | None = None,
     *,
     dbc: Any = None,
@@ -49,7 +49,7 @@ def diagnose(
     Args:
         source: a recording, or the path of one; a file is read and judged piece by piece
         vehicle: parameter set, its name, or the path of its file; None takes the one that the recording names
-        monitor: name of the monitor
+        monitor: name of the monitor; that of the vehicle file where not given, and friction where it names none
         variant: name of the variant; the monitor's default where not given, if it has one
         dbc: path(s) of CAN databases; the vehicle's own where not given
         channel_map: path of a channel map; the vehicle's own where not given
@@ -72,7 +72,7 @@ def diagnose(
     if vehicle is None:
         vehicle = vehicle_named_in(source, dbc, channel_map)
     car = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)
-    definition, chosen = find(monitor, variant)
+    definition, chosen = find(monitor or usual_monitor(car), variant)
     known = own_level if isinstance(own_level, OwnLevel) else _stored(own_level)
     kept = None if signals is None else OverTime()
     run = Run(definition, chosen, car, known, memory, kept)
@@ -105,6 +105,15 @@ def _suited(definition: Monitor, asked: Variant | None, piece: Recording) -> tup
 
 def _stored(path: str | Path | None) -> OwnLevel | None:
     return load_own_level(path) if path is not None and Path(path).exists() else None
+
+
+def usual_monitor(vehicle: Vehicle) -> str:
+    """The monitor that judges a vehicle's recordings where nobody names one.
+
+    Args:
+        vehicle: whose file may name it
+    """
+    return vehicle.monitor or "friction"
 
 
 def find(monitor: str, variant: str | None = None) -> tuple[Monitor, Variant]:

@@ -88,6 +88,7 @@ class _Reader:
             channel_map=self.beside("map", file.channels.map),
             database=self.beside("dbc", file.channels.dbc),
             thresholds=file.thresholds,
+            monitor=file.monitor,
         )
 
     def validated(self, content: dict[str, Any]) -> VehicleFile:

@@ -42,6 +42,7 @@ class VehicleFile(_Strict):
     good_for: Annotated[list[Text], Field(min_length=1)]
     not_good_for: Annotated[list[Text], Field(min_length=1)]
     torque_unit: Literal["N*m", "count"]
+    monitor: Text | None = None
     parameters: dict[str, ParameterEntry]
     channels: ChannelsEntry = ChannelsEntry()
     thresholds: dict[str, dict[str, Threshold]] = {}

@@ -55,6 +55,7 @@ class Vehicle:
         channel_map, database: files that tell how to read the vehicle's bus, where the set names them
         thresholds: that a calibration on healthy drives has found, by what they are of; each in words, numbers, and
             numbers by name, which the monitor that uses them checks
+        monitor: that judges its recordings where nobody names one; None leaves it to tierod
     """
 
     name: str
@@ -68,6 +69,7 @@ class Vehicle:
     channel_map: Path | None = None
     database: Path | None = None
     thresholds: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    monitor: str | None = None
 
     @property
     def calibrated(self) -> bool:
