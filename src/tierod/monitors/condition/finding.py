@@ -11,7 +11,7 @@ from tierod.monitors.condition.contradictions import Problem
 from tierod.monitors.condition.driven import Driven
 from tierod.monitors.condition.said import listed, shown
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS
-from tierod.monitors.condition.states import LEAST_TOLD
+from tierod.monitors.condition.states import LACKING, LEAST_TOLD
 
 
 def judge(
@@ -52,10 +52,21 @@ def judge(
         return _lost(name, sound, lost, evidence, warnings)
     if not sound:
         return _nothing_judged(name, open_, evidence, warnings)
-    rest = f"; not judged: {listed([each.name for each in open_])} ({open_[0].cause})" if open_ else ""
+    rest = f"; not judged: {_by_cause(open_)}" if open_ else ""
     judged = drive.judged * drive.period
     headline = f"{len(sound)} of {len(ELEMENTS)} sensors and actuators are sound over {judged:.0f} s{rest}."
     return Finding(name, Status.HEALTHY, headline, None, None, evidence, "", "none", warnings)
+
+
+def _by_cause(open_: Sequence[Element]) -> str:
+    """Elements that were not judged, those with the same cause together; what the recording lacks comes last."""
+    lacking = [each.name for each in open_ if each.status is Status.NOT_AVAILABLE and each.cause.startswith(LACKING)]
+    causes: dict[str, list[str]] = {}
+    for each in open_:
+        if each.name not in lacking:
+            causes.setdefault(each.cause.partition(";")[0], []).append(each.name)
+    told = [f"{listed(names)} ({cause})" for cause, names in causes.items()]
+    return "; ".join((*told, *([f"{listed(lacking)} (not in the recording)"] if lacking else [])))
 
 
 def _lost(

@@ -19,6 +19,8 @@ from tierod.signals import SIGNALS
 
 LEAST_TESTABLE = 5.0
 """Time for which a fault of an element must have been able to show before the element is called sound [s]."""
+LACKING = "the recording has no"
+"""How the cause of what is not there begins."""
 LEAST_TOLD = 1.0
 """Of a drive that was not judged, from which on it is told [s]."""
 NOT_ISOLABLE = "condition-not-isolable"
@@ -92,7 +94,7 @@ def _status(
     name = course.element
     if course.available == 0.0:
         missing = name if name in SENSORS else f"target torque of {name}"
-        return Status.NOT_AVAILABLE, f"the recording has no {missing.replace('_', ' ')}"
+        return Status.NOT_AVAILABLE, f"{LACKING} {missing.replace('_', ' ')}"
     if problems:
         concerned = [problem for problem in problems if name in problem.elements]
         return Status.NOT_TESTABLE, (concerned or list(problems))[0].cause
