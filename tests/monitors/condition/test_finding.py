@@ -219,8 +219,20 @@ def test_too_little_to_show_is_a_cause_of_its_own():
         said.testable[:, [place(YAW), place(MOTOR)]] = False
 
     states, _, _ = concluded(change)
-    assert "its true value was near zero" in states[YAW].cause
-    assert "asked for too little torque" in states[MOTOR].cause
+    assert "the true value was near zero" in states[YAW].cause
+    assert "too little torque was asked for" in states[MOTOR].cause
+
+
+def test_what_was_not_judged_stands_beside_its_own_cause():
+    def change(said):
+        said.testable[:, [place(ANGLE), place(MOTOR)]] = False
+
+    _, finding, _ = concluded(change, missing=(YAW, "tie_rod_force"))
+    assert finding.headline == (
+        "6 of 10 sensors and actuators are sound over 20 s; not judged: steering wheel angle (the true value was near "
+        "zero, or the others did not tell it well enough); steering motor 1 (too little torque was asked for); "
+        "yaw rate and tie rod force (not in the recording)."
+    )
 
 
 def test_without_the_torque_sensor_nothing_tells_what_a_motor_gives():

@@ -10,7 +10,7 @@ from tierod.findings import Element, Episode, Status
 from tierod.monitors.condition.absence import Loss
 from tierod.monitors.condition.contradictions import Problem
 from tierod.monitors.condition.courses import TOGETHER, ElementCourse
-from tierod.monitors.condition.driven import TOO_FEW, Driven
+from tierod.monitors.condition.driven import ALL_HELD, ALL_ZERO, TOO_FEW, Driven
 from tierod.monitors.condition.said import shown
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS
 from tierod.monitors.condition.testability import TOLD_BY
@@ -23,6 +23,8 @@ LACKING = "the recording has no"
 """How the cause of what is not there begins."""
 LEAST_TOLD = 1.0
 """Of a drive that was not judged, from which on it is told [s]."""
+_NEVER = 0.05
+"""Less than this is no time in which a fault could have shown [s]."""
 NOT_ISOLABLE = "condition-not-isolable"
 """Trouble code of what is seen and not told apart."""
 
@@ -93,6 +95,8 @@ def _status(
 ) -> tuple[Status, str]:
     name = course.element
     if course.available == 0.0:
+        if name in SENSORS and (dead := _dead(drive)):
+            return Status.NOT_AVAILABLE, dead
         missing = name if name in SENSORS else f"target torque of {name}"
         return Status.NOT_AVAILABLE, f"{LACKING} {missing.replace('_', ' ')}"
     if problems:
@@ -107,7 +111,7 @@ def _status(
         seen = f"sound {when}" if course.testable >= LEAST_TESTABLE else f"{when} too little was seen to judge it"
         return loss.status, f"{loss.cause}; {seen}"
     if course.testable < LEAST_TESTABLE:
-        if told_by is not None and told_by.available < LEAST_TESTABLE:
+        if not _dead(drive) and told_by is not None and told_by.available < min(LEAST_TESTABLE, 0.5 * drive.seconds):
             return Status.NOT_TESTABLE, f"nothing tells what it gives without {told_by.element.replace('_', ' ')}"
         return Status.NOT_TESTABLE, _not_testable(name, course, drive)
     if drive.seconds - course.available > LEAST_TOLD:
@@ -115,19 +119,36 @@ def _status(
     return Status.HEALTHY, ""
 
 
+def _dead(drive: Driven) -> str:
+    """What all sensors did that told nothing almost throughout; "" where they told something."""
+    little = drive.judged * drive.period < LEAST_TESTABLE
+    return drive.not_judged if little and drive.not_judged in (ALL_ZERO, ALL_HELD) else ""
+
+
 def _not_testable(name: str, course: ElementCourse, drive: Driven) -> str:
     """Why a fault of an element would not have shown for long enough."""
-    shown = f"a fault would have shown for {course.testable:.1f} s, {LEAST_TESTABLE:g} s are needed"
+    why = _hindrance(name, drive)
+    if course.testable < _NEVER:
+        return why
+    return f"{why}; a fault would have shown for {course.testable:.1f} s, {LEAST_TESTABLE:g} s are needed"
+
+
+def _hindrance(name: str, drive: Driven) -> str:
+    """What kept a fault of an element from showing."""
+    if dead := _dead(drive):
+        return dead
     if not drive.enough:
-        return f"{TOO_FEW}; {shown}"
+        return TOO_FEW
     period, moving = drive.period, drive.forward * drive.period
     if drive.judged * period < LEAST_TESTABLE and drive.not_judged:
-        return f"{drive.not_judged}; {shown}"
+        return drive.not_judged
     if moving < LEAST_TESTABLE:
-        return f"the vehicle {'reversed' if drive.backward * period > LEAST_TESTABLE else 'stood'}; {shown}"
+        if drive.backward * period > LEAST_TESTABLE:
+            return "the vehicle reversed"
+        return f"the vehicle moved for only {moving:.1f} s" if moving > LEAST_TOLD else "the vehicle stood"
     if name in ACTUATORS:
-        return f"it was asked for too little torque; {shown}"
-    return f"its true value was near zero, or the others did not tell it well enough; {shown}"
+        return "too little torque was asked for"
+    return "the true value was near zero, or the others did not tell it well enough"
 
 
 def _substitute(name: str, status: Status, drive: Driven, graph: SubstitutionGraph) -> str:
