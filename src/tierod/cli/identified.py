@@ -43,6 +43,7 @@ class Subject(NamedTuple):
         lines: for the terminal, below them
         document: what the JSON document holds besides the parameters
         takes_false_alarms: whether `identify` takes the wanted hours between false alarms too
+        signals: that it looks at, so that hours of all others need not be read; None for all
     """
 
     title: str
@@ -53,6 +54,7 @@ class Subject(NamedTuple):
     lines: Callable[[Any], Sequence[str]]
     document: Callable[[Any], dict[str, Any]]
     takes_false_alarms: bool = False
+    signals: Callable[[], tuple[str, ...] | None] = lambda: None
 
 
 def _column(
@@ -178,6 +180,12 @@ def _thresholds(
     return calibrate_condition(recordings, car, hours, advance)
 
 
+def _thresholds_signals() -> tuple[str, ...]:
+    from tierod.monitors.condition.signals import ConditionSample
+
+    return ConditionSample._fields
+
+
 def _thresholds_items(result: ConditionCalibration) -> Iterable[Item]:
     return _thresholds_tables(result)
 
@@ -251,6 +259,7 @@ SUBJECTS = {
         lambda result: [],
         _thresholds_document,
         takes_false_alarms=True,
+        signals=_thresholds_signals,
     ),
 }
 """By the name that the command line takes."""

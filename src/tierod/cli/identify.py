@@ -49,7 +49,7 @@ def identify(
     rate = _wanted_rate(wanted, subject, false_alarms)
     target = _target(car, output, in_place)
     _require_places(car, recordings, channel_map, target, in_place, report)
-    known = _read(recordings, channel_map or car.channel_map)
+    known = _read(recordings, channel_map or car.channel_map, wanted.signals())
     with progress(f"identifying the {subject} of {car.name}") as advance:
         result = wanted.identify(car, known, _names(free), advance, **rate)
     if report is not None:
@@ -120,8 +120,8 @@ def _require_places(
         require_folder(path)
 
 
-def _read(paths: list[Path], channel_map: Path | None) -> dict[str, Recording]:
-    """Recordings by a name of their own."""
+def _read(paths: list[Path], channel_map: Path | None, signals: tuple[str, ...] | None) -> dict[str, Recording]:
+    """Recordings by a name of their own, with the signals that are looked at, all where None."""
     from tierod.errors import InputError
     from tierod.readers import read
 
@@ -130,7 +130,7 @@ def _read(paths: list[Path], channel_map: Path | None) -> dict[str, Recording]:
         if any(path.resolve() == other.resolve() for other in paths if other is not path):
             raise InputError(f"{path} is given twice; every experiment counts once")
         name = path.name if [each.name for each in paths].count(path.name) == 1 else str(path)
-        found[name] = read(path, channel_map=channel_map)
+        found[name] = read(path, channel_map=channel_map, names=signals)
     return found
 
 

@@ -21,8 +21,8 @@ SETTLING = 2.0
 """Not looked at, at the beginning of every drive [s]."""
 BLOCK = 10.0
 """Ratios are correlated over some seconds; of every such time the largest counts [s]."""
-PIECE = 60
-"""Blocks that are looked at in one go, which takes some 50 MB."""
+PIECE = 15
+"""Blocks that are looked at in one go, which takes some 50 MB with what is worked out from them."""
 _NEVER = 1e6
 
 
