@@ -33,6 +33,7 @@ class DecisionState(NamedTuple):
         good: for how many samples each suspect has been as it should
         unread: for how many samples each sensor has had no reading
         slipping: whether tyres slide
+        cornered: for how many samples they may, by the acceleration across the vehicle
     """
 
     weights: Weights
@@ -43,6 +44,7 @@ class DecisionState(NamedTuple):
     good: Elements
     unread: Readings
     slipping: LowGripState
+    cornered: Any
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,7 @@ class Decision:
     def init(self) -> DecisionState:
         """Healthy."""
         none = Elements(*(0.0,) * len(ELEMENTS)), Readings(*(0.0,) * len(SENSORS))
-        return DecisionState(self.weighing.init(), 0.0, 0.0, 0.0, 0.0, *none, self.low_grip.init())
+        return DecisionState(self.weighing.init(), 0.0, 0.0, 0.0, 0.0, *none, self.low_grip.init(), 0.0)
 
     def step(self, state: DecisionState, sample: JudgeSample, effects: Tree = None) -> tuple[DecisionState, Verdict]:
         """One sample on.
@@ -105,7 +107,10 @@ class Decision:
         suspected = self._elements_of(state.active)
         unread = [where(present(each), 0.0, count + 1.0) for each, count in zip(readings, state.unread, strict=True)]
         told = self.testability.open(self.weighing, unread, suspected)
-        low_grip = either(slides, self.testability.cornering_hard(sample.sample.lateral_acceleration))
+        across, lack = sample.sample.lateral_acceleration, lanes[-1].lack
+        lacks = lack > self.low_grip.lacks
+        cornered = self.testability.cornered(state.cornered, across, lacks, self.weighing.sample_time)
+        low_grip = either(slides, cornered > 0.5)
         follows = both(seen.moving, negated(low_grip))
         tells = [
             both(*each)
@@ -132,6 +137,7 @@ class Decision:
             ),
             Readings(*unread),
             slipping,
+            cornered,
         )
         gated = self._gated(readings, seen, faulty)
         tellable = [both(follows, each) for each in told.hypotheses]

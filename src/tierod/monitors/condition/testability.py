@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import absolute, all_of, any_of, both, negated, present, where
+from tierod.graph.maths import absolute, all_of, any_of, both, either, maximum, negated, present, where
 from tierod.monitors.condition.diagnosis import Elements
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS
 from tierod.monitors.condition.weighing import Weighing
@@ -41,6 +41,7 @@ class Telling:
         fewest: sensors without which nobody is accused
         cornering: acceleration across the vehicle from which nobody is accused: tyres slide, and no calibration drive
             has shown how; those of the demonstrator reach 5.9 m/s**2
+        stays: so long nobody is, after that or after an axle lacked force in that bend: the filters have to find back
     """
 
     shows: Annotated[float, ""] = 4.0
@@ -48,10 +49,19 @@ class Telling:
     poorer: Annotated[float, ""] = 1.7
     fewest: Annotated[float, ""] = 4.0
     cornering: Annotated[float, "m/s**2"] = 6.5
+    stays: Annotated[float, "s"] = 0.5
 
-    def cornering_hard(self, acceleration: Any) -> Any:
-        """Whether the tyres may slide; not known without the acceleration."""
-        return absolute(where(present(acceleration), acceleration, 0.0)) > self.cornering
+    def cornered(self, before: Any, acceleration: Any, lacks: Any, sample_time: float) -> Any:
+        """For how many samples the tyres may slide, this one counted; no bend is known of without the acceleration.
+
+        Args:
+            before: the same at the sample before
+            acceleration: across the vehicle
+            lacks: whether an axle lacks force; tyres that slid then still do
+            sample_time: [s]
+        """
+        hard = absolute(where(present(acceleration), acceleration, 0.0)) > self.cornering
+        return where(either(hard, both(before > 0.5, lacks)), self.stays / sample_time, maximum(before - 1.0, 0.0))
 
     def tells(self, weighing: Weighing, seen: Any, follows: Any) -> list[Any]:
         """Whether this sample may speak for each hypothesis: nothing does unless `follows`, braked wheels may lock."""
