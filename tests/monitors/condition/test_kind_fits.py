@@ -86,3 +86,8 @@ def test_the_likeliest_that_may_be_named_is_and_the_mildest_effect_in_doubt_coun
     assert likeliest(options, 6.0) == (3.0, 1.1, 0.2, -2.0)
     assert likeliest(options, 2.0) == (3.0, 1.1, 0.2, 4.0)
     assert likeliest(options, 20.0) == (3.0, 1.1, 0.2, 0.5)
+
+
+def test_a_reading_that_is_all_but_impossible_counts_no_more_than_one_of_eight_deviations():
+    assert log_density(1e6, 4.0, 0.1) == pytest.approx(log_density(16.0, 4.0, 0.1))
+    assert log_density(15.0, 4.0, 0.1) > log_density(16.0, 4.0, 0.1)

@@ -21,6 +21,9 @@ JUMPING = ("steering_shaft_torque",)
 ROUGH = 60.0
 """What a delay leaves over is noise of up to so many times the variance of the prediction, which is more than a torque
 that jumps leaves a sample beside its delay; beyond that the delay is believed less and less."""
+INFLUENCE = 8.0
+"""Deviations beyond which a reading counts no more against a kind: what a fault was for seconds is not unlearnt from
+the first readings after it, which have yet to show that it is gone."""
 PRICE = 5.0
 """Of a delay against noise [nat]: one more thing to choose, known to a hundredth of what it may be."""
 
@@ -44,7 +47,7 @@ def log_density(off: Any, variance: Any, share: Any) -> Any:
         variance: of that
         share: of an independent reading that this one counts for
     """
-    return -0.5 * share * (off * off / variance + log(2.0 * math.pi * variance))
+    return -0.5 * share * (minimum(off * off / variance, INFLUENCE * INFLUENCE) + log(2.0 * math.pi * variance))
 
 
 def fitted(fit: Fit, reading: Any, row: Any, square: Any, alike: Any, share: Any) -> Fit:
