@@ -132,6 +132,21 @@ def test_what_becomes_wrong_on_the_way_is_left_to_the_monitor():
     assert problems(signals | {"steering_wheel_angle": angle}) == ()
 
 
+def test_a_long_halt_hides_nothing():
+    signals = changed(steering_wheel_angle=1.6)
+    halted = {name: np.concatenate([values, np.zeros(round(SECONDS * RATE))]) for name, values in signals.items()}
+    (problem,) = problems(halted)
+    assert problem.elements == ("steering_wheel_angle",)
+
+
+def test_an_acceleration_that_is_off_for_a_while_hides_no_sensor_of_a_calibrated_vehicle():
+    signals = leading()
+    banked = signals["lateral_acceleration"] * np.where(np.arange(len(signals["yaw_rate"])) < 3000, 0.65, 1.0)
+    geared = {"steering_wheel_angle": 1.25 * signals["steering_wheel_angle"], "lateral_acceleration": banked}
+    (problem,) = problems(signals | geared, close=Close())
+    assert problem.elements == ("steering_wheel_angle",)
+
+
 def test_without_turning_nothing_is_told():
     signals = turning()
     straight = {name: 0.01 * values for name, values in signals.items()} | {

@@ -75,13 +75,15 @@ class Wiring:
     def problems(self) -> tuple[Problem, ...]:
         """What is wrong; empty where nothing is, or where the drive turned too little to tell.
 
-        It must be wrong in every part of the beginning: what becomes wrong on the way is a fault.
+        It must be wrong in every part of the beginning, each of which turns for as long: what becomes wrong on the way
+        is a fault.
         """
         if not self._pieces:
             return ()
         whole = {name: np.concatenate([piece[name] for piece in self._pieces]) for name in self._pieces[0]}
-        edges = np.linspace(0, self._kept, PARTS + 1).astype(int)
-        parts = [slice(start, stop) for start, stop in pairwise(edges)]
+        turned_until = np.cumsum(self._turning(whole))
+        edges = np.searchsorted(turned_until, np.linspace(0, turned_until[-1], PARTS + 1)[1:-1])
+        parts = [slice(start, stop) for start, stop in pairwise((0, *edges.tolist(), self._kept))]
         each = [self._problems({name: values[part] for name, values in whole.items()}) for part in parts]
         told = [{(found.kind, found.elements) for found in problems} for problems in each if problems is not None]
         if len(told) < PARTS:
@@ -92,18 +94,23 @@ class Wiring:
 
     def _problems(self, signals: Mapping[str, np.ndarray]) -> tuple[Problem, ...] | None:
         """Of a stretch; None where it turned too little to tell."""
+        if np.count_nonzero(self._turning(signals)) < LEAST_TURNING * self.rate:
+            return None
         with np.errstate(invalid="ignore"):
             moving = mean_speed(signals) > MOVING
-            told = [YAW[name].tells(signals, self.vehicle) for name in ("rear wheels", "yaw rate sensor")]
-            turning = moving & (np.nansum(np.abs(told), axis=0) > TURNING)
-        if np.count_nonzero(turning) < LEAST_TURNING * self.rate:
-            return None
         gentle = moving & ~(np.abs(signals["lateral_acceleration"]) > GENTLE)
         yaw, slowly = self._told(YAW, signals, moving), self._told(YAW, signals, gentle)
         found = turned(yaw, YAW) or late(yaw, YAW, self.late) or scaled(slowly, YAW, self.scale)
-        if self.close is not None and not found:
-            found = late(_sensed(yaw), YAW, self.close.late) or scaled(_sensed(slowly), YAW, self.close.scale)
+        if self.close is not None and not any(each.elements for each in found):
+            near = late(_sensed(yaw), YAW, self.close.late) or scaled(_sensed(slowly), YAW, self.close.scale)
+            found = (*near, *found)
         return found or turned(self._told(TORQUE, signals, moving), TORQUE)
+
+    def _turning(self, signals: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Whether the vehicle turns, at every sample."""
+        with np.errstate(invalid="ignore"):
+            told = [YAW[name].tells(signals, self.vehicle) for name in ("rear wheels", "yaw rate sensor")]
+            return (mean_speed(signals) > MOVING) & (np.nansum(np.abs(told), axis=0) > TURNING)
 
     def _told(
         self, witnesses: Mapping[str, Witness], signals: Mapping[str, np.ndarray], when: np.ndarray
