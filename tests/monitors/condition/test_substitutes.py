@@ -65,6 +65,13 @@ def test_on_a_vehicle_that_nobody_has_calibrated_every_substitute_errs_more(sens
     assert substitution_graph(calibrated=False).substitutes[sensor][0].deviation > 0.99 * known[FILTER].deviation
 
 
+@pytest.mark.parametrize("calibrated", [True, False])
+def test_without_a_bank_plain_relations_are_left_with_their_own_errors(calibrated):
+    whole, rest = (substitution_graph(calibrated, filters).substitutes for filters in (True, False))
+    assert rest == {name: tuple(way for way in ways if way.name != FILTER) for name, ways in whole.items()}
+    assert all(rest.values())
+
+
 def test_any_two_lost_sensors_can_be_replaced():
     assert substitution_graph().sensors == SENSORS
     assert all(substitution_graph().survivable(2).values())
@@ -120,6 +127,18 @@ def test_the_block_is_the_switch_fed_with_the_relations(block):
         rows.append(row)
     by_hand = scan(Switchover(substitution_graph(), GROWTH, FADE, 0.01), np.array(rows))
     np.testing.assert_allclose(told.values, by_hand.values, rtol=1e-12)
+
+
+def test_without_a_bank_a_declared_sensor_is_replaced_by_a_relation_whose_sensors_are_sound():
+    readings, faulty, filtered = samples()
+    faulty[:] = 0.0
+    faulty[:, 2] = 1.0
+    faulty[20:, 0] = 1.0
+    told = scan(Reconfiguration.of_vehicle(VEHICLE, filters=False), np.hstack([readings, faulty, filtered]))
+    relation = plain_relations(ConditionSample(*readings[0]), CAR)["yaw_rate"]["rear-wheels"]
+    assert told["yaw_rate.value"][0] == pytest.approx(relation)
+    assert told["yaw_rate.deviation"][0] == substitution_graph(filters=False).substitutes["yaw_rate"][0].deviation
+    assert told["yaw_rate.source"][[0, 19, 20]].tolist() == [1.0, 1.0, -1.0]
 
 
 def test_a_declared_sensor_is_replaced_by_the_filter_and_without_it_by_the_next_best(block):

@@ -54,7 +54,8 @@ class ConditionSession:
         name: of monitor and variant
         block: of the variant
         said: from its outputs to what is said of every element
-        filtered: from its outputs to what it says in place of every sensor, (n, sensors)
+        filtered: from its outputs to what filters that leave out all that is at fault say in place of every sensor,
+            (n, sensors); None where it has none
         vehicle: that is judged
         rate: of the samples [Hz]
         calibrated: whether its limits were designed on this very vehicle
@@ -66,7 +67,7 @@ class ConditionSession:
         name: str,
         block: Block,
         said: Callable[[Result], Said],
-        filtered: Callable[[Result], np.ndarray],
+        filtered: Callable[[Result], np.ndarray] | None,
         vehicle: Vehicle,
         rate: float,
         calibrated: bool,
@@ -76,7 +77,7 @@ class ConditionSession:
         self.signals: tuple[str, ...] = ConditionSample._fields
         whole = car is None
         self.reconfiguration = (
-            Reconfiguration.of_vehicle(vehicle, 1.0 / rate, calibrated)
+            Reconfiguration.of_vehicle(vehicle, 1.0 / rate, calibrated, filters=filtered is not None)
             if car is None
             else Reconfiguration.of_car(car.parameters, 1.0 / rate)
         )
@@ -117,19 +118,20 @@ class ConditionSession:
 
     def _part(self, aligned: Aligned, available: np.ndarray, judged: bool) -> dict[str, np.ndarray]:
         """Samples that are all judged, or all not; after those that are not, the monitor begins anew."""
+        filtered = np.full((len(aligned.time), len(SENSORS)), np.nan)
         if judged:
             self._supply = None if self._memory is None else self._supply
             result = scan(self.block, aligned, self._memory)
             self._memory = result.state
             # Missing wheel speeds do not tell that the vehicle stands.
             moving = ~(np.abs(aligned.values[:, :2]) < STANDING).all(axis=1)
-            said, filtered = self._said(result).only(available, moving), self._filtered(result)
+            said = self._said(result).only(available, moving)
+            filtered = filtered if self._filtered is None else self._filtered(result)
             kinds = [said.faulty, said.candidates, ~said.testable]
             states = np.select(kinds, [FAULT, CANDIDATE, NOT_TESTABLE], SOUND)
         else:
             self._memory = None
             said = nothing_said(len(aligned.time))
-            filtered = np.full((len(aligned.time), len(SENSORS)), np.nan)
             states = np.full(said.faulty.shape, np.nan)
         for place, course in enumerate(self._courses.values()):
             course.add(aligned.time, said, available[:, place])
@@ -174,8 +176,3 @@ class ConditionSession:
 def filtered_by_bank(result: Result) -> np.ndarray:
     """What the bank says in place of every sensor, (n, sensors)."""
     return np.column_stack([result[f"decision.value.{name}"] for name in SENSORS])
-
-
-def filtered_by_rules(result: Result) -> np.ndarray:
-    """What the models of the residuals say in place of every sensor, (n, sensors)."""
-    return np.column_stack([result[f"expected.{name}"] for name in SENSORS])

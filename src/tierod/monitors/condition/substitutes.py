@@ -41,18 +41,24 @@ those that cars do not have, which are never supplied, what they may change in a
 _OF_CARS = {"name": FILTER, "needs": [], "source": "sound beginnings of the recordings of two real cars"}
 
 
-@lru_cache(maxsize=2)
-def substitution_graph(calibrated: bool = True) -> SubstitutionGraph:
+@lru_cache(maxsize=4)
+def substitution_graph(calibrated: bool = True, filters: bool = True) -> SubstitutionGraph:
     """The substitutes of every sensor, the best first, with their measured errors.
 
     Args:
         calibrated: whether the errors are those of calibrated vehicles, or of one that nobody has calibrated
+        filters: whether there is a bank that leaves out all that is at fault; rules have none
     """
     from tierod.toml import Document
 
     path = Path(__file__).with_name("substitutes.toml")
     table = Document.read(path, "table of substitutes").content
-    return graph_from({sensor: [_way(each, calibrated) for each in ways] for sensor, ways in table.items()})
+    return graph_from(
+        {
+            sensor: [_way(each, calibrated) for each in ways if filters or each["name"] != FILTER]
+            for sensor, ways in table.items()
+        }
+    )
 
 
 @lru_cache(maxsize=1)
@@ -159,18 +165,20 @@ class Reconfiguration:
         return cls(Switchover(graph_of_cars(), GROWTH, FADE, sample_time), parameters)
 
     @classmethod
-    def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01, calibrated: bool = True) -> Reconfiguration:
+    def of_vehicle(
+        cls, vehicle: Vehicle, sample_time: float = 0.01, calibrated: bool = True, filters: bool = True
+    ) -> Reconfiguration:
         """With the shipped graph of substitutes.
 
         Args:
             vehicle: with the parameters of `AutomatedVehicle`
             sample_time: [s]
-            calibrated: see `substitution_graph`
+            calibrated, filters: see `substitution_graph`
 
         Raises:
             ParameterError: parameters that are missing
         """
-        switchover = Switchover(substitution_graph(calibrated), GROWTH, FADE, sample_time)
+        switchover = Switchover(substitution_graph(calibrated, filters), GROWTH, FADE, sample_time)
         return cls(switchover, vehicle.parameters_for(AutomatedVehicle.Parameters))
 
     @property
