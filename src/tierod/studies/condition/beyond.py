@@ -164,9 +164,8 @@ def _curve(of: Sequence[DriveScore]) -> Chart:
     return Chart(
         "condition-detectable-size",
         "How small an offset is found in what time",
-        "Of the sizes tried, the smallest from which on every larger one was found on all rounds within that time. "
-        "Evidence of a constant error is over soon, since the filter that believes all sensors learns it: what is not "
-        "found within some seconds is not found later.",
+        "Of the sizes tried, the smallest from which on every larger one was found on all rounds within that time; "
+        "no point where none was.",
         "Detectable size falling with time for six sensors.",
         (panel,),
     )
