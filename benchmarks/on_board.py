@@ -9,14 +9,15 @@ from functools import partial
 import numpy as np
 
 from tierod.graph import Bank, scan
+from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.on_board import on_board
 from tierod.monitors.condition.vehicle_bank import bank_of
 from tierod.studies.condition.drives import Drive, actuator_tests, healthy_drives, sensor_tests
 from tierod.studies.condition.recorded import recorded
 from tierod.vehicles import load
 
-LANES, STATES, READINGS = 50, 17, 8
-"""Filters of the bank, what each estimates, what corrects it."""
+LANES, STATES, READINGS = 50, len(AutomatedVehicle.State._fields), len(AutomatedVehicle.Output._fields)
+"""Filters of the bank without that of sliding tyres, what each estimates, what corrects it."""
 RATE = 100.0
 STEPS = 6_000
 PEER_STEPS = 100
