@@ -126,7 +126,7 @@ def further_sensors(model: StructuralModel) -> tuple[Equation, ...]:
     of_one = {
         "speed over ground": "speed",
         "optical sideslip sensor": "lateral_speed",
-        "second yaw rate sensor": "yaw_rate",
+        **({} if "yaw_rate" in model.by_name else {"yaw rate sensor": "yaw_rate"}),
         "rack position sensor": "column_angle",
         "torque of steering motor 1, from its current": "steering_motor_1",
         "torque of steering motor 2, from its current": "steering_motor_2",
@@ -136,6 +136,6 @@ def further_sensors(model: StructuralModel) -> tuple[Equation, ...]:
     offered = [Equation.of(name, {state}, {name}, name) for name, state in of_one.items() if state in model.unknowns]
     for name in (*SENSORS, *ACCELERATIONS):
         if name in model.by_name:
-            again = f"second {name}"
+            again = f"second {name.replace('_', ' ')}"
             offered.append(Equation.of(again, model.by_name[name].unknowns, {again}, again))
     return tuple(offered)
