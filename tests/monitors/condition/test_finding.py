@@ -12,7 +12,7 @@ from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.coverage import Covered
 from tierod.monitors.condition.driven import Driven
 from tierod.monitors.condition.finding import judge
-from tierod.monitors.condition.kind import OFFSET
+from tierod.monitors.condition.kinds_of_faults import OFFSET
 from tierod.monitors.condition.said import LOST_TORQUE
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS, ConditionSample
 from tierod.monitors.condition.states import NOT_ISOLABLE, code_courses, elements, losses

@@ -7,7 +7,8 @@ from monitors.condition.made_up_lanes import HYPOTHESES, LEFT, MOTOR_2, TORQUE, 
 from tierod.graph import Bank, scan
 from tierod.monitors.condition.decision import judge
 from tierod.monitors.condition.judge import ConditionJudge, condition_bank
-from tierod.monitors.condition.kind import KINDS, KindOfFault
+from tierod.monitors.condition.kind import KindOfFault
+from tierod.monitors.condition.kinds_of_faults import KINDS
 from tierod.monitors.condition.lane import LeaveOutFilter
 from tierod.monitors.condition.signals import SENSORS, hypotheses
 from tierod.monitors.condition.tuning import PlausibleRange

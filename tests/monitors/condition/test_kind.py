@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from tierod.graph import batch, scan
-from tierod.monitors.condition.kind import KINDS, LASTING, KindOfFault
+from tierod.monitors.condition.kind import LASTING, KindOfFault
 from tierod.monitors.condition.kind_fits import delays_of
+from tierod.monitors.condition.kinds_of_faults import KINDS
 from tierod.monitors.condition.tuning import PlausibleRange
 
 RATE, START, END = 100.0, 500, 900

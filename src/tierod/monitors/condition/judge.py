@@ -10,7 +10,8 @@ from tierod.graph import Bank, JudgeSample, Verdict
 from tierod.graph.maths import any_of, both, exp, maximum, sqrt, where
 from tierod.monitors.condition.decision import Decision, DecisionState
 from tierod.monitors.condition.diagnosis import Diagnosis
-from tierod.monitors.condition.kind import Kind, KindOfFault
+from tierod.monitors.condition.kind import KindOfFault
+from tierod.monitors.condition.kinds_of_faults import Kind
 from tierod.monitors.condition.lane import LeaveOutFilter, leaving_out
 from tierod.monitors.condition.low_grip import sliding
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS, Hypothesis, hypotheses

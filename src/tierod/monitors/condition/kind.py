@@ -10,37 +10,14 @@ from tierod.block import Ring
 from tierod.graph.maths import absolute, all_of, both, either, exp, log, maximum, negated, present, sqrt, where
 from tierod.monitors.condition.kind_fits import delay_of, delays_of, fitted, likeliest, log_density, sloped
 from tierod.monitors.condition.kind_state import Fit, KindState, SlopeFit, selected
+from tierod.monitors.condition.kinds_of_faults import DELAY, DRIFT, GAIN, LOSS, NOISE, OFFSET, OUTLIER, STUCK, Kind
 from tierod.monitors.condition.signals import SENSORS
 from tierod.monitors.condition.tuning import PlausibleRange
-
-KINDS = ("loss", "stuck", "offset", "gain", "drift", "outlier", "noise", "delay")
-"""Kinds of faults of a sensor; the number of a kind is its place here plus one, 0 stands for none."""
-
-NONE, LOSS, STUCK, OFFSET, GAIN, DRIFT, OUTLIER, NOISE, DELAY = (float(number) for number in range(9))
 
 LASTING = {"yaw_rate": 1.0, "steering_wheel_angle": 2.0}
 """Errors of what the others foretell of a sensor are alike for so long [s]; by the variance of their means over two or
 ten seconds, on healthy drives of three virtual demonstrators: 0.2 to 0.7 s, 0.6 to 2.0 s, 0.05 s at most of all others.
 In a hard bend they last longer."""
-
-
-class Kind(NamedTuple):
-    """The kind of a fault.
-
-    Args:
-        kind: number of the kind; 0 while nothing is declared
-        size: of an offset in the unit of the signal, of a gain or an outlier the factor, of a drift per second, of
-            noise its standard deviation, of a delay in seconds; 0 of what has none
-        deviation: standard deviation of the size
-        effect: what the fault adds to this reading at least, by all kinds that it may well be [unit of the signal];
-            infinite where a reading that never changed moves again, and as it should
-    """
-
-    kind: Annotated[float, ""]
-    size: Annotated[float, ""]
-    deviation: Annotated[float, ""]
-    effect: Annotated[float, ""]
-
 
 _RAMP = 2.0 * math.sqrt(3.0)
 """Slope of an error that grows evenly over a while, times that while, over its root mean square."""

@@ -11,7 +11,7 @@ from tierod.graph import Bank, Result, scan
 from tierod.monitors.condition.calibration import calibrate as calibrate_parameters
 from tierod.monitors.condition.grid import aligned
 from tierod.monitors.condition.judge import condition_bank
-from tierod.monitors.condition.kind import KINDS
+from tierod.monitors.condition.kinds_of_faults import KINDS
 from tierod.monitors.condition.lane import LeaveOutFilter
 from tierod.monitors.condition.limits import NAME, design_limits, limits_of, table_of
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS
