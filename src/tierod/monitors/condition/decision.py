@@ -100,15 +100,14 @@ class Decision:
         """
         lanes, readings = sample.lanes, sample.sample[: len(SENSORS)]
         likelihoods = [lane.log_likelihood for lane in lanes]
-        slipping, slides = self._slides(state, lanes, likelihoods)
+        slipping, slides, lacks = self._slides(state, lanes, likelihoods)
         everyone = (*self.weighing.hypotheses, SLIDING)[: len(lanes)]
         source, far_off = believed(everyone, likelihoods, state.active, self.impossible, slides)
         seen = _selected(lanes, source)
         suspected = self._elements_of(state.active)
         unread = [where(present(each), 0.0, count + 1.0) for each, count in zip(readings, state.unread, strict=True)]
         told = self.testability.open(self.weighing, unread, suspected)
-        across, lack = sample.sample.lateral_acceleration, lanes[-1].lack
-        lacks = lack > self.low_grip.lacks
+        across = sample.sample.lateral_acceleration
         cornered = self.testability.cornered(state.cornered, across, lacks, self.weighing.sample_time)
         low_grip = either(slides, cornered > 0.5)
         follows = both(seen.moving, negated(low_grip))
@@ -126,35 +125,31 @@ class Decision:
         active = where(self._declares(ranking, led), ranking.best, kept)
         changed = negated(active == state.active)
         faulty = self._elements_of(active)
+        stays = [both(each, negated(changed)) for each in faulty]
         after = DecisionState(
             map_leaves(lambda each: where(changed, 0.0, each), weights),
             active,
             where(changed, 0.0, ranking.best),
             where(changed, 0.0, led),
             where(changed, 0.0, exceeded),
-            Elements(
-                *(where(both(each, negated(changed)), count, 0.0) for each, count in zip(faulty, good, strict=True))
-            ),
+            Elements(*(where(each, count, 0.0) for each, count in zip(stays, good, strict=True))),
             Readings(*unread),
             slipping,
             cornered,
         )
         gated = self._gated(readings, seen, faulty)
         tellable = [both(follows, each) for each in told.hypotheses]
+        unsure = both(exceeded >= self.samples, negated(changed))
         output = Diagnosis(
             active,
             faulty,
-            self._candidates(ranking.rivals, both(exceeded >= self.samples, negated(changed)), faulty),
+            self._candidates(ranking.rivals, unsure, faulty),
             self.testability.testable(self.weighing, lanes, suspected, seen, tellable),
             self.returning.recovering(faulty, good, self.weighing.sample_time),
             gated,
             self._values(readings, seen, faulty, gated),
-            seen.prediction,
-            seen.deviation,
-            seen.torque_loss,
-            seen.loss_deviation,
-            seen.speed,
-            seen.lateral_speed,
+            *(seen.prediction, seen.deviation, seen.torque_loss, seen.loss_deviation),
+            *(seen.speed, seen.lateral_speed),
             where(ranking.exceeding, ranking.best, active),
             where(ranking.exceeding, ranking.lead, 0.0),
             low_grip,
@@ -165,15 +160,19 @@ class Decision:
 
     def _slides(
         self, state: DecisionState, lanes: Sequence[Any], likelihoods: Sequence[Any]
-    ) -> tuple[LowGripState, Any]:
-        """Whether the tyres slide; not told while something is declared, which the lane of sliding tyres believes."""
+    ) -> tuple[LowGripState, Any, Any]:
+        """Whether the tyres slide, and whether an axle lacks force, by the lane of sliding tyres, where there is one.
+
+        Sliding is not told while something is declared, which that lane believes.
+        """
         count = len(self.weighing.hypotheses)
         if len(lanes) == count:
-            return state.slipping, 0.0
+            return state.slipping, 0.0, 0.0
+        lack = lanes[count].lack
         after, slides = self.low_grip.after(
-            state.slipping, likelihoods[count], likelihoods[:count], lanes[count].lack, self.weighing.sample_time
+            state.slipping, likelihoods[count], likelihoods[:count], lack, self.weighing.sample_time
         )
-        return after, both(slides, state.active == 0.0)
+        return after, both(slides, state.active == 0.0), lack > self.low_grip.lacks
 
     def _counted(self, state: DecisionState, ranking: Ranking) -> tuple[Any, Any]:
         """For how many samples in a row the best hypothesis has led by the gap, and any has been beyond its limit."""
