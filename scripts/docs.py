@@ -41,6 +41,7 @@ source = "weighbridge and workshop manual"
 good_for = ["recordings of this car"]
 not_good_for = ["other cars"]
 torque_unit = "N*m"            # or "count" where nobody has calibrated the torques
+monitor = "friction"           # judges its recordings where nobody names one with --monitor; may be left out
 
 [channels]                     # optional: how to read its bus
 map = "mine.channels.toml"
