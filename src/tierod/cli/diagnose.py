@@ -78,7 +78,8 @@ def diagnose(
         messages().print(
             f"vehicle: {vehicle}, as the recording names it; --vehicle takes another", soft_wrap=True, markup=False
         )
-    monitor = monitor or usual_monitor(load(vehicle))
+    car = load(vehicle)
+    monitor = monitor or usual_monitor(car)
     target = output or Path(f"{recording.stem}-{monitor}.html") if report else None
     refuse_to_overwrite(target, [recording, vehicle, *(dbc or []), channel_map, own_level, memory])
     refuse_to_overwrite(
@@ -90,7 +91,7 @@ def diagnose(
     with progress(f"reading {recording.name}") as advance:
         diagnosis = run(
             recording,
-            vehicle,
+            car,
             monitor,
             variant,
             dbc=dbc or None,

@@ -187,3 +187,10 @@ def test_a_sensor_that_is_back_cannot_be_told_from_a_lost_one_while_it_reads_not
     offset = Drive("short-round", 60.0, 0, injected=(Injected(YAW, OFFSET, 0.3),))
     fault = score(offset, _recording(true, read), Declared(TIME, {YAW: _between(20.0, 46.0)})).faults[0]
     assert fault.accuracy_excused == pytest.approx(fault.accuracy)
+
+
+def test_what_is_said_from_a_sample_on_keeps_all_columns_in_step():
+    said = {YAW: TIME}
+    later = Declared(TIME, *(said for _ in Declared._fields[1:])).since(4000)
+    assert all((getattr(later, name)[YAW] == later.time).all() for name in Declared._fields[1:])
+    assert later.time[0] == TIME[4000]

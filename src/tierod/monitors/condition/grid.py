@@ -6,7 +6,7 @@ import numpy as np
 
 from tierod.errors import InputError
 from tierod.monitors.condition.signals import SENSORS, ConditionSample
-from tierod.recording import Recording
+from tierod.recording import Aligned, Recording
 
 RATE = 100.0
 """Of the grid [Hz]; filters and limits are those of its steps."""
@@ -21,6 +21,16 @@ MOVING = 1.0
 WHEELS = SENSORS[:2]
 
 
+def sampled(recording: Recording, rate: float = RATE) -> Aligned:
+    """The samples of a recording as the monitor takes them in.
+
+    Args:
+        recording: with signals of `ConditionSample`; what is missing is NaN
+        rate: of the samples [Hz]
+    """
+    return recording.align(ConditionSample._fields, rate, maximum_age=MAXIMUM_AGE)
+
+
 def aligned(recording: Recording, rate: float = RATE) -> np.ndarray:
     """The samples of a recording, one row each.
 
@@ -28,7 +38,7 @@ def aligned(recording: Recording, rate: float = RATE) -> np.ndarray:
         recording: with the signals of `ConditionSample`; what is missing is NaN
         rate: of the rows [Hz]
     """
-    return recording.align(ConditionSample._fields, rate, maximum_age=MAXIMUM_AGE).values
+    return sampled(recording, rate).values
 
 
 def moving(rows: np.ndarray, rate: float = RATE) -> np.ndarray:

@@ -93,9 +93,18 @@ def _watched(bank: Bank, drive: np.ndarray) -> Watched:
 
 
 def _watching(base: LeaveOutFilter, explanations: tuple[Hypothesis, ...]) -> Bank:
+    lanes = tuple(leaving_out(each, base) for each in explanations)
+    return Bank(lanes, Watching(judge(explanations, unreachable(explanations))))
+
+
+def unreachable(explanations: Sequence[Hypothesis]) -> Limits:
+    """Limits that nothing exceeds, so that nobody is declared.
+
+    Args:
+        explanations: hypotheses, healthy first
+    """
     count = len(explanations) - 1
-    never = Limits((_NEVER,) * count, (_NEVER,) * count, 1.0, 1.0)
-    return Bank(tuple(leaving_out(each, base) for each in explanations), Watching(judge(explanations, never)))
+    return Limits((_NEVER,) * count, (_NEVER,) * count, 1.0, 1.0)
 
 
 def block_maxima(ratios: np.ndarray, settling: float = SETTLING) -> np.ndarray:

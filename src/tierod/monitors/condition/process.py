@@ -30,6 +30,17 @@ def start_deviations(error: ModelError) -> Any:
     )
 
 
+def variance_gained(deviation: Any, time: Any, step: Any) -> Any:
+    """Variance that an error which fades gains per sample, so that its standard deviation stays as it is.
+
+    Args:
+        deviation: standard deviation of the error, in its unit
+        time: in which it fades [s]
+        step: time of a sample [s]
+    """
+    return deviation * deviation * (1.0 - exp(-2.0 * step / time))
+
+
 def process_noise(error: ModelError, vehicle: Any, mean: Any, inputs: Any) -> Any:
     """Variance that each state gains per sample; that of the forces grows with the forces.
 
@@ -48,7 +59,7 @@ def process_noise(error: ModelError, vehicle: Any, mean: Any, inputs: Any) -> An
         return deviation * deviation
 
     def gained(deviation: Any, time: Any) -> Any:
-        return deviation * deviation * (1.0 - exp(-2.0 * step / time))
+        return variance_gained(deviation, time, step)
 
     return AutomatedVehicle.State(
         speed=white(step * error.acceleration),

@@ -12,9 +12,10 @@ from tierod.block import skeleton
 from tierod.estimators.kernels import predict_covariance
 from tierod.estimators.linear_algebra import dot, from_diagonal, plus
 from tierod.graph.derivatives import jacobian
-from tierod.graph.maths import absolute, both, exp, limit, maximum, minimum, present, sqrt, where
+from tierod.graph.maths import absolute, both, limit, maximum, minimum, present, sqrt, where
 from tierod.models.rolling_car import LEAST_SPEED, RollingCar
 from tierod.monitors.condition.lane import LeaveOutFilter
+from tierod.monitors.condition.process import variance_gained
 from tierod.monitors.condition.readings import Readings, Surprise
 from tierod.monitors.condition.signals import SENSORS, ConditionSample
 from tierod.monitors.condition.tuning import PlausibleRange, SensorNoise
@@ -190,7 +191,7 @@ class RollingFilter:
         error, wander, step = self.model_error, self.vehicle.wander, self.vehicle.sample_time
 
         def gained(deviation: Any, time: Any) -> Any:
-            return deviation * deviation * (1.0 - exp(-2.0 * step / time))
+            return variance_gained(deviation, time, step)
 
         steady = RollingCar.output(mean, (), self.vehicle).steering_wheel_angle - mean.steering_error
         steering = error.steering + error.steering_share * absolute(steady)

@@ -33,6 +33,11 @@ class Declared(NamedTuple):
     value: Mapping[str, np.ndarray] = NOTHING
     deviation: Mapping[str, np.ndarray] = NOTHING
 
+    def since(self, place: int) -> Declared:
+        """What is said from one sample on."""
+        parts = (getattr(self, name) for name in self._fields[1:])
+        return Declared(self.time[place:], *({key: each[place:] for key, each in part.items()} for part in parts))
+
     def said(self, which: str, element: str) -> np.ndarray:
         """One of the mappings of truth values for one element; false everywhere where it is lacking."""
         found = getattr(self, which).get(element)

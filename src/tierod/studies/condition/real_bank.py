@@ -7,28 +7,17 @@ from dataclasses import replace
 import numpy as np
 
 from tierod.graph import Bank, scan
-from tierod.monitors.condition.grid import MAXIMUM_AGE
-from tierod.monitors.condition.healthy_ratios import Watching, lasting
+from tierod.monitors.condition.grid import sampled
+from tierod.monitors.condition.healthy_ratios import Watching, lasting, unreachable
 from tierod.monitors.condition.rolling_bank import rolling_bank, rolling_hypotheses
 from tierod.monitors.condition.rolling_filter import RollingFilter
-from tierod.monitors.condition.signals import ConditionSample
-from tierod.monitors.condition.weighing import Limits
-from tierod.recording import Aligned, Recording
+from tierod.recording import Recording
 from tierod.studies.condition.by_bank import said_of
 from tierod.studies.condition.declared import Declared
 from tierod.studies.condition.real_recordings import RATE, SENSORS, RealCar
 
 SETTLED = 2.0
 """Not looked at, at the beginning of a recording [s]."""
-
-
-def as_read(recording: Recording) -> Aligned:
-    """The samples as the monitor takes them in.
-
-    Args:
-        recording: as it was made
-    """
-    return recording.align(ConditionSample._fields, RATE, maximum_age=MAXIMUM_AGE)
 
 
 def said(bank: Bank, recording: Recording) -> Declared:
@@ -38,7 +27,7 @@ def said(bank: Bank, recording: Recording) -> Declared:
         bank: of the car
         recording: as it was made, or with faults
     """
-    samples = as_read(recording)
+    samples = sampled(recording)
     return said_of(scan(bank, samples.values), samples.time)
 
 
@@ -51,7 +40,7 @@ def accuracy(car: RealCar, recording: Recording) -> dict[str, float]:
         car: whose recording it is
         recording: sound
     """
-    samples, base = as_read(recording), RollingFilter.of_vehicle(car.known)
+    samples, base = sampled(recording), RollingFilter.of_vehicle(car.known)
     found = {}
     for each in rolling_hypotheses():
         if len(each.sensors) == 1:
@@ -76,12 +65,9 @@ def healthy_ratios(car: RealCar, recording: Recording, start: float, stop: float
     """
     explanations = rolling_hypotheses()
     count = len(explanations) - 1
-    bank = rolling_bank(car.known, Limits((_NEVER,) * count, (_NEVER,) * count, 1.0, 1.0))
-    ratios = scan(replace(bank, judge=Watching(bank.judge.decision)), as_read(recording).values).values
+    bank = rolling_bank(car.known, unreachable(explanations))
+    ratios = scan(replace(bank, judge=Watching(bank.judge.decision)), sampled(recording).values).values
     largest = lasting(ratios[round(start * RATE) : round(stop * RATE)]).max(axis=0)
     fast, slow = largest[1 : count + 1], largest[count + 2 :]
     wheels = np.array([any(name in SENSORS[:2] for name in each.sensors) for each in explanations[1:]])
     return float(fast[wheels].max()), float(fast[~wheels].max()), float(slow.max())
-
-
-_NEVER = 1e6

@@ -206,18 +206,14 @@ def _scored(
     judged_from = int(np.searchsorted(time, time[0] + car.learning))
     read = {each.element: np.interp(time, sound[each.element].time, sound[each.element].values) for each in faults}
     off = {each.element: _failing(each, time, read[each.element]) - read[each.element] for each in faults}
-    cut = {name: {key: each[judged_from:] for key, each in getattr(declared, name).items()} for name in _CUT}
-    later = declared._replace(time=time[judged_from:], **cut)
     truth = Truth(
         {name: each[judged_from:] for name, each in off.items()},
         {name: each[judged_from:] for name, each in read.items()},
         {},
     )
     drive = Drive(car.name, float(time[-1]), 0, 0, faults)
+    later = declared.since(judged_from)
     return [score(drive, truth._replace(known=known), later) for known in measures]
-
-
-_CUT = ("faulty", "candidates", "not_testable", "kind", "size", "value")
 
 
 def _failing(each: Injected, time: np.ndarray, values: np.ndarray) -> np.ndarray:
