@@ -220,6 +220,21 @@ def test_after_all_sensors_were_gone_it_begins_anew(sound, value):
     assert np.isnan(gap.mean[(gap.time > 21.1) & (gap.time < 22.9)]).all()
 
 
+def test_targets_that_come_too_seldom_accuse_nobody(sound):
+    slow = {name: replace(sound[name], time=sound[name].time[::4], values=sound[name].values[::4]) for name in TARGETS}
+    diagnosis, courses = run(Recording({**sound.channels, **slow}, sound.metadata))
+    assert set(states(diagnosis).values()) == {Status.NOT_TESTABLE}
+    assert "come at 25 Hz" in diagnosis.findings[0].cause
+    assert courses == {}
+
+
+def test_of_a_glimpse_it_says_that_it_is_too_short(sound):
+    begin = sound.span[0] + 20.0
+    diagnosis, _ = run(sound.slice(begin, begin + 0.3))
+    assert set(states(diagnosis).values()) == {Status.NOT_TESTABLE}
+    assert "the recording is too short, 0.3 s" in diagnosis.findings[0].cause
+
+
 def test_at_standstill_nothing_is_testable(odd):
     diagnosis, _ = run(odd["standstill"])
     assert set(states(diagnosis).values()) == {Status.NOT_TESTABLE}

@@ -7,6 +7,7 @@ import pytest
 
 from tierod.errors import InputError
 from tierod.monitors.condition.calibration import Calibration
+from tierod.monitors.condition.coverage import TARGETS
 from tierod.monitors.condition.grid import WHEELS
 from tierod.monitors.condition.healthy_drives import healthy_drives, parted
 from tierod.monitors.condition.healthy_ratios import Watched
@@ -26,6 +27,12 @@ def made_up(speed, rate=100.0, times=None):
     time = np.arange(len(speed)) / rate if times is None else times
     names = ("wheel_speed_rear_left", "wheel_speed_rear_right")
     return Recording({name: Channel(name, time, np.asarray(speed, float), "m/s") for name in names})
+
+
+def with_targets(rate):
+    whole = made_up(driving(20.0))
+    time = np.arange(round(20.0 * rate)) / rate
+    return whole.with_channels(Channel(name, time, np.sin(time), "N*m") for name in TARGETS)
 
 
 def driving(seconds, speed=5.0):
@@ -79,6 +86,7 @@ def test_the_first_seconds_of_driving_are_taken_from_as_many_drives_as_it_needs(
         ({"a": Recording({})}, "a has neither wheel_speed_rear_left nor"),
         ({"a": made_up([])}, "a has neither wheel_speed_rear_left nor"),
         ({"a": made_up(driving(20.0), rate=5.0)}, "at 5 Hz; calibration needs 10 Hz"),
+        ({"a": with_targets(25.0)}, "a: the targets of the actuators come at 25 Hz"),
     ],
 )
 def test_what_tells_too_little_is_refused_before_the_search(recordings, message):

@@ -125,6 +125,27 @@ def test_a_small_shift_is_told_between_two_steps_for_a_calibrated_vehicle(late, 
     assert problems(shifted) == ()
 
 
+@pytest.mark.parametrize("every", [(2, 0), (10, 3)], ids=["50 Hz", "10 Hz"])
+def test_buses_slower_than_the_grid_are_looked_at_too(every):
+    step, first = every
+
+    def slower(signals):
+        places = np.arange(len(signals["yaw_rate"]))
+        return {name: np.where(places % step == first, values, np.nan) for name, values in signals.items()}
+
+    with np.errstate(all="raise"):
+        assert problems(slower(leading()), close=Close()) == ()
+    assert [each.elements for each in problems(slower(changed(yaw_rate=-1.0)))] == [("yaw_rate",)]
+
+
+def test_a_bus_that_loses_a_tenth_of_its_frames_is_looked_at_too():
+    rng = np.random.default_rng(7)
+    signals = changed(steering_wheel_angle=1.6)
+    lossy = {name: np.where(rng.random(len(values)) < 0.1, np.nan, values) for name, values in signals.items()}
+    (problem,) = problems(lossy)
+    assert "steering ratio" in problem.cause
+
+
 def test_what_becomes_wrong_on_the_way_is_left_to_the_monitor():
     signals = turning()
     angle = signals["steering_wheel_angle"].copy()

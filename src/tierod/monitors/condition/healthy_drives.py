@@ -11,6 +11,7 @@ import numpy as np
 
 from tierod.errors import InputError
 from tierod.monitors.condition.grid import MAXIMUM_AGE, RATE, WHEELS, moving, wheel_of
+from tierod.monitors.condition.pace import TargetPace
 from tierod.monitors.condition.signals import ConditionSample
 from tierod.recording import Channel, Recording
 
@@ -39,7 +40,8 @@ def healthy_drives(recordings: Mapping[str, Recording]) -> list[HealthyDrive]:
         recordings: by name
 
     Raises:
-        InputError: one without the speed of a rear wheel, or with too slow a one; or two of the same drive
+        InputError: one without the speed of a rear wheel, or with too slow a one, or with slow targets of its
+            actuators; or two of the same drive
     """
     drives: list[HealthyDrive] = []
     seen: dict[bytes, str] = {}
@@ -49,8 +51,18 @@ def healthy_drives(recordings: Mapping[str, Recording]) -> list[HealthyDrive]:
         if content in seen:
             raise InputError(f"{seen[content]} and {name} hold the same drive; it counts once: leave one out")
         seen[content] = name
-        drives += [_on_grid(name, piece) for piece in _unbroken(recording[wheel].time, recording)]
+        gridded = [_on_grid(name, piece) for piece in _unbroken(recording[wheel].time, recording)]
+        _refuse_slow_targets(name, gridded)
+        drives += gridded
     return drives
+
+
+def _refuse_slow_targets(name: str, drives: Sequence[HealthyDrive]) -> None:
+    pace = TargetPace(RATE)
+    for drive in drives:
+        pace.add(drive.recording.align(ConditionSample._fields, RATE, maximum_age=MAXIMUM_AGE).values)
+    for problem in pace.problems():
+        raise InputError(f"{name}: {problem.cause}, neither here nor when it is judged; {problem.action}")
 
 
 def parted(

@@ -16,6 +16,7 @@ from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.coverage import Coverage
 from tierod.monitors.condition.driven import STANDING, Driven
 from tierod.monitors.condition.finding import judge
+from tierod.monitors.condition.pace import TargetPace
 from tierod.monitors.condition.said import Said, nothing_said
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS, ConditionSample
 from tierod.monitors.condition.states import code_courses, elements, losses
@@ -93,6 +94,7 @@ class ConditionSession:
         self._wiring = Wiring(parameters, rate, close=close)
         self._leap = ClockLeap(lambda: Wiring(parameters, rate, close=close))
         self._coverage, self._driven = Coverage(rate, asked=whole), Driven(1.0 / rate, asked=whole)
+        self._pace = TargetPace(rate) if whole else None
         self._read = np.zeros(len(MEASURED), bool)
         self._courses = {each: ElementCourse(each, 1.0 / rate) for each in ELEMENTS}
         self._memory: Memory | None = None
@@ -105,6 +107,8 @@ class ConditionSession:
         aligned = Aligned(aligned.time, values, aligned.names)
         self._wiring.add(dict(zip(aligned.names, values.T, strict=True)))
         self._driven.add(aligned.time, values, covered)
+        if self._pace is not None:
+            self._pace.add(values)
         changes = (np.flatnonzero(np.diff(covered.judged)) + 1).tolist()
         starts = sorted({0, *changes, *range(0, len(values), SLICE)})
         parts = [
@@ -157,7 +161,9 @@ class ConditionSession:
     def conclude(self) -> Conclusion:
         """The state of every element, and the finding."""
         faults = [each for course in self._courses.values() for each in course.episodes(self._driven.end)]
-        problems = self._wiring.problems() or self._leap.problems([each for each in faults if not each.candidates])
+        slow = () if self._pace is None else self._pace.problems()
+        wired = self._wiring.problems() or self._leap.problems([each for each in faults if not each.candidates])
+        problems = (*wired, *slow)
         interruptions = self._coverage.interruptions
         states = elements(self._courses, self._driven, problems, self.reconfiguration.switchover.graph)
         lost = losses(self._courses, self._driven)

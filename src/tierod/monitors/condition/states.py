@@ -142,6 +142,8 @@ def _hindrance(name: str, drive: Driven) -> str:
     period, moving = drive.period, drive.forward * drive.period
     if drive.judged * period < LEAST_TESTABLE and drive.not_judged:
         return drive.not_judged
+    if drive.seconds < LEAST_TESTABLE:
+        return f"the recording is too short, {drive.seconds:.3g} s"
     if moving < LEAST_TESTABLE:
         if drive.backward * period > LEAST_TESTABLE:
             return "the vehicle reversed"

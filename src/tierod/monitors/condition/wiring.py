@@ -26,6 +26,8 @@ SMOOTH = 0.3
 """Time over which signals are averaged [s]."""
 SCALE = 1.4
 """Ratio of the sizes of two signals from which on a scale is called wrong; tyres, radii and slopes make up to 1.34."""
+BRIDGED = 0.1
+"""Between two readings that are no further apart a straight line is drawn: few buses keep the grid's pace [s]."""
 LATE = 0.15
 """Shift in time from which on one is called wrong [s]; motion itself lags by up to 0.1 s."""
 
@@ -80,7 +82,10 @@ class Wiring:
         """
         if not self._pieces:
             return ()
-        whole = {name: np.concatenate([piece[name] for piece in self._pieces]) for name in self._pieces[0]}
+        most = round(BRIDGED * self.rate)
+        whole = {
+            name: _bridged(np.concatenate([each[name] for each in self._pieces]), most) for name in self._pieces[0]
+        }
         turned_until = np.cumsum(self._turning(whole))
         edges = np.searchsorted(turned_until, np.linspace(0, turned_until[-1], PARTS + 1)[1:-1])
         parts = [slice(start, stop) for start, stop in pairwise((0, *edges.tolist(), self._kept))]
@@ -124,6 +129,17 @@ class Wiring:
                 smooth = np.convolve(value, np.full(width, 1.0 / width), "same")[:: max(round(STEP * self.rate), 1)]
                 told[name] = smooth - np.nanmean(smooth)
         return told
+
+
+def _bridged(values: np.ndarray, most: int) -> np.ndarray:
+    """The values with straight lines between those that are no more than so many samples apart; else NaN stays."""
+    there = np.flatnonzero(np.isfinite(values))
+    if not 1 < len(there) < len(values):
+        return values
+    place = np.arange(len(values))
+    apart = np.concatenate(([len(values)], np.diff(there), [len(values)]))[np.searchsorted(there, place)]
+    between = np.isnan(values) & (apart <= most)
+    return np.where(between, np.interp(place, there, values[there]), values)
 
 
 def _sensed(told: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
