@@ -29,6 +29,7 @@ def test_late_samples_are_sorted():
     assert put.time.tolist() == [0.0, 0.01, 0.02, 0.03]
     assert put(np.arange(4)).tolist() == [0, 2, 1, 3]
     assert "1 samples that arrived late" in put.notes[0]
+    assert put.behind == pytest.approx(0.01)
 
 
 def test_dropped_and_late_together():

@@ -29,11 +29,13 @@ class Order:
         time: [s], finite, not decreasing, shape (n,)
         index: the samples to take, in order; None where all are taken as they are
         notes: what was repaired
+        behind: how late the latest of those came that were put in order [s]
     """
 
     time: np.ndarray
     index: np.ndarray | None
     notes: tuple[str, ...] = ()
+    behind: float = 0.0
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         """The values that belong to the stamps."""
@@ -51,7 +53,7 @@ def order(time: np.ndarray, what: str) -> Order:
         InputError: no stamp is a number, the clock jumps back by more than LATE, or stands still throughout
     """
     time = np.asarray(time, dtype=float)
-    index, notes = None, []
+    index, notes, behind = None, [], 0.0
     finite = np.isfinite(time)
     if len(time) and not finite.all():
         index = np.flatnonzero(finite)
@@ -61,7 +63,7 @@ def order(time: np.ndarray, what: str) -> Order:
         time = time[index]
     steps = np.diff(time)
     if (steps < 0.0).any():
-        _refuse_jump(time, steps, what)
+        behind = _behind(time, what)
         notes.append(f"{int((steps < 0.0).sum())} samples that arrived late put in order")
         sort = np.argsort(time, kind="stable")
         time, index = time[sort], sort if index is None else index[sort]
@@ -75,13 +77,14 @@ def order(time: np.ndarray, what: str) -> Order:
     if equal:
         longest, begin = _longest_run(steps == 0.0)
         notes.append(f"{equal} equal time stamps (the clock stands at {time[begin]:.6g} s for {longest + 1} samples)")
-    return Order(time, index, tuple(notes))
+    return Order(time, index, tuple(notes), behind)
 
 
-def _refuse_jump(time: np.ndarray, steps: np.ndarray, what: str) -> None:
+def _behind(time: np.ndarray, what: str) -> float:
+    """How late the latest sample comes [s]; refused where the clock was set back."""
     behind = np.maximum.accumulate(time) - time
     if behind.max() <= LATE:
-        return
+        return float(behind.max())
     at = int(np.flatnonzero(behind > LATE)[0])
     raise InputError(
         f"the time of {what} jumps back from {time[at - 1]:.6f} s to {time[at]:.6f} s at sample {at + 1}; "

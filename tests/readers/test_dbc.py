@@ -200,6 +200,28 @@ def test_a_map_that_is_given_replaces_the_one_beside(bus):
     assert recording.metadata["channel_map"] == str(bus / "mine.toml")
 
 
+def test_a_message_that_never_came_is_told_and_keeps_nothing_else_from_being_read(bus):
+    needed = '[signals.yaw_rate]\nsource = "M.Turn"\n[signals.vehicle_speed]\nsource = "Other.Speed"\n'
+    (bus / "mine.toml").write_text(needed)
+    recording = read(bus / "drive.log", dbc=bus / "car.dbc", channel_map=bus / "mine.toml")
+    assert len(recording["yaw_rate"].time) == 100
+    assert "vehicle_speed is not in the recording: Other.Speed never came on the bus" in recording.warnings
+    turn = read(bus / "drive.log", dbc=bus / "car.dbc", channel_map=bus / "mine.toml", names=["yaw_rate"])
+    assert turn.warnings == (), "nobody asked for the other"
+
+
+def test_a_log_without_any_wanted_message_says_so(bus):
+    (bus / "mine.toml").write_text('[signals.vehicle_speed]\nsource = "Other.Speed"\n')
+    with pytest.raises(InputError, match="no message with a wanted signal came on the bus .Other.Speed"):
+        read(bus / "drive.log", dbc=bus / "car.dbc", channel_map=bus / "mine.toml", names=["vehicle_speed"])
+
+
+def test_a_source_that_the_database_lacks_stays_a_slip_of_the_map(bus):
+    (bus / "mine.toml").write_text('[signals.vehicle_speed]\nsource = "Other.Sped"\n')
+    with pytest.raises(InputError, match="'Other.Sped' is not in the file"):
+        read(bus / "drive.log", dbc=bus / "car.dbc", channel_map=bus / "mine.toml")
+
+
 def test_a_broken_map_beside_is_named(bus):
     (bus / "car.channels.toml").write_text("[signals.yaw_rat]\nsource = 'M.Turn'\n")
     with pytest.raises(InputError, match="car.channels.toml.*did you mean 'yaw_rate'"):

@@ -1,8 +1,11 @@
 """One function opens every format, by content, and says in one sentence why it cannot."""
 
+import contextlib
 import gzip
+import os
 import subprocess
 import sys
+import threading
 
 import numpy as np
 import pytest
@@ -206,8 +209,8 @@ def test_a_folder_does_not_hide_the_shipped_name(tmp_path, monkeypatch):
     (tmp_path / "mine").mkdir()
     monkeypatch.chdir(tmp_path)
     assert "driver_torque" in read("can.log", dbc="rav4")
-    with pytest.raises(InputError, match="rav4.channels.toml"):
-        read("can.log", dbc="rav4", channel_map="rav4")
+    told = read("can.log", dbc="rav4", channel_map="rav4")
+    assert told.metadata["channel_map"].endswith("rav4.channels.toml")
     with pytest.raises(InputError, match="there is no file mine, and tierod ships no 'mine.dbc'"):
         read("can.log", dbc="mine")
 
@@ -231,6 +234,47 @@ def test_a_log_whose_clock_jumps_back(tmp_path):
     path.write_text("".join(f"({t}.0) can0 260#0001000000000000\n" for t in (5, 6, 7, 2, 3)))
     with pytest.raises(InputError, match="time of the log can.log jumps back"):
         read(path, dbc="rav4")
+
+
+def test_a_log_whose_clock_falls_back_a_little_is_put_in_order_and_says_so(tmp_path):
+    path = tmp_path / "can.log"
+    frame = "can0 024#0200000000000000"
+    path.write_text("".join(f"({0.01 * k - 0.3 * (k >= 100):.6f}) {frame}\n" for k in range(200)))
+    recording = read(path, dbc="rav4", names=["yaw_rate"])
+    assert (np.diff(recording["yaw_rate"].time) >= 0.0).all()
+    assert any("come up to 0.29 s late and were put in order" in each for each in recording.warnings)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes here")
+@pytest.mark.parametrize("packed", [False, True])
+def test_nothing_is_lost_of_what_comes_through_a_pipe(tmp_path, packed):
+    text = b"time,speed [m/s]\n" + b"".join(b"%d,%d\n" % (k, k % 9) for k in range(20_000))
+    assert len(text) > 2 * (1 << 16), "longer than what is looked at to tell the kind, and than the pipe holds"
+    with piped(tmp_path / "pipe", gzip.compress(text) if packed else text) as path:
+        recording = read(path)
+    assert recording.span == (0.0, 19_999.0)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes here")
+def test_a_table_that_must_be_sought_in_cannot_come_through_a_pipe(tmp_path):
+    with piped(tmp_path / "pipe", b"PAR1" + bytes(100)) as path, pytest.raises(InputError, match="is a pipe"):
+        read(path)
+
+
+def test_the_name_of_a_pipe_is_told(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match="/dev/stdin"):
+        read("-")
+
+
+@contextlib.contextmanager
+def piped(path, content):
+    """A named pipe into which another thread writes."""
+    os.mkfifo(path)
+    writer = threading.Thread(target=path.write_bytes, args=(content,))
+    writer.start()
+    yield path
+    writer.join()
 
 
 @pytest.mark.parametrize("ending", ["parquet", "csv", "mf4"])

@@ -153,7 +153,9 @@ def bus_source(frames: Frames, database: Sequence[Any], metadata: dict[str, Any]
         return channels
 
     metadata = {**metadata, "frames": len(frames), "messages": len(found), "buses": frames.buses}
-    return Source(columns, load, metadata, frames.origin, frames.notes)
+    came = {entry.message.name for entry in found}
+    silent = tuple(f"{each.name}.{item.name}" for each in database if each.name not in came for item in each.signals)
+    return Source(columns, load, metadata, frames.origin, frames.notes, silent=silent)
 
 
 @dataclass(frozen=True)

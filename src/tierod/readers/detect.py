@@ -54,13 +54,15 @@ class Kind:
 
     Args:
         name: "mdf", "parquet", "mat", "blf", "asc", "trc", "candump" or "csv"
-        data: the whole content where it had to be unpacked; None where the file itself can be read
+        data: the whole content where it had to be unpacked, or came through a pipe; None where the file can be read
         warning: what the ending promised otherwise
+        piped: whether it came through a pipe, which can be read once only
     """
 
     name: str
     data: bytes | None = None
     warning: str = ""
+    piped: bool = False
 
 
 def detect(path: Path) -> Kind:
@@ -69,26 +71,30 @@ def detect(path: Path) -> Kind:
     Raises:
         InputError: the file is absent, empty, not readable, or of a kind that is not read
     """
-    head = _head(path)
-    data = None
+    piped = path.is_fifo()
+    head = _head(path, None if piped else _HEAD)
+    data = head if piped else None
     if head[:2] == b"\x1f\x8b":
-        data = _unpacked(path)
-        head = data[:_HEAD]
+        data = _unpacked(path, data)
         path = path.with_suffix("")
+    if data is not None:
+        head = data[:_HEAD]
     name = _by_content(path, head)
     promised = _ENDINGS.get(path.suffix.lower())
     warning = ""
     if promised and promised != name and not (promised == "csv" and name == "candump"):
         warning = f"the ending {path.suffix} promises {promised}, the content is {name} and was read as such"
-    return Kind(name, data, warning)
+    return Kind(name, data, warning, piped)
 
 
-def _head(path: Path) -> bytes:
+def _head(path: Path, count: int | None) -> bytes:
+    """The first bytes of a file, or all of them."""
     try:
         with path.open("rb") as file:
-            head = file.read(_HEAD)
+            head = file.read(count)
     except FileNotFoundError:
-        raise InputError(f"there is no file {path}; check the path") from None
+        other = "; what comes through a pipe is named /dev/stdin" if str(path) == "-" else "; check the path"
+        raise InputError(f"there is no file {path}{other}") from None
     except IsADirectoryError:
         raise InputError(f"{path} is a folder; give one recording in it") from None
     except OSError as error:
@@ -98,9 +104,9 @@ def _head(path: Path) -> bytes:
     return head
 
 
-def _unpacked(path: Path) -> bytes:
+def _unpacked(path: Path, data: bytes | None) -> bytes:
     try:
-        return gzip.decompress(path.read_bytes())
+        return gzip.decompress(path.read_bytes() if data is None else data)
     except (OSError, EOFError, zlib.error) as error:
         raise InputError(f"{path} is damaged or cut off and cannot be unpacked ({error}); copy it again") from None
 

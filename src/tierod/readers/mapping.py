@@ -1,24 +1,19 @@
-"""From the columns of a file to canonical signals in SI: by the channel map, and by name where there is none."""
+"""Which columns of a file become which canonical signals in SI: by the channel map, and by name where there is none."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-
-import numpy as np
+from dataclasses import dataclass
 
 from tierod.derive import ingredients
 from tierod.errors import InputError, nearest
 from tierod.readers.channel_map import ChannelMap, Entry
 from tierod.readers.source import Column
-from tierod.recording import Channel
 from tierod.signals import SIGNALS, Signal, match, plain
 from tierod.units import COUNT, Scale, scale, split_suffix, tidy
 
 TRUTH = "truth_"
 """Prefix of what a simulation knows of a signal; a file may hold it, and none needs to."""
-FASTEST = 60.0
-"""Speed [m/s] that hardly any road vehicle reaches (216 km/h), and every motorway drive in km/h does."""
 
 
 @dataclass(frozen=True)
@@ -64,13 +59,19 @@ class Plan:
         return tuple(dict.fromkeys(column for pick in self.picks for column in pick.columns))
 
 
-def plan(columns: Sequence[Column], channel_map: ChannelMap | None, names: Iterable[str] | None) -> Plan:
+def plan(
+    columns: Sequence[Column],
+    channel_map: ChannelMap | None,
+    names: Iterable[str] | None,
+    silent: Sequence[str] = (),
+) -> Plan:
     """Which columns become which channels.
 
     Args:
         columns: of the file
         channel_map: decides for the signals it names; the others are guessed by name
         names: the signals or columns wanted; all where not given
+        silent: columns that are known, and of which the file has no value
 
     Raises:
         InputError: a wanted name or a source that nobody knows, or a wanted unit that cannot be read
@@ -84,6 +85,11 @@ def plan(columns: Sequence[Column], channel_map: ChannelMap | None, names: Itera
     entries = channel_map.entries if channel_map else {}
     taken: set[str] = set()
     for name, entry in entries.items():
+        unheard = [source for source in entry.source if source in silent and _find(source, by_name) is None]
+        if unheard:
+            if not entry.optional and (wanted is None or name in wanted):
+                warnings.append(f"{name} is not in the recording: {', '.join(unheard)} never came on the bus")
+            continue
         pick = _mapped(name, entry, by_name, channel_map, wanted is None or name in wanted)
         if pick is not None:
             taken.update(pick.columns)
@@ -232,65 +238,3 @@ def _turned(entry: Entry) -> str:
     parts.append(f"times {entry.factor:g}" if entry.factor != 1.0 else "")
     parts.append(f"offset {entry.offset:+g} {entry.unit or ''}".strip() if entry.offset else "")
     return ", ".join(part for part in parts if part)
-
-
-def apply(made: Plan, loaded: Sequence[Channel]) -> tuple[list[Channel], tuple[str, ...]]:
-    """The channels of a plan from the columns loaded, and warnings on what they show."""
-    by_name = {channel.name: channel for channel in loaded}
-    channels, warnings = [], []
-    for pick in made.picks:
-        parts = [by_name[column] for column in pick.columns if column in by_name]
-        if len(parts) < len(pick.columns):
-            continue
-        channel = _made(pick, parts)
-        channels.append(channel)
-        if pick.assumed:
-            warnings.append(_doubt(pick, channel))
-    return channels, tuple(filter(None, warnings))
-
-
-def _made(pick: Pick, parts: list[Channel]) -> Channel:
-    values = parts[0].values
-    for part in parts[1:]:
-        if len(part.time) != len(parts[0].time) or not np.array_equal(part.time, parts[0].time):
-            raise InputError(
-                f"'{pick.name}': the sources {', '.join(pick.columns)} have different time stamps and cannot be summed"
-            )
-        values = values + part.values
-    values = np.asarray(values, dtype=float)
-    gain = pick.entry.sign * pick.entry.factor
-    if gain != 1.0:
-        values = gain * values
-    if pick.entry.offset:
-        values = values + pick.entry.offset
-    source = " + ".join(part.source or part.name for part in parts)
-    channel = Channel(pick.name, parts[0].time, pick.scale(values), pick.unit, source, parts[0].note)
-    return channel.noted(*pick.notes)
-
-
-def _doubt(pick: Pick, channel: Channel) -> str:
-    """What to say of a signal without a unit whose values do not look like its SI unit."""
-    known = SIGNALS[pick.name]
-    finite = channel.values[np.isfinite(channel.values)]
-    if not len(finite):
-        return ""
-    most = float(np.abs(finite).max())
-    low, high = known.plausible
-    angular, speed = known.unit.startswith("rad"), known.unit == "m/s"
-    place = f"{pick.name} ('{pick.columns[0]}') has no unit in the file and was taken as {known.unit}"
-    if speed and most > FASTEST:
-        return f'{place}, but reaches {most:.4g} m/s: if it is km/h, give unit = "km/h" in a channel map'
-    if most > max(abs(low), abs(high)):
-        guess = known.unit.replace("rad", "deg")
-        looks = f'looks like {guess}: give unit = "{guess}"' if angular else "is not plausible: give its unit"
-        return f"{place}, but reaches {most:.4g} and {looks} in a channel map"
-    return f"{place}: confirm it in a channel map" if angular or speed else ""
-
-
-def shifted(channels: Sequence[Channel], origin: float) -> list[Channel]:
-    """The channels with their time counted from `origin` [s]; stamps that are shared stay shared."""
-    moved: dict[int, np.ndarray] = {}
-    for channel in channels:
-        if id(channel.time) not in moved:
-            moved[id(channel.time)] = np.asarray(channel.time, dtype=float) - origin
-    return [replace(channel, time=moved[id(channel.time)]) for channel in channels]

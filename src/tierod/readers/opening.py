@@ -17,6 +17,9 @@ from tierod.timestamps import order
 
 Paths = str | Path | Sequence[str | Path] | None
 
+TOLD = 0.005
+"""Frames that come later than this are told of, though they can be put in order [s]: drivers of buses are less late."""
+
 
 def open_source(path: str | Path, dbc: Paths = None) -> tuple[Source, Kind]:
     """The columns of a file, and what kind of file it is; nothing is loaded that the listing does not need.
@@ -28,6 +31,8 @@ def open_source(path: str | Path, dbc: Paths = None) -> tuple[Source, Kind]:
     path = Path(path)
     kind = detect(path)
     if kind.data is not None and kind.name in ("mdf", "parquet", "mat"):
+        if kind.piped:
+            raise InputError(f"{path} is a pipe, through which only text and CAN logs can come; give the file itself")
         raise InputError(f"{path} is packed, which only text and CAN logs may be; unpack it first: gunzip -k {path}")
     opened = _OPENERS[kind.name](path, kind)
     if isinstance(opened, Source):
@@ -52,6 +57,11 @@ def _decoded(path: Path, frames: Frames, dbc: Paths, kind: Kind) -> Source:
     put = order(frames.time, f"the log {path.name}")
     if put.index is not None:
         frames = taken(frames, put.index)
+    if put.behind > TOLD:
+        late = (
+            f"frames of the log come up to {put.behind:.2g} s late and were put in order: was a clock set back there?"
+        )
+        frames = replace(frames, notes=(*frames.notes, late))
     found = [shipped(entry, ".dbc") for entry in paths]
     names = {"format": kind.name, "dbc": tuple(str(entry) for entry in paths)}
     return replace(bus_source(frames, load_databases(found), names), maps=maps_beside(found))

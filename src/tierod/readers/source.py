@@ -40,6 +40,7 @@ class Source:
         pieces: the named columns bit by bit in the order of time, for files that need not fit into memory
         rows: of the longest column, all pieces together
         maps: channel maps that lie beside the databases of a bus log
+        silent: columns that the databases of a bus log tell of, and that never came in it
     """
 
     columns: tuple[Column, ...]
@@ -50,3 +51,4 @@ class Source:
     pieces: Callable[[Sequence[str]], Iterator[list[Channel]]] | None = None
     rows: int = 0
     maps: tuple[Path, ...] = ()
+    silent: tuple[str, ...] = ()

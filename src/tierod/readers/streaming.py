@@ -12,7 +12,8 @@ from tierod.errors import InputError
 from tierod.readers.channel_map import ChannelMap
 from tierod.readers.chunks import regrouped
 from tierod.readers.detect import Kind
-from tierod.readers.mapping import Plan, apply, shifted
+from tierod.readers.making import apply, shifted
+from tierod.readers.mapping import Plan
 from tierod.readers.opening import Paths, open_source
 from tierod.readers.source import Source
 from tierod.readers.whole import metadata_of, origin_of, planned, read_source, require_samples

@@ -12,7 +12,8 @@ from tierod.derive import complete
 from tierod.errors import InputError
 from tierod.readers.channel_map import ChannelMap, load_channel_map, load_maps_beside
 from tierod.readers.detect import Kind
-from tierod.readers.mapping import Plan, apply, plan, shifted
+from tierod.readers.making import apply, shifted
+from tierod.readers.mapping import Plan, plan
 from tierod.readers.opening import Paths, open_source, shipped
 from tierod.readers.source import Source
 from tierod.recording import Channel, Recording, checked_together
@@ -72,7 +73,12 @@ def planned(path: str | Path, source: Source, channel_map: Any, names: tuple[str
         channel_map = load_channel_map(shipped(channel_map, ".channels.toml"))
     elif channel_map is None and source.maps:
         channel_map = load_maps_beside(source.maps)
-    made = plan(source.columns, channel_map, names)
+    made = plan(source.columns, channel_map, names, source.silent)
+    if not made.picks and source.silent:
+        raise InputError(
+            f"{path}: no message with a wanted signal came on the bus ({', '.join(source.silent[:4])}, ...); record "
+            "them, or give DBC and channel map of this bus"
+        )
     if not made.picks:
         has = ", ".join(f"'{column.name}'" for column in source.columns[:12])
         more = f" and {len(source.columns) - 12} more" if len(source.columns) > 12 else ""

@@ -1,0 +1,78 @@
+"""The channels of a plan, made from the columns that were loaded."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tierod.errors import InputError
+from tierod.readers.mapping import Pick, Plan
+from tierod.recording import Channel
+from tierod.signals import SIGNALS
+
+FASTEST = 60.0
+"""Speed [m/s] that hardly any road vehicle reaches (216 km/h), and every motorway drive in km/h does."""
+
+
+def apply(made: Plan, loaded: Sequence[Channel]) -> tuple[list[Channel], tuple[str, ...]]:
+    """The channels of a plan from the columns loaded, and warnings on what they show."""
+    by_name = {channel.name: channel for channel in loaded}
+    channels, warnings = [], []
+    for pick in made.picks:
+        parts = [by_name[column] for column in pick.columns if column in by_name]
+        if len(parts) < len(pick.columns):
+            continue
+        channel = _made(pick, parts)
+        channels.append(channel)
+        if pick.assumed:
+            warnings.append(_doubt(pick, channel))
+    return channels, tuple(filter(None, warnings))
+
+
+def _made(pick: Pick, parts: list[Channel]) -> Channel:
+    values = parts[0].values
+    for part in parts[1:]:
+        if len(part.time) != len(parts[0].time) or not np.array_equal(part.time, parts[0].time):
+            raise InputError(
+                f"'{pick.name}': the sources {', '.join(pick.columns)} have different time stamps and cannot be summed"
+            )
+        values = values + part.values
+    values = np.asarray(values, dtype=float)
+    gain = pick.entry.sign * pick.entry.factor
+    if gain != 1.0:
+        values = gain * values
+    if pick.entry.offset:
+        values = values + pick.entry.offset
+    source = " + ".join(part.source or part.name for part in parts)
+    channel = Channel(pick.name, parts[0].time, pick.scale(values), pick.unit, source, parts[0].note)
+    return channel.noted(*pick.notes)
+
+
+def _doubt(pick: Pick, channel: Channel) -> str:
+    """What to say of a signal without a unit whose values do not look like its SI unit."""
+    known = SIGNALS[pick.name]
+    finite = channel.values[np.isfinite(channel.values)]
+    if not len(finite):
+        return ""
+    most = float(np.abs(finite).max())
+    low, high = known.plausible
+    angular, speed = known.unit.startswith("rad"), known.unit == "m/s"
+    place = f"{pick.name} ('{pick.columns[0]}') has no unit in the file and was taken as {known.unit}"
+    if speed and most > FASTEST:
+        return f'{place}, but reaches {most:.4g} m/s: if it is km/h, give unit = "km/h" in a channel map'
+    if most > max(abs(low), abs(high)):
+        guess = known.unit.replace("rad", "deg")
+        looks = f'looks like {guess}: give unit = "{guess}"' if angular else "is not plausible: give its unit"
+        return f"{place}, but reaches {most:.4g} and {looks} in a channel map"
+    return f"{place}: confirm it in a channel map" if angular or speed else ""
+
+
+def shifted(channels: Sequence[Channel], origin: float) -> list[Channel]:
+    """The channels with their time counted from `origin` [s]; stamps that are shared stay shared."""
+    moved: dict[int, np.ndarray] = {}
+    for channel in channels:
+        if id(channel.time) not in moved:
+            moved[id(channel.time)] = np.asarray(channel.time, dtype=float) - origin
+    return [replace(channel, time=moved[id(channel.time)]) for channel in channels]
