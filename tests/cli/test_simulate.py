@@ -43,6 +43,7 @@ def test_writes_measured_channels_beside_the_truth(scenario, capsys, ending):
     printed = capsys.readouterr().out
     assert "yaw_rate offset" in printed
     assert f"tierod inspect drive.{ending}" in printed
+    assert f"tierod diagnose drive.{ending} --vehicle midsize-eps" in printed
     recording = read(f"drive.{ending}")
     measured, true = recording["yaw_rate"], recording["truth_yaw_rate"]
     late = measured.time >= 4.0

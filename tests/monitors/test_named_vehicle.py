@@ -3,7 +3,10 @@ import pytest
 
 from tierod.errors import InputError, ParameterError
 from tierod.monitors.named_vehicle import other_vehicle, vehicle_named_in
+from tierod.monitors.run import diagnose
+from tierod.proving_ground.cars.catalogue import load as load_car
 from tierod.proving_ground.cars.catalogue import shipped as cars
+from tierod.proving_ground.scenarios import load
 from tierod.recording import Channel, Recording
 from tierod.vehicles import shipped
 from tierod.writers import write
@@ -20,6 +23,20 @@ def test_a_virtual_car_is_judged_with_the_vehicle_of_its_name(tmp_path):
     path = tmp_path / "drive.parquet"
     write(made, path)
     assert vehicle_named_in(path) == "midsize-eps"
+
+
+def test_a_virtual_car_of_another_name_tells_the_vehicle_with_which_it_is_judged(tmp_path):
+    drive = load("demonstrator-lap").with_run(seconds=1.0).run().recording
+    assert vehicle_named_in(drive) == "smartload"
+    assert other_vehicle(drive.metadata, "smartload") is None
+    assert "made with the vehicle 'smartload'" in (other_vehicle(drive.metadata, "rav4") or "")
+    with pytest.raises(InputError, match="made with the vehicle 'smartload'.*judge it with --vehicle smartload"):
+        diagnose(drive, vehicle="midsize-eps", monitor="friction")
+
+
+@pytest.mark.parametrize("car", cars())
+def test_the_vehicle_that_a_virtual_car_names_is_shipped(car):
+    assert load_car(car).vehicle in ("", *shipped())
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,9 @@ def test_every_document_keeps_to_the_shipped_schema(name, series):
     document = json.loads(to_json(EXAMPLES[name](), series))
     jsonschema.validate(document, SHIPPED, jsonschema.Draft202012Validator)
     assert document["schema"] == SCHEMA
+    order = list(document)
+    assert order.index("status") < order.index("findings") < order.index("elements") < order.index("quality")
+    assert order[-1] == "recording", "of a simulation it holds every parameter of the plant"
 
 
 def test_the_schema_is_one_and_names_every_status():

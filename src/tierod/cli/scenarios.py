@@ -134,6 +134,8 @@ def _car(name: str, as_json: bool) -> None:
     for title, lines in (("Good for", told["good_for"]), ("Not good for", told["not_good_for"])):
         console.print(f"\n[bold]{title}[/bold]", *(Text(f"  - {line}") for line in lines), sep="\n")
     known = kinds.choices(car.block)
+    if car.vehicle:
+        console.print(f"\nJudged as the vehicle '{car.vehicle}'; see 'tierod vehicles {car.vehicle}'.", markup=False)
     console.print()
     parts = [(place, part, ", ".join(known[place])) for place, part in told["parts"].items()]
     console.print(rows(("part", "is", "can be"), parts))

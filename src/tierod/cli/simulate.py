@@ -94,6 +94,9 @@ def _show(scenario: Scenario, outcome: Outcome, path: Path, took: float) -> None
         markup=False,
     )
     console.print(f"look into it with: {shlex.join(['tierod', 'inspect', str(path)])}", soft_wrap=True, markup=False)
+    if scenario.vehicle:
+        judge = shlex.join(["tierod", "diagnose", str(path), "--vehicle", scenario.vehicle])
+        console.print(f"judge it with: {judge}", soft_wrap=True, markup=False)
 
 
 def _window(window: Any) -> tuple[str, ...]:

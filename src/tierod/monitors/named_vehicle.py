@@ -10,8 +10,8 @@ from tierod.errors import InputError, ParameterError
 from tierod.recording import Recording
 from tierod.vehicles import shipped
 
-KEYS = ("virtual_car", "vehicle")
-"""Entries of a recording's metadata that may name a vehicle; virtual cars are named as the vehicle they stand for."""
+KEYS = ("vehicle_file", "virtual_car", "vehicle")
+"""Entries of a recording's metadata that may name a vehicle; many virtual cars are named as the vehicle they are."""
 
 SHORT = 1.0
 """Seconds of a recording that are read for its metadata."""
@@ -48,14 +48,19 @@ def other_vehicle(metadata: Mapping[str, Any], judged_as: str) -> str | None:
         metadata: of the recording
         judged_as: name of the vehicle whose parameters are used
     """
-    named = [metadata[key] for key in KEYS if isinstance(metadata.get(key), str)]
-    made_with = next((name for name in named if name in shipped()), None)
-    if made_with is None or judged_as in named:
+    named = made_with(metadata, judged_as)
+    if named is None:
         return None
     return (
-        f"the recording was made with the vehicle '{made_with}', but is judged as '{judged_as}': where these differ, "
+        f"the recording was made with the vehicle '{named}', but is judged as '{judged_as}': where these differ, "
         "the verdict is worth nothing; check --vehicle"
     )
+
+
+def made_with(metadata: Mapping[str, Any], judged_as: str) -> str | None:
+    """The shipped vehicle that a recording names, other than the one it is judged as; arguments as `other_vehicle`."""
+    named = [metadata[key] for key in KEYS if isinstance(metadata.get(key), str)]
+    return None if judged_as in named else next((name for name in named if name in shipped()), None)
 
 
 def _metadata(path: str | Path, dbc: Any, channel_map: Any) -> Mapping[str, Any]:

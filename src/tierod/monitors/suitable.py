@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tierod.derive import RECIPES
 from tierod.errors import InputError, nearest
+from tierod.monitors.named_vehicle import made_with
 from tierod.monitors.session import Monitor
 from tierod.recording import Recording
 from tierod.signals import SIGNALS
@@ -26,6 +27,12 @@ def refuse_unsuitable(monitor: Monitor, vehicle: Vehicle, piece: Recording) -> N
     if missing:
         strangers = [name for name in piece.names if name not in SIGNALS]
         near = nearest(missing[0], strangers) if strangers else "."
+        other = made_with(piece.metadata, vehicle.name)
+        if other is not None:
+            raise InputError(
+                f"the monitor '{monitor.name}' needs {', '.join(missing)}, which the recording does not have; it was "
+                f"made with the vehicle '{other}', not with '{vehicle.name}': judge it with --vehicle {other}"
+            )
         raise InputError(
             f"the monitor '{monitor.name}' needs {', '.join(map(_with_ingredients, missing))}, which the "
             f"recording does not have{near} {_in_their_place(monitor, missing)}Give a channel map that names it; "

@@ -24,13 +24,12 @@ def document(diagnosis: Diagnosis, series: bool) -> str:
         "command": diagnosis.command,
         "status": str(overall(diagnosis)),
         "exit_code": overall(diagnosis).exit_code,
-        "recording": diagnosis.recording,
-        "vehicle": diagnosis.vehicle,
         "findings": [_finding(finding) for finding in diagnosis.findings],
         "elements": [_element(element) for element in diagnosis.elements],
         "consistency": diagnosis.consistency,
         "remarks": diagnosis.remarks,
         "quality": [_quality(row) for row in diagnosis.quality],
+        "vehicle": diagnosis.vehicle,
         "parameters": [
             dict(zip(("name", "value", "unit", "standard_deviation", "source"), row, strict=True))
             for row in diagnosis.parameters
@@ -44,6 +43,8 @@ def document(diagnosis: Diagnosis, series: bool) -> str:
         content["loops"] = {
             name: {"angle": angle, "torque": torque} for name, (angle, torque) in diagnosis.loops.items()
         }
+    # Last, since a simulation tells the whole of its plant there.
+    content["recording"] = diagnosis.recording
     return json.dumps(plain(content), ensure_ascii=False, indent=None if series else 2, allow_nan=False)
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from tierod import vehicles
 from tierod.errors import ParameterError, nearest
 from tierod.fields import numbers
 from tierod.proving_ground.cars.kinds import car_of, on_tyres, with_parts
@@ -32,6 +33,7 @@ class CarFile:
         source: where the set as a whole comes from
         kind: of car
         good_for, not_good_for: what may and may not be concluded with it
+        vehicle: name of the vehicle file with which monitors judge it; its own name where empty and there is such a file
         tyres: by name; those of the kind where empty
         parts: of other kinds than usual, by dotted path
         parameters: nested tables; each a value, or a table of `value` and `source`
@@ -43,6 +45,7 @@ class CarFile:
     kind: str
     good_for: tuple[str, ...]
     not_good_for: tuple[str, ...]
+    vehicle: str = ""
     tyres: str = ""
     parts: Mapping[str, Any] = field(default_factory=dict)
     parameters: Mapping[str, Any] = field(default_factory=dict)
@@ -81,6 +84,11 @@ class VirtualCar:
     def name(self) -> str:
         """As scenarios name it."""
         return self.file.name
+
+    @property
+    def vehicle(self) -> str:
+        """Name of the vehicle file with which monitors judge it; "" where tierod ships none."""
+        return self.file.vehicle or (self.name if self.name in vehicles.shipped() else "")
 
     def source_of(self, path: str) -> str:
         """Where the value of a parameter comes from; "" for what the file does not set."""

@@ -22,6 +22,7 @@ def facts(scenario: Scenario) -> list[tuple[str, str]]:
     found = [
         ("car", f"{scenario.car_name}{f' ({parts})' if parts else ''}"),
         *(("", f"{path} = {value}") for path, value in _changes(scenario)),
+        *([("judged as", f"vehicle {scenario.vehicle}")] if scenario.vehicle else []),
         ("course", f"{scenario.course.name}: {scenario.course.description}"),
         ("duration", f"{scenario.duration:.6g} s"),
         ("seed", str(scenario.seed)),
@@ -80,6 +81,7 @@ def scenario_document(scenario: Scenario) -> dict[str, Any]:
         "description": scenario.description,
         "car": scenario.car_name,
         "changes": dict(_changes(scenario)),
+        "vehicle": scenario.vehicle or None,
         "course": scenario.course.name,
         "seconds": scenario.duration,
         "seed": scenario.seed,
@@ -96,7 +98,7 @@ def car_document(car: VirtualCar) -> dict[str, Any]:
         {"name": path, "value": each.value, "unit": each.unit, "source": car.source_of(path) or "default of its part"}
         for path, each in numbers(car.block).items()
     ]
-    return told | {"parts": parts_of(car.block), "parameters": parameters}
+    return told | {"vehicle": car.vehicle or None, "parts": parts_of(car.block), "parameters": parameters}
 
 
 def course_document(course: Any) -> dict[str, Any]:

@@ -92,7 +92,7 @@ def from_document(document: Document) -> Scenario:
         ParameterError: a slip or a contradiction, with file and line
     """
     file = build(ScenarioFile, document.content, document)
-    car = _car(file.car, document)
+    car, vehicle = _car(file.car, document)
     course, route_seed = _course(file.course, document)
     course, duration = _lasting(course, file.seconds, car.step_time, document)
     scenario = Scenario(
@@ -109,6 +109,7 @@ def from_document(document: Document) -> Scenario:
         route_seed=route_seed,
         document=document,
         files=named_files(document),
+        vehicle=vehicle,
     )
     require_sound(scenario)
     return scenario
@@ -127,7 +128,8 @@ def _lasting(course: Any, seconds: float | None, step_time: float, document: Doc
     return course, duration
 
 
-def _car(given: CarTable | str, document: Document) -> Any:
+def _car(given: CarTable | str, document: Document) -> tuple[Any, str]:
+    """The car as the scenario has it, and the vehicle file with which it is judged."""
     table = CarTable(name=given) if isinstance(given, str) else given
     if not table.name:
         raise document.error(("car",), f"'car.name' is missing; choose one of: {', '.join(catalogue.shipped())}")
@@ -136,7 +138,7 @@ def _car(given: CarTable | str, document: Document) -> Any:
         car = catalogue.load(table.name, document.path.parent)
     except ParameterError as error:
         raise document.error(location, str(error)) from None
-    return car.varied(table, document, ("car",))
+    return car.varied(table, document, ("car",)), car.vehicle
 
 
 def _course(given: Any, document: Document) -> tuple[Any, int | None]:

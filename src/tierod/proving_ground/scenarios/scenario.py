@@ -40,6 +40,7 @@ class Scenario:
         route_seed: of the course, where it keeps its own; None where it follows that of the run
         document: the file
         files: SHA-256 of the files that it names, by name
+        vehicle: name of the vehicle file with which monitors judge the car; "" where tierod ships none
     """
 
     name: str
@@ -55,6 +56,7 @@ class Scenario:
     route_seed: int | None
     document: Document
     files: Mapping[str, str]
+    vehicle: str = ""
 
     def with_run(self, seconds: float | None = None, seed: int | None = None) -> Scenario:
         """The same scenario for another time or with other chance.
@@ -89,6 +91,7 @@ class Scenario:
             "scenario_sha256": self.digest,
             "files": dict(self.files),
             "virtual_car": self.car_name,
+            **({"vehicle_file": self.vehicle} if self.vehicle else {}),
             "course": self.course.name,
             "route_seed": self.course.seed,
             "seed": self.seed,
