@@ -33,7 +33,7 @@ class CarFile:
         source: where the set as a whole comes from
         kind: of car
         good_for, not_good_for: what may and may not be concluded with it
-        vehicle: name of the vehicle file with which monitors judge it; its own name where empty and there is such a file
+        vehicle: file with which monitors judge it; that of its own name where empty and there is one
         tyres: by name; those of the kind where empty
         parts: of other kinds than usual, by dotted path
         parameters: nested tables; each a value, or a table of `value` and `source`
