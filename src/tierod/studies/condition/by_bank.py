@@ -16,13 +16,9 @@ from tierod.monitors.condition.lane import LeaveOutFilter
 from tierod.monitors.condition.limits import NAME, design_limits, limits_of, table_of
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS
 from tierod.recording import Recording
+from tierod.studies.condition.calibration_set import calibration_set
 from tierod.studies.condition.declared import Declared
-from tierod.studies.condition.drives import calibration_drives
-from tierod.studies.condition.recorded import recorded
 from tierod.vehicles import Vehicle, load
-
-QUICK_SECONDS = 80.0
-"""Of driving that the parameters of a quick study come from; little more than a calibration takes at all."""
 
 
 class Known:
@@ -49,11 +45,10 @@ class Known:
 
 
 def calibrate(number: int, quick: bool) -> Known:
-    """Parameters from five healthy minutes of a vehicle, limits from an hour; from one and twenty minutes if quick."""
-    first, hour = calibration_drives(number)
-    first = replace(first, seconds=QUICK_SECONDS) if quick else first
-    vehicle = calibrate_parameters([recorded(first)], load("smartload")).vehicle
-    designed = design_limits([recorded(each) for each in (hour[:2] if quick else hour)], vehicle)
+    """Parameters and limits of a vehicle, from healthy driving."""
+    driven = calibration_set(number, quick)
+    vehicle = calibrate_parameters(driven.fitted, load("smartload")).vehicle
+    designed = design_limits(driven.healthy, vehicle)
     table = table_of(designed, f"drives of demonstrator {number}")
     return Known(replace(vehicle, thresholds={**vehicle.thresholds, NAME: table}))
 

@@ -12,9 +12,8 @@ from tierod.monitors.condition.residuals.parameters import ResidualParameters
 from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS
 from tierod.recording import Recording
+from tierod.studies.condition.calibration_set import calibration_set
 from tierod.studies.condition.declared import Declared
-from tierod.studies.condition.drives import calibration_drives
-from tierod.studies.condition.recorded import recorded
 from tierod.vehicles import load
 
 PRINTED = "rules-printed"
@@ -45,11 +44,10 @@ class Known:
 
 
 def calibrate(number: int, quick: bool) -> Known:
-    """Coefficients from five healthy minutes of a vehicle, thresholds from an hour, or ten minutes if quick."""
-    first, hour = calibration_drives(number)
-    fitted, healthy = [recorded(first)], [recorded(each) for each in (hour[:1] if quick else hour)]
+    """Coefficients and thresholds of a vehicle, from healthy driving."""
+    driven = calibration_set(number, quick, drives=1)
     car = load("smartload").parameters_for(ResidualParameters)
-    return Known(car, {each: calibrate_residuals(car, fitted, healthy, printed=each) for each in (False, True)})
+    return Known(car, {each: calibrate_residuals(car, *driven, printed=each) for each in (False, True)})
 
 
 def declare(known: Known, recording: Recording, name: str) -> Declared:

@@ -12,13 +12,12 @@ from typing import Any
 import numpy as np
 
 from tierod.campaigns.fingerprint import fingerprint, ground_code
-from tierod.campaigns.workers import Failure, spread
-from tierod.errors import InputError
 from tierod.proving_ground.faults import injected
 from tierod.proving_ground.run import Outcome, run
 from tierod.proving_ground.sensors import SensorSet
 from tierod.recording import Channel, Recording
 from tierod.signals import SIGNALS
+from tierod.studies.condition.at_work import all_done
 from tierod.studies.condition.drives import Drive
 from tierod.studies.condition.faults import TARGETS, TORQUES
 from tierod.studies.condition.rounds import course
@@ -174,15 +173,7 @@ def each(
     Raises:
         InputError: a drive failed; the reason is told
     """
-    made = partial(_worked, work, folder)
-    if processes <= 1:
-        return [made(drive) for drive in drives]
-    results: dict[int, Any] = {}
-    for number, result in spread(made, list(drives), processes):
-        if isinstance(result, Failure):
-            raise InputError(f"the drive '{drives[number].name}' failed: {result.reason}")
-        results[number] = result
-    return [results[number] for number in range(len(drives))]
+    return all_done(partial(_worked, work, folder), drives, processes, lambda drive: f"the drive '{drive.name}'")
 
 
 def _worked(work: Callable[[Drive, Recording], Any], folder: str | Path | None, drive: Drive) -> Any:

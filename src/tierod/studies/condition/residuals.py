@@ -14,8 +14,10 @@ from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
 from tierod.recording import Recording
 from tierod.studies.claims import Claim, at_least, at_most
 from tierod.studies.condition.by_rules import said
-from tierod.studies.condition.drives import Drive, actuator_tests, calibration_drives, healthy_drives, sensor_tests
+from tierod.studies.condition.calibration_set import calibration_set
+from tierod.studies.condition.drives import Drive, actuator_tests, healthy_drives, sensor_tests
 from tierod.studies.condition.recorded import recorded
+from tierod.studies.condition.runs import calibrations
 from tierod.studies.condition.scoring import DriveScore, score
 from tierod.studies.condition.signatures import (
     Signatures,
@@ -46,7 +48,7 @@ SOURCE = "Li, Frey, Gauterin, Figure 7 and section 3.9"
 def items(effort: Effort) -> Iterator[Item]:
     """Signatures of the faults, thresholds, and the rules with either kind of threshold."""
     tests = sensor_tests(VEHICLE)[:: 7 if effort.quick else 1]
-    known = _calibrated(effort.quick)
+    known = _calibrated(effort)
     monitors = {name: rule_monitor(_car(), each, RULES) for name, each in known.items()}
     recordings = [recorded(each) for each in tests]
     yield Heading("What every residual sees", TEXT)
@@ -66,11 +68,10 @@ def _car() -> ResidualParameters:
     return load("smartload").parameters_for(ResidualParameters)
 
 
-def _calibrated(quick: bool) -> dict[str, ResidualCalibration]:
-    first, hour = calibration_drives(VEHICLE)
-    fitted, healthy = [recorded(first)], [recorded(each) for each in (hour[:1] if quick else hour)]
-    kinds = {"fixed": False, "adapting": True}
-    return {name: calibrate_residuals(_car(), fitted, healthy, adaptive=adaptive) for name, adaptive in kinds.items()}
+def _calibrated(effort: Effort) -> dict[str, ResidualCalibration]:
+    (rules,) = calibrations((RULES,), (VEHICLE,), effort).values()
+    adapting = calibrate_residuals(_car(), *calibration_set(VEHICLE, effort.quick, drives=1), adaptive=True)
+    return {"fixed": rules.calibrations[False], "adapting": adapting}
 
 
 def _signature_claims(seen: Signatures) -> Iterator[Claim]:

@@ -8,9 +8,8 @@ from functools import partial
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from tierod.campaigns.workers import Failure, spread
-from tierod.errors import InputError
 from tierod.recording import Recording
+from tierod.studies.condition.at_work import all_done
 from tierod.studies.condition.declared import Declared
 from tierod.studies.condition.drives import Drive
 from tierod.studies.condition.recorded import each
@@ -69,19 +68,13 @@ def calibrations(names: Iterable[str], vehicles: Iterable[int], effort: Effort) 
 
 
 def processes(effort: Effort, tasks: int) -> int:
-    """How many work at a time."""
-    return max(min(effort.processes or os.cpu_count() or 1, tasks), 1)
+    """How many work at a time; one in a quick study, where to put a bank together takes longer than to run it."""
+    usual = 1 if effort.quick else os.cpu_count() or 1
+    return max(min(effort.processes or usual, tasks), 1)
 
 
 def _calibrated(wanted: Sequence[tuple[str, int, bool]], count: int) -> list[Any]:
-    if count == 1:
-        return [_calibrate(each) for each in wanted]
-    found: dict[int, Any] = {}
-    for place, known in spread(_calibrate, wanted, count):
-        if isinstance(known, Failure):
-            raise InputError(f"the calibration of vehicle {wanted[place][1]} failed: {known.reason}")
-        found[place] = known
-    return [found[place] for place in range(len(wanted))]
+    return all_done(_calibrate, wanted, count, lambda each: f"the calibration of vehicle {each[1]}")
 
 
 def _calibrate(wanted: tuple[str, int, bool]) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
 
+from tierod.studies.condition.at_work import kept
 from tierod.studies.content import Item
 from tierod.studies.registry import Effort, Progress
 
@@ -27,8 +28,9 @@ PARTS: Mapping[str, str] = {
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
     """All that the study finds out."""
-    for done, (name, title) in enumerate(PARTS.items()):
-        progress(done / len(PARTS), title)
-        part: Callable[[Effort], Iterator[Item]] = import_module(f"tierod.studies.condition.{name}").items
-        yield from part(effort)
+    with kept():
+        for done, (name, title) in enumerate(PARTS.items()):
+            progress(done / len(PARTS), title)
+            part: Callable[[Effort], Iterator[Item]] = import_module(f"tierod.studies.condition.{name}").items
+            yield from part(effort)
     progress(1.0, "done")
