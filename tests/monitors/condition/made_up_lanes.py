@@ -35,6 +35,7 @@ class Lane:
     use_torque: float = 1.0
     trust_1: float = 1.0
     trust_2: float = 1.0
+    wander: float = 0.01
     Sample = ConditionSample
 
     def init(self):
@@ -58,7 +59,7 @@ class Lane:
             likelihood = likelihood + where(use, inside, where(present(reading), -log(width), 0.0))
         speed = speed + 0.2 * (off[0] + off[1])
         gain = where(used[4], variance * lost / spread[4], 0.0)
-        loss, variance = loss - gain * off[4], (1.0 - gain * lost) * variance + 0.01
+        loss, variance = loss - gain * off[4], (1.0 - gain * lost) * variance + self.wander
         after = Readings(speed, speed, *expected[2:])
         output = skeleton(LeaveOutFilter.Output)._replace(
             log_likelihood=likelihood,

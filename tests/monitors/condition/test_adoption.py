@@ -21,7 +21,7 @@ def taken(likelihoods, changed=0.0):
     """Of every lane the one whose state it goes on from."""
     source, far_off = believed(HYPOTHESES, likelihoods, 0.0, IMPOSSIBLE)
     nearest = kin(HYPOTHESES, likelihoods, IMPOSSIBLE)
-    return adopted(HYPOTHESES, source, nearest, far_off, changed)
+    return adopted(HYPOTHESES, source, nearest, far_off, changed, source if changed else 0.0)
 
 
 @pytest.mark.parametrize("ahead", [1.0, -1.0])
@@ -42,3 +42,19 @@ def test_lanes_that_find_the_sample_possible_keep_their_states():
 def test_all_go_on_from_the_one_that_is_declared():
     likelihoods = (-50.0, -26.0, -10.0, -26.0, -10.0)
     assert taken(likelihoods, changed=1.0) == (2.0, 2.0, KEEP, 2.0, 2.0)
+
+
+def test_lanes_of_actuators_alone_go_on_by_themselves_until_something_is_declared():
+    drives = ("drive_left", "drive_right")
+    known = (*HYPOTHESES[:2], Hypothesis("both", (), drives), *(Hypothesis(name, (), (name,)) for name in drives))
+
+    def taken_by(likelihoods, active=0.0, changed=0.0):
+        source, far_off = believed(known, likelihoods, active, IMPOSSIBLE)
+        return adopted(known, source, kin(known, likelihoods, IMPOSSIBLE), far_off, changed, active)
+
+    left_explains = (-50.0, -10.0, -60.0, -50.0, -50.0)
+    assert taken_by(left_explains) == (1.0, KEEP, KEEP, KEEP, KEEP)
+    assert taken_by(left_explains, active=1.0) == (1.0, KEEP, 1.0, 1.0, 1.0)
+    assert taken_by(left_explains, active=1.0, changed=1.0) == (1.0, KEEP, 1.0, 1.0, 1.0)
+    assert taken_by((-50.0, -48.0, -5.0, -49.0, -50.0)) == (KEEP,) * 5, "nor does another go on from both"
+    assert taken_by((-50.0, -48.0, -49.0, -5.0, -50.0)) == (KEEP,) * 5, "nor from one"

@@ -21,7 +21,7 @@ from tierod.errors import ParameterError
 from tierod.graph import Bank, scan
 from tierod.monitors.condition.decision import judge
 from tierod.monitors.condition.limits import GAP
-from tierod.monitors.condition.signals import SENSORS
+from tierod.monitors.condition.signals import SENSORS, Hypothesis
 from tierod.monitors.condition.weighing import Limits, Weighing
 
 
@@ -124,6 +124,21 @@ def test_a_motor_is_told_from_the_other_by_the_swing_of_their_split(bank, drive,
     names = [name for _, name in declared(result)]
     assert names == ["healthy", name, "healthy"]
     assert result["torque_loss"][690] == pytest.approx(share, abs=0.05)
+
+
+def test_both_motors_are_named_where_both_lose_torque_and_no_sooner_than_the_split_has_changed(drive):
+    known = (*HYPOTHESES, Hypothesis("both motors", (), (MOTOR_1, MOTOR_2)))
+    limits = Limits((3.0,) * (len(known) - 1), (1.0,) * (len(known) - 1), gap=1.0, margin=1.0)
+    decision = judge(known, limits)
+    drive[300:700, column(TORQUE)] -= 0.5 * drive[300:700, 8:10].sum(axis=1)
+    result = scan(Bank(tuple(replace(lane(each), wander=1e-3) for each in known), decision), drive)
+    named = (result[f"faulty.{MOTOR_1}"] > 0.5) & (result[f"faulty.{MOTOR_2}"] > 0.5)
+    assert 300 + decision.samples_of_both_motors <= np.argmax(named) < 350
+    assert named[350:700].all()
+    assert not named[-1]
+    motors = [known.index(each) for each in known if each.actuators and not each.sensors]
+    assert {int(number) for number in result["hypothesis"]} <= {0, *motors}, "one of them at first, no sensor ever"
+    assert result["torque_loss"][690] == pytest.approx(0.5, abs=0.05)
 
 
 def test_motors_that_share_alike_are_named_together(bank, drive):

@@ -99,6 +99,16 @@ def test_a_motor_that_lost_torque_is_told_in_per_cent():
     assert states[MOTOR].episodes[0].size.value == pytest.approx(50.0)
 
 
+def test_where_both_motors_lost_torque_what_feeds_both_is_looked_at_first():
+    lost = [faulty(name, 5.0, 20.0, LOST_TORQUE, 1.0) for name in ("steering_motor_1", "steering_motor_2")]
+    _, finding, _ = concluded(both(*lost))
+    assert finding.action.startswith("check steering motor 1 and steering motor 2: what feeds and enables both")
+    _, finding, _ = concluded(both(*lost, faulty(YAW, 7.0, 9.0)))
+    assert "what feeds" not in finding.action
+    _, finding, _ = concluded(lost[0])
+    assert finding.action == "check steering motor 1: the part itself, its wiring, its supply"
+
+
 def test_more_than_three_faults_are_counted():
     changes = [faulty(YAW, start, start + 1.0) for start in (1.0, 4.0, 7.0, 10.0, 13.0)]
     _, finding, _ = concluded(both(*changes))

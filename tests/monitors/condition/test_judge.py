@@ -70,9 +70,9 @@ def test_the_lost_share_of_torque_is_averaged(bank, drive):
 
 
 def test_the_whole_bank_has_a_filter_for_every_hypothesis_and_one_of_sliding_tyres():
-    limits = Limits((1.0,) * 49, (1.0,) * 49, 1.0, 1.0)
+    limits = Limits((1.0,) * 51, (1.0,) * 51, 1.0, 1.0)
     bank = condition_bank(LeaveOutFilter.of_vehicle(load("smartload")), limits)
-    assert len(bank.lanes) - 1 == len(hypotheses()) == 50
-    assert bank.lanes[50].largest_force_error > bank.lanes[0].largest_force_error
+    assert len(bank.lanes) - 1 == len(hypotheses()) == 52
+    assert bank.lanes[52].largest_force_error > bank.lanes[0].largest_force_error
     assert bank.lanes[1].use_wheel_speed_rear_left == 0.0
     assert bank.judge.kinds[2].offset == pytest.approx(1.0), "a quarter of the plausible range of the yaw rate"

@@ -11,7 +11,7 @@ import pytest
 from tierod.graph import batch, scan, trace
 from tierod.monitors.condition.grid import aligned
 from tierod.monitors.condition.lane import LIMITS, LeaveOutFilter, leaving_out
-from tierod.monitors.condition.signals import ACTUATORS, SENSORS, ConditionSample, hypotheses
+from tierod.monitors.condition.signals import ACTUATORS, MOTORS, SENSORS, ConditionSample, hypotheses
 from tierod.monitors.condition.tuning import ModelError, SensorNoise, widened
 from tierod.studies.condition.drives import Drive
 from tierod.studies.condition.faults import Injected, lost
@@ -26,6 +26,7 @@ SIZES = dict(zip(SENSORS, (2.0, 2.0, 0.3, 1.5, 3.0, 250.0), strict=True))
 CLOSE = dict(zip(SENSORS, (0.05, 0.05, 0.01, 0.1, math.inf, 45.0), strict=True))
 """Errors of what replaces a sensor; the steering torque jumps between samples, by how much nothing tells."""
 SINGLES = {each.name: each for each in hypotheses() if len(each.suspects) < 2}
+BOTH_MOTORS = next(each for each in hypotheses() if each.suspects == MOTORS)
 
 
 @lru_cache(maxsize=4)
@@ -59,8 +60,9 @@ def test_all_hypotheses_share_one_compiled_structure():
     assert len(held) == 3 + 12 + 12, "what leaves out a wheel or the yaw rate trusts the calibration of the wheels"
     sure = [each.name for each in hypotheses() if leaving_out(each, base()).model_error.drive_excess < 0.02]
     assert sure == [name for each in hypotheses() if "drive" in (name := each.name)]
-    pair = leaving_out(hypotheses()[-1], base())
+    pair, drives = (leaving_out(hypotheses()[k], base()) for k in (-3, -1))
     assert (pair.use_tie_rod_force, pair.trust_drive_right, pair.use_yaw_rate) == (0.0, 0.0, 1.0)
+    assert (drives.trust_drive_left, drives.trust_drive_right, drives.use_yaw_rate) == (0.0, 0.0, 1.0)
 
 
 def test_healthy_readings_surprise_as_much_as_they_should():
@@ -115,6 +117,16 @@ def test_lost_torque_is_found_and_measured(name):
     assert max(evidence, key=evidence.get) == name
     known = results[name]["loss_deviation"][1600:] < 0.05
     assert np.mean(results[name]["torque_loss"][1600:][known]) == pytest.approx(0.5, abs=0.1)
+
+
+def test_no_motor_loses_more_than_it_gives_so_that_one_does_not_explain_the_loss_of_both():
+    samples, _ = drive(lost("steering_motor_1", 1.0, 15.0, 24.0), lost("steering_motor_2", 1.0, 15.0, 24.0))
+    (one,) = run(["steering_motor_2"], samples)
+    both = scan(leaving_out(BOTH_MOTORS, base()), samples)
+    assert np.max(one["torque_loss"]) == LIMITS.torque_loss < 1.2
+    known = both["loss_deviation"][1600:] < 0.05
+    assert np.mean(both["torque_loss"][1600:][known]) == pytest.approx(1.0, abs=0.05)
+    assert np.mean((both["log_likelihood"] - one["log_likelihood"])[FAULT]) > 1.0
 
 
 def test_a_total_loss_in_the_recording_is_like_one_that_the_loop_does_not_see():

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from monitors.condition.made_up_lanes import HYPOTHESES, LEFT, MOTOR_1, TORQUE
-from tierod.monitors.condition.signals import SENSORS
+from monitors.condition.made_up_lanes import HYPOTHESES, LEFT, MOTOR_1, MOTOR_2, TORQUE
+from tierod.monitors.condition.signals import SENSORS, Hypothesis
 from tierod.monitors.condition.tuning import PlausibleRange, SensorNoise, prices
 from tierod.monitors.condition.weighing import Limits, Weighing, Weights
 
@@ -50,6 +50,24 @@ def test_a_sensor_that_gives_no_reading_rivals_nobody():
     told = [0.0 if TORQUE in each.suspects else 1.0 for each in HYPOTHESES]
     assert ranked(told, motor=8.0, torque=0.0).lead == 8.0
     assert ranked(motor=8.0, torque=0.0).lead == 0.0
+
+
+def test_one_motor_alone_rivals_both_but_both_rival_none_of_them():
+    both = Hypothesis("both motors", (), (MOTOR_1, MOTOR_2))
+    known = (HYPOTHESES[0], *(each for each in HYPOTHESES if each.suspects in ((MOTOR_1,), (MOTOR_2,))), both)
+    weighing = Weighing(known, Limits((1.0,) * 3, (1.0,) * 3, gap=2.0, margin=1.0))
+
+    def lead(*scores):
+        ratios = (0.0, *(0.5 * score for score in scores))
+        return weighing.ranking(Weights(ratios, ratios), 0)
+
+    found = lead(17.5, 10.0, 20.0)
+    assert (found.best, found.lead) == (3.0, 1.5), "less the margin"
+    assert found.rivals == (0.0, 1.0, 0.0, 1.0)
+    found = lead(18.0, 10.0, 18.5)
+    assert (found.best, found.lead) == (1.0, 8.0)
+    assert not found.rivals[3]
+    assert weighing.ranking(Weights(*((0.0, 0.0, 0.0, 5.0),) * 2), 1).best == 3.0, "the other may follow"
 
 
 def test_the_price_is_the_mean_logarithm_of_the_density_over_that_of_anything_plausible():

@@ -17,7 +17,8 @@ def believed(
     """The lane that is believed in a sample, and which lanes find the sample all but impossible.
 
     The active one is believed; where the sample is all but impossible to it, the likeliest of those that suspect all
-    that it does.
+    that it does. A lane of actuators alone counts from where it is declared on: the loss of a sound one follows any
+    disturbance.
 
     Args:
         hypotheses: in the order of the lanes
@@ -29,6 +30,8 @@ def believed(
     best, top = active, chosen(likelihoods, active)
     own = top
     for number, value in enumerate(likelihoods):
+        if _keeps_to_itself(hypotheses[number]):
+            continue
         better = both(_contains(hypotheses, number, active), value > top)
         better = both(better, slides) if hypotheses[number] is SLIDING else better
         best, top = where(better, float(number), best), where(better, value, top)
@@ -55,7 +58,8 @@ def kin(hypotheses: Sequence[Hypothesis], likelihoods: Sequence[Any], impossible
         best: Any = 0.0
         highest = top - impossible
         for number, (other, value) in enumerate(zip(hypotheses, likelihoods, strict=True)):
-            if each.suspects and set(each.suspects) < set(other.suspects):
+            alike = not each.actuators or each.actuators == other.actuators
+            if each.suspects and alike and set(each.suspects) < set(other.suspects):
                 better = value > highest
                 best, highest = where(better, float(number), best), where(better, value, highest)
         nearest.append(best)
@@ -63,9 +67,17 @@ def kin(hypotheses: Sequence[Hypothesis], likelihoods: Sequence[Any], impossible
 
 
 def adopted(
-    hypotheses: Sequence[Hypothesis], source: Any, nearest: Sequence[Any], far_off: Sequence[Any], changed: Any
+    hypotheses: Sequence[Hypothesis],
+    source: Any,
+    nearest: Sequence[Any],
+    far_off: Sequence[Any],
+    changed: Any,
+    active: Any,
 ) -> tuple[Any, ...]:
     """Whose state each lane goes on from; a lost share of torque is never taken over by another actuator's lane.
+
+    A lane of actuators alone goes on by itself until something is declared: it finds the loss within some samples, from
+    which the state of a lane that leaves sensors out instead would lead it away.
 
     Args:
         hypotheses: in the order of the lanes
@@ -73,6 +85,7 @@ def adopted(
         nearest: of each lane another one that it rather takes over, see `kin`; 0 if there is none
         far_off: which lanes find the sample all but impossible
         changed: whether another hypothesis holds from now on, and all take over the source
+        active: the number of the hypothesis that holds from now on
     """
     adopting = []
     for number, own in enumerate(hypotheses):
@@ -83,9 +96,15 @@ def adopted(
         ]
         taken = where(either(changed, nearest[number] == 0.0), source, nearest[number])
         foreign = any_of(0.0, *(taken == k for k in alien))
-        moves = all_of(either(changed, far_off[number]), negated(foreign), negated(taken == number))
+        lost = both(far_off[number], negated(active == 0.0)) if _keeps_to_itself(own) else far_off[number]
+        moves = all_of(either(changed, lost), negated(foreign), negated(taken == number))
         adopting.append(where(moves, taken, KEEP))
     return tuple(adopting)
+
+
+def _keeps_to_itself(hypothesis: Hypothesis) -> bool:
+    """Whether the lane of a hypothesis shares its state with no other before anything is declared."""
+    return bool(hypothesis.actuators) and not hypothesis.sensors
 
 
 def _contains(hypotheses: Sequence[Hypothesis], number: int, active: Any) -> Any:

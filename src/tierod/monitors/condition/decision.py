@@ -16,7 +16,7 @@ from tierod.monitors.condition.lane import LeaveOutFilter
 from tierod.monitors.condition.low_grip import LowGrip, LowGripState
 from tierod.monitors.condition.readings import Readings
 from tierod.monitors.condition.returning import Returning
-from tierod.monitors.condition.signals import ELEMENTS, SENSORS, SLIDING, Hypothesis
+from tierod.monitors.condition.signals import ELEMENTS, MOTORS, SENSORS, SLIDING, Hypothesis
 from tierod.monitors.condition.testability import Telling
 from tierod.monitors.condition.weighing import Limits, Ranking, Weighing, Weights, chosen
 
@@ -62,6 +62,8 @@ class Decision:
         samples: in a row that a hypothesis must lead
         samples_of_actuators: likewise, of one that suspects an actuator; motors are told apart by a changing split of
             their torque, which takes some 0.1 s to change
+        samples_of_both_motors: likewise, of both steering motors; one alone looks like both until the split of their
+            torque has changed, every 0.12 s
         impossible: log-likelihood ratio of one sample against the best hypothesis at which a lane is corrected; twice
             the price of leaving out a sensor
         gate: number of standard deviations beyond which a single reading is not believed
@@ -75,6 +77,7 @@ class Decision:
     weighing: Weighing
     samples: Annotated[float, ""] = 3.0
     samples_of_actuators: Annotated[float, ""] = 10.0
+    samples_of_both_motors: Annotated[float, ""] = 20.0
     impossible: Annotated[float, ""] = 12.0
     gate: Annotated[float, ""] = 6.0
     low_grip: LowGrip = field(default_factory=LowGrip)
@@ -156,7 +159,7 @@ class Decision:
         )
         nearest = kin(everyone, likelihoods, self.impossible)
         taken = where(changed, active, source)
-        return after, Verdict(output, adopted(everyone, taken, nearest, far_off, changed))
+        return after, Verdict(output, adopted(everyone, taken, nearest, far_off, changed, active))
 
     def _slides(
         self, state: DecisionState, lanes: Sequence[Any], likelihoods: Sequence[Any]
@@ -183,7 +186,11 @@ class Decision:
     def _declares(self, ranking: Ranking, led: Any) -> Any:
         """Whether the best hypothesis has led for long enough."""
         patient = any_of(0.0, *(ranking.best == k for k, each in enumerate(self.weighing.hypotheses) if each.actuators))
-        return led >= where(patient, self.samples_of_actuators, self.samples)
+        needed = where(patient, self.samples_of_actuators, self.samples)
+        motors = self.weighing.number(*MOTORS)
+        if motors is not None:
+            needed = where(ranking.best == motors, self.samples_of_both_motors, needed)
+        return led >= needed
 
     def _elements_of(self, number: Any) -> Elements:
         """What a hypothesis suspects."""

@@ -79,10 +79,12 @@ _BANK_DECISIONS = (
         name="fault of a sensor or actuator",
         distance="log-likelihood ratio of the filter that leaves it out, per sample, means over 0.05 and 0.5 s",
         rule=OwnRule(
-            "beyond the vehicle file's limits, 2 nat ahead of all others, 3 samples in a row, 10 for an actuator",
+            "beyond the vehicle file's limits, 2 nat ahead of all others, 3 samples in a row, 10 for an actuator, "
+            "20 for both steering motors",
             {
                 "samples": 3.0,
                 "samples_of_actuators": 10.0,
+                "samples_of_both_motors": 20.0,
                 "impossible": 12.0,
                 "gate": 6.0,
                 "weighing.limits.gap": 2.0,
@@ -127,7 +129,7 @@ CONDITION = Monitor(
     variants={
         "bank": Variant(
             "bank",
-            "Fifty Kalman filters, each leaving out what it suspects, weighed by their likelihood.",
+            "Some fifty Kalman filters, each leaving out what it suspects, weighed by their likelihood.",
             f"beyond {PAPER}; docs/condition.md",
             _bank,
             decisions=_BANK_DECISIONS,

@@ -10,7 +10,7 @@ from tierod.monitors.condition.absence import Loss
 from tierod.monitors.condition.contradictions import Problem
 from tierod.monitors.condition.driven import Driven
 from tierod.monitors.condition.said import listed, shown
-from tierod.monitors.condition.signals import ELEMENTS, SENSORS
+from tierod.monitors.condition.signals import DRIVES, ELEMENTS, MOTORS, SENSORS
 from tierod.monitors.condition.states import LACKING, LEAST_TOLD
 
 
@@ -142,7 +142,11 @@ def _fault(
     headline = f"{'; '.join(sentences[:3])}{more}."
     episode, _ = told[0]
     cause = "readings and torques differ from what all others tell, by more than healthy drives ever showed"
-    action = f"check {listed([each.name for each in faulty])}: the part itself, its wiring, its supply"
+    names = tuple(each.name for each in faulty)
+    places = "the part itself, its wiring, its supply"
+    if names in (MOTORS, DRIVES):
+        places = "what feeds and enables both, then each by itself"
+    action = f"check {listed(names)}: {places}"
     return Finding(
         name, Status.FAULT, headline[:1].upper() + headline[1:], episode.start, episode.size, evidence, cause, action,
         warnings,

@@ -151,7 +151,7 @@ def condition_bank(
     Args:
         base: filter that suspects nobody
         limits: from calibration, for all but the healthy hypothesis
-        explanations: hypotheses, healthy first; all 50 if None
+        explanations: hypotheses, healthy first; all of them if None
         sample_time: [s]
     """
     explanations = hypotheses() if explanations is None else explanations

@@ -18,14 +18,15 @@ from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.asked_torques import AskedTorques, no_torques, torques_of
 from tierod.monitors.condition.process import LIMITS, process_noise, start_deviations, with_torque_noise
 from tierod.monitors.condition.readings import Readings, Seen, Surprise
-from tierod.monitors.condition.signals import ACTUATORS, SENSORS, ConditionSample, Hypothesis
+from tierod.monitors.condition.signals import ACTUATORS, DRIVES, SENSORS, ConditionSample, Hypothesis
 from tierod.monitors.condition.tuning import ModelError, PlausibleRange, SensorNoise, widened
 from tierod.monitors.condition.updates import log_likelihood, spread_of, update
 from tierod.physics.single_track import front_axle_load
 from tierod.vehicles import Vehicle
 
-DRIVES = ACTUATORS[2:]
-"""Actuators that push the vehicle together."""
+COMMON_LOSS_TIME = 20.0
+"""Over which a share that two actuators lose together changes [s]; one that follows the split of the torque within
+0.1 s would explain the loss of either alone."""
 TURNING = SENSORS[:3]
 """Sensors that tell together how fast the wheels' readings are beside the vehicle."""
 
@@ -50,7 +51,7 @@ class LeaveOutFilter:
         braking: deceleration beyond what the drives give from which something else must brake; steep slopes give less
         use_wheel_speed_rear_left ... use_tie_rod_force: 1, or 0 for a sensor that is left out
         trust_steering_motor_1 ... trust_drive_right: 1, or 0 for an actuator that may have lost torque;
-            suspect one at a time, since all suspected ones share one loss
+            all suspected ones share one loss
     """
 
     vehicle: Any
@@ -247,4 +248,6 @@ def leaving_out(hypothesis: Hypothesis, base: LeaveOutFilter) -> LeaveOutFilter:
     if not {*DRIVES}.isdisjoint(hypothesis.actuators):
         error = replace(error, drive_excess=error.drive_excess_alone)
     changes["model_error"] = error
+    if len(hypothesis.actuators) > 1:
+        changes["vehicle"] = replace(base.vehicle, fading=replace(base.vehicle.fading, loss=COMMON_LOSS_TIME))
     return replace(base, **changes)

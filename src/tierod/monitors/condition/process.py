@@ -11,10 +11,11 @@ from tierod.monitors.condition.tuning import ModelError
 
 LIMITS = AutomatedVehicle.State(
     *(80.0, 30.0, 10.0, 1.0, 1.0, 20.0, 80.0, 1.0),
-    *(600.0, 600.0, 500.0, 1.5, 0.03, 0.15, 1.7, 1.2, 0.03, 0.25, 0.25),
+    *(600.0, 600.0, 500.0, 1.1, 0.03, 0.15, 1.7, 1.2, 0.03, 0.25, 0.25),
 )
 """Beyond which no state goes, whatever a faulty sensor says. The filter stays finite; and a hypothesis that is wrong
-cannot explain readings by a bank of thirty degrees or tyres of another size, however long it is given."""
+cannot explain readings by a bank of thirty degrees, tyres of another size or a motor that loses more torque than it has
+(and a tenth, which a calibration may miss), however long it is given."""
 
 
 def start_deviations(error: ModelError) -> Any:

@@ -19,6 +19,10 @@ SENSORS = (
 ACTUATORS = ("steering_motor_1", "steering_motor_2", "drive_left", "drive_right")
 """The actuators that are judged, in the order of all outputs."""
 
+MOTORS, DRIVES = ACTUATORS[:2], ACTUATORS[2:]
+"""Actuators that turn the column together, and that push the vehicle together. Where what feeds or enables them fails,
+both lose the same share."""
+
 ELEMENTS = SENSORS + ACTUATORS
 """Everything that is judged, in the order of all outputs."""
 
@@ -78,17 +82,19 @@ class Hypothesis:
 
 
 def hypotheses() -> tuple[Hypothesis, ...]:
-    """All explanations that are weighed, 50 in a fixed order.
+    """All explanations that are weighed, 52 in a fixed order.
 
-    Healthy; one sensor (6); one actuator (4); two sensors (15); a sensor and an actuator (24).
+    Healthy; one sensor (6); one actuator (4); two sensors (15); a sensor and an actuator (24); two actuators that share
+    a supply and lose the same share (2).
     """
     singles = [((name,), ()) for name in SENSORS]
     motors = [((), (name,)) for name in ACTUATORS]
     pairs = [(pair, ()) for pair in combinations(SENSORS, 2)]
     mixed = [((sensor,), (actuator,)) for sensor, actuator in product(SENSORS, ACTUATORS)]
+    shared = [((), MOTORS), ((), DRIVES)]
     return tuple(
         Hypothesis(" + ".join((*sensors, *actuators)) or HEALTHY, sensors, actuators)
-        for sensors, actuators in [((), ()), *singles, *motors, *pairs, *mixed]
+        for sensors, actuators in [((), ()), *singles, *motors, *pairs, *mixed, *shared]
     )
 
 

@@ -172,7 +172,7 @@ class Weighing:
         before = [
             holds[k]
             for k, each in enumerate(self.hypotheses)
-            if set(each.sensors) <= own and not own <= set(each.suspects)
+            if set(each.sensors) <= own and not (own <= set(each.suspects) and self._alike(number, k))
         ]
         return any_of(0.0, *before)
 
@@ -203,13 +203,22 @@ class Weighing:
         return self.limits.fast[number - 1], self.limits.slow[number - 1]
 
     def _related(self, number: int) -> list[int]:
-        """Hypotheses that contain this one or are contained, healthy left out."""
+        """Hypotheses that contain this one or are contained, healthy left out.
+
+        Of two actuators that lose the same share one alone is no part: it stays a rival of both. Both are none of one,
+        which explains all with less.
+        """
         own = set(self.hypotheses[number].suspects)
         return [
             k
             for k, each in enumerate(self.hypotheses)
-            if k and (own <= set(each.suspects) or own >= set(each.suspects))
+            if k and ((self._alike(number, k) and own <= set(each.suspects)) or own >= set(each.suspects))
         ]
+
+    def _alike(self, first: int, second: int) -> bool:
+        """Whether two hypotheses suspect the same actuators, as far as both suspect any."""
+        one, other = (self.hypotheses[number].actuators for number in (first, second))
+        return not one or not other or one == other
 
 
 def chosen(values: Sequence[Any], number: Any) -> Any:
