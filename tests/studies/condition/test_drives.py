@@ -20,6 +20,7 @@ from tierod.studies.condition.drives import (
     more_kinds,
     sensor_pairs,
     sensor_tests,
+    supply_tests,
 )
 from tierod.studies.condition.faults import OFFSET, Injected, lost
 from tierod.studies.condition.recorded import MEASURED, TRUTHS, file_of, recorded
@@ -34,6 +35,8 @@ def test_the_tests_of_the_paper_are_48_and_9():
     assert {each.injected[0].element for each in actuators} == set(ACTUATORS)
     assert {each.course for each in sensors} == {"short-round", "long-round"}
     assert {each.seconds for each in actuators} == {200.0}
+    both = {tuple(fault.element for fault in each.injected) for each in supply_tests(1, 0.5)}
+    assert both == {ACTUATORS[:2], ACTUATORS[2:]}
     assert len(sensor_pairs()) == 30
     assert len(mixed_pairs()) == 24
     assert len(set(more_kinds(sizes=(0.5, 1.0)))) == 6 * (7 + 10)

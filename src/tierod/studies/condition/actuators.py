@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from itertools import product
 
 import numpy as np
 
 from tierod.studies.claims import Claim, Goal, at_least, at_most, exactly
 from tierod.studies.condition import tables
 from tierod.studies.condition.driven import VEHICLES
-from tierod.studies.condition.drives import ACTUATORS, Drive, actuator_tests
+from tierod.studies.condition.drives import ACTUATORS, Drive, actuator_tests, supply_tests
 from tierod.studies.condition.runs import BEST, VARIANTS, scores
 from tierod.studies.condition.scoring import AMBIGUOUS, DriveScore
 from tierod.studies.condition.sensors import GOAL, longest
-from tierod.studies.condition.summary import injected_name, isolated, summary
-from tierod.studies.content import Chart, Heading, Item, Panel, Points
+from tierod.studies.condition.summary import Isolated, injected_name, isolated, summary
+from tierod.studies.content import Chart, Heading, Item, Panel, Points, Table
 from tierod.studies.registry import Effort
 
 TEXT = (
@@ -24,6 +25,13 @@ TEXT = (
     "A lost torque shows only while torque is asked for: its delay is the time in which it shows before it is "
     "declared. Where the drive asks for much torque for a moment, for none over a second, and for much again, that "
     "second tells nobody anything; with it the delay is what the claims print as that from the first moment.",
+)
+
+SUPPLY = (
+    "Both steering motors, and both drives, lose all torque or half of it at once, as where their supply or their "
+    "enabling fails: six tests with every vehicle. Half the torque of both is all the torque of one until the split of "
+    "the motors changes, or a drive turns the vehicle; with a fixed split nothing tells half of both motors from one, "
+    "and what they are named is printed without a claim.",
 )
 
 PLACES = tuple(name.replace("_", " ") for name in ACTUATORS)
@@ -40,6 +48,19 @@ def campaign(effort: Effort, share: float = 1.0, swing: bool = True) -> list[Dri
     vehicles = VEHICLES[:1] if effort.quick else VEHICLES
     drives = [drive for number in vehicles for drive in actuator_tests(number, share, swing)]
     return drives[::8] if effort.quick else drives
+
+
+def supply_campaign(effort: Effort, share: float = 1.0, swing: bool = True) -> list[Drive]:
+    """Both motors, and both drives, in all vehicles, or one drive of one.
+
+    Args:
+        effort: whether one has to do
+        share: of the torque that both lose
+        swing: whether the split of the steering torque alternates
+    """
+    vehicles = VEHICLES[:1] if effort.quick else VEHICLES
+    drives = [drive for number in vehicles for drive in supply_tests(number, share, swing)]
+    return drives[1:2] if effort.quick else drives
 
 
 def items(effort: Effort) -> Iterator[Item]:
@@ -63,6 +84,32 @@ def items(effort: Effort) -> Iterator[Item]:
         fixed = scores(campaign(effort, 0.5, False), effort, (BEST,))
         yield tables.confused("Half the torque lost, with a fixed split", fixed[BEST])
         yield from _fixed(fixed[BEST])
+        yield from _of_supplies(effort)
+
+
+def _of_supplies(effort: Effort) -> Iterator[Item]:
+    found = {}
+    for (name, share), swing in product({"all torque": 1.0, "half the torque": 0.5}.items(), (True, False)):
+        title = name if swing else f"{name}, with a fixed split"
+        found[title] = scores(supply_campaign(effort, share, swing), effort, (BEST,))[BEST]
+    yield Heading("Both motors, both drives", SUPPLY)
+    rows = tuple(
+        (title, str(len(of)), *(f"{part:.3f}" for part in isolated(of)), f"{longest(summary(of).delays_excited):.2f}")
+        for title, of in found.items()
+    )
+    header = ("lost", "drives", *Isolated._fields, "longest delay [s]")
+    yield Table("Two actuators at once, by what was named", header, rows)
+    for title, of in found.items():
+        yield tables.named(f"Both lose {title}", of)
+    whole, half = found["all torque"], found["half the torque"]
+    told = [*whole, *half]
+    yield _claim(
+        "both-named", "Both named, and nothing else, where both lost torque.", isolated(told).right, at_least(1.0)
+    )
+    late = "Longest delay where both lost {}, once it shows and while it does."
+    yield _claim("both-delay", late.format("all torque"), longest(summary(whole).delays_excited), at_most(0.3), "s")
+    yield _claim("both-half-delay", late.format("half the torque"), longest(summary(half).delays_excited), None, "s")
+    yield _claim("both-size", "Error of the share that both lost.", summary(told).size_error, at_most(0.1))
 
 
 def _that_lose(share: float) -> Callable[[DriveScore], bool]:

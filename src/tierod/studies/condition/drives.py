@@ -166,6 +166,21 @@ def actuator_tests(vehicle: int = 1, share: float = 1.0, swing: bool = True) -> 
     ]
 
 
+def supply_tests(vehicle: int = 1, share: float = 1.0, swing: bool = True) -> list[Drive]:
+    """Both steering motors, or both drives, without what feeds or enables them, on three rounds.
+
+    Args:
+        vehicle: number of the demonstrator
+        share: of the torque that both lose
+        swing: see `Drive`
+    """
+    return [
+        Drive(course, ACTUATOR_SECONDS, vehicle, 20 + vehicle, tuple(lost(name, share) for name in pair), swing)
+        for course in (SHORT, LONG, THIRD)
+        for pair in (ACTUATORS[:2], ACTUATORS[2:])
+    ]
+
+
 def both_motors(vehicle: int = 1, swing: bool = True) -> Drive:
     """Both steering motors without torque from 104 s on, as in Figures 12 to 14 of the paper."""
     return Drive(SHORT, 106.0, vehicle, 20 + vehicle, (lost("steering_motor_1"), lost("steering_motor_2")), swing)

@@ -34,8 +34,8 @@ TEXT = (
     "are those of the corrected equations; a flag is up where one is beyond its threshold of calibration.",
 )
 BOTH = (
-    "At fault in truth, and declared so. Two actuators at once are no hypothesis of the bank, which names angle and "
-    "torque sensors instead; rules name both motors as one of several."
+    "At fault in truth, and declared so. The bank has a hypothesis of both motors, as where their supply is lost; "
+    "rules name both as one of several."
 )
 UNITS = ("m/s", "m/s", "rad/s", "rad", "N·m", "N")
 EIGHT = tuple(f"r{number}a" for number in range(1, 9))

@@ -71,7 +71,8 @@ def _single(effort: Effort) -> dict[str, list[DriveScore]]:
 
 
 def _pairs(effort: Effort) -> list[DriveScore]:
-    return [each for drives in beyond.pairs(effort) for each in scores(drives, effort, (BEST,))[BEST]]
+    supplies = [actuators.supply_campaign(effort, share) for share in (1.0, 0.5)]
+    return [each for drives in (*beyond.pairs(effort), *supplies) for each in scores(drives, effort, (BEST,))[BEST]]
 
 
 def compared(structure: Isolability, found: Mapping[str, Sequence[DriveScore]]) -> Iterator[Compared]:
