@@ -30,8 +30,7 @@ TEXT = (
 SUPPLY = (
     "Both steering motors, and both drives, lose all torque or half of it at once, as where their supply or their "
     "enabling fails: six tests with every vehicle. Half the torque of both is all the torque of one until the split of "
-    "the motors changes, or a drive turns the vehicle; with a fixed split nothing tells half of both motors from one, "
-    "and what they are named is printed without a claim.",
+    "the motors changes, or a drive turns the vehicle; with a fixed split nothing tells half of both motors from one.",
 )
 
 PLACES = tuple(name.replace("_", " ") for name in ACTUATORS)
@@ -51,16 +50,16 @@ def campaign(effort: Effort, share: float = 1.0, swing: bool = True) -> list[Dri
 
 
 def supply_campaign(effort: Effort, share: float = 1.0, swing: bool = True) -> list[Drive]:
-    """Both motors, and both drives, in all vehicles, or one drive of one.
+    """Both motors, and both drives, in all vehicles, or on one round of one.
 
     Args:
-        effort: whether one has to do
+        effort: whether one round has to do
         share: of the torque that both lose
         swing: whether the split of the steering torque alternates
     """
     vehicles = VEHICLES[:1] if effort.quick else VEHICLES
     drives = [drive for number in vehicles for drive in supply_tests(number, share, swing)]
-    return drives[1:2] if effort.quick else drives
+    return drives[:2] if effort.quick else drives
 
 
 def items(effort: Effort) -> Iterator[Item]:
@@ -83,7 +82,7 @@ def items(effort: Effort) -> Iterator[Item]:
         yield from _claims(found[BEST], partial[BEST])
         fixed = scores(campaign(effort, 0.5, False), effort, (BEST,))
         yield tables.confused("Half the torque lost, with a fixed split", fixed[BEST])
-        yield from _fixed(fixed[BEST])
+        yield from _fixed("fixed-split", "a steering motor's", fixed[BEST])
         yield from _of_supplies(effort)
 
 
@@ -110,6 +109,7 @@ def _of_supplies(effort: Effort) -> Iterator[Item]:
     yield _claim("both-delay", late.format("all torque"), longest(summary(whole).delays_excited), at_most(0.3), "s")
     yield _claim("both-half-delay", late.format("half the torque"), longest(summary(half).delays_excited), None, "s")
     yield _claim("both-size", "Error of the share that both lost.", summary(told).size_error, at_most(0.1))
+    yield from _fixed("both-fixed-split", "both steering motors'", found["half the torque, with a fixed split"])
 
 
 def _that_lose(share: float) -> Callable[[DriveScore], bool]:
@@ -149,12 +149,8 @@ def _claims(whole: Sequence[DriveScore], half: Sequence[DriveScore]) -> Iterator
         yield _claim(f"{key}-missed", f"Missed, with {what} lost.", known.missed, exactly(0.0))
 
 
-def _fixed(of: Sequence[DriveScore]) -> Iterator[Claim]:
+def _fixed(key: str, whose: str, of: Sequence[DriveScore]) -> Iterator[Claim]:
     steering = [each for each in of if each.drive.injected[0].element.startswith("steering_motor")]
     told = [each for each in steering if each.named in (AMBIGUOUS, injected_name(each))]
-    yield _claim(
-        "fixed-split",
-        "With a fixed split half a steering motor's torque is named rightly, or as one of several.",
-        len(told) / max(len(steering), 1),
-        at_least(1.0),
-    )
+    claim = f"With a fixed split half {whose} torque is named rightly, or as one of several."
+    yield _claim(key, claim, len(told) / max(len(steering), 1), at_least(1.0))
