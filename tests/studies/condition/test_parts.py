@@ -11,10 +11,12 @@ import pytest
 
 from tierod.recording import Recording
 from tierod.studies.claims import Claim
-from tierod.studies.condition import actuators, beyond, closed_loop, healthy, runs, sensors, theory
+from tierod.studies.condition import actuators, beyond, closed_loop, healthy, runs, sensors, theory, uncalibrated
 from tierod.studies.condition.declared import Declared
 from tierod.studies.condition.drives import Drive
 from tierod.studies.condition.recorded import recorded, sound
+from tierod.studies.condition.scoring import score
+from tierod.studies.condition.truth import truth_of
 from tierod.studies.condition.vehicles import vehicle
 from tierod.studies.content import Table
 from tierod.studies.registry import Effort
@@ -71,6 +73,21 @@ def test_pairs_kinds_and_small_faults_are_all_found_by_who_is_told(told):
     claims = _claims(beyond)
     assert claims["beyond.pairs-isolated"].measured == 1.0
     assert not [claim for claim in claims.values() if claim.goal and not claim.met]
+
+
+def test_faults_of_uncalibrated_vehicles_are_counted_by_kind(told, monkeypatch):
+    def scored(drive, recording):
+        return score(drive, truth_of(drive, recording), _declare(LATE, recording, ""))
+
+    monkeypatch.setattr(uncalibrated, "_scored", scored)
+    monkeypatch.setattr(uncalibrated, "healthy_drives", lambda hours, vehicles: [Drive("short-round", 10.0, 1, 5)])
+    found = list(uncalibrated.items(Effort(quick=True, processes=1)))
+    (table,) = (each for each in found if isinstance(each, Table))
+    assert {row[0] for row in table.rows} <= {"offset", "gain", "noise", "delay"}
+    assert all(row[1] == row[2] and row[3] == "0" and row[6] == "1.000" for row in table.rows)
+    measured = {each.id: each.measured for each in found if isinstance(each, Claim)}
+    assert measured["uncalibrated.kinds"] == 1.0
+    assert measured["uncalibrated.wrong"] == measured["uncalibrated.alarms"] == 0.0
 
 
 def test_healthy_driving_without_alarms_leaves_a_bound(told):

@@ -10,7 +10,7 @@ from shared_data import shared_data
 from tierod.monitors.condition.rolling_bank import OTHERS, SLOW, WHEELS
 from tierod.monitors.condition.substitutes import ON_CARS
 from tierod.studies.condition.real_bank import SETTLED, accuracy, healthy_ratios
-from tierod.studies.condition.real_cars import judged
+from tierod.studies.condition.real_cars import at_other_instants, judged
 from tierod.studies.condition.real_recordings import CARS, DATA, SENSORS
 from tierod.studies.condition.real_rules import RULES
 from tierod.studies.condition.summary import isolated, summary
@@ -55,3 +55,12 @@ def test_limits_are_designed_on_the_beginnings_and_hold_on_the_rest(car):
 def test_substitutes_of_cars_err_as_their_table_says(car):
     measured = accuracy(car, car.recording())
     assert all(measured[name] <= 1.05 * ON_CARS[name] for name in SENSORS)
+
+
+@pytest.mark.slow
+def test_what_shows_is_found_and_named_at_other_instants_too(car):
+    table = at_other_instants({car: car.recording()})
+    (row,) = table.rows
+    of = dict(zip(table.header, row, strict=True))
+    assert int(of["faults"]) == 16 * int(of["instants"]) > 100
+    assert (of["missed"], of["named rightly"], of["accused afterwards"]) == ("0", "1.000", "0")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -21,7 +22,7 @@ from tierod.studies.condition.real_bank import SETTLED, accuracy, healthy_ratios
 from tierod.studies.condition.real_recordings import CARS, DATA, SENSORS, RealCar, on_grid
 from tierod.studies.condition.real_rules import RULES, learnt
 from tierod.studies.condition.runs import BEST, VARIANTS
-from tierod.studies.condition.scoring import DriveScore, score
+from tierod.studies.condition.scoring import GRACE, DriveScore, score
 from tierod.studies.condition.sensors import GOAL
 from tierod.studies.condition.shown import KNOWN
 from tierod.studies.condition.summary import isolated, summary
@@ -79,6 +80,8 @@ def items(effort: Effort) -> Iterator[Item]:
     here = {car: recording for car, recording in recordings.items() if recording is not None}
     if here:
         yield Table("Faults put into recordings of real cars", _HEADER, tuple(rows), _NOTE)
+        if not effort.quick:
+            yield at_other_instants(here)
         yield _accuracies(here)
         yield _ratios(here)
     yield from claims
@@ -124,6 +127,26 @@ def _claims(car: RealCar, of: Judged) -> list[Claim]:
             ("alarms", "False alarms where nothing was injected", of.quiet.false_alarms, exactly(0.0)),
         )
     ]
+
+
+def at_other_instants(here: Mapping[RealCar, Recording]) -> Table:
+    """The bank alone, with the same faults all over what is judged.
+
+    Args:
+        here: the cars whose recordings there are
+    """
+    rows = []
+    for car, recording in here.items():
+        first, last = recording.span
+        starts = np.arange(car.learning + 1.0, last - first - car.lasting - GRACE, car.lasting / 4.0)
+        found = judged(replace(car, starts=tuple(starts.tolist())), recording).found
+        known, told = summary(found), isolated(found)
+        wrong, later = sum(each.wrong_share > 0.0 for each in found), sum(each.false_alarms for each in found)
+        cells = (len(starts), len(found), known.missed, f"{told.right:.3f}", wrong, later)
+        rows.append((car.name, *map(str, cells)))
+    header = ("car", "instants", "faults", "missed", "named rightly", "with a sound sensor named", "accused afterwards")
+    note = f"Afterwards: a sound sensor, or the one that failed more than {GRACE:g} s after the end of its fault."
+    return Table("The bank, with faults at other instants", header, tuple(rows), note)
 
 
 def _accuracies(here: Mapping[RealCar, Recording]) -> Table:

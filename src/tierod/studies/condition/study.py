@@ -17,6 +17,7 @@ PARTS: Mapping[str, str] = {
     "actuators": "tests of the actuators",
     "substitutes": "substitutes of the sensors",
     "beyond": "more faults, and two at once",
+    "uncalibrated": "vehicles that nobody has calibrated",
     "closed_loop": "faults that the driver believes",
     "theory": "isolability in theory and in the drives",
     "healthy": "healthy driving",
