@@ -76,6 +76,7 @@ def test_the_interval_of_a_root_mean_square_begins_at_zero():
     ("name", "value", "expected"),
     [
         ("enabled_seconds", 130.0, ("Enabled", "2 min 10 s")),
+        ("seconds", 60.0, ("Duration", "1 min")),
         ("enabled_share", 0.364, ("Enabled share", "36 %")),
         ("mean_nis", 0.9712, ("Mean NIS", "0.9712")),
         ("rate_hz", 100.0, ("Rate", "100 Hz")),

@@ -79,6 +79,16 @@ def test_levels_truth_and_enabled_stretches_are_drawn(fault_page):
     assert "change began" in labels
 
 
+@pytest.mark.parametrize(
+    ("origin", "told"),
+    [(1533198887.0, "2018-08-02 08:34:47 UTC"), (0.0, "Origin"), (1e300, "Origin"), (float("nan"), "Origin")],
+)
+def test_when_a_recording_began_is_told_as_a_date(origin, told):
+    made = friction_fault()
+    text = render(dataclasses.replace(made, recording={**made.recording, "origin": origin}))
+    assert told in text
+
+
 def test_a_long_name_of_a_source_breaks_at_its_separators_only(fault_page):
     assert str(breakable("STEER_ANGLE.FRACTION <0.5>")) == "STEER_<wbr>ANGLE.<wbr>FRACTION &lt;0.5&gt;"
     assert "CAN EPS_<wbr>1.<wbr>Angle" in fault_page

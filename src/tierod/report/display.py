@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import math
 import re
 from typing import Any
@@ -88,6 +89,12 @@ def duration(seconds: float | None) -> str:
     return " ".join(parts)
 
 
+def date(seconds: float) -> str:
+    """A calendar time that counts from 1970 [s], in universal time."""
+    moment = datetime.datetime.fromtimestamp(seconds, datetime.UTC)
+    return f"{moment:%Y-%m-%d %H:%M:%S} UTC"
+
+
 def time_scale(span: float) -> tuple[float, str]:
     """(factor, label) of a time axis that is `span` seconds long."""
     if span > 3.0 * 3600.0:
@@ -123,6 +130,6 @@ def evidence(name: str, value: Any) -> tuple[str, str]:
             factor, label = shown(unit)
             return words(name[: -len(ending) - 1]), f"{number(value * factor)} {label}"
     stem, _, ending = name.rpartition("_")
-    if stem and ending in ("s", "seconds"):
-        return words(stem), duration(value)
+    if ending == "seconds" or (stem and ending == "s"):
+        return words(stem or "duration"), duration(value)
     return words(name), share(value) if ending == "share" else number(value)

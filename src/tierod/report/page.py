@@ -15,11 +15,15 @@ from tierod.report.charts.figure import Figure
 from tierod.report.charts.histograms import histogram_figure
 from tierod.report.charts.loops import loop_figure
 from tierod.report.charts.over_time import estimate_figures, innovation_figure, result_figure, signal_figure
-from tierod.report.display import duration, evidence, interval, number, share, shown, words
+from tierod.report.display import date, duration, evidence, interval, number, share, shown, words
 from tierod.report.elements import COLUMNS, rows
 from tierod.report.gauge import gauge
 from tierod.report.html import chart_script, library, looks, moment, template
 from tierod.report.status import appearance, overall
+from tierod.timestamps import CALENDAR
+
+LATEST = 2.5e11
+"""Calendar times [s] beyond this are of no year that a calendar has."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +140,9 @@ def _facts(facts: dict[str, Any]) -> list[tuple[str, str]]:
     """What is known of something, less what is empty or nested."""
     rows = []
     for name, value in facts.items():
-        if isinstance(value, list | tuple) and value and not _is_nested(value):
+        if name == "origin" and isinstance(value, int | float) and CALENDAR < value < LATEST:
+            rows.append(("Began", date(value)))
+        elif isinstance(value, list | tuple) and value and not _is_nested(value):
             rows.append((words(name), "; ".join(map(str, value))))
         elif value not in (None, "") and not isinstance(value, list | tuple | dict):
             rows.append(evidence(name, value))
