@@ -3,31 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
-import datetime
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from tierod import __version__
-from tierod.decimation import Decimator
-from tierod.derive import complete, ingredients
-from tierod.errors import InputError, ParameterError, nearest
+from tierod.derive import complete
+from tierod.errors import ParameterError, nearest
 from tierod.findings import Diagnosis
-from tierod.monitors.decided import decided
-from tierod.monitors.named_vehicle import other_vehicle, vehicle_named_in
+from tierod.monitors.named_vehicle import vehicle_named_in
 from tierod.monitors.over_time import OverTime
-from tierod.monitors.own_level import OwnLevel, load_own_level, refuse_foreign, store_own_level
-from tierod.monitors.pieces import CHUNK, OVERLAP, joined, pieces_of, refuse_leap, share_read
-from tierod.monitors.quality_over_chunks import QualityOverChunks
-from tierod.monitors.session import Conclusion, Monitor, Session, StatusChange, Variant
-from tierod.monitors.suitable import refuse_unsuitable
-from tierod.readers import SHARE_READ
-from tierod.recording import Aligned, Recording
+from tierod.monitors.own_level import OwnLevel, load_own_level, store_own_level
+from tierod.monitors.pieces import pieces_of, share_read
+from tierod.monitors.running import Run
+from tierod.monitors.session import Monitor, Variant
+from tierod.recording import Recording
 from tierod.vehicles import Vehicle, load
 from tierod.writers import require_writable, write
-
-if TYPE_CHECKING:
-    from tierod.monitors.into_memory import MemoryFeed
 
 
 def diagnose(
@@ -141,148 +132,3 @@ def find(monitor: str, variant: str | None = None) -> tuple[Monitor, Variant]:
         )
     chosen = definition.variants[variant]
     return definition.needing(chosen), chosen
-
-
-class Run:
-    """One monitor over one recording, piece by piece; the result does not depend on how the recording is cut."""
-
-    def __init__(
-        self,
-        monitor: Monitor,
-        variant: Variant,
-        vehicle: Vehicle,
-        own_level: OwnLevel | None = None,
-        memory: str | Path | None = None,
-        kept: OverTime | None = None,
-    ):
-        self.monitor, self.variant, self.vehicle = monitor, variant, vehicle
-        if own_level is not None:
-            refuse_foreign(own_level, vehicle.name, f"{monitor.name}, {variant.name}")
-        self.session: Session = _opened(monitor, variant, vehicle, own_level)
-        self.feed = _feed(memory, vehicle, monitor) if memory else None
-        self.kept = kept
-        self.learnt: OwnLevel | None = None
-        self.course: tuple[StatusChange, ...] = ()
-        self.code_courses: Mapping[str, tuple[StatusChange, ...]] = {}
-        self.needs = ingredients([*monitor.required, *monitor.optional])
-        self._quality = QualityOverChunks(self.needs)
-        self._before: Recording | None = None
-        self._start: float | None = None
-        self._steps = 0
-        self._metadata: dict[str, Any] = {}
-        units = dict.fromkeys(self.session.signals, "") | dict(self.session.traces)
-        self._traces = {name: Decimator(name, unit) for name, unit in units.items()}
-
-    def add(self, piece: Recording) -> None:
-        """The next piece of the recording.
-
-        Raises:
-            InputError: the piece lacks a signal that the monitor needs, or brings it too slowly
-        """
-        begin, last = piece.span
-        refuse_leap(begin if self._start is None else self._start + self._steps / self.monitor.rate, last)
-        whole = complete(joined(self._before, piece), [*self.monitor.required, *self.monitor.optional])
-        complete_piece = whole.slice(begin) if self._before else whole
-        self._quality.add(complete_piece)
-        self._metadata |= {k: v for k, v in piece.metadata.items() if k != SHARE_READ}
-        if self._start is None:
-            refuse_unsuitable(self.monitor, self.vehicle, complete_piece)
-            self._quality.refuse_slow(self.monitor.required, self.monitor.minimum_rate)
-            self._start = begin
-        self._before = piece.slice(last - OVERLAP)
-        while len((aligned := self._aligned(whole, last)).time):
-            self._absorb(aligned)
-
-    def _aligned(self, whole: Recording, last: float) -> Aligned:
-        """What follows on what was judged already, no more than CHUNK of it: a gap of days must fit into memory."""
-        assert self._start is not None
-        start = self._start + self._steps / self.monitor.rate
-        return whole.align(
-            self.session.signals,
-            self.monitor.rate,
-            maximum_age=self.monitor.maximum_age,
-            start=start,
-            stop=min(last + 0.5 / self.monitor.rate, start + CHUNK),
-        )
-
-    def _absorb(self, aligned: Aligned) -> None:
-        self._steps += len(aligned.time)
-        shown = {**dict(zip(aligned.names, aligned.values.T, strict=True)), **self.session.absorb(aligned)}
-        if self.feed:
-            self.feed.add(aligned, self.monitor.rate)
-        if self.kept:
-            self.kept.add(aligned.time, shown)
-        for name, values in shown.items():
-            self._traces[name].add(aligned.time, values)
-
-    def finish(self, command: str = "") -> Diagnosis:
-        """The diagnosis over all pieces.
-
-        Raises:
-            InputError: there was no sample, or a signal that the monitor needs was constant or missing throughout
-        """
-        if not self._steps:
-            raise InputError("the recording holds no samples; check that the file is whole and the channel map fits it")
-        self._quality.refuse_unusable(self.monitor.required)
-        conclusion = self.session.conclude()
-        self.learnt, self.course = conclusion.own_level, conclusion.course
-        self.code_courses = conclusion.code_courses
-        units = self._quality.units
-        traces = {name: each.trace() for name, each in self._traces.items() if name not in conclusion.withheld}
-        for name in self.session.signals:
-            if name in traces and name not in self.session.traces:
-                traces[name] = dataclasses.replace(traces[name], unit=units.get(name, ""))
-        other = other_vehicle(self._metadata, self.vehicle.name)
-        finding = _with_warnings(
-            conclusion,
-            (
-                *((other,) if other else ()),
-                *self._metadata.get("warnings", ()),
-                *self._quality.contradictions(),
-                *self._quality.range_warnings(),
-            ),
-        )
-        diagnosis = Diagnosis(
-            findings=(finding,),
-            elements=conclusion.elements,
-            traces=traces,
-            histograms=dict(conclusion.histograms),
-            loops=dict(conclusion.loops),
-            consistency=dict(conclusion.consistency),
-            remarks=dict(conclusion.remarks),
-            quality=self._quality.rows(),
-            parameters=(*self.vehicle.rows(), *conclusion.parameters),
-            decisions=decided(self.variant.decisions, self.session),
-            recording=self._metadata | {"duration_s": self._steps / self.monitor.rate, "start_s": self._start},
-            vehicle={
-                "name": self.vehicle.name,
-                "description": self.vehicle.description,
-                "source": self.vehicle.source,
-                "not_good_for": list(self.vehicle.not_good_for),
-                "torque_unit": self.vehicle.torque_unit,
-            },
-            version=__version__,
-            command=command,
-            created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
-        )
-        if self.feed:
-            self.feed.finish(diagnosis, self.course, self.code_courses)
-        return diagnosis
-
-
-def _feed(memory: str | Path, vehicle: Vehicle, monitor: Monitor) -> MemoryFeed:
-    from tierod.monitors.into_memory import MemoryFeed  # few runs have a memory, and it takes its time to load
-
-    return MemoryFeed(memory, vehicle.name, monitor.name)
-
-
-def _opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: OwnLevel | None) -> Session:
-    try:
-        return variant.open(vehicle, monitor.rate, own_level)
-    except ParameterError as error:
-        raise ParameterError(f"the monitor '{monitor.name}' cannot run as '{variant.name}': {error}") from None
-
-
-def _with_warnings(conclusion: Conclusion, warnings: Iterable[str]) -> Any:
-    finding = conclusion.finding
-    return dataclasses.replace(finding, warnings=tuple(dict.fromkeys([*finding.warnings, *warnings])))
