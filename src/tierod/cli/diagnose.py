@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -16,78 +16,79 @@ if TYPE_CHECKING:
     from tierod.findings import Diagnosis
 
 
+RecordingPath = Annotated[
+    Path, typer.Argument(help="MF4, Parquet, CSV, MATLAB 5, or a CAN log (candump, ASC, BLF, TRC).")
+]
+VehicleName = Annotated[
+    str | None,
+    typer.Option(
+        help="A vehicle's name (see 'tierod vehicles') or the path of its TOML file; the one that the recording "
+        "names where not given."
+    ),
+]
+MonitorName = Annotated[
+    str | None,
+    typer.Option(
+        help="What to watch (see 'tierod monitors'); what the vehicle file names where not given, else friction."
+    ),
+]
+VariantName = Annotated[
+    str | None, typer.Option(help="How to watch it; the monitor's default where not given and it has one.")
+]
+Databases = Annotated[list[Path] | None, typer.Option(help="CAN database; may be given more than once.")]
+ChannelMap = Annotated[
+    Path | None, typer.Option("--map", help="TOML file: source name, unit, sign and offset of each signal.")
+]
+ReportPath = Annotated[
+    Path | None, typer.Option("--output", "-o", help="Where the HTML report goes; beside you where not given.")
+]
+OwnLevelPath = Annotated[
+    Path | None,
+    typer.Option(help="File with this car's own level; written by the first healthy recording, then judged against."),
+]
+MemoryPath = Annotated[
+    Path | None,
+    typer.Option(help="Fault memory that takes the recording as one operation cycle; see 'tierod faults read'."),
+]
+SignalsPath = Annotated[
+    Path | None,
+    typer.Option(
+        help="Recording to write: what the monitor reads and tells over time, with what replaces a faulty sensor "
+        "(.parquet, .csv, .mf4)."
+    ),
+]
+WithReport = Annotated[bool, typer.Option(help="Write the HTML report.")]
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")]
+
+
 def diagnose(
-    recording: Annotated[
-        Path, typer.Argument(help="MF4, Parquet, CSV, MATLAB 5, or a CAN log (candump, ASC, BLF, TRC).")
-    ],
-    vehicle: Annotated[
-        str | None,
-        typer.Option(
-            help="A vehicle's name (see 'tierod vehicles') or the path of its TOML file; the one that the recording "
-            "names where not given."
-        ),
-    ] = None,
-    monitor: Annotated[
-        str | None,
-        typer.Option(
-            help="What to watch (see 'tierod monitors'); what the vehicle file names where not given, else friction."
-        ),
-    ] = None,
-    variant: Annotated[
-        str | None, typer.Option(help="How to watch it; the monitor's default where not given and it has one.")
-    ] = None,
-    dbc: Annotated[list[Path] | None, typer.Option(help="CAN database; may be given more than once.")] = None,
-    channel_map: Annotated[
-        Path | None, typer.Option("--map", help="TOML file: source name, unit, sign and offset of each signal.")
-    ] = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Where the HTML report goes; beside you where not given.")
-    ] = None,
-    own_level: Annotated[
-        Path | None,
-        typer.Option(
-            help="File with this car's own level; written by the first healthy recording, then judged against."
-        ),
-    ] = None,
-    memory: Annotated[
-        Path | None,
-        typer.Option(help="Fault memory that takes the recording as one operation cycle; see 'tierod faults read'."),
-    ] = None,
-    signals: Annotated[
-        Path | None,
-        typer.Option(
-            help="Recording to write: what the monitor reads and tells over time, with what replaces a faulty sensor "
-            "(.parquet, .csv, .mf4)."
-        ),
-    ] = None,
-    report: Annotated[bool, typer.Option(help="Write the HTML report.")] = True,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
+    recording: RecordingPath,
+    vehicle: VehicleName = None,
+    monitor: MonitorName = None,
+    variant: VariantName = None,
+    dbc: Databases = None,
+    channel_map: ChannelMap = None,
+    output: ReportPath = None,
+    own_level: OwnLevelPath = None,
+    memory: MemoryPath = None,
+    signals: SignalsPath = None,
+    report: WithReport = True,
+    as_json: AsJson = False,
 ) -> int:
     """Judge a recording of a drive: healthy (0), fault (1), could not judge (2), bad input (3)."""
-    from tierod.cli.analysed import refuse_to_overwrite
     from tierod.cli.terminal import messages, progress
     from tierod.cli.terminal import output as console
-    from tierod.files import require_folder
-    from tierod.monitors.named_vehicle import vehicle_named_in
     from tierod.monitors.run import diagnose as run
     from tierod.monitors.run import usual_monitor
     from tierod.vehicles import load
 
-    if vehicle is None:
-        vehicle = vehicle_named_in(recording, dbc or None, channel_map)
-        messages().print(
-            f"vehicle: {vehicle}, as the recording names it; --vehicle takes another", soft_wrap=True, markup=False
-        )
+    vehicle = _named_in(recording, dbc, channel_map) if vehicle is None else vehicle
     car = load(vehicle)
     monitor = monitor or usual_monitor(car)
     target = output or Path(f"{recording.stem}-{monitor}.html") if report else None
-    refuse_to_overwrite(target, [recording, vehicle, *(dbc or []), channel_map, own_level, memory])
-    refuse_to_overwrite(
-        signals, [recording, vehicle, *(dbc or []), channel_map, own_level, memory, target], "recording", "--signals"
+    _refuse_what_cannot_be_written(
+        target, signals, own_level, [recording, vehicle, *(dbc or []), channel_map, own_level, memory]
     )
-    # Before the memory takes the recording: judged once more, it would count twice.
-    for path in filter(None, (target, own_level)):
-        require_folder(path)
     with progress(f"reading {recording.name}") as advance:
         diagnosis = run(
             recording,
@@ -106,6 +107,31 @@ def diagnose(
     if signals is not None:
         (messages() if as_json else console()).print(f"signals: {signals}", soft_wrap=True, markup=False)
     return diagnosis.findings[0].status.exit_code
+
+
+def _named_in(recording: Path, dbc: list[Path] | None, channel_map: Path | None) -> str:
+    """The vehicle that a recording names, which the user is told."""
+    from tierod.cli.terminal import messages
+    from tierod.monitors.named_vehicle import vehicle_named_in
+
+    name = vehicle_named_in(recording, dbc or None, channel_map)
+    messages().print(
+        f"vehicle: {name}, as the recording names it; --vehicle takes another", soft_wrap=True, markup=False
+    )
+    return name
+
+
+def _refuse_what_cannot_be_written(
+    report: Path | None, signals: Path | None, own_level: Path | None, given: Sequence[Path | str | None]
+) -> None:
+    """Before the memory takes the recording: judged once more, it would count twice."""
+    from tierod.cli.analysed import refuse_to_overwrite
+    from tierod.files import require_folder
+
+    refuse_to_overwrite(report, given)
+    refuse_to_overwrite(signals, [*given, report], "recording", "--signals")
+    for path in filter(None, (report, own_level)):
+        require_folder(path)
 
 
 def show(
