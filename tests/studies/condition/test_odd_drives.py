@@ -69,6 +69,15 @@ def test_a_vehicle_halts_on_ice(drives):
     assert np.max(speed[icy]) > 3.0
 
 
+def test_a_vehicle_drives_off_and_its_wheels_spin(drives):
+    made = drives["driving off harder than ice holds"]
+    icy = (made["truth_road_friction"].values < 0.25) & (made["truth_speed"].values > 0.5)
+    pushed = 403.2 * made["longitudinal_acceleration"].values[icy]
+    asked = (made["target_drive_torque_left"].values + made["target_drive_torque_right"].values)[icy] / 0.243
+    assert np.median(pushed) < 0.5 * np.median(asked)
+    assert np.max(made["truth_speed"].values) > 8.0
+
+
 def test_every_verdict_that_is_not_sound_is_of_a_drive(drives):
     assert set(odd.NOT_HEALTHY) < set(drives)
 

@@ -13,10 +13,10 @@ from tierod.graph.maths import absolute, all_of, any_of, both, either, negated, 
 from tierod.monitors.condition.adoption import adopted, believed, kin
 from tierod.monitors.condition.diagnosis import Diagnosis, Elements
 from tierod.monitors.condition.lane import LeaveOutFilter
-from tierod.monitors.condition.low_grip import LowGrip, LowGripState
+from tierod.monitors.condition.low_grip import Lack, LowGrip, LowGripState
 from tierod.monitors.condition.readings import Readings
 from tierod.monitors.condition.returning import Returning
-from tierod.monitors.condition.signals import ELEMENTS, MOTORS, SENSORS, SLIDING, Hypothesis
+from tierod.monitors.condition.signals import DRIVES, ELEMENTS, MOTORS, SENSORS, SLIDING, Hypothesis
 from tierod.monitors.condition.testability import Telling
 from tierod.monitors.condition.weighing import Limits, Ranking, Weighing, Weights, chosen
 
@@ -124,7 +124,7 @@ class Decision:
         good = self.returning.good(state.good, suspected, readings, seen, effects)
         kept = self.returning.after(self.weighing, state.active, suspected, good)
 
-        led, exceeded = self._counted(state, ranking)
+        led, exceeded = (where(slides, 0.0, count) for count in self._counted(state, ranking))
         active = where(self._declares(ranking, led), ranking.best, kept)
         changed = negated(active == state.active)
         faulty = self._elements_of(active)
@@ -171,11 +171,17 @@ class Decision:
         count = len(self.weighing.hypotheses)
         if len(lanes) == count:
             return state.slipping, 0.0, 0.0
-        lack = lanes[count].lack
+        lack = Lack(lanes[count].lack, lanes[count].lack_along, lanes[count].given_along)
+        numbers = [number for name in DRIVES if (number := self.weighing.number(name)) is not None]
         after, slides = self.low_grip.after(
-            state.slipping, likelihoods[count], likelihoods[:count], lack, self.weighing.sample_time
+            state.slipping,
+            likelihoods[count],
+            likelihoods[:count],
+            [likelihoods[number] for number in numbers],
+            lack,
+            self.weighing.sample_time,
         )
-        return after, both(slides, state.active == 0.0), lack > self.low_grip.lacks
+        return after, both(slides, state.active == 0.0), lack.across > self.low_grip.lacks
 
     def _counted(self, state: DecisionState, ranking: Ranking) -> tuple[Any, Any]:
         """For how many samples in a row the best hypothesis has led by the gap, and any has been beyond its limit."""

@@ -14,6 +14,7 @@ from tierod.estimators.kernels import predict_covariance
 from tierod.estimators.linear_algebra import congruence, diagonal, dot, from_diagonal, plus
 from tierod.graph.derivatives import jacobian
 from tierod.graph.maths import absolute, both, limit, maximum, minimum, present, sqrt, where
+from tierod.models.automated_forces import Torques
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.asked_torques import AskedTorques, no_torques, torques_of
 from tierod.monitors.condition.process import LIMITS, process_noise, start_deviations, with_torque_noise
@@ -102,6 +103,7 @@ class LeaveOutFilter:
             moving: 1 where the vehicle moves forward, else 0: wheels that stand or roll back tell nothing
             driven: 1 where the deceleration is what drives and slopes give, else 0: brakes may lock the wheels
             lack: force that an axle lacks in a bend, over its load: the larger one; 0 where it hardly needs any
+            lack_along, given_along: force of the suspected drives that the front axle lacks, and has, over its load
         """
 
         log_likelihood: Annotated[float, ""]
@@ -116,6 +118,8 @@ class LeaveOutFilter:
         moving: Annotated[float, ""]
         driven: Annotated[float, ""]
         lack: Annotated[float, ""] = 0.0
+        lack_along: Annotated[float, ""] = 0.0
+        given_along: Annotated[float, ""] = 0.0
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01) -> LeaveOutFilter:
@@ -158,6 +162,7 @@ class LeaveOutFilter:
             where(mean.speed > self.slowest, 1.0, 0.0),
             where(seen.innovations[judged] < -self.braking, 0.0, 1.0),
             self._lack(mean),
+            *self._along(mean, after.torques.given),
         )
 
     def corrected(self, state: Any, sample: Any) -> tuple[Any, Seen]:
@@ -193,6 +198,14 @@ class LeaveOutFilter:
         front = mean.front_force_error / front_axle_load(car.mass, car.front_distance, car.rear_distance)
         rear = mean.rear_force_error / front_axle_load(car.mass, car.rear_distance, car.front_distance)
         return maximum(side * front, side * rear)
+
+    def _along(self, mean: Any, given: Torques) -> tuple[Any, Any]:
+        """Force of the suspected drives that the front axle lacks, and has, over its load."""
+        car = self.vehicle
+        torque = (1.0 - self.trust_drive_left) * given.drive_left + (1.0 - self.trust_drive_right) * given.drive_right
+        load = front_axle_load(car.mass, car.front_distance, car.rear_distance)
+        asked = torque * car.wheel_speed_scale / (car.wheel_radius * load)
+        return mean.torque_loss * asked, (1.0 - mean.torque_loss) * asked
 
     def _uses(self) -> tuple[Any, ...]:
         """Whether each reading is used; accelerations always are."""

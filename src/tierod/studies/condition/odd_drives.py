@@ -41,6 +41,7 @@ def odd_drives(number: int = 1) -> dict[str, Recording]:
         "ice on a bend": _on(number, _icy(0.36, 0.36)),
         "ice on one side": _on(number, _icy(0.2, 0.7)),
         "braking harder than ice holds": _on(number, _braking_on_ice()),
+        "driving off harder than ice holds": _on(number, _starting_on_ice()),
         "restart in mid-drive": sliced(usual, 31.0),
         "wheels swapped": _renamed(usual, dict(zip(SENSORS[:2], reversed(SENSORS[:2]), strict=True))),
         "angle in another gear ratio": scaled(usual, "steering_wheel_angle", 1.25),
@@ -83,6 +84,12 @@ def _braking_on_ice() -> AnyCourse:
     """The long round with a halt on a straight that is ice."""
     ice = Adhesion(window=Along(HALT - 30.0, HALT + 16.0, 1.0), left=0.3, right=0.3)
     return replace(_circuit(LONG), time=SECONDS, speed=9.0, halts=(Halt(HALT, 2.0),), conditions=(ice,))
+
+
+def _starting_on_ice() -> AnyCourse:
+    """The long round, its first 20 m of ice."""
+    ice = Adhesion(window=Along(-5.0, 20.0, 1.0), left=0.2, right=0.2)
+    return replace(_circuit(LONG), time=SECONDS, speed=9.0, conditions=(ice,))
 
 
 def _circuit(name: str) -> Circuit:
