@@ -84,6 +84,17 @@ def test_a_wrong_scale_is_told_with_its_size(name, factor, told):
     assert f"reads {factor:.3g} times" in problem.cause
 
 
+@pytest.mark.parametrize(("factor", "told"), [(3.6, "3.6 times"), (1.0 / 3.6, "0.278 times"), (1.609, "1.61 times")])
+@pytest.mark.parametrize("close", [None, Close()], ids=["uncalibrated", "calibrated"])
+def test_wheel_speeds_in_another_unit_are_told_and_not_the_yaw_rate(factor, told, close):
+    signals = leading() if close else turning()
+    wheels = ("wheel_speed_rear_left", "wheel_speed_rear_right")
+    (problem,) = problems(signals | {name: factor * signals[name] for name in wheels}, close=close)
+    assert problem.elements == wheels
+    assert "wheel speeds have the wrong unit" in problem.cause
+    assert told in problem.cause
+
+
 @pytest.mark.parametrize("factor", [0.8, 1.25])
 def test_what_tyres_and_radii_do_is_no_wrong_scale(factor):
     assert problems(changed(steering_wheel_angle=factor)) == ()

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.monitors.condition.witnesses import Witness
+from tierod.monitors.condition.witnesses import OVER_SPEED, TIMES_SPEED, WHEELS, YAW_SENSOR, Witness
 from tierod.monitors.odd_one_out import Pair, odd_ones_out
 
 STEP = 0.04
@@ -107,12 +107,8 @@ def scaled(told: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], lim
         witnesses: by name
         limit: ratio of sizes from which on one is wrong
     """
-    ratios: dict[Pair, float] = {}
-    for pair in combinations(told, 2):
-        one, other = (told[name] for name in pair)
-        if _correlation(one, other) > TIGHT:
-            both = np.isfinite(one) & np.isfinite(other)
-            ratios[pair] = float(np.sqrt((one[both] @ one[both]) / (other[both] @ other[both])))
+    found = {pair: _ratio(told[pair[0]], told[pair[1]]) for pair in combinations(told, 2)}
+    ratios: dict[Pair, float] = {pair: ratio for pair, ratio in found.items() if np.isfinite(ratio)}
     odd = odd_ones_out(tuple(told), {pair: 1.0 / limit < ratio < limit for pair, ratio in ratios.items()})
     if len(odd) != 1:
         return ()
@@ -120,3 +116,33 @@ def scaled(told: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], lim
     by = [(ratio if pair[0] == odd[0] else 1.0 / ratio) for pair, ratio in ratios.items() if odd[0] in pair]
     cause = f"{witness.scaled}: it reads {np.median(by):.3g} times what the others tell"
     return (Problem("scale", witness.elements, cause, "correct the vehicle file or the channel map"),)
+
+
+def _ratio(one: np.ndarray, other: np.ndarray) -> float:
+    """How many times as large the first is; NaN where they do not go together."""
+    if _correlation(one, other) <= TIGHT:
+        return np.nan
+    both = np.isfinite(one) & np.isfinite(other)
+    return float(np.sqrt((one[both] @ one[both]) / (other[both] @ other[both])))
+
+
+def misread_speed(told: Mapping[str, np.ndarray], limit: float) -> tuple[Problem, ...]:
+    """Whether the wheel speeds are of another size than turns tell, whose witnesses use them, but for the yaw sensor.
+
+    Read k times too large, wheels and steering angle tell k times the yaw rate, and the lateral acceleration a k-th.
+
+    Args:
+        told: what every witness of the yaw rate tells, by name, about its mean
+        limit: ratio of sizes from which on one is wrong
+    """
+    if not {YAW_SENSOR, *TIMES_SPEED, OVER_SPEED} <= set(told):
+        return ()
+    sizes = [_ratio(told[name], told[YAW_SENSOR]) for name in TIMES_SPEED]
+    sizes.append(_ratio(told[YAW_SENSOR], told[OVER_SPEED]))
+    least, most = min(sizes), max(sizes)
+    if not (np.isfinite(sizes).all() and most < limit * least and (least > limit or most < 1.0 / limit)):
+        return ()
+    cause = (
+        f"the wheel speeds have the wrong unit or scale: they read {np.median(sizes):.3g} times what the others tell"
+    )
+    return (Problem("scale", WHEELS, cause, "correct their unit in the channel map; 1 m/s is 3.6 km/h"),)

@@ -37,13 +37,19 @@ def mean_speed(signals: Mapping[str, np.ndarray]) -> np.ndarray:
     return 0.5 * (np.where(np.isfinite(left), left, right) + np.where(np.isfinite(right), right, left))
 
 
-def _over_speed(value: np.ndarray, signals: Mapping[str, np.ndarray]) -> np.ndarray:
-    return value / np.maximum(mean_speed(signals), MOVING)
+def _speed(signals: Mapping[str, np.ndarray], vehicle: Any) -> np.ndarray:
+    """Of the vehicle, by what its wheel speed sensors are known to tell too much [m/s]."""
+    return mean_speed(signals) / vehicle.wheel_speed_scale
 
+
+WHEELS = ("wheel_speed_rear_left", "wheel_speed_rear_right")
+"""The sensors of the speed."""
+YAW_SENSOR, TIMES_SPEED, OVER_SPEED = "yaw rate sensor", ("rear wheels", "steering angle"), "lateral acceleration"
+"""What tells the yaw rate without the speed, by what is multiplied with it, and by what is divided by it."""
 
 YAW: Mapping[str, Witness] = {
     "rear wheels": Witness(
-        ("wheel_speed_rear_left", "wheel_speed_rear_right"),
+        WHEELS,
         lambda s, p: (s["wheel_speed_rear_right"] - s["wheel_speed_rear_left"]) / (p.wheel_speed_scale * p.track_width),
         "left and right rear wheel speeds are swapped",
         "the track width of the vehicle file, or the unit of the wheel speeds, is wrong",
@@ -56,16 +62,14 @@ YAW: Mapping[str, Witness] = {
     ),
     "steering angle": Witness(
         ("steering_wheel_angle",),
-        lambda s, p: (
-            s["steering_wheel_angle"] * p.steering_ratio * mean_speed(s) / (p.front_distance + p.rear_distance)
-        ),
+        lambda s, p: s["steering_wheel_angle"] * p.steering_ratio * _speed(s, p) / (p.front_distance + p.rear_distance),
         "the steering angle has the wrong sign",
         "the steering ratio of the vehicle file, or the unit of the steering angle, is wrong",
         0.1,
     ),
     "lateral acceleration": Witness(
         (),
-        lambda s, p: _over_speed(s["lateral_acceleration"], s),
+        lambda s, p: s["lateral_acceleration"] / np.maximum(_speed(s, p), MOVING),
         "the lateral acceleration has the wrong sign",
         "the lateral acceleration has the wrong unit or scale",
         0.1,
