@@ -27,11 +27,11 @@ NONE = Lack(0.0, 0.0, 0.0)
 BEND, BRAKES = Lack(0.4, 0.0, 0.0), Lack(0.0, 0.2, 0.2)
 
 
-def steps(count, likelihood, lack, state=None, others=OTHERS, drives=OTHERS[1:]):
+def steps(count, likelihood, lack, state=None, others=OTHERS, drives=OTHERS[1:], moving=1.0):
     rule, found = LowGrip(), []
     state = rule.init() if state is None else state
     for _ in range(count):
-        state, slides = rule.after(state, likelihood, others, drives, lack, 0.01)
+        state, slides = rule.after(state, likelihood, others, drives, lack, moving, 0.01)
         found.append(bool(slides))
     return state, found
 
@@ -58,6 +58,7 @@ def test_they_slide_for_as_long_as_force_is_lacking_and_until_the_filters_have_f
     assert all(on)
     _, lost_ones = steps(300, -5.0, NONE, state, others=(-40.0, 0.0, 0.0))
     assert sum(lost_ones) == pytest.approx(50 / LowGrip().slower, abs=5)
+    assert all(steps(300, -5.0, NONE, state, moving=0.0)[1])
 
 
 def test_a_sample_all_but_impossible_counts_no_more_than_its_limit():
@@ -119,7 +120,7 @@ def slides_in(recording):
     for k in range(len(values[0])):
         others = [each[k] for each in values[:-1]]
         lack = Lack(*(last[name][k] for name in ("lack", "lack_along", "given_along")))
-        state, slides = rule.after(state, values[-1][k], others, others[1:], lack, 0.01)
+        state, slides = rule.after(state, values[-1][k], others, others[1:], lack, last["moving"][k], 0.01)
         found.append(bool(slides))
     return np.array(found)
 

@@ -179,6 +179,7 @@ class Decision:
             likelihoods[:count],
             [likelihoods[number] for number in numbers],
             lack,
+            lanes[count].moving,
             self.weighing.sample_time,
         )
         return after, both(slides, state.active == 0.0), lack.across > self.low_grip.lacks

@@ -127,6 +127,7 @@ class LowGrip:
         others: Sequence[Any],
         drives: Sequence[Any],
         lack: Lack,
+        moving: Any,
         sample_time: float,
     ) -> tuple[LowGripState, Any]:
         """One sample on; whether tyres slide.
@@ -137,6 +138,7 @@ class LowGrip:
             others: likewise, of all hypotheses that believe the tyres, that of nobody's fault first
             drives: likewise, of those that suspect one drive alone
             lack: of force
+            moving: whether the vehicle goes forward; while it stands or goes back no time passes to find back in
             sample_time: [s]
         """
         sound, best = others[0], _highest(others)
@@ -157,7 +159,7 @@ class LowGrip:
         goes_on = both(state.left > 0.5, either(across, both(along, broken < self.proofs)))
         slides = either(begins, goes_on)
         lost = sound < maximum(best, likelihood) - self.impossible
-        left = maximum(state.left - where(lost, self.slower, 1.0), 0.0)
+        left = maximum(state.left - where(moving, where(lost, self.slower, 1.0), 0.0), 0.0)
         left = where(slides, self.stays / sample_time, left)
         return LowGripState(lead, lead_along, gain, symmetric, held, broken, left), left > 0.5
 
