@@ -83,6 +83,18 @@ def test_one_after_another_becomes_a_pair_and_each_recovers_by_itself(bank, driv
     assert names == ["healthy", LEFT, "both wheels", RIGHT, "healthy"]
 
 
+@pytest.mark.parametrize(("lasts", "named"), [(6, False), (100, True)])
+def test_a_bump_just_after_a_fault_is_no_second_one(drive, lasts, named):
+    limits = Limits((50.0,) * (len(HYPOTHESES) - 1), (1.0,) * (len(HYPOTHESES) - 1), gap=1.0, margin=1.0)
+    bank = Bank(tuple(map(lane, HYPOTHESES)), judge(HYPOTHESES, limits))
+    drive[300:, column(LEFT)] = 0.0
+    _, (at, _) = declared(scan(bank, drive[:500]))
+    bump = round(at * RATE) + 2
+    drive[bump : bump + lasts, column(RIGHT)] += 1.0
+    names = [name for _, name in declared(scan(bank, drive[: bump + 100]))]
+    assert names == ["healthy", LEFT, *(["both wheels"] if named else [])]
+
+
 def test_a_lost_sensor_does_not_recover_while_it_should_read_zero(bank, drive):
     drive[400:600, column("longitudinal_acceleration")] = -5.0
     drive[:, :2] += np.cumsum(drive[:, column("longitudinal_acceleration")])[:, None] / RATE

@@ -75,3 +75,13 @@ def test_the_price_is_the_mean_logarithm_of_the_density_over_that_of_anything_pl
     density = -0.5 * (chance / 0.11) ** 2 - math.log(0.11 * math.sqrt(2.0 * math.pi))
     expected = density.mean() + math.log(60.0)
     assert prices(SensorNoise(), PlausibleRange())[SENSORS.index(TORQUE)] == pytest.approx(expected, abs=0.01)
+
+
+def test_only_what_was_against_leaving_out_a_sensor_more_is_remembered_where_another_hypothesis_holds():
+    slow = tuple(float(-number) for number in range(COUNT))
+    before = Weights((3.0,) * COUNT, slow)
+    assert WEIGHING.restarted(before, LEFT_NUMBER, 0.0) == before
+    after = WEIGHING.restarted(before, LEFT_NUMBER, 1.0)
+    assert set(after.fast) == {0.0}
+    for number, each in enumerate(HYPOTHESES):
+        assert after.slow[number] == (min(LEFT_NUMBER - number, 0.0) if each.sensors else 0.0)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import Tree, map_leaves, rebuild, skeleton
+from tierod.block import Tree, rebuild, skeleton
 from tierod.block import leaves as leaves_of
 from tierod.graph import JudgeSample, Verdict
 from tierod.graph.maths import absolute, all_of, any_of, both, either, negated, present, where
@@ -130,7 +130,7 @@ class Decision:
         faulty = self._elements_of(active)
         stays = [both(each, negated(changed)) for each in faulty]
         after = DecisionState(
-            map_leaves(lambda each: where(changed, 0.0, each), weights),
+            self.weighing.restarted(weights, active, changed),
             active,
             where(changed, 0.0, ranking.best),
             where(changed, 0.0, led),

@@ -115,6 +115,26 @@ class Weighing:
         shares = [1.0 - exp(-self.sample_time / time) for time in (self.fast_time, self.slow_time)]
         return Weights(*(_on(mean, ratios, share) for mean, share in zip(weights, shares, strict=True)))
 
+    def restarted(self, weights: Weights, active: Any, changed: Any) -> Weights:
+        """What is remembered where another hypothesis holds from now on: nothing that was for any other one.
+
+        What was against one that leaves out a sensor stays, over the long time: its price is paid on. Without it a bump
+        that comes just then would do for a second fault.
+
+        Args:
+            weights: after this sample, against the hypothesis that held
+            active: the number of the hypothesis that holds now
+            changed: whether it is another one
+        """
+        own = chosen(weights.slow, active)
+        against = [
+            minimum(mean - own, 0.0) if each.sensors else 0.0
+            for mean, each in zip(weights.slow, self.hypotheses, strict=True)
+        ]
+        fast = tuple(where(changed, 0.0, mean) for mean in weights.fast)
+        slow = tuple(where(changed, kept, mean) for kept, mean in zip(against, weights.slow, strict=True))
+        return Weights(fast, slow)
+
     def ranking(self, weights: Weights, active: Any, widening: Any = 1.0, told: Sequence[Any] | None = None) -> Ranking:
         """Who explains the samples better than the active hypothesis, and who best.
 
