@@ -9,8 +9,8 @@ import pytest
 
 from report_pages import Page
 from tierod.cli import main
+from tierod.monitors.condition.calibration.limits import limits_of
 from tierod.monitors.condition.definition import CONDITION
-from tierod.monitors.condition.limits import limits_of
 from tierod.readers import read
 from tierod.recording import Recording
 from tierod.studies.condition.drives import Drive
@@ -43,9 +43,9 @@ def folder(tmp_path_factory):
 @pytest.fixture
 def short(monkeypatch):
     """A minute tells the parameters, and another one the limits: enough to see what is written, not how well."""
-    monkeypatch.setattr("tierod.monitors.condition.whole_calibration.FOR_PARAMETERS", 62.0)
-    monkeypatch.setattr("tierod.monitors.condition.whole_calibration.LEAST_HOURS", 0.015)
-    monkeypatch.setattr("tierod.monitors.condition.limits.LEAST_HOURS", 0.015)
+    monkeypatch.setattr("tierod.monitors.condition.calibration.whole.FOR_PARAMETERS", 62.0)
+    monkeypatch.setattr("tierod.monitors.condition.calibration.whole.LEAST_HOURS", 0.015)
+    monkeypatch.setattr("tierod.monitors.condition.calibration.limits.LEAST_HOURS", 0.015)
 
 
 def thresholds(folder, *names, arguments=()):

@@ -49,9 +49,10 @@ from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.models.steering_column import ColumnParameters
 from tierod.models.two_inertia_column import TwoInertiaParameters
-from tierod.monitors.condition.kind import KindOfFault
-from tierod.monitors.condition.lane import LeaveOutFilter
-from tierod.monitors.condition.likeliest import WhitenedInnovations
+from tierod.monitors.condition.bank.lane import LeaveOutFilter
+from tierod.monitors.condition.bank.rolling_filter import RollingFilter
+from tierod.monitors.condition.calibration.likeliest import WhitenedInnovations
+from tierod.monitors.condition.kinds.kind import KindOfFault
 from tierod.monitors.condition.residuals.actuator_set import ActuatorSet, actuator_set
 from tierod.monitors.condition.residuals.adaptive_speed import AdaptiveSpeed
 from tierod.monitors.condition.residuals.all_residuals import AllResiduals
@@ -62,7 +63,6 @@ from tierod.monitors.condition.residuals.residual_set import ResidualSet, residu
 from tierod.monitors.condition.residuals.shares import LostShares
 from tierod.monitors.condition.residuals.steering_signals import SteeringSignals
 from tierod.monitors.condition.residuals.thresholds import ResidualThreshold
-from tierod.monitors.condition.rolling_filter import RollingFilter
 from tierod.monitors.condition.rule_files import rules
 from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
 from tierod.monitors.condition.substitutes import Reconfiguration

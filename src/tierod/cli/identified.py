@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from tierod.identification.column_result import ColumnIdentification, Found
     from tierod.identification.inverter import InverterIdentification
     from tierod.identification.motor_result import MotorIdentification
-    from tierod.monitors.condition.whole_calibration import ConditionCalibration
+    from tierod.monitors.condition.calibration.whole import ConditionCalibration
     from tierod.recording import Recording
     from tierod.studies.content import Item, Table
     from tierod.vehicles import Vehicle
@@ -173,7 +173,7 @@ def _thresholds(
     car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any, hours: float = 1000.0
 ) -> ConditionCalibration:
     from tierod.errors import ParameterError
-    from tierod.monitors.condition.whole_calibration import calibrate_condition
+    from tierod.monitors.condition.calibration.whole import calibrate_condition
 
     if free:
         raise ParameterError("thresholds are found with all parameters that healthy driving tells; leave --free out")

@@ -9,8 +9,8 @@ import numpy as np
 
 from tierod.block import skeleton
 from tierod.graph.maths import both, log, present, sqrt, where
-from tierod.monitors.condition.lane import LeaveOutFilter
-from tierod.monitors.condition.readings import Readings
+from tierod.monitors.condition.bank.lane import LeaveOutFilter
+from tierod.monitors.condition.bank.readings import Readings
 from tierod.monitors.condition.signals import SENSORS, ConditionSample, Hypothesis
 
 LEFT, RIGHT, YAW, ANGLE, TORQUE, FORCE = SENSORS

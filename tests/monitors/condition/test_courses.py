@@ -6,7 +6,7 @@ import pytest
 from monitors.condition.made_up_said import PERIOD, part, place, sound, span
 from tierod.findings import Status
 from tierod.monitors.condition.courses import ElementCourse
-from tierod.monitors.condition.kinds_of_faults import GAIN, NOISE, OFFSET
+from tierod.monitors.condition.kinds.catalogue import GAIN, NOISE, OFFSET
 
 YAW, ANGLE = "yaw_rate", "steering_wheel_angle"
 

@@ -7,12 +7,12 @@ import pytest
 
 from monitors.condition.made_up_said import PERIOD, place, sound, span
 from tierod.findings import Status
-from tierod.monitors.condition.contradictions import Problem
 from tierod.monitors.condition.courses import ElementCourse
-from tierod.monitors.condition.coverage import Covered
 from tierod.monitors.condition.driven import Driven
 from tierod.monitors.condition.finding import judge
-from tierod.monitors.condition.kinds_of_faults import OFFSET
+from tierod.monitors.condition.kinds.catalogue import OFFSET
+from tierod.monitors.condition.recording_checks.contradictions import Problem
+from tierod.monitors.condition.recording_checks.coverage import Covered
 from tierod.monitors.condition.said import LOST_TORQUE
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS, ConditionSample
 from tierod.monitors.condition.states import NOT_ISOLABLE, code_courses, elements, losses

@@ -7,14 +7,14 @@ from monitors.condition.made_up_lanes import HYPOTHESES, LEFT, column, healthy_d
 from tierod.diagnosis.counting import Counting
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.graph import Bank, Stream, scan, trace
-from tierod.monitors.condition.decision import judge
-from tierod.monitors.condition.judge import ConditionJudge
-from tierod.monitors.condition.kind import KindOfFault
+from tierod.monitors.condition.bank.decision import judge
+from tierod.monitors.condition.bank.judge import ConditionJudge
+from tierod.monitors.condition.bank.tuning import PlausibleRange
+from tierod.monitors.condition.bank.weighing import Limits
+from tierod.monitors.condition.kinds.kind import KindOfFault
 from tierod.monitors.condition.on_board import CODES, OnBoardJudge, on_board
 from tierod.monitors.condition.session import filtered_by_bank
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS
-from tierod.monitors.condition.tuning import PlausibleRange
-from tierod.monitors.condition.weighing import Limits
 from tierod.vehicles import load
 
 

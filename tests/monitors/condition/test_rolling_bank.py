@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from tierod.graph import scan
-from tierod.monitors.condition.grid import aligned
+from tierod.monitors.condition.bank.rolling_filter import JUDGED, RollingFilter
+from tierod.monitors.condition.calibration.grid import aligned
 from tierod.monitors.condition.rolling_bank import rolling_bank, rolling_hypotheses
-from tierod.monitors.condition.rolling_filter import JUDGED, RollingFilter
 from tierod.monitors.condition.signals import ConditionSample
 from tierod.studies.condition.drives import Drive
 from tierod.studies.condition.faults import LOSS, OFFSET, Injected

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from tierod.findings import Status
-from tierod.monitors.condition.coverage import TARGETS
 from tierod.monitors.condition.definition import CONDITION
 from tierod.monitors.condition.driven import SLID
+from tierod.monitors.condition.recording_checks.coverage import TARGETS
 from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS
 from tierod.monitors.run import Run
 from tierod.recording import Channel, Recording

@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
-from tierod.monitors.condition.judge import condition_bank
-from tierod.monitors.condition.lane import LeaveOutFilter
-from tierod.monitors.condition.limits import limits_of
+from tierod.monitors.condition.bank.judge import condition_bank
+from tierod.monitors.condition.bank.lane import LeaveOutFilter
+from tierod.monitors.condition.calibration.limits import limits_of
 from tierod.monitors.condition.signals import SENSORS
 from tierod.monitors.condition.substitutes import FILTER, substitution_graph
 from tierod.monitors.condition.uncalibrated import unsure

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from tierod.models.rolling_car import RollingCar
-from tierod.monitors.condition.grid import MAXIMUM_AGE
-from tierod.monitors.condition.limits import has_own_limits
+from tierod.monitors.condition.calibration.grid import MAXIMUM_AGE
+from tierod.monitors.condition.calibration.limits import has_own_limits
 from tierod.monitors.condition.residuals.in_vehicle_file import calibration_of, name_of
 from tierod.monitors.condition.residuals.parameters import ResidualParameters
 from tierod.monitors.condition.rolling_bank import rolling_bank
@@ -64,13 +64,14 @@ _WIRING = Decision(
     name="wrong wiring, scale or time",
     distance="correlation, ratio and shift of signals that tell the same, over the first three minutes",
     rule=OwnRule(
-        "signs opposed, size off by 1.4, or shift of 0.15 s, in each of three parts; 1.17 and 0.045 s once calibrated",
+        "signs opposed, size off by 1.4, or shift of 0.15 s, in each of three parts; 1.13 and 0.045 s once calibrated",
         {"scale": 1.4, "late": 0.15},
     ),
     place="_wiring",
     mean_time_between_false_alarms=None,
     demonstrated=None,
-    source="tierod.monitors.condition.wiring; its limits were chosen on healthy drives of three virtual demonstrators",
+    source="tierod.monitors.condition.recording_checks.wiring; "
+    "its limits were chosen on healthy drives of three virtual demonstrators",
     unit="recording",
 )
 
@@ -94,7 +95,8 @@ _BANK_DECISIONS = (
         place="block.judge.decision",
         mean_time_between_false_alarms=1000.0,
         demonstrated=Demonstrated(3.0),
-        source="tierod.monitors.condition.limits, for a vehicle that 'tierod identify thresholds' has calibrated",
+        source="tierod.monitors.condition.calibration.limits, "
+        "for a vehicle that 'tierod identify thresholds' has calibrated",
     ),
     _WIRING,
 )

@@ -10,8 +10,8 @@ import numpy as np
 from tierod.diagnosis.substitution import SubstitutionGraph
 from tierod.findings import Status
 from tierod.graph import Result
-from tierod.monitors.condition.absence import Absence, Loss
-from tierod.monitors.condition.coverage import ALL, LOST, TARGETS, UNASKED, Covered
+from tierod.monitors.condition.recording_checks.absence import Absence, Loss
+from tierod.monitors.condition.recording_checks.coverage import ALL, LOST, TARGETS, UNASKED, Covered
 from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS
 
 STANDING = 0.5

@@ -6,9 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 
 from tierod.findings import Element, Episode, Finding, Status
-from tierod.monitors.condition.absence import Loss
-from tierod.monitors.condition.contradictions import Problem
 from tierod.monitors.condition.driven import Driven
+from tierod.monitors.condition.recording_checks.absence import Loss
+from tierod.monitors.condition.recording_checks.contradictions import Problem
 from tierod.monitors.condition.said import listed, shown
 from tierod.monitors.condition.signals import DRIVES, ELEMENTS, MOTORS, SENSORS
 from tierod.monitors.condition.states import LACKING, LEAST_TOLD

@@ -12,9 +12,9 @@ from tierod.diagnosis.debounce import DebounceCounters
 from tierod.diagnosis.trouble_codes import TroubleCodes, load_trouble_codes
 from tierod.graph import Bank, JudgeSample, Verdict
 from tierod.graph.maths import any_of, both, negated, present, where
+from tierod.monitors.condition.bank.judge import ConditionJudge, Judgement
+from tierod.monitors.condition.calibration.limits import has_own_limits
 from tierod.monitors.condition.courses import LEAST_DOUBT
-from tierod.monitors.condition.judge import ConditionJudge, Judgement
-from tierod.monitors.condition.limits import has_own_limits
 from tierod.monitors.condition.residuals.in_vehicle_file import calibration_of
 from tierod.monitors.condition.residuals.parameters import ResidualParameters
 from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor

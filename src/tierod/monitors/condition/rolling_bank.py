@@ -6,15 +6,15 @@ from dataclasses import replace
 
 from tierod.graph import Bank
 from tierod.models.rolling_car import Wander
-from tierod.monitors.condition.decision import Decision
-from tierod.monitors.condition.judge import ConditionJudge
-from tierod.monitors.condition.kind import KindOfFault
-from tierod.monitors.condition.rolling_filter import JUDGED, RollingFilter
+from tierod.monitors.condition.bank.decision import Decision
+from tierod.monitors.condition.bank.judge import ConditionJudge
+from tierod.monitors.condition.bank.rolling_filter import JUDGED, RollingFilter
+from tierod.monitors.condition.bank.testability import Telling
+from tierod.monitors.condition.bank.tuning import prices
+from tierod.monitors.condition.bank.weighing import Limits, Weighing
+from tierod.monitors.condition.kinds.kind import KindOfFault
 from tierod.monitors.condition.signals import SENSORS, Hypothesis, hypotheses
 from tierod.monitors.condition.substitutes import ON_CARS
-from tierod.monitors.condition.testability import Telling
-from tierod.monitors.condition.tuning import prices
-from tierod.monitors.condition.weighing import Limits, Weighing
 from tierod.vehicles import Vehicle
 
 WHEELS, OTHERS, SLOW = 9.0, 2.3, 0.45

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tierod.graph import Result
-from tierod.monitors.condition.kinds_of_faults import DELAY, DRIFT, GAIN, LOSS, NOISE, OFFSET, OUTLIER, STUCK
+from tierod.monitors.condition.kinds.catalogue import DELAY, DRIFT, GAIN, LOSS, NOISE, OFFSET, OUTLIER, STUCK
 from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS
 from tierod.signals import SIGNALS
 

@@ -11,18 +11,18 @@ from tierod.block import Block
 from tierod.graph import Memory, Result, scan
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.blind import untold
-from tierod.monitors.condition.clock_leap import ClockLeap
 from tierod.monitors.condition.courses import ElementCourse
-from tierod.monitors.condition.coverage import Coverage
 from tierod.monitors.condition.driven import STANDING, Driven
 from tierod.monitors.condition.finding import judge
-from tierod.monitors.condition.pace import TargetPace
+from tierod.monitors.condition.recording_checks.clock_leap import ClockLeap
+from tierod.monitors.condition.recording_checks.coverage import Coverage
+from tierod.monitors.condition.recording_checks.pace import TargetPace
+from tierod.monitors.condition.recording_checks.wiring import Close, Wiring
 from tierod.monitors.condition.said import Said, nothing_said
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS, ConditionSample
 from tierod.monitors.condition.states import code_courses, elements, losses
 from tierod.monitors.condition.structure import ACCELERATIONS
 from tierod.monitors.condition.substitutes import Reconfiguration
-from tierod.monitors.condition.wiring import Close, Wiring
 from tierod.monitors.session import Conclusion
 from tierod.recording import Aligned
 from tierod.signals import SIGNALS

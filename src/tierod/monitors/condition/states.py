@@ -7,13 +7,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from tierod.diagnosis.substitution import SubstitutionGraph
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.findings import Element, Episode, Status
-from tierod.monitors.condition.absence import Loss
-from tierod.monitors.condition.contradictions import Problem
+from tierod.monitors.condition.bank.testability import TOLD_BY
 from tierod.monitors.condition.courses import TOGETHER, ElementCourse
 from tierod.monitors.condition.driven import ALL_HELD, ALL_ZERO, TOO_FEW, Driven
+from tierod.monitors.condition.recording_checks.absence import Loss
+from tierod.monitors.condition.recording_checks.contradictions import Problem
 from tierod.monitors.condition.said import shown
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS
-from tierod.monitors.condition.testability import TOLD_BY
 from tierod.monitors.session import StatusChange
 from tierod.signals import SIGNALS
 

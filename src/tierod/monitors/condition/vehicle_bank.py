@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from tierod.graph import Bank
-from tierod.monitors.condition.judge import condition_bank
-from tierod.monitors.condition.lane import LeaveOutFilter
-from tierod.monitors.condition.limits import has_own_limits, limits_of
+from tierod.monitors.condition.bank.judge import condition_bank
+from tierod.monitors.condition.bank.lane import LeaveOutFilter
+from tierod.monitors.condition.calibration.limits import has_own_limits, limits_of
 from tierod.monitors.condition.uncalibrated import unsure
 from tierod.vehicles import Vehicle
 

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from tierod.graph import Bank, Result, scan
-from tierod.monitors.condition.calibration import calibrate as calibrate_parameters
-from tierod.monitors.condition.grid import aligned
-from tierod.monitors.condition.judge import condition_bank
-from tierod.monitors.condition.kinds_of_faults import KINDS
-from tierod.monitors.condition.lane import LeaveOutFilter
-from tierod.monitors.condition.limits import NAME, design_limits, limits_of, table_of
+from tierod.monitors.condition.bank.judge import condition_bank
+from tierod.monitors.condition.bank.lane import LeaveOutFilter
+from tierod.monitors.condition.calibration.grid import aligned
+from tierod.monitors.condition.calibration.limits import NAME, design_limits, limits_of, table_of
+from tierod.monitors.condition.calibration.vehicle_parameters import calibrate as calibrate_parameters
+from tierod.monitors.condition.kinds.catalogue import KINDS
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS
 from tierod.recording import Recording
 from tierod.studies.condition.calibration_set import calibration_set

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from tierod.graph import Bank, scan
-from tierod.monitors.condition.grid import sampled
-from tierod.monitors.condition.healthy_ratios import Watching, lasting, unreachable
+from tierod.monitors.condition.bank.rolling_filter import RollingFilter
+from tierod.monitors.condition.calibration.grid import sampled
+from tierod.monitors.condition.calibration.healthy_ratios import Watching, lasting, unreachable
 from tierod.monitors.condition.rolling_bank import rolling_bank, rolling_hypotheses
-from tierod.monitors.condition.rolling_filter import RollingFilter
 from tierod.recording import Recording
 from tierod.studies.condition.by_bank import said_of
 from tierod.studies.condition.declared import Declared

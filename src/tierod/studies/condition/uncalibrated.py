@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from functools import lru_cache
 
 from tierod.graph import Bank, scan
-from tierod.monitors.condition.grid import aligned
+from tierod.monitors.condition.calibration.grid import aligned
 from tierod.monitors.condition.vehicle_bank import bank_of
 from tierod.recording import Recording
 from tierod.studies.claims import Claim, exactly

@@ -1,0 +1,114 @@
+"""Which lane of the bank is believed in a sample, and which lanes go on from the state of another."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from tierod.graph import KEEP
+from tierod.graph.maths import all_of, any_of, both, either, maximum, negated, where
+from tierod.monitors.condition.bank.weighing import chosen
+from tierod.monitors.condition.signals import SLIDING, Hypothesis
+
+
+def believed(
+    hypotheses: Sequence[Hypothesis], likelihoods: Sequence[Any], active: Any, impossible: Any, slides: Any = 0.0
+) -> tuple[Any, list[Any]]:
+    """The lane that is believed in a sample, and which lanes find the sample all but impossible.
+
+    The active one is believed; where the sample is all but impossible to it, the likeliest of those that suspect all
+    that it does. A lane of actuators alone counts from where it is declared on: the loss of a sound one follows any
+    disturbance.
+
+    Args:
+        hypotheses: in the order of the lanes
+        likelihoods: logarithm of each hypothesis' density of this sample
+        active: the number of the hypothesis that holds
+        impossible: log-likelihood ratio against the best from which on a sample is all but impossible
+        slides: whether tyres slide, so that the lane of sliding tyres, which then comes last, may be believed
+    """
+    best, top = active, chosen(likelihoods, active)
+    own = top
+    for number, value in enumerate(likelihoods):
+        if _keeps_to_itself(hypotheses[number]):
+            continue
+        better = both(_contains(hypotheses, number, active), value > top)
+        better = both(better, slides) if hypotheses[number] is SLIDING else better
+        best, top = where(better, float(number), best), where(better, value, top)
+    far_off = [value < top - impossible for value in likelihoods]
+    return where(own < top - impossible, best, active), far_off
+
+
+def kin(hypotheses: Sequence[Hypothesis], likelihoods: Sequence[Any], impossible: Any) -> list[Any]:
+    """Of each suspect alone the likeliest pair that it belongs to, where that finds the sample possible; else 0.
+
+    Where two sensors disagree, either may be wrong; a lane that went on from one that believes the other sensor would
+    speak for the wrong one from then on.
+
+    Args:
+        hypotheses: in the order of the lanes
+        likelihoods: logarithm of each hypothesis' density of this sample
+        impossible: log-likelihood ratio against the best from which on a sample is all but impossible
+    """
+    top = likelihoods[0]
+    for value in likelihoods[1:]:
+        top = maximum(top, value)
+    nearest = []
+    for each in hypotheses:
+        best: Any = 0.0
+        highest = top - impossible
+        for number, (other, value) in enumerate(zip(hypotheses, likelihoods, strict=True)):
+            alike = not each.actuators or each.actuators == other.actuators
+            if each.suspects and alike and set(each.suspects) < set(other.suspects):
+                better = value > highest
+                best, highest = where(better, float(number), best), where(better, value, highest)
+        nearest.append(best)
+    return nearest
+
+
+def adopted(
+    hypotheses: Sequence[Hypothesis],
+    source: Any,
+    nearest: Sequence[Any],
+    far_off: Sequence[Any],
+    changed: Any,
+    active: Any,
+) -> tuple[Any, ...]:
+    """Whose state each lane goes on from; a lost share of torque is never taken over by another actuator's lane.
+
+    A lane of actuators alone goes on by itself until something is declared: it finds the loss within some samples, from
+    which the state of a lane that leaves sensors out instead would lead it away.
+
+    Args:
+        hypotheses: in the order of the lanes
+        source: the lane whose state is taken over
+        nearest: of each lane another one that it rather takes over, see `kin`; 0 if there is none
+        far_off: which lanes find the sample all but impossible
+        changed: whether another hypothesis holds from now on, and all take over the source
+        active: the number of the hypothesis that holds from now on
+    """
+    adopting = []
+    for number, own in enumerate(hypotheses):
+        alien = [
+            k
+            for k, other in enumerate(hypotheses)
+            if own.actuators and other.actuators and own.actuators != other.actuators
+        ]
+        taken = where(either(changed, nearest[number] == 0.0), source, nearest[number])
+        foreign = any_of(0.0, *(taken == k for k in alien))
+        lost = both(far_off[number], negated(active == 0.0)) if _keeps_to_itself(own) else far_off[number]
+        moves = all_of(either(changed, lost), negated(foreign), negated(taken == number))
+        adopting.append(where(moves, taken, KEEP))
+    return tuple(adopting)
+
+
+def _keeps_to_itself(hypothesis: Hypothesis) -> bool:
+    """Whether the lane of a hypothesis shares its state with no other before anything is declared."""
+    return bool(hypothesis.actuators) and not hypothesis.sensors
+
+
+def _contains(hypotheses: Sequence[Hypothesis], number: int, active: Any) -> Any:
+    """Whether a hypothesis suspects all that the active one does."""
+    own = set(hypotheses[number].suspects)
+    parts = [k for k, each in enumerate(hypotheses) if set(each.suspects) <= own]
+    return any_of(0.0, *(active == part for part in parts))

@@ -1,0 +1,256 @@
+"""Which sensors and actuators are at fault: the judge over the bank of filters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+from tierod.block import Tree, rebuild, skeleton
+from tierod.block import leaves as leaves_of
+from tierod.graph import JudgeSample, Verdict
+from tierod.graph.maths import absolute, all_of, any_of, both, either, negated, present, where
+from tierod.monitors.condition.bank.adoption import adopted, believed, kin
+from tierod.monitors.condition.bank.diagnosis import Diagnosis, Elements
+from tierod.monitors.condition.bank.lane import LeaveOutFilter
+from tierod.monitors.condition.bank.low_grip import Lack, LowGrip, LowGripState
+from tierod.monitors.condition.bank.readings import Readings
+from tierod.monitors.condition.bank.returning import Returning
+from tierod.monitors.condition.bank.testability import Telling
+from tierod.monitors.condition.bank.weighing import Limits, Ranking, Weighing, Weights, chosen
+from tierod.monitors.condition.signals import DRIVES, ELEMENTS, MOTORS, SENSORS, SLIDING, Hypothesis
+
+
+class DecisionState(NamedTuple):
+    """What the judge remembers.
+
+    Args:
+        weights: of all hypotheses against the active one
+        active: number of the active hypothesis
+        leading: number of the hypothesis that led at the sample before, 0 for none
+        led: for how many samples in a row
+        exceeded: for how many samples in a row any hypothesis was beyond its limit
+        good: for how many samples each suspect has been as it should
+        unread: for how many samples each sensor has had no reading
+        slipping: whether tyres slide
+        cornered: for how many samples they may, by the acceleration across the vehicle
+    """
+
+    weights: Weights
+    active: Any
+    leading: Any
+    led: Any
+    exceeded: Any
+    good: Elements
+    unread: Readings
+    slipping: LowGripState
+    cornered: Any
+
+
+@dataclass(frozen=True)
+class Decision:
+    """Declare what is at fault from the likelihoods of all hypotheses, and take back what has recovered.
+
+    A hypothesis is declared when its smoothed log-likelihood ratio against the active one is beyond its limit and it
+    leads all others by a gap, for some samples in a row; without the gap, all that come close are candidates. All
+    lanes then go on from the state of the one that is declared. Until then a lane to which a sample is all but
+    impossible goes on from the state of the lane that explains it best: a reading far off is gated at once, and a
+    faulty one does not pull the lanes that believe it.
+
+    Args:
+        weighing: of the hypotheses, with the limits
+        samples: in a row that a hypothesis must lead
+        samples_of_actuators: likewise, of one that suspects an actuator; motors are told apart by a changing split of
+            their torque, which takes some 0.1 s to change
+        samples_of_both_motors: likewise, of both steering motors; one alone looks like both until the split of their
+            torque has changed, every 0.12 s
+        impossible: log-likelihood ratio of one sample against the best hypothesis at which a lane is corrected; twice
+            the price of leaving out a sensor
+        gate: number of standard deviations beyond which a single reading is not believed
+        low_grip: tells whether the tyres slide, by the lane of sliding tyres where there is one, after all others
+        testability: tells what may be told now
+        returning: tells who has recovered
+
+    Source: Li, Frey, Gauterin, sections 3 and 4, replaced: their rules name no sensor for most faults.
+    """
+
+    weighing: Weighing
+    samples: Annotated[float, ""] = 3.0
+    samples_of_actuators: Annotated[float, ""] = 10.0
+    samples_of_both_motors: Annotated[float, ""] = 20.0
+    impossible: Annotated[float, ""] = 12.0
+    gate: Annotated[float, ""] = 6.0
+    low_grip: LowGrip = field(default_factory=LowGrip)
+    testability: Telling = field(default_factory=Telling)
+    returning: Returning = field(default_factory=Returning)
+
+    def feedback(self) -> Tree:
+        """Lanes are told nothing; they are given the states of others."""
+        return ()
+
+    def init(self) -> DecisionState:
+        """Healthy."""
+        none = Elements(*(0.0,) * len(ELEMENTS)), Readings(*(0.0,) * len(SENSORS))
+        return DecisionState(self.weighing.init(), 0.0, 0.0, 0.0, 0.0, *none, self.low_grip.init(), 0.0)
+
+    def step(self, state: DecisionState, sample: JudgeSample, effects: Tree = None) -> tuple[DecisionState, Verdict]:
+        """One sample on.
+
+        Args:
+            state: after the sample before
+            sample: of the bank, and the outputs of all lanes
+            effects: what the fault of each sensor that is declared adds to its reading; a loss if None
+        """
+        lanes, readings = sample.lanes, sample.sample[: len(SENSORS)]
+        likelihoods = [lane.log_likelihood for lane in lanes]
+        slipping, slides, lacks = self._slides(state, lanes, likelihoods)
+        everyone = (*self.weighing.hypotheses, SLIDING)[: len(lanes)]
+        source, far_off = believed(everyone, likelihoods, state.active, self.impossible, slides)
+        seen = _selected(lanes, source)
+        suspected = self._elements_of(state.active)
+        unread = [where(present(each), 0.0, count + 1.0) for each, count in zip(readings, state.unread, strict=True)]
+        told = self.testability.open(self.weighing, unread, suspected)
+        across = sample.sample.lateral_acceleration
+        cornered = self.testability.cornered(state.cornered, across, lacks, self.weighing.sample_time)
+        low_grip = either(slides, cornered > 0.5)
+        follows = both(seen.moving, negated(low_grip))
+        tells = [
+            both(*each)
+            for each in zip(self.testability.tells(self.weighing, seen, follows), told.hypotheses, strict=True)
+        ]
+        weighed = likelihoods[: len(self.weighing.hypotheses)]
+        weights = self.weighing.smoothed(state.weights, weighed, state.active, tells)
+        ranking = self.weighing.ranking(weights, state.active, told.widening, told.hypotheses)
+        good = self.returning.good(state.good, suspected, readings, seen, effects)
+        kept = self.returning.after(self.weighing, state.active, suspected, good)
+
+        led, exceeded = (where(slides, 0.0, count) for count in self._counted(state, ranking))
+        active = where(self._declares(ranking, led), ranking.best, kept)
+        changed = negated(active == state.active)
+        faulty = self._elements_of(active)
+        stays = [both(each, negated(changed)) for each in faulty]
+        after = DecisionState(
+            self.weighing.restarted(weights, active, changed),
+            active,
+            where(changed, 0.0, ranking.best),
+            where(changed, 0.0, led),
+            where(changed, 0.0, exceeded),
+            Elements(*(where(each, count, 0.0) for each, count in zip(stays, good, strict=True))),
+            Readings(*unread),
+            slipping,
+            cornered,
+        )
+        gated = self._gated(readings, seen, faulty)
+        tellable = [both(follows, each) for each in told.hypotheses]
+        unsure = both(exceeded >= self.samples, negated(changed))
+        output = Diagnosis(
+            active,
+            faulty,
+            self._candidates(ranking.rivals, unsure, faulty),
+            self.testability.testable(self.weighing, lanes, suspected, seen, tellable),
+            self.returning.recovering(faulty, good, self.weighing.sample_time),
+            gated,
+            self._values(readings, seen, faulty, gated),
+            *(seen.prediction, seen.deviation, seen.torque_loss, seen.loss_deviation),
+            *(seen.speed, seen.lateral_speed),
+            where(ranking.exceeding, ranking.best, active),
+            where(ranking.exceeding, ranking.lead, 0.0),
+            low_grip,
+        )
+        nearest = kin(everyone, likelihoods, self.impossible)
+        taken = where(changed, active, source)
+        return after, Verdict(output, adopted(everyone, taken, nearest, far_off, changed, active))
+
+    def _slides(
+        self, state: DecisionState, lanes: Sequence[Any], likelihoods: Sequence[Any]
+    ) -> tuple[LowGripState, Any, Any]:
+        """Whether the tyres slide, and whether an axle lacks force, by the lane of sliding tyres, where there is one.
+
+        Sliding is not told while something is declared, which that lane believes.
+        """
+        count = len(self.weighing.hypotheses)
+        if len(lanes) == count:
+            return state.slipping, 0.0, 0.0
+        lack = Lack(lanes[count].lack, lanes[count].lack_along, lanes[count].given_along)
+        numbers = [number for name in DRIVES if (number := self.weighing.number(name)) is not None]
+        after, slides = self.low_grip.after(
+            state.slipping,
+            likelihoods[count],
+            likelihoods[:count],
+            [likelihoods[number] for number in numbers],
+            lack,
+            lanes[count].moving,
+            self.weighing.sample_time,
+        )
+        return after, both(slides, state.active == 0.0), lack.across > self.low_grip.lacks
+
+    def _counted(self, state: DecisionState, ranking: Ranking) -> tuple[Any, Any]:
+        """For how many samples in a row the best hypothesis has led by the gap, and any has been beyond its limit."""
+        led = where(ranking.best == state.leading, state.led, 0.0) + 1.0
+        led = where(both(ranking.exceeding, ranking.lead > self.weighing.limits.gap), led, 0.0)
+        return led, where(ranking.exceeding, state.exceeded + 1.0, 0.0)
+
+    def _declares(self, ranking: Ranking, led: Any) -> Any:
+        """Whether the best hypothesis has led for long enough."""
+        patient = any_of(0.0, *(ranking.best == k for k, each in enumerate(self.weighing.hypotheses) if each.actuators))
+        needed = where(patient, self.samples_of_actuators, self.samples)
+        motors = self.weighing.number(*MOTORS)
+        if motors is not None:
+            needed = where(ranking.best == motors, self.samples_of_both_motors, needed)
+        return led >= needed
+
+    def _elements_of(self, number: Any) -> Elements:
+        """What a hypothesis suspects."""
+        return Elements(*(any_of(0.0, *(number == k for k in self._naming(name))) for name in ELEMENTS))
+
+    def _naming(self, name: str) -> list[int]:
+        return [k for k, each in enumerate(self.weighing.hypotheses) if name in each.suspects]
+
+    def _candidates(self, rivals: Sequence[Any], unsure: Any, faulty: Elements) -> Elements:
+        return Elements(
+            *(
+                all_of(unsure, negated(known), any_of(0.0, *(rivals[k] for k in self._naming(name))))
+                for name, known in zip(ELEMENTS, faulty, strict=True)
+            )
+        )
+
+    def _gated(self, readings: Sequence[Any], seen: Any, faulty: Elements) -> Readings:
+        """Readings far off that belong to nobody declared."""
+        return Readings(
+            *(
+                all_of(
+                    negated(known),
+                    present(reading),
+                    absolute(where(present(reading), reading, 0.0) - prediction) > self.gate * deviation,
+                )
+                for reading, prediction, deviation, known in zip(
+                    readings, seen.prediction, seen.deviation, faulty, strict=False
+                )
+            )
+        )
+
+    def _values(self, readings: Sequence[Any], seen: Any, faulty: Elements, gated: Readings) -> Readings:
+        """What stands in for every sensor."""
+        return Readings(
+            *(
+                where(all_of(present(reading), negated(known), negated(off)), reading, estimate)
+                for reading, estimate, known, off in zip(readings, seen.estimate, faulty, gated, strict=False)
+            )
+        )
+
+
+def judge(hypotheses: tuple[Hypothesis, ...], limits: Limits, sample_time: float = 0.01) -> Decision:
+    """The judge over a bank of these hypotheses.
+
+    Args:
+        hypotheses: in the order of the lanes, healthy first
+        limits: from calibration
+        sample_time: [s]
+    """
+    return Decision(Weighing(hypotheses, limits, sample_time))
+
+
+def _selected(lanes: Sequence[Any], number: Any) -> Any:
+    """The output of one lane, by a number that is known at run time only."""
+    columns = zip(*([leaf for _, leaf in leaves_of(lane)] for lane in lanes), strict=True)
+    return rebuild(skeleton(LeaveOutFilter.Output), [chosen(column, number) for column in columns])

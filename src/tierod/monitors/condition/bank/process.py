@@ -1,0 +1,103 @@
+"""What the state of the vehicle's filter may be, and by how much the model may miss it from sample to sample."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tierod.estimators.linear_algebra import Vector, pack, unpack
+from tierod.graph.maths import absolute, exp
+from tierod.models.automated_vehicle import AutomatedVehicle, turning_column
+from tierod.monitors.condition.bank.tuning import ModelError
+
+LIMITS = AutomatedVehicle.State(
+    *(80.0, 30.0, 10.0, 1.0, 1.0, 20.0, 80.0, 1.0),
+    *(600.0, 600.0, 500.0, 1.1, 0.03, 0.15, 1.7, 1.2, 0.03, 0.25, 0.25),
+)
+"""Beyond which no state goes, whatever a faulty sensor says. The filter stays finite; and a hypothesis that is wrong
+cannot explain readings by a bank of thirty degrees, tyres of another size or a motor that loses more torque than it has
+(and a tenth, which a calibration may miss), however long it is given."""
+
+
+def start_deviations(error: ModelError) -> Any:
+    """Standard deviations of the state before the first sample: any speed, wheels about straight ahead.
+
+    Args:
+        error: of the model
+    """
+    return AutomatedVehicle.State(
+        *(20.0, 0.5, 0.5, 0.02, 0.02, 4.0, 2.0, 0.7, error.force, error.force, error.tie_rod + error.standing),
+        *(error.loss, error.yaw_rate_offset, error.angle_offset, error.road, error.road),
+        *(error.wheel_speed_difference, error.wheel_speed_scale, error.drive_excess),
+    )
+
+
+def variance_gained(deviation: Any, time: Any, step: Any) -> Any:
+    """Variance that an error which fades gains per sample, so that its standard deviation stays as it is.
+
+    Args:
+        deviation: standard deviation of the error, in its unit
+        time: in which it fades [s]
+        step: time of a sample [s]
+    """
+    return deviation * deviation * (1.0 - exp(-2.0 * step / time))
+
+
+def process_noise(error: ModelError, vehicle: Any, mean: Any, inputs: Any) -> Any:
+    """Variance that each state gains per sample; that of the forces grows with the forces.
+
+    Args:
+        error: of the model
+        vehicle: parameters of `AutomatedVehicle`
+        mean: state before the sample
+        inputs: of the sample
+    """
+    fading, step = vehicle.fading, vehicle.sample_time
+    forces = AutomatedVehicle.forces(mean, inputs, vehicle)
+    standing = error.standing / (1.0 + mean.speed * mean.speed)
+    rod = vehicle.steering_ratio / vehicle.rack_ratio * absolute(forces.kingpin)
+
+    def white(deviation: Any) -> Any:
+        return deviation * deviation
+
+    def gained(deviation: Any, time: Any) -> Any:
+        return variance_gained(deviation, time, step)
+
+    return AutomatedVehicle.State(
+        speed=white(step * error.acceleration),
+        lateral_speed=white(step * error.lateral_acceleration),
+        yaw_rate=white(step * error.yaw_acceleration),
+        front_slip=white(error.slip),
+        rear_slip=white(error.slip),
+        column_angle=0.0,
+        column_rate=0.0,
+        friction_share=white(error.friction_share),
+        front_force_error=gained(error.force + error.force_share * absolute(forces.front), fading.force),
+        rear_force_error=gained(error.force + error.force_share * absolute(forces.rear), fading.force),
+        tie_rod_force_error=gained(error.tie_rod + error.tie_rod_share * rod + standing, fading.tie_rod),
+        torque_loss=gained(error.loss, fading.loss),
+        yaw_rate_offset=gained(error.yaw_rate_offset, fading.offset),
+        angle_offset=gained(error.angle_offset, fading.offset),
+        grade_acceleration=gained(error.road, fading.road),
+        bank_acceleration=gained(error.road, fading.road),
+        wheel_speed_difference=gained(error.wheel_speed_difference, fading.offset),
+        wheel_speed_scale=gained(error.wheel_speed_scale, fading.share),
+        drive_excess=gained(error.drive_excess, fading.share),
+    )
+
+
+def with_torque_noise(covariance: Vector, vehicle: Any, variance: Any) -> tuple[Any, ...]:
+    """The packed covariance with an error of the steering torque in the mean of a sample, which moves angle and rate.
+
+    Args:
+        covariance: packed
+        vehicle: parameters of `AutomatedVehicle`
+        variance: of that torque [N**2*m**2]
+    """
+    full = unpack(covariance)
+    turning = turning_column(vehicle)
+    angle = AutomatedVehicle.State._fields.index("column_angle")
+    gain = {angle: turning.angle_per_torque, angle + 1: turning.rate_per_torque}
+    for i, first in gain.items():
+        for j, second in gain.items():
+            full[i][j] = full[i][j] + first * second * variance
+    return pack(full)

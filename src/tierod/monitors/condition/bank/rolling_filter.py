@@ -1,0 +1,219 @@
+"""The filter behind every hypothesis about a car whose torques nobody knows: it leaves out what it suspects."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, field, replace
+from math import hypot
+from math import sqrt as sqrt_of
+from typing import Annotated, Any, NamedTuple
+
+from tierod.block import skeleton
+from tierod.estimators.kernels import predict_covariance
+from tierod.estimators.linear_algebra import dot, from_diagonal, plus
+from tierod.graph.derivatives import jacobian
+from tierod.graph.maths import absolute, both, limit, maximum, minimum, present, sqrt, where
+from tierod.models.rolling_car import LEAST_SPEED, RollingCar
+from tierod.monitors.condition.bank.lane import LeaveOutFilter
+from tierod.monitors.condition.bank.process import variance_gained
+from tierod.monitors.condition.bank.readings import Readings, Surprise
+from tierod.monitors.condition.bank.tuning import PlausibleRange, SensorNoise
+from tierod.monitors.condition.bank.updates import log_likelihood, spread_of, update
+from tierod.monitors.condition.signals import SENSORS, ConditionSample
+from tierod.vehicles import Vehicle
+
+JUDGED = SENSORS[:4]
+"""The sensors that a car has of those that are judged."""
+LIMITS = RollingCar.State(80.0, 15.0, 3.0, 10.0, 4.0, 0.1, 0.5, 0.04, 0.2, 3.0, 3.0)
+"""Beyond which no state goes, whatever a faulty sensor says."""
+
+
+@dataclass(frozen=True)
+class RollingError:
+    """Standard deviation of what the model does not follow.
+
+    Args:
+        jerk: change of the acceleration, brakes included
+        lateral_jerk: yaw acceleration times speed; what drivers and passengers bear, so that fast cars turn in slowly
+        steering, steering_share: of the angle, against that of a steady turn: at little angle, and its growth with it
+        yaw_rate_offset, angle_offset, wheel_speed_difference: of a car whose file tells nothing of them
+        track_width: relative
+        grade, bank: accelerations by slopes
+    """
+
+    jerk: Annotated[float, "m/s**2.5"] = 6.0
+    lateral_jerk: Annotated[float, "m/s**3"] = 2.0
+    steering: Annotated[float, "rad"] = 0.01
+    steering_share: Annotated[float, ""] = 0.04
+    yaw_rate_offset: Annotated[float, "rad/s"] = 0.01
+    angle_offset: Annotated[float, "rad"] = 0.06
+    wheel_speed_difference: Annotated[float, ""] = 0.005
+    track_width: Annotated[float, ""] = 0.04
+    grade: Annotated[float, "m/s**2"] = 0.4
+    bank: Annotated[float, "m/s**2"] = 0.4
+
+
+NOISE = SensorNoise(
+    wheel_speed=0.07,
+    yaw_rate=0.002,
+    steering_wheel_angle=0.01,
+    longitudinal_acceleration=0.3,
+    lateral_acceleration=0.3,
+)
+"""Of production cars: rough roads shake wheels and accelerometers more than data sheets say."""
+
+
+OFFSETS = {
+    "yaw_rate_offset": "yaw_rate_offset",
+    "angle_offset": "steering_wheel_angle_offset",
+    "wheel_speed_difference": "wheel_speed_difference",
+}
+"""Parameters of a vehicle file whose standard deviations say how far offsets are off it."""
+LEAST = {"yaw_rate_offset": 0.002, "angle_offset": 0.01, "wheel_speed_difference": 0.001}
+"""By which they change from drive to drive with temperature, tyres and load, in the units of `RollingError`."""
+
+
+@dataclass(frozen=True)
+class RollingFilter:
+    """Extended Kalman filter of a rolling car that leaves out what a hypothesis suspects; as `LeaveOutFilter` is.
+
+    Args:
+        vehicle: parameters of `RollingCar`
+        sensor_noise, model_error: standard deviations
+        plausible: ranges of failed sensors
+        influence: standard deviations beyond which a reading neither moves the state further nor counts more
+        settling: after the start, while offsets are found and readings tell nothing about hypotheses
+        slowest: speed from which the car counts as moving
+        braking: deceleration from which brakes may lock the wheels
+        use_wheel_speed_rear_left ... use_steering_wheel_angle: 1, or 0 for a sensor that is left out
+    """
+
+    vehicle: Any
+    sensor_noise: SensorNoise = NOISE
+    model_error: RollingError = field(default_factory=RollingError)
+    plausible: PlausibleRange = field(default_factory=PlausibleRange)
+    influence: Annotated[float, ""] = 8.0
+    settling: Annotated[float, "s"] = 1.0
+    slowest: Annotated[float, "m/s"] = 1.5
+    braking: Annotated[float, "m/s**2"] = 6.0
+    use_wheel_speed_rear_left: Annotated[float, ""] = 1.0
+    use_wheel_speed_rear_right: Annotated[float, ""] = 1.0
+    use_yaw_rate: Annotated[float, ""] = 1.0
+    use_steering_wheel_angle: Annotated[float, ""] = 1.0
+
+    Sample = ConditionSample
+    Output = LeaveOutFilter.Output
+
+    class State(NamedTuple):
+        """The belief, and how long ago the filter started, `settling` at most [s]."""
+
+        mean: Any
+        covariance: tuple[Any, ...]
+        age: Any
+
+    @classmethod
+    def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01) -> RollingFilter:
+        """The filter that suspects nobody.
+
+        Args:
+            vehicle: with the parameters of `RollingCar`; `yaw_rate_resolution` where the sensor's steps are coarse
+            sample_time: [s]
+
+        Raises:
+            ParameterError: parameters that are missing
+        """
+        parameters = replace(vehicle.parameters_for(RollingCar.Parameters), sample_time=sample_time)
+        known = vehicle.parameters
+        step = known["yaw_rate_resolution"].value if "yaw_rate_resolution" in known else 0.0
+        noise = replace(NOISE, yaw_rate=hypot(NOISE.yaw_rate, step / sqrt_of(12.0)))
+        told = {of: known[name].standard_deviation or 0.0 for of, name in OFFSETS.items() if name in known}
+        return cls(parameters, noise, replace(RollingError(), **{of: max(told[of], LEAST[of]) for of in told}))
+
+    def init(self) -> State:
+        """Anywhere at any speed, wheels about straight ahead."""
+        error = self.model_error
+        offsets = (error.yaw_rate_offset, error.angle_offset, error.wheel_speed_difference)
+        turning = (0.5, error.lateral_jerk / LEAST_SPEED, error.steering)
+        deviations = (20.0, 3.0, *turning, *offsets, error.track_width, error.grade, error.bank)
+        covariance = from_diagonal([value * value for value in deviations])
+        return self.State(skeleton(RollingCar.State), tuple(value + 0.0 for value in covariance), 0.0)
+
+    def step(self, state: Any, sample: Any) -> tuple[Any, Any]:
+        """One sample on."""
+        p, count = self.vehicle, len(JUDGED)
+        rows = jacobian(lambda at: RollingCar.transition(at, (), p), state.mean)
+        covariance = predict_covariance(rows, state.covariance, self._process_noise(state.mean))
+        mean = RollingCar.transition(state.mean, (), p)
+        expected = RollingCar.output(mean, (), p)
+        seen = jacobian(lambda at: RollingCar.output(at, (), p), mean)
+        innovations = tuple(getattr(sample, name) - getattr(expected, name) for name in expected._fields)
+        noise, uses = self._noise(), (*(getattr(self, f"use_{name}") for name in JUDGED), 1.0, 1.0)
+        used = [both(present(each), use > 0.5) for each, use in zip(innovations, uses, strict=True)]
+        spread = [plus(spread_of(covariance, row), r) for row, r in zip(seen[:count], noise[:count], strict=True)]
+        correction = update(covariance, seen, innovations, noise, noise, used, self.influence)
+        moved = [value + shift for value, shift in zip(mean, correction.shift, strict=True)]
+        bounded = RollingCar.State(*(limit(v, -most, most) for v, most in zip(moved, LIMITS, strict=True)))
+        age = minimum(state.age + p.sample_time, self.settling)
+        likelihood = log_likelihood(correction, innovations, used, noise, self._widths(), self.influence)
+        said = [plus(value, dot(row, correction.shift)) for value, row in zip(expected, seen[:count], strict=False)]
+        along = sample.longitudinal_acceleration
+        surprise = [where(present(d), d * d, 0.0) / s for d, s in zip(innovations, spread, strict=False)]
+        # The shaft's torque and the tie rod's force are read nowhere; nobody asks for what stands in their places.
+        return self.State(bounded, correction.covariance, age), self.Output(
+            where(age < self.settling, 0.0, likelihood),
+            Readings(*[*expected[:count], 0.0, 0.0]),
+            Readings(*[*(sqrt(value) for value in spread), 1.0, 1.0]),
+            Readings(*[*said, 0.0, 0.0]),
+            Surprise(*[*surprise, 0.0, 0.0]),
+            0.0,
+            1.0,
+            bounded.speed,
+            p.rear_distance * bounded.yaw_rate,
+            where(bounded.speed > self.slowest, 1.0, 0.0),
+            where(where(present(along), along, 0.0) < -self.braking, 0.0, 1.0),
+        )
+
+    def _noise(self) -> tuple[Any, ...]:
+        """Variance of each reading."""
+        each = self.sensor_noise
+        deviations = (each.wheel_speed, each.wheel_speed, each.yaw_rate, each.steering_wheel_angle)
+        return tuple(
+            value * value for value in (*deviations, each.longitudinal_acceleration, each.lateral_acceleration)
+        )
+
+    def _widths(self) -> tuple[Any, ...]:
+        """Ranges of failed sensors, in the order of the readings."""
+        wide = self.plausible
+        return wide.wheel_speed, wide.wheel_speed, wide.yaw_rate, wide.steering_wheel_angle, 1.0, 1.0
+
+    def _process_noise(self, mean: Any) -> Any:
+        """Variance that each state gains per sample."""
+        error, wander, step = self.model_error, self.vehicle.wander, self.vehicle.sample_time
+
+        def gained(deviation: Any, time: Any) -> Any:
+            return variance_gained(deviation, time, step)
+
+        steady = RollingCar.output(mean, (), self.vehicle).steering_wheel_angle - mean.steering_error
+        steering = error.steering + error.steering_share * absolute(steady)
+        return RollingCar.State(
+            speed=0.0,
+            acceleration=error.jerk * error.jerk * step,
+            yaw_rate=0.0,
+            yaw_acceleration=gained(error.lateral_jerk / maximum(mean.speed, LEAST_SPEED), wander.turning),
+            steering_error=gained(steering, wander.steering),
+            yaw_rate_offset=gained(error.yaw_rate_offset, wander.offset),
+            angle_offset=gained(error.angle_offset, wander.offset),
+            wheel_speed_difference=gained(error.wheel_speed_difference, wander.offset),
+            track_width_error=gained(error.track_width, wander.offset),
+            grade_acceleration=gained(error.grade, wander.road),
+            bank_acceleration=gained(error.bank, wander.road),
+        )
+
+    def leaving_out(self, sensors: Collection[str]) -> RollingFilter:
+        """The filter of a hypothesis.
+
+        Args:
+            sensors: that it suspects
+        """
+        changes: dict[str, Any] = {f"use_{name}": 0.0 for name in sensors}
+        return replace(self, **changes)

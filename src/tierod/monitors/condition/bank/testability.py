@@ -1,0 +1,114 @@
+"""What may be told now: with the sensors that there are, while the vehicle does what the filters follow."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.graph.maths import absolute, all_of, any_of, both, either, maximum, negated, present, where
+from tierod.monitors.condition.bank.diagnosis import Elements
+from tierod.monitors.condition.bank.weighing import Weighing
+from tierod.monitors.condition.signals import ELEMENTS, SENSORS
+
+TOLD_BY = {"steering_motor_1": "steering_shaft_torque", "steering_motor_2": "steering_shaft_torque"}
+"""Without which sensor nobody can tell whether an actuator gives what it is asked for."""
+
+
+class Open(NamedTuple):
+    """What the sensors that are left can tell.
+
+    Args:
+        hypotheses: whether each one may be told
+        widening: factor of all limits
+    """
+
+    hypotheses: list[Any]
+    widening: Any
+
+
+@dataclass(frozen=True)
+class Telling:
+    """Which hypotheses may be told, and whether a fault would show.
+
+    At standstill and in reverse nobody is accused, no wheel while it brakes harder than its drives, nobody who is
+    missing, and no steering motor without the torque sensor that tells what both give.
+
+    Args:
+        shows: number of standard deviations of its prediction by which a fault must change a reading to show in it
+        missing: after which a sensor without a reading is missing: longer than the slowest channels take
+        poorer: factor of all limits while one is: what is left shows up to 1.7 times as much without any fault
+        fewest: sensors without which nobody is accused
+        cornering: acceleration across the vehicle from which nobody is accused: tyres slide, and no calibration drive
+            has shown how; those of the demonstrator reach 5.9 m/s**2
+        stays: so long nobody is, after that or after an axle lacked force in that bend: the filters have to find back
+    """
+
+    shows: Annotated[float, ""] = 4.0
+    missing: Annotated[float, "s"] = 0.2
+    poorer: Annotated[float, ""] = 1.7
+    fewest: Annotated[float, ""] = 4.0
+    cornering: Annotated[float, "m/s**2"] = 6.5
+    stays: Annotated[float, "s"] = 0.5
+
+    def cornered(self, before: Any, acceleration: Any, lacks: Any, sample_time: float) -> Any:
+        """For how many samples the tyres may slide, this one counted; no bend is known of without the acceleration.
+
+        Args:
+            before: the same at the sample before
+            acceleration: across the vehicle
+            lacks: whether an axle lacks force; tyres that slid then still do
+            sample_time: [s]
+        """
+        hard = absolute(where(present(acceleration), acceleration, 0.0)) > self.cornering
+        return where(either(hard, both(before > 0.5, lacks)), self.stays / sample_time, maximum(before - 1.0, 0.0))
+
+    def tells(self, weighing: Weighing, seen: Any, follows: Any) -> list[Any]:
+        """Whether this sample may speak for each hypothesis: nothing does unless `follows`, braked wheels may lock."""
+        braked = both(follows, seen.driven)
+        wheels = {name for name in SENSORS if name.startswith("wheel_speed")}
+        return [braked if wheels & set(each.sensors) else follows for each in weighing.hypotheses]
+
+    def open(self, weighing: Weighing, unread: Sequence[Any], suspected: Elements) -> Open:
+        """Which hypotheses can be told with the sensors that are left.
+
+        Args:
+            weighing: of the hypotheses
+            unread: for how many samples each sensor has had no reading
+            suspected: what is declared
+        """
+        most = self.missing / weighing.sample_time
+        gone = [where(count > most, 1.0, 0.0) for count in unread]
+        newly = {name: both(gone[place], negated(suspected[place])) for place, name in enumerate(SENSORS)}
+        enough = sum(gone[1:], gone[0]) <= len(SENSORS) - self.fewest
+        open_ = []
+        for each in weighing.hypotheses:
+            needed = {*each.sensors, *(TOLD_BY[name] for name in each.actuators if name in TOLD_BY)}
+            open_.append(all_of(enough, *(negated(newly[name]) for name in SENSORS if name in needed)))
+        return Open(open_, where(any_of(0.0, *newly.values()), self.poorer, 1.0))
+
+    def testable(
+        self, weighing: Weighing, lanes: Sequence[Any], suspected: Elements, seen: Any, open_: Sequence[Any]
+    ) -> Elements:
+        """Whether a loss would show: a reading far enough from zero, a share of torque known well; and may be told.
+
+        Args:
+            weighing: of the hypotheses
+            lanes: outputs of all
+            suspected: what is declared
+            seen: output of the lane that is believed
+            open_: whether each hypothesis may be told
+        """
+        flags = []
+        for place, name in enumerate(ELEMENTS):
+            number = weighing.number(name) or 0
+            own = lanes[number]
+            if name in SENSORS:
+                away = where(suspected[place], seen.prediction[place], own.prediction[place])
+                deviation = where(suspected[place], seen.deviation[place], own.deviation[place])
+                shows = absolute(away) > self.shows * deviation
+            else:
+                deviation = where(suspected[place], seen.loss_deviation, own.loss_deviation)
+                shows = self.shows * deviation < 1.0
+            flags.append(both(shows, open_[number]))
+        return Elements(*(where(flag, 1.0, 0.0) for flag in flags))

@@ -1,0 +1,126 @@
+"""Healthy drives made fit for a calibration: on one grid, without long gaps, each of them once."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from tierod.errors import InputError
+from tierod.monitors.condition.calibration.grid import MAXIMUM_AGE, RATE, WHEELS, moving, wheel_of
+from tierod.monitors.condition.recording_checks.pace import TargetPace
+from tierod.monitors.condition.signals import ConditionSample
+from tierod.recording import Channel, Recording
+
+GAP = 5.0
+"""Without wheel speeds, from which on what follows is another drive [s]."""
+
+
+class HealthyDrive(NamedTuple):
+    """A drive without long gaps.
+
+    Args:
+        name: of the recording that it comes from
+        recording: signals of `ConditionSample`, on one grid
+        driven: for how long the vehicle moves [s]
+    """
+
+    name: str
+    recording: Recording
+    driven: Annotated[float, "s"]
+
+
+def healthy_drives(recordings: Mapping[str, Recording]) -> list[HealthyDrive]:
+    """The drives of recordings, in their order.
+
+    Args:
+        recordings: by name
+
+    Raises:
+        InputError: one without the speed of a rear wheel, or with too slow a one, or with slow targets of its
+            actuators; or two of the same drive
+    """
+    drives: list[HealthyDrive] = []
+    seen: dict[bytes, str] = {}
+    for name, recording in recordings.items():
+        wheel = wheel_of(name, recording)
+        content = _digest(recording)
+        if content in seen:
+            raise InputError(f"{seen[content]} and {name} hold the same drive; it counts once: leave one out")
+        seen[content] = name
+        gridded = [_on_grid(name, piece) for piece in _unbroken(recording[wheel].time, recording)]
+        _refuse_slow_targets(name, gridded)
+        drives += gridded
+    return drives
+
+
+def _refuse_slow_targets(name: str, drives: Sequence[HealthyDrive]) -> None:
+    pace = TargetPace(RATE)
+    for drive in drives:
+        pace.add(drive.recording.align(ConditionSample._fields, RATE, maximum_age=MAXIMUM_AGE).values)
+    for problem in pace.problems():
+        raise InputError(f"{name}: {problem.cause}, neither here nor when it is judged; {problem.action}")
+
+
+def parted(
+    drives: Sequence[HealthyDrive], seconds: float
+) -> tuple[list[HealthyDrive], list[HealthyDrive], Annotated[float, "s"]]:
+    """The first seconds of driving, all after them, and how long the first part drives.
+
+    Args:
+        drives: in their order
+        seconds: of driving, standing left out [s]
+    """
+    first: list[HealthyDrive] = []
+    rest: list[HealthyDrive] = []
+    driven = 0.0
+    for drive in drives:
+        left = seconds - driven
+        if left <= 0.0:
+            rest.append(drive)
+        elif drive.driven <= left:
+            first.append(drive)
+            driven += drive.driven
+        else:
+            driven_until = np.cumsum(_moving(drive.recording)) / RATE
+            place = int(np.searchsorted(driven_until, left - 0.5 / RATE))
+            cut = float(drive.recording[wheel_of(drive.name, drive.recording)].time[place]) - 0.5 / RATE
+            first.append(HealthyDrive(drive.name, drive.recording.slice(stop=cut), left))
+            rest.append(HealthyDrive(drive.name, drive.recording.slice(cut), drive.driven - left))
+            driven = seconds
+    return first, rest, driven
+
+
+def _digest(recording: Recording) -> bytes:
+    """The same for the same speeds of the rear wheels."""
+    return hashlib.sha256(b"".join(recording[each].values.tobytes() for each in WHEELS if each in recording)).digest()
+
+
+def _unbroken(time: np.ndarray, recording: Recording) -> Iterator[Recording]:
+    """The pieces between long gaps of a wheel's speed, on which no filter could be carried over."""
+    after = np.flatnonzero(np.diff(time) > GAP) + 1
+    bounds = [0, *after.tolist(), len(time)]
+    for begin, end in pairwise(bounds):
+        if time[end - 1] - time[begin] > GAP:
+            yield recording.slice(float(time[begin]), float(time[end - 1]) + 0.5 / RATE)
+
+
+def _on_grid(name: str, recording: Recording) -> HealthyDrive:
+    aligned = recording.align(ConditionSample._fields, RATE, maximum_age=MAXIMUM_AGE)
+    columns = zip(aligned.names, aligned.values.T, strict=True)
+    channels = {
+        each: Channel(each, aligned.time, np.ascontiguousarray(values), recording[each].unit)
+        for each, values in columns
+        if each in recording
+    }
+    gridded = Recording(channels, recording.metadata)
+    return HealthyDrive(name, gridded, float(np.count_nonzero(_moving(gridded))) / RATE)
+
+
+def _moving(recording: Recording) -> np.ndarray:
+    """Whether the vehicle moves at every step of the grid."""
+    there = [recording[each].values for each in WHEELS if each in recording]
+    return moving(np.column_stack(there))

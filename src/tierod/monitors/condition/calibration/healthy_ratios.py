@@ -1,0 +1,132 @@
+"""Ratios of all hypotheses on healthy drives, the largest of every ten seconds: what limits are designed on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from tierod.graph import Bank, scan
+from tierod.monitors.condition.bank.decision import Decision, judge
+from tierod.monitors.condition.bank.lane import LeaveOutFilter, leaving_out
+from tierod.monitors.condition.bank.weighing import Limits
+from tierod.monitors.condition.calibration.grid import RATE, aligned, moving
+from tierod.monitors.condition.signals import Hypothesis, hypotheses
+from tierod.recording import Recording
+from tierod.vehicles import Vehicle
+
+SETTLING = 2.0
+"""Not looked at, at the beginning of every drive [s]."""
+BLOCK = 10.0
+"""Ratios are correlated over some seconds; of every such time the largest counts [s]."""
+PIECE = 15
+"""Blocks that are looked at in one go, which takes some 50 MB with what is worked out from them."""
+_NEVER = 1e6
+
+
+@dataclass(frozen=True)
+class Watching:
+    """A judge that tells the smoothed ratios instead of what it decides.
+
+    Args:
+        decision: with limits that nothing exceeds
+    """
+
+    decision: Decision
+
+    def feedback(self) -> Any:
+        """What lanes are told."""
+        return self.decision.feedback()
+
+    def init(self) -> Any:
+        """Healthy."""
+        return self.decision.init()
+
+    def step(self, state: Any, sample: Any) -> Any:
+        """One sample on."""
+        after, verdict = self.decision.step(state, sample)
+        return after, verdict._replace(output=after.weights)
+
+
+class Watched(NamedTuple):
+    """What the bank makes of a healthy drive.
+
+    Args:
+        blocks: largest ratios of every ten seconds in which the vehicle moves, see `block_maxima`
+        hours: for which it moves
+    """
+
+    blocks: np.ndarray
+    hours: Annotated[float, "h"]
+
+
+def watch(
+    recordings: Sequence[Recording], vehicle: Vehicle, progress: Callable[[float], None] = lambda share: None
+) -> list[Watched]:
+    """The ratios of all hypotheses on drives, while none of them is declared.
+
+    Args:
+        recordings: of healthy driving
+        vehicle: with calibrated parameters
+        progress: called with the share that is done
+    """
+    bank, watched = _watching(LeaveOutFilter.of_vehicle(vehicle), hypotheses()), []
+    for place, recording in enumerate(recordings):
+        watched.append(_watched(bank, aligned(recording)))
+        progress((place + 1) / len(recordings))
+    return watched
+
+
+def _watched(bank: Bank, drive: np.ndarray) -> Watched:
+    """One drive, piece by piece: the ratios of an hour would fill the memory."""
+    width, skipped = round(BLOCK * RATE), round(SETTLING * RATE)
+    end = skipped + max((len(drive) - skipped) // width, 0) * width
+    found, state = [np.empty((0, 2 * len(bank.lanes) - 2))], scan(bank, drive[:skipped]).state
+    for begin in range(skipped, end, PIECE * width):
+        result = scan(bank, drive[begin : min(begin + PIECE * width, end)], state)
+        found.append(block_maxima(result.values, 0.0))
+        state = result.state
+    driven = moving(drive[skipped:end]).reshape(-1, width)
+    return Watched(np.concatenate(found)[driven.any(axis=1)], float(np.count_nonzero(driven)) / (3600.0 * RATE))
+
+
+def _watching(base: LeaveOutFilter, explanations: tuple[Hypothesis, ...]) -> Bank:
+    lanes = tuple(leaving_out(each, base) for each in explanations)
+    return Bank(lanes, Watching(judge(explanations, unreachable(explanations))))
+
+
+def unreachable(explanations: Sequence[Hypothesis]) -> Limits:
+    """Limits that nothing exceeds, so that nobody is declared.
+
+    Args:
+        explanations: hypotheses, healthy first
+    """
+    count = len(explanations) - 1
+    return Limits((_NEVER,) * count, (_NEVER,) * count, 1.0, 1.0)
+
+
+def block_maxima(ratios: np.ndarray, settling: float = SETTLING) -> np.ndarray:
+    """The largest ratio of every block, healthy left out, (blocks, 2 x hypotheses).
+
+    Only what lasts for three samples counts, as the judge says nothing before.
+
+    Args:
+        ratios: smoothed fast and slowly, the healthy hypothesis first in both, sample by sample
+        settling: not looked at, at the beginning [s]
+    """
+    count = ratios.shape[1] // 2
+    width, skipped = round(BLOCK * RATE), round(settling * RATE)
+    whole = max((len(ratios) - skipped) // width, 0)
+    split = ratios[skipped : skipped + whole * width].reshape(whole, width, -1)
+    return np.delete(lasting(split).max(axis=1), (0, count), axis=1)
+
+
+def lasting(ratios: np.ndarray) -> np.ndarray:
+    """The least of three samples in a row, (..., samples - 2, ratios).
+
+    Args:
+        ratios: (..., samples, ratios)
+    """
+    return np.minimum(np.minimum(ratios[..., 2:, :], ratios[..., 1:-1, :]), ratios[..., :-2, :])

@@ -1,0 +1,1 @@
+"""What kind of fault a sensor has, and how large it is."""

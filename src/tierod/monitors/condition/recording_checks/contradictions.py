@@ -1,0 +1,148 @@
+"""Which of several signals that tell the same is turned round, late, or of another size."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.monitors.condition.recording_checks.witnesses import OVER_SPEED, TIMES_SPEED, WHEELS, YAW_SENSOR, Witness
+from tierod.monitors.odd_one_out import Pair, odd_ones_out
+
+STEP = 0.04
+"""Between two values that are compared [s]."""
+LATEST = 1.0
+"""Shifts in time that are searched, either way [s]."""
+CLEAR, TIGHT = 0.6, 0.95
+"""Correlations from which on signs, and scales, are told."""
+
+
+class Problem(NamedTuple):
+    """Something that is wrong with the recording or the vehicle file.
+
+    Args:
+        kind: sign, time or scale
+        elements: sensors that it concerns
+        cause: what it is
+        action: what to do
+    """
+
+    kind: str
+    elements: tuple[str, ...]
+    cause: str
+    action: str
+
+
+def turned(told: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness]) -> tuple[Problem, ...]:
+    """Who has the wrong sign beside the others.
+
+    Args:
+        told: what every witness tells, by name, NaN where it may not count
+        witnesses: by name
+    """
+    found = {pair: _correlation(told[pair[0]], told[pair[1]]) for pair in combinations(told, 2)}
+    odd = odd_ones_out(tuple(told), {pair: value > 0.0 for pair, value in found.items() if abs(value) > CLEAR})
+    if len(odd) != 1:
+        return ()
+    witness = witnesses[odd[0]]
+    return (Problem("sign", witness.elements, witness.turned, "correct the channel map"),)
+
+
+def late(told: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], limit: float) -> tuple[Problem, ...]:
+    """Who comes late, or early, beside the others.
+
+    Args:
+        told: what every witness tells, by name, one value every `STEP`
+        witnesses: by name
+        limit: shift in time from which on one is wrong [s]
+    """
+    shifts = {}
+    for one, other in combinations(told, 2):
+        shift = _shift(told[one], told[other])
+        if shift is not None:
+            shifts[one, other] = shift - (witnesses[one].lead - witnesses[other].lead)
+    odd = odd_ones_out(tuple(told), {pair: abs(shift) < limit for pair, shift in shifts.items()})
+    if len(odd) != 1:
+        return ()
+    by = [(-shift if pair[0] == odd[0] else shift) for pair, shift in shifts.items() if odd[0] in pair]
+    delay = float(np.median(by))
+    cause = f"{odd[0]}: {abs(delay):.2f} s {'late' if delay > 0.0 else 'early'} beside the other signals"
+    action = "check the time stamps: the channel may come from another bus with a clock of its own"
+    return (Problem("time", witnesses[odd[0]].elements, cause, action),)
+
+
+def _shift(one: np.ndarray, other: np.ndarray) -> float | None:
+    """By how much the second follows the first [s]; None where they do not go together at any shift."""
+    most = round(LATEST / STEP)
+    inner = one[most : len(one) - most]
+    shifts = range(-most, most + 1)
+    values = [_correlation(inner, other[most + shift : len(other) - most + shift]) for shift in shifts]
+    best = int(np.argmax(values))
+    return (shifts[best] + _vertex(values, best)) * STEP if values[best] > TIGHT else None
+
+
+def _vertex(values: list[float], best: int) -> float:
+    """Where a parabola through the highest value and both beside it is highest, in steps from it."""
+    if not 0 < best < len(values) - 1:
+        return 0.0
+    before, top, after = values[best - 1 : best + 2]
+    bend = before - 2.0 * top + after
+    return 0.5 * (before - after) / bend if bend < 0.0 else 0.0
+
+
+def _correlation(one: np.ndarray, other: np.ndarray) -> float:
+    both = np.isfinite(one) & np.isfinite(other)
+    x, y = one[both], other[both]
+    size = float(np.sqrt((x @ x) * (y @ y)))
+    return float(x @ y) / size if size > 0.0 else 0.0
+
+
+def scaled(told: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], limit: float) -> tuple[Problem, ...]:
+    """Who is of another size than the others.
+
+    Args:
+        told: what every witness tells, by name, about its mean
+        witnesses: by name
+        limit: ratio of sizes from which on one is wrong
+    """
+    found = {pair: _ratio(told[pair[0]], told[pair[1]]) for pair in combinations(told, 2)}
+    ratios: dict[Pair, float] = {pair: ratio for pair, ratio in found.items() if np.isfinite(ratio)}
+    odd = odd_ones_out(tuple(told), {pair: 1.0 / limit < ratio < limit for pair, ratio in ratios.items()})
+    if len(odd) != 1:
+        return ()
+    witness = witnesses[odd[0]]
+    by = [(ratio if pair[0] == odd[0] else 1.0 / ratio) for pair, ratio in ratios.items() if odd[0] in pair]
+    cause = f"{witness.scaled}: it reads {np.median(by):.3g} times what the others tell"
+    return (Problem("scale", witness.elements, cause, "correct the vehicle file or the channel map"),)
+
+
+def _ratio(one: np.ndarray, other: np.ndarray) -> float:
+    """How many times as large the first is; NaN where they do not go together."""
+    if _correlation(one, other) <= TIGHT:
+        return np.nan
+    both = np.isfinite(one) & np.isfinite(other)
+    return float(np.sqrt((one[both] @ one[both]) / (other[both] @ other[both])))
+
+
+def misread_speed(told: Mapping[str, np.ndarray], limit: float) -> tuple[Problem, ...]:
+    """Whether the wheel speeds are of another size than turns tell, whose witnesses use them, but for the yaw sensor.
+
+    Read k times too large, wheels and steering angle tell k times the yaw rate, and the lateral acceleration a k-th.
+
+    Args:
+        told: what every witness of the yaw rate tells, by name, about its mean
+        limit: ratio of sizes from which on one is wrong
+    """
+    if not {YAW_SENSOR, *TIMES_SPEED, OVER_SPEED} <= set(told):
+        return ()
+    sizes = [_ratio(told[name], told[YAW_SENSOR]) for name in TIMES_SPEED]
+    sizes.append(_ratio(told[YAW_SENSOR], told[OVER_SPEED]))
+    least, most = min(sizes), max(sizes)
+    if not (np.isfinite(sizes).all() and most < limit * least and (least > limit or most < 1.0 / limit)):
+        return ()
+    cause = (
+        f"the wheel speeds have the wrong unit or scale: they read {np.median(sizes):.3g} times what the others tell"
+    )
+    return (Problem("scale", WHEELS, cause, "correct their unit in the channel map; 1 m/s is 3.6 km/h"),)

@@ -1,0 +1,150 @@
+"""What was wired, scaled or timed wrongly from the start: no fault of a sensor, and no condition to be judged in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.models.automated_parameters import AutomatedParameters
+from tierod.monitors.condition.recording_checks.contradictions import STEP, Problem, late, misread_speed, scaled, turned
+from tierod.monitors.condition.recording_checks.witnesses import MOVING, TORQUE, YAW, Witness, mean_speed
+
+GENTLE = 3.0
+"""Lateral acceleration up to which the steering angle tells the yaw rate by geometry [m/s^2]."""
+LEAST_TURNING = 5.0
+"""Time of turning that a part needs [s]."""
+PARTS = 3
+"""Of the beginning, each of which must show what is wrong."""
+TURNING = 0.05
+"""Yaw rate from which on the vehicle turns [rad/s]."""
+KEPT = 180.0
+"""Beginning of the drive that is looked at [s]: what was wired wrongly was so from the start."""
+SMOOTH = 0.3
+"""Time over which signals are averaged [s]."""
+SCALE = 1.4
+"""Ratio of the sizes of two signals from which on a scale is called wrong; tyres, radii and slopes make up to 1.34."""
+BRIDGED = 0.1
+"""Between two readings that are no further apart a straight line is drawn: few buses keep the grid's pace [s]."""
+LATE = 0.15
+"""Shift in time from which on one is called wrong [s]; motion itself lags by up to 0.1 s."""
+
+
+class Close(NamedTuple):
+    """What sensors of a calibrated vehicle do not differ by.
+
+    Healthy drives of an hour show one sensor off both others by 1.07 and 0.03 s, tyres a tenth larger by 1.10.
+
+    Args:
+        scale, late: as in `Wiring`
+    """
+
+    scale: float = 1.13
+    late: float = 0.045
+
+
+class Wiring:
+    """Looks at the beginning of a drive for what was connected or described wrongly.
+
+    Args:
+        vehicle: its parameters
+        rate: of the samples [Hz]
+        scale: ratio of sizes from which on one is wrong
+        late: shift in time from which on one is wrong [s]
+        close: tighter limits, between sensors alone, for a vehicle that is calibrated; None for another
+    """
+
+    def __init__(
+        self,
+        vehicle: AutomatedParameters,
+        rate: float,
+        scale: float = SCALE,
+        late: float = LATE,
+        close: Close | None = None,
+    ):
+        self.vehicle, self.rate, self.scale, self.late, self.close = vehicle, rate, scale, late, close
+        self._pieces: list[dict[str, np.ndarray]] = []
+        self._kept = 0
+
+    def add(self, signals: Mapping[str, np.ndarray]) -> None:
+        """The next piece, signals by name, (n,) each; NaN where missing."""
+        left = round(KEPT * self.rate) - self._kept
+        if left > 0:
+            piece = {name: np.array(values[:left]) for name, values in signals.items()}
+            self._kept += len(next(iter(piece.values())))
+            self._pieces.append(piece)
+
+    def problems(self) -> tuple[Problem, ...]:
+        """What is wrong; empty where nothing is, or where the drive turned too little to tell.
+
+        It must be wrong in every part of the beginning, each of which turns for as long: what becomes wrong on the way
+        is a fault.
+        """
+        if not self._pieces:
+            return ()
+        most = round(BRIDGED * self.rate)
+        whole = {
+            name: _bridged(np.concatenate([each[name] for each in self._pieces]), most) for name in self._pieces[0]
+        }
+        turned_until = np.cumsum(self._turning(whole))
+        edges = np.searchsorted(turned_until, np.linspace(0, turned_until[-1], PARTS + 1)[1:-1])
+        parts = [slice(start, stop) for start, stop in pairwise((0, *edges.tolist(), self._kept))]
+        each = [self._problems({name: values[part] for name, values in whole.items()}) for part in parts]
+        told = [{(found.kind, found.elements) for found in problems} for problems in each if problems is not None]
+        if len(told) < PARTS:
+            return ()
+        return tuple(
+            found for found in self._problems(whole) or () if all((found.kind, found.elements) in part for part in told)
+        )
+
+    def _problems(self, signals: Mapping[str, np.ndarray]) -> tuple[Problem, ...] | None:
+        """Of a stretch; None where it turned too little to tell."""
+        if np.count_nonzero(self._turning(signals)) < LEAST_TURNING * self.rate:
+            return None
+        with np.errstate(invalid="ignore"):
+            moving = mean_speed(signals) > MOVING
+        gentle = moving & ~(np.abs(signals["lateral_acceleration"]) > GENTLE)
+        yaw, slowly = self._told(YAW, signals, moving), self._told(YAW, signals, gentle)
+        misread = misread_speed(slowly, self.scale)
+        found = turned(yaw, YAW) or late(yaw, YAW, self.late) or misread or scaled(slowly, YAW, self.scale)
+        if self.close is not None and not any(each.elements for each in found):
+            near = late(_sensed(yaw), YAW, self.close.late) or scaled(_sensed(slowly), YAW, self.close.scale)
+            found = (*near, *found)
+        return found or turned(self._told(TORQUE, signals, moving), TORQUE)
+
+    def _turning(self, signals: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Whether the vehicle turns, at every sample."""
+        with np.errstate(invalid="ignore"):
+            told = [YAW[name].tells(signals, self.vehicle) for name in ("rear wheels", "yaw rate sensor")]
+            return (mean_speed(signals) > MOVING) & (np.nansum(np.abs(told), axis=0) > TURNING)
+
+    def _told(
+        self, witnesses: Mapping[str, Witness], signals: Mapping[str, np.ndarray], when: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """What every witness tells, smooth and about its mean; NaN where it may not count."""
+        width = max(round(SMOOTH * self.rate), 1)
+        told = {}
+        for name, witness in witnesses.items():
+            value = np.where(when, witness.tells(signals, self.vehicle), np.nan)
+            if np.count_nonzero(np.isfinite(value)) > LEAST_TURNING * self.rate:
+                smooth = np.convolve(value, np.full(width, 1.0 / width), "same")[:: max(round(STEP * self.rate), 1)]
+                told[name] = smooth - np.nanmean(smooth)
+        return told
+
+
+def _bridged(values: np.ndarray, most: int) -> np.ndarray:
+    """The values with straight lines between those that are no more than so many samples apart; else NaN stays."""
+    there = np.flatnonzero(np.isfinite(values))
+    if not 1 < len(there) < len(values):
+        return values
+    place = np.arange(len(values))
+    apart = np.concatenate(([len(values)], np.diff(there), [len(values)]))[np.searchsorted(there, place)]
+    between = np.isnan(values) & (apart <= most)
+    return np.where(between, np.interp(place, there, values[there]), values)
+
+
+def _sensed(told: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Only what sensors tell that are judged: slopes and banks do not disturb them."""
+    return {name: values for name, values in told.items() if YAW[name].elements}

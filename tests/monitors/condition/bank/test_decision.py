@@ -1,0 +1,191 @@
+"""The judge over made-up lanes that know every sensor's truth: who is named, when, and what happens to the lanes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from monitors.condition.made_up_lanes import (
+    HYPOTHESES,
+    LEFT,
+    MOTOR_1,
+    MOTOR_2,
+    RATE,
+    RIGHT,
+    TORQUE,
+    column,
+    healthy_drive,
+    lane,
+)
+from tierod.errors import ParameterError
+from tierod.graph import Bank, scan
+from tierod.monitors.condition.bank.decision import judge
+from tierod.monitors.condition.bank.weighing import Limits, Weighing
+from tierod.monitors.condition.calibration.limits import GAP
+from tierod.monitors.condition.signals import SENSORS, Hypothesis
+
+
+@pytest.fixture(scope="module")
+def bank():
+    count = len(HYPOTHESES) - 1
+    limits = Limits((3.0,) * count, (1.0,) * count, gap=1.0, margin=1.0)
+    return Bank(tuple(map(lane, HYPOTHESES)), judge(HYPOTHESES, limits))
+
+
+@pytest.fixture
+def drive():
+    return healthy_drive()
+
+
+def declared(result):
+    """(time, name) of every change of the declared hypothesis."""
+    numbers = result["hypothesis"].astype(int)
+    return [(k / RATE, HYPOTHESES[numbers[k]].name) for k in np.flatnonzero(np.diff(numbers, prepend=-1))]
+
+
+def test_nothing_is_declared_where_nothing_is_at_fault(bank, drive):
+    result = scan(bank, drive)
+    assert declared(result) == [(0.0, "healthy")]
+    assert not any(result[f"candidates.{name}"].any() for name in SENSORS)
+    np.testing.assert_array_equal(result[f"value.{LEFT}"], drive[:, 0])
+
+
+@pytest.mark.parametrize("name", [LEFT, RIGHT])
+@pytest.mark.parametrize("size", [1.0, -1.0])
+def test_an_offset_is_declared_within_a_tenth_of_a_second_and_taken_back_after_it(bank, drive, name, size):
+    drive[300:700, column(name)] += size
+    (_, first), (at, second), (back, third) = declared(scan(bank, drive))
+    assert (first, second, third) == ("healthy", name, "healthy")
+    assert 3.0 < at < 3.1
+    assert 7.2 < back < 7.5
+
+
+def test_a_lost_sensor_is_replaced_from_the_first_sample_on(bank, drive):
+    drive[300:, 0] = 0.0
+    result = scan(bank, drive)
+    assert np.abs(result[f"value.{LEFT}"][300:] - 10.0).max() < 0.1
+    assert (result["speed"][300:] > 9.9).all(), "lanes that believe the sensor are corrected from others"
+    assert result[f"gated.{LEFT}"][300] == 1.0
+
+
+def test_a_single_outlier_is_gated_and_not_declared(bank, drive):
+    drive[300, 0] += 5.0
+    result = scan(bank, drive)
+    assert declared(result) == [(0.0, "healthy")]
+    np.testing.assert_array_equal(np.flatnonzero(result[f"gated.{LEFT}"]), [300])
+    assert abs(result["speed"][301] - 10.0) < 0.05
+
+
+def test_one_after_another_becomes_a_pair_and_each_recovers_by_itself(bank, drive):
+    drive[300:600, 0] = 0.0
+    drive[400:800, 1] += 2.0
+    names = [name for _, name in declared(scan(bank, drive))]
+    assert names == ["healthy", LEFT, "both wheels", RIGHT, "healthy"]
+
+
+@pytest.mark.parametrize(("lasts", "named"), [(6, False), (100, True)])
+def test_a_bump_just_after_a_fault_is_no_second_one(drive, lasts, named):
+    limits = Limits((50.0,) * (len(HYPOTHESES) - 1), (1.0,) * (len(HYPOTHESES) - 1), gap=1.0, margin=1.0)
+    bank = Bank(tuple(map(lane, HYPOTHESES)), judge(HYPOTHESES, limits))
+    drive[300:, column(LEFT)] = 0.0
+    _, (at, _) = declared(scan(bank, drive[:500]))
+    bump = round(at * RATE) + 2
+    drive[bump : bump + lasts, column(RIGHT)] += 1.0
+    names = [name for _, name in declared(scan(bank, drive[: bump + 100]))]
+    assert names == ["healthy", LEFT, *(["both wheels"] if named else [])]
+
+
+def test_a_lost_sensor_does_not_recover_while_it_should_read_zero(bank, drive):
+    drive[400:600, column("longitudinal_acceleration")] = -5.0
+    drive[:, :2] += np.cumsum(drive[:, column("longitudinal_acceleration")])[:, None] / RATE
+    drive[300:, 0] = 0.0
+    result = scan(bank, drive)
+    assert declared(result)[-1][1] == LEFT
+    assert result[f"testable.{LEFT}"][350] == 1.0
+    assert result[f"testable.{LEFT}"][-50:].max() == 0.0
+
+
+def test_nobody_is_accused_at_standstill(bank, drive):
+    drive[100:300, column("longitudinal_acceleration")] = -5.0
+    drive[:, :2] += np.cumsum(drive[:, column("longitudinal_acceleration")])[:, None] / RATE
+    drive[400:, column(LEFT)] += 1.0
+    assert declared(scan(bank, drive)) == [(0.0, "healthy")]
+
+
+def test_a_wheel_that_brakes_hard_may_lock(bank, drive):
+    drive[300:400, column("longitudinal_acceleration")] = -9.0
+    drive[:, :2] += np.cumsum(drive[:, column("longitudinal_acceleration")])[:, None] / RATE
+    drive[310:390, column(LEFT)] = 0.0
+    assert declared(scan(bank, drive)) == [(0.0, "healthy")]
+
+
+@pytest.mark.parametrize(("acceleration", "named"), [(8.0, False), (-8.0, False), (5.0, True), (np.nan, True)])
+def test_nobody_is_accused_where_the_tyres_slide(bank, drive, acceleration, named):
+    drive[300:700, column("lateral_acceleration")] = acceleration
+    drive[350:650, column(LEFT)] += 1.0
+    result = scan(bank, drive)
+    assert (LEFT in [name for _, name in declared(result)]) is named
+    assert result[f"testable.{LEFT}"][400:600].max() == float(named)
+
+
+@pytest.mark.parametrize("share", [1.0, 0.5])
+@pytest.mark.parametrize("name", [MOTOR_1, MOTOR_2])
+def test_a_motor_is_told_from_the_other_by_the_swing_of_their_split(bank, drive, name, share):
+    drive[300:700, column(TORQUE)] -= share * drive[300:700, column(f"{name}_target_torque")]
+    result = scan(bank, drive)
+    names = [name for _, name in declared(result)]
+    assert names == ["healthy", name, "healthy"]
+    assert result["torque_loss"][690] == pytest.approx(share, abs=0.05)
+
+
+def test_both_motors_are_named_where_both_lose_torque_and_no_sooner_than_the_split_has_changed(drive):
+    known = (*HYPOTHESES, Hypothesis("both motors", (), (MOTOR_1, MOTOR_2)))
+    limits = Limits((3.0,) * (len(known) - 1), (1.0,) * (len(known) - 1), gap=1.0, margin=1.0)
+    decision = judge(known, limits)
+    drive[300:700, column(TORQUE)] -= 0.5 * drive[300:700, 8:10].sum(axis=1)
+    result = scan(Bank(tuple(replace(lane(each), wander=1e-3) for each in known), decision), drive)
+    named = (result[f"faulty.{MOTOR_1}"] > 0.5) & (result[f"faulty.{MOTOR_2}"] > 0.5)
+    assert 300 + decision.samples_of_both_motors <= np.argmax(named) < 350
+    assert named[350:700].all()
+    assert not named[-1]
+    motors = [known.index(each) for each in known if each.actuators and not each.sensors]
+    assert {int(number) for number in result["hypothesis"]} <= {0, *motors}, "one of them at first, no sensor ever"
+    assert result["torque_loss"][690] == pytest.approx(0.5, abs=0.05)
+
+
+def test_motors_that_share_alike_are_named_together(bank, drive):
+    drive[:, 8] = drive[:, 9] = 0.5 * (drive[:, 8] + drive[:, 9])
+    drive[300:700, column(TORQUE)] -= 0.5 * drive[300:700, 8]
+    result = scan(bank, drive)
+    both_named = (result[f"candidates.{MOTOR_1}"] > 0.0) & (result[f"candidates.{MOTOR_2}"] > 0.0)
+    assert both_named[310:700].all()
+    assert not result[f"faulty.{MOTOR_1}"].any()
+
+
+def test_missing_readings_accuse_nobody(bank, drive):
+    drive[300:500, 0] = np.nan
+    drive[600:650] = np.nan
+    result = scan(bank, drive)
+    assert declared(result) == [(0.0, "healthy")]
+    assert np.isfinite(result[f"value.{LEFT}"]).all()
+
+
+def test_limits_are_one_for_each_hypothesis():
+    with pytest.raises(ParameterError, match="6 fast limits came for 7 hypotheses"):
+        Weighing(HYPOTHESES, Limits((1.0,) * 6, (1.0,) * 7, 1.0, 1.0))
+
+
+def test_a_larger_gap_makes_it_wait(bank, drive):
+    drive[300:, column(TORQUE)] -= 0.5
+    weighing = bank.judge.weighing
+    careful = replace(bank.judge, weighing=replace(weighing, limits=replace(weighing.limits, gap=1e3)))
+    result = scan(replace(bank, judge=careful), drive)
+    assert declared(result) == [(0.0, "healthy")]
+    assert result[f"candidates.{TORQUE}"][400:].all()
+
+
+def test_a_motor_is_not_blamed_for_a_gain_of_the_torque_sensor(bank, drive):
+    drive[300:700, column(TORQUE)] *= 1.5
+    weighing = bank.judge.weighing
+    shipped = replace(bank.judge, weighing=replace(weighing, limits=replace(weighing.limits, gap=GAP)))
+    assert declared(scan(replace(bank, judge=shipped), drive)) == [(0.0, "healthy")]

@@ -1,0 +1,211 @@
+"""The filter that leaves out what a hypothesis suspects, on drives of a car that is not its model."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Annotated, NamedTuple
+
+import numpy as np
+import pytest
+
+from tierod.graph import batch, scan, trace
+from tierod.monitors.condition.bank.lane import LIMITS, LeaveOutFilter, leaving_out
+from tierod.monitors.condition.bank.tuning import ModelError, SensorNoise, widened
+from tierod.monitors.condition.calibration.grid import aligned
+from tierod.monitors.condition.signals import ACTUATORS, MOTORS, SENSORS, ConditionSample, hypotheses
+from tierod.studies.condition.drives import Drive
+from tierod.studies.condition.faults import Injected, lost
+from tierod.studies.condition.recorded import recorded
+from tierod.studies.condition.vehicles import vehicle
+from tierod.vehicles import load
+
+SETTLED = 300
+"""Samples until the car rolls."""
+FAULT = slice(1500, 2400)
+SIZES = dict(zip(SENSORS, (2.0, 2.0, 0.3, 1.5, 3.0, 250.0), strict=True))
+CLOSE = dict(zip(SENSORS, (0.05, 0.05, 0.01, 0.1, math.inf, 45.0), strict=True))
+"""Errors of what replaces a sensor; the steering torque jumps between samples, by how much nothing tells."""
+SINGLES = {each.name: each for each in hypotheses() if len(each.suspects) < 2}
+BOTH_MOTORS = next(each for each in hypotheses() if each.suspects == MOTORS)
+
+
+@lru_cache(maxsize=4)
+def base():
+    """What a calibration would find: the file's values are those of the nominal demonstrator, offsets its sensors'."""
+    car, sensors = load("smartload"), vehicle(0).sensors
+    known = {name: replace(each, standard_deviation=0.0) for name, each in car.parameters.items()}
+    for name in ConditionSample._fields[:8]:
+        if f"{name}_offset" in known:
+            known[f"{name}_offset"] = replace(known[f"{name}_offset"], value=sensors[name].bias)
+    return LeaveOutFilter.of_vehicle(replace(car, parameters=known))
+
+
+@lru_cache(maxsize=8)
+def drive(*injected):
+    recording = recorded(Drive("short-round", 24.0, 0, 5, injected))
+    return aligned(recording), recording
+
+
+def run(names, samples):
+    filters = [leaving_out(SINGLES[name], base()) for name in names]
+    return (
+        [scan(each, samples) for each in filters] if len(names) < 4 else batch(filters * 2, [samples] * 2 * len(names))
+    )
+
+
+def test_all_hypotheses_share_one_compiled_structure():
+    graphs = {id(trace(leaving_out(each, base()))) for each in hypotheses()}
+    assert len(graphs) == 1
+    held = [each.name for each in hypotheses() if leaving_out(each, base()).model_error.wheel_speed_scale < 0.01]
+    assert len(held) == 3 + 12 + 12, "what leaves out a wheel or the yaw rate trusts the calibration of the wheels"
+    sure = [each.name for each in hypotheses() if leaving_out(each, base()).model_error.drive_excess < 0.02]
+    assert sure == [name for each in hypotheses() if "drive" in (name := each.name)]
+    pair, drives = (leaving_out(hypotheses()[k], base()) for k in (-3, -1))
+    assert (pair.use_tie_rod_force, pair.trust_drive_right, pair.use_yaw_rate) == (0.0, 0.0, 1.0)
+    assert (drives.trust_drive_left, drives.trust_drive_right, drives.use_yaw_rate) == (0.0, 0.0, 1.0)
+
+
+def test_healthy_readings_surprise_as_much_as_they_should():
+    samples, _ = drive()
+    (healthy,) = run(["healthy"], samples)
+    for name in SENSORS:
+        assert 0.5 < np.mean(healthy[f"surprise.{name}"][SETTLED:]) < 1.5
+    assert np.all(healthy["moving"][SETTLED:] == 1.0)
+    assert np.all(healthy["driven"] == 1.0)
+    assert healthy["moving"][50] == 0.0
+
+
+@pytest.mark.parametrize(("name", "close"), CLOSE.items())
+def test_a_sensor_that_is_left_out_is_foretold_all_the_same(name, close):
+    samples, recording = drive()
+    lost = samples.copy()
+    lost[SETTLED:, SENSORS.index(name)] = np.nan
+    left_out, without = (scan(leaving_out(SINGLES[name], base()), each) for each in (samples, lost))
+    estimate = left_out[f"estimate.{name}"]
+    np.testing.assert_array_equal(estimate, without[f"estimate.{name}"])
+    reading = samples[SETTLED:, SENSORS.index(name)]
+    truth = recording[f"truth_{name}"].values[SETTLED:] + vehicle(0).sensors[name].bias
+    assert np.sqrt(np.mean((estimate[SETTLED:] - truth) ** 2)) < close
+    error = (reading - left_out[f"prediction.{name}"][SETTLED:]) / left_out[f"deviation.{name}"][SETTLED:]
+    assert np.mean(np.abs(error) < 3.0) > 0.95
+
+
+@pytest.mark.parametrize("name", SENSORS)
+def test_an_offset_is_explained_best_by_leaving_out_its_sensor(name):
+    samples, _ = drive()
+    faulty = samples.copy()
+    faulty[FAULT, SENSORS.index(name)] += SIZES[name]
+    results = dict(zip(SINGLES, run(list(SINGLES), faulty), strict=False))
+    evidence = {each: float(np.sum(result["log_likelihood"][FAULT])) for each, result in results.items()}
+    assert max(evidence, key=evidence.get) == name
+    soon = slice(FAULT.start, FAULT.start + 20)
+    assert np.sum((results[name]["log_likelihood"] - results["healthy"]["log_likelihood"])[soon]) > 30.0
+
+
+def test_without_a_fault_leaving_out_a_sensor_explains_less():
+    samples, _ = drive()
+    results = dict(zip(SINGLES, run(list(SINGLES), samples), strict=False))
+    healthy = np.mean(results["healthy"]["log_likelihood"][SETTLED:])
+    assert all(np.mean(results[name]["log_likelihood"][SETTLED:]) < healthy - 2.0 for name in SENSORS)
+
+
+@pytest.mark.parametrize("name", ACTUATORS)
+def test_lost_torque_is_found_and_measured(name):
+    samples, _ = drive(lost(name, 0.5, 15.0, 24.0))
+    results = dict(zip(SINGLES, run(list(SINGLES), samples), strict=False))
+    evidence = {each: float(np.sum(result["log_likelihood"][FAULT])) for each, result in results.items()}
+    assert max(evidence, key=evidence.get) == name
+    known = results[name]["loss_deviation"][1600:] < 0.05
+    assert np.mean(results[name]["torque_loss"][1600:][known]) == pytest.approx(0.5, abs=0.1)
+
+
+def test_no_motor_loses_more_than_it_gives_so_that_one_does_not_explain_the_loss_of_both():
+    samples, _ = drive(lost("steering_motor_1", 1.0, 15.0, 24.0), lost("steering_motor_2", 1.0, 15.0, 24.0))
+    (one,) = run(["steering_motor_2"], samples)
+    both = scan(leaving_out(BOTH_MOTORS, base()), samples)
+    assert np.max(one["torque_loss"]) == LIMITS.torque_loss < 1.2
+    known = both["loss_deviation"][1600:] < 0.05
+    assert np.mean(both["torque_loss"][1600:][known]) == pytest.approx(1.0, abs=0.05)
+    assert np.mean((both["log_likelihood"] - one["log_likelihood"])[FAULT]) > 1.0
+
+
+def test_a_total_loss_in_the_recording_is_like_one_that_the_loop_does_not_see():
+    samples, _ = drive(Injected("yaw_rate", "loss", start=15.0, end=24.0))
+    healthy, left_out = run(["healthy", "yaw_rate"], samples)
+    assert np.sum((left_out["log_likelihood"] - healthy["log_likelihood"])[FAULT]) > 100.0
+
+
+def test_missing_samples_and_wild_ones_leave_it_sound():
+    samples, _ = drive()
+    broken = samples.copy()
+    broken[500:600] = np.nan
+    broken[900:1000, :8] = np.where(np.random.default_rng(1).random((100, 8)) < 0.3, 1e12, broken[900:1000, :8])
+    broken[1200, :] = np.inf
+    (result,) = run(["healthy"], broken)
+    assert np.all(np.isfinite(result.values))
+    assert np.all(np.abs(result["speed"]) <= LIMITS.speed)
+    assert np.all(result["log_likelihood"][500:600] == 0.0)
+    sound = scan(base(), samples)
+    np.testing.assert_allclose(result["speed"][2000:], sound["speed"][2000:], atol=0.02)
+
+
+def test_at_standstill_and_in_reverse_it_says_so_and_is_not_surprised():
+    standing = np.zeros((400, len(ConditionSample._fields)))
+    result = scan(base(), standing)
+    assert np.all(result["moving"][20:] == 0.0)
+    reversing = standing.copy()
+    reversing[:, :2] = -2.0
+    result = scan(base(), reversing)
+    assert result["speed"][-1] == pytest.approx(-2.0, abs=0.05)
+    assert result["moving"][-1] == 0.0
+
+
+def test_brakes_that_the_drives_do_not_give_are_noticed():
+    samples, _ = drive()
+    braked = samples.copy()
+    braked[1000:1010, ConditionSample._fields.index("longitudinal_acceleration")] -= 5.0
+    result = scan(base(), braked)
+    assert np.all(result["driven"][1000:1010] == 0.0)
+    assert result["driven"][999] == 1.0
+
+
+def test_an_uncalibrated_vehicle_gets_wider_noises_and_a_known_one_the_usual():
+    noise, error = widened(load("smartload"))
+    assert noise.tie_rod_force > SensorNoise().tie_rod_force
+    assert error.force_share > 2.0 * ModelError().force_share
+    assert base().model_error == ModelError()
+    assert base().sensor_noise == SensorNoise()
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """What a filter finds of load and tyres."""
+
+    filter: LeaveOutFilter
+
+    Sample = ConditionSample
+
+    class Output(NamedTuple):
+        wheel_speed_scale: Annotated[float, ""]
+        drive_excess: Annotated[float, ""]
+
+    def init(self):
+        return self.filter.init()
+
+    def step(self, state, sample):
+        after, _ = self.filter.corrected(state, sample)
+        return after, self.Output(after.mean.wheel_speed_scale, after.mean.drive_excess)
+
+
+@pytest.mark.parametrize(("what", "factor"), [("radius", 1.1), ("mass", 1.1), ("mass", 0.9)])
+def test_a_load_and_tyres_that_have_changed_are_learnt(what, factor):
+    """What the whole filter finds, against what was changed: push per mass, and readings per speed."""
+    samples = aligned(recorded(Drive("short-round", 40.0, 0, 5, later=(what, factor))))
+    rolling = base().vehicle.rolling_mass / base().vehicle.mass
+    expected = {
+        "wheel_speed_scale": 1.0 / factor - 1.0 if what == "radius" else 0.0,
+        "drive_excess": 1.0 / factor - 1.0 if what == "radius" else (1.0 + rolling) / (factor + rolling) - 1.0,
+    }
+    learnt = scan(Learnt(base()), samples)
+    for name, value in expected.items():
+        assert learnt[name][-1] == pytest.approx(value, abs=0.02)
