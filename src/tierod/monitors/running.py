@@ -30,7 +30,20 @@ if TYPE_CHECKING:
 
 
 class Run:
-    """One monitor over one recording, piece by piece; the result does not depend on how the recording is cut."""
+    """One monitor over one recording, piece by piece; the result does not depend on how the recording is cut.
+
+    Args:
+        monitor: what is watched
+        variant: how it is watched
+        vehicle: that the recording is judged as
+        own_level: of this car; the monitor learns one where not given
+        memory: path of the fault memory that takes the recording as one operation cycle
+        kept: takes what is read and told over time
+
+    Raises:
+        InputError: the own level is of another vehicle or variant
+        ParameterError: the variant cannot run with this vehicle
+    """
 
     def __init__(
         self,
@@ -61,6 +74,9 @@ class Run:
 
     def add(self, piece: Recording) -> None:
         """The next piece of the recording.
+
+        Args:
+            piece: follows on the one before
 
         Raises:
             InputError: the piece lacks a signal that the monitor needs, or brings it too slowly
@@ -103,6 +119,9 @@ class Run:
 
     def finish(self, command: str = "") -> Diagnosis:
         """The diagnosis over all pieces.
+
+        Args:
+            command: that asked for it, for the report
 
         Raises:
             InputError: there was no sample, or a signal that the monitor needs was constant or missing throughout

@@ -30,12 +30,12 @@ class Diagnosis(NamedTuple):
         faulty: what is declared
         candidates: what might be at fault, where several hypotheses explain the samples about as well
         testable: whether a total loss would show now
-        recovering: declared, but as it should for the last samples
+        recovering: declared, but as it should be for the last samples
         gated: readings that are far off in this sample alone, or not declared yet
         value: of every sensor, its own where it is trusted, otherwise what the other sensors say
         prediction, deviation: of the reading of every sensor from all before and its standard deviation; of those at
             fault without their own readings
-        torque_loss, loss_deviation: lost share of the torque of the actuator that is declared
+        torque_loss, loss_deviation: lost share of the torque of the actuators that are declared, the same of two
         speed, lateral_speed: of the centre of gravity
         best: the number of the hypothesis that explains the last samples best, the active one included
         lead: its mean log-likelihood ratio per sample less that of its best rival

@@ -31,10 +31,11 @@ class Kinds(NamedTuple):
 
 
 class Loss(NamedTuple):
-    """What the actuator that is declared has lost.
+    """What the actuators that are declared have lost.
 
     Args:
-        share: of its torque, the mean over the last samples at which it had something to do; 0 while none is declared
+        share: of their torque, the same of both where two are, the mean over the last samples at which they had
+            something to do; 0 while none is declared
         deviation: standard deviation of the share
     """
 

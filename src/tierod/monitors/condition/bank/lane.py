@@ -97,8 +97,8 @@ class LeaveOutFilter:
             estimate: of every sensor's reading without its noise, after the readings that are used: what replaces a
                 sensor that is left out
             surprise: squared innovation over its variance
-            torque_loss, loss_deviation: lost share of the suspected actuator's torque; a large deviation means that the
-                actuator has had nothing to do
+            torque_loss, loss_deviation: lost share of the torque of what is suspected, the same of two; a large
+                deviation means that it has had nothing to do
             speed, lateral_speed: of the centre of gravity
             moving: 1 where the vehicle moves forward, else 0: wheels that stand or roll back tell nothing
             driven: 1 where the deceleration is what drives and slopes give, else 0: brakes may lock the wheels

@@ -23,7 +23,7 @@ class Problem(NamedTuple):
     """Something that is wrong with the recording or the vehicle file.
 
     Args:
-        kind: sign, time or scale
+        kind: sign, time, scale or rate
         elements: sensors that it concerns
         cause: what it is
         action: what to do
@@ -127,9 +127,10 @@ def _ratio(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def misread_speed(told: Mapping[str, np.ndarray], limit: float) -> tuple[Problem, ...]:
-    """Whether the wheel speeds are of another size than turns tell, whose witnesses use them, but for the yaw sensor.
+    """Whether the wheel speeds are of another size than turns tell; all that tells a yaw rate but its sensor uses them.
 
-    Read k times too large, wheels and steering angle tell k times the yaw rate, and the lateral acceleration a k-th.
+    Where they read k times the truth, wheels and steering angle tell k times the yaw rate, and the lateral acceleration
+    a k-th of it.
 
     Args:
         told: what every witness of the yaw rate tells, by name, about its mean
