@@ -25,6 +25,8 @@ from tierod.graph import maths
         (maths.sign, (math.nan,), math.nan),
         (maths.minimum, (1.0, math.nan), 1.0),
         (maths.maximum, (math.nan, 1.0), math.nan),
+        (maths.greatest_of, (2.0, 5.0, 3.0), 5.0),
+        (maths.greatest_of, (-7.0,), -7.0),
         (maths.present, (math.inf,), 0.0),
         (maths.negated, (math.nan,), 0.0),
         (maths.where, (2.0, 3.0, math.nan), 3.0),

@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.block import named_tuple
 from tierod.diagnosis.symptoms import SymptomRule, SymptomTable
-from tierod.graph.maths import absolute, all_of, any_of, both, either, maximum, minimum, present, where
+from tierod.graph.maths import absolute, all_of, any_of, both, either, greatest_of, maximum, minimum, present, where
 from tierod.ranges import POSITIVE
 
 
@@ -117,9 +117,7 @@ class RuleDiagnosis:
             names = [name for name in group if name in flags]
             known = frozenset().union(*(raised[name] for name in names))
             count: Any = sum((flags[name] for name in names), start=0.0)
-            best: Any = 0.0
-            for name in names:
-                best = maximum(best, scores[name])
+            best: Any = greatest_of(0.0, *(scores[name] for name in names))
             abnormal: Any = any_of(0.0, *(seen[each] for each in self.table.residuals if each in known))
             unknown = all_of(count < 0.5, abnormal, best >= self.least_score)
             for name in names:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from tierod.errors import ParameterError
 from tierod.estimators.linear_algebra import Matrix, Vector, dot, plus, times
 from tierod.estimators.linear_algebra import upper as pairs
-from tierod.graph.maths import exp, maximum, present, where
+from tierod.graph.maths import exp, greatest_of, present, where
 
 Switching = tuple[tuple[float, ...], ...]
 """Probability of going from one model (row) to another (column) in one sample; each row sums to 1."""
@@ -86,9 +86,7 @@ def mixture_covariance(weights: Vector, mean: Vector, means: Matrix, covariances
 
 def posterior(predicted: Vector, log_likelihoods: Vector) -> tuple[Any, ...]:
     """Probability of each model after the sample; the likeliest counts 1 before scaling, so nothing underflows."""
-    best = log_likelihoods[0]
-    for value in log_likelihoods[1:]:
-        best = maximum(best, value)
+    best = greatest_of(*log_likelihoods)
     shares = [prior * exp(value - best) for prior, value in zip(predicted, log_likelihoods, strict=True)]
     scale = 1.0 / sum(shares[1:], start=shares[0])
     return tuple(share * scale for share in shares)

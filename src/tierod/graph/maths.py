@@ -106,6 +106,13 @@ def maximum(a: Any, b: Any) -> Any:
     return where(a < b, b, a)
 
 
+def greatest_of(first: Any, *others: Any) -> Any:
+    """The largest of several."""
+    for other in others:
+        first = maximum(first, other)
+    return first
+
+
 def all_of(first: Any, *others: Any) -> Any:
     """Whether every condition holds."""
     for other in others:

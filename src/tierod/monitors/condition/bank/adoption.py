@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from tierod.graph import KEEP
-from tierod.graph.maths import all_of, any_of, both, either, maximum, negated, where
+from tierod.graph.maths import all_of, any_of, both, either, greatest_of, negated, where
 from tierod.monitors.condition.bank.weighing import chosen
 from tierod.monitors.condition.signals import SLIDING, Hypothesis
 
@@ -50,9 +50,7 @@ def kin(hypotheses: Sequence[Hypothesis], likelihoods: Sequence[Any], impossible
         likelihoods: logarithm of each hypothesis' density of this sample
         impossible: log-likelihood ratio against the best from which on a sample is all but impossible
     """
-    top = likelihoods[0]
-    for value in likelihoods[1:]:
-        top = maximum(top, value)
+    top = greatest_of(*likelihoods)
     nearest = []
     for each in hypotheses:
         best: Any = 0.0

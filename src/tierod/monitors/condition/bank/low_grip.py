@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import absolute, all_of, both, either, exp, limit, maximum, where
+from tierod.graph.maths import absolute, all_of, both, either, exp, greatest_of, limit, maximum, where
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
 
 FORCE, FORCE_SHARE, TIE_ROD_SHARE = 60.0, 0.6, 0.3
@@ -83,8 +83,8 @@ class LowGrip:
         contradicts: by how much any filter may explain them better at once; that of a faulty sensor does by far more
         lacks_along: force that the driven axle must lack, over its load
         least: force that it must have, over its load: the smoothest ice holds more, drives without any torque give none
-        below: share of what they held, from which on tyres that slide would give all that is asked for
-        part: of what is asked for, below which it is not given
+        below: share of what they held, up to which tyres that slide would give all that is asked for
+        part: of what is asked for, below which it is not given; where less than the rest of it is, ice may hold no more
         in_full: share of what is asked for up to which nothing is lacking
         share: of a sample in the force that is held
         proofs: samples in a row in which drives give too little of what ice has held, so that both have lost torque
@@ -141,13 +141,13 @@ class LowGrip:
             moving: whether the vehicle goes forward; while it stands or goes back no time passes to find back in
             sample_time: [s]
         """
-        sound, best = others[0], _highest(others)
+        sound, best = others[0], greatest_of(*others)
 
         def on(mean: Any, against: Any, time: float, largest: float) -> Any:
             return mean + (1.0 - exp(-sample_time / time)) * (limit(likelihood - against, -largest, largest) - mean)
 
         lead = on(state.lead, best, self.time_across, self.largest)
-        lead_along = on(state.lead_along, _highest([sound, *drives]), self.time_along, self.largest_along)
+        lead_along = on(state.lead_along, greatest_of(sound, *drives), self.time_along, self.largest_along)
         gain = on(state.gain, sound, self.time_gain, self.largest)
         across, along = lack.across > self.lacks, absolute(lack.along) > self.lacks_along
         gives = absolute(lack.given) > self.least
@@ -198,10 +198,3 @@ def sliding(base: LeaveOutFilter) -> LeaveOutFilter:
     return replace(
         base, model_error=error, largest_force_error=LARGEST_FORCE_ERROR, trust_drive_left=0.0, trust_drive_right=0.0
     )
-
-
-def _highest(values: Sequence[Any]) -> Any:
-    best = values[0]
-    for value in values[1:]:
-        best = maximum(best, value)
-    return best

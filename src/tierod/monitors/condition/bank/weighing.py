@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from tierod.errors import ParameterError
-from tierod.graph.maths import all_of, any_of, both, either, exp, maximum, minimum, negated, where
+from tierod.graph.maths import all_of, any_of, both, either, exp, greatest_of, maximum, minimum, negated, where
 from tierod.monitors.condition.signals import SENSORS, Hypothesis
 
 NEVER = -1e9
@@ -104,9 +104,7 @@ class Weighing:
             active: the number of the hypothesis that holds
             tells: whether the sample may speak for each hypothesis; for all if None
         """
-        best = likelihoods[0]
-        for value in likelihoods[1:]:
-            best = maximum(best, value)
+        best = greatest_of(*likelihoods)
         limited = [maximum(value, best - self.largest) for value in likelihoods]
         own = chosen(limited, active)
         ratios = [value - own for value in limited]
