@@ -261,6 +261,11 @@ def test_a_table_that_must_be_sought_in_cannot_come_through_a_pipe(tmp_path):
         read(path)
 
 
+def test_a_name_that_no_file_can_have_is_refused():
+    with pytest.raises(InputError, match="cannot be read"):
+        read("a" * 300)
+
+
 def test_the_name_of_a_pipe_is_told(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match="/dev/stdin"):

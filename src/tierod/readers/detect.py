@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import gzip
+import os
 import re
+import stat
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
@@ -71,8 +73,7 @@ def detect(path: Path) -> Kind:
     Raises:
         InputError: the file is absent, empty, not readable, or of a kind that is not read
     """
-    piped = path.is_fifo()
-    head = _head(path, None if piped else _HEAD)
+    head, piped = _head(path)
     data = head if piped else None
     if head[:2] == b"\x1f\x8b":
         data = _unpacked(path, data)
@@ -87,11 +88,12 @@ def detect(path: Path) -> Kind:
     return Kind(name, data, warning, piped)
 
 
-def _head(path: Path, count: int | None) -> bytes:
-    """The first bytes of a file, or all of them."""
+def _head(path: Path) -> tuple[bytes, bool]:
+    """The first bytes of a file, or all that comes through a pipe; and whether it is one."""
     try:
         with path.open("rb") as file:
-            head = file.read(count)
+            piped = stat.S_ISFIFO(os.fstat(file.fileno()).st_mode)
+            head = file.read(None if piped else _HEAD)
     except FileNotFoundError:
         other = "; what comes through a pipe is named /dev/stdin" if str(path) == "-" else "; check the path"
         raise InputError(f"there is no file {path}{other}") from None
@@ -101,7 +103,7 @@ def _head(path: Path, count: int | None) -> bytes:
         raise InputError(f"{path} cannot be read ({error.strerror or error}); check the rights") from None
     if not head.strip(b"\0 \t\r\n\xef\xbb\xbf"):
         raise InputError(f"{path} is empty; record or copy it again")
-    return head
+    return head, piped
 
 
 def _unpacked(path: Path, data: bytes | None) -> bytes:
