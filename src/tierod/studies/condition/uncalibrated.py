@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from functools import lru_cache
 
@@ -32,6 +33,8 @@ TEXT = (
 )
 PLANS = ((1, SHORT, 81), (2, LONG, 82), (3, THIRD, 83))
 """Vehicle, course and seed."""
+LEAST_SIZE = {OFFSET: 0.0, GAIN: 1.0, NOISE: 0.0, DELAY: 0.0}
+"""Of the faults that are tried, by kind; of other kinds none is."""
 HOURS = 1.0
 """Of healthy driving of the three vehicles [h]."""
 
@@ -59,9 +62,7 @@ def items(effort: Effort) -> Iterator[Item]:
 def _chosen(drive: Drive) -> bool:
     """An offset upwards, a gain of more than one, noise, or a delay."""
     (fault,) = drive.injected
-    return fault.kind in (NOISE, DELAY) or (fault.kind == OFFSET and fault.size > 0.0) or (
-        fault.kind == GAIN and fault.size > 1.0
-    )  # fmt: skip
+    return fault.size > LEAST_SIZE.get(fault.kind, math.inf)
 
 
 def _by_kind(scored: list[DriveScore]) -> Table:
