@@ -24,6 +24,8 @@ from tierod.vehicles import load
 
 OTHERS = (0.0, -5.0, -8.0)
 NONE = Lack(0.0, 0.0, 0.0)
+MASS, RADIUS = (load("smartload").parameters[name].value for name in ("mass", "wheel_radius"))
+"""Of the demonstrator [kg], [m]."""
 BEND, BRAKES = Lack(0.4, 0.0, 0.0), Lack(0.0, 0.2, 0.2)
 
 
@@ -136,8 +138,8 @@ def on_ice(adhesion, seconds=14.0):
 @pytest.mark.parametrize("adhesion", [0.2, 0.35])
 def test_tyres_slide_soon_after_the_car_brakes_harder_than_ice_holds_and_as_long_as_it_does(adhesion):
     drive = on_ice(adhesion)
-    asked = -(drive["truth_drive_torque_left"].values + drive["truth_drive_torque_right"].values) / 0.243
-    lacks = asked - 403.2 * -drive["truth_longitudinal_acceleration"].values > 250.0
+    asked = -(drive["truth_drive_torque_left"].values + drive["truth_drive_torque_right"].values) / RADIUS
+    lacks = asked - MASS * -drive["truth_longitudinal_acceleration"].values > 250.0
     found, moving = slides_in(drive), drive["truth_speed"].values > 1.0
     assert 0 < np.argmax(found) - np.argmax(lacks & moving) < 12
     assert found[lacks & moving].mean() > 0.95
