@@ -1,3 +1,5 @@
+import os
+
 import numpy as np
 import pytest
 
@@ -37,6 +39,13 @@ def test_a_virtual_car_of_another_name_tells_the_vehicle_with_which_it_is_judged
 @pytest.mark.parametrize("car", cars())
 def test_the_vehicle_that_a_virtual_car_names_is_shipped(car):
     assert load_car(car).vehicle in ("", *shipped())
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes here")
+def test_a_pipe_is_not_read_for_the_name_of_a_vehicle_since_it_could_not_be_read_again(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(InputError, match="is a pipe, which can be read once only; give --vehicle"):
+        vehicle_named_in(tmp_path / "pipe")
 
 
 @pytest.mark.parametrize(

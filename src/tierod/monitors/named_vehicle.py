@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,7 @@ def vehicle_named_in(source: Recording | str | Path, dbc: Any = None, channel_ma
         channel_map: path of a channel map
 
     Raises:
-        InputError: it cannot be read, as it is or without the databases of a vehicle
+        InputError: it cannot be read, as it is or without the databases of a vehicle; or only once, through a pipe
         ParameterError: it names none that is shipped, so that the user must
     """
     metadata = source.metadata if isinstance(source, Recording) else _metadata(source, dbc, channel_map)
@@ -66,6 +67,11 @@ def made_with(metadata: Mapping[str, Any], judged_as: str) -> str | None:
 def _metadata(path: str | Path, dbc: Any, channel_map: Any) -> Mapping[str, Any]:
     from tierod.readers import open_chunks
 
+    if os.path.exists(path) and Path(path).is_fifo():
+        raise InputError(
+            f"no vehicle is given, and {path} is a pipe, which can be read once only; give --vehicle (in Python: "
+            "vehicle=...)"
+        )
     try:
         return next(iter(open_chunks(path, seconds=SHORT, dbc=dbc, channel_map=channel_map))).metadata
     except InputError as error:
