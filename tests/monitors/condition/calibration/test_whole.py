@@ -133,5 +133,5 @@ def test_remarks_tell_what_the_limits_rest_on():
     told = " ".join(calibration().remarks)
     assert "first 300 s" in told
     assert "1 000 h is to be expected" in told
-    assert "assures" in told
+    assert "if the tail goes on as an exponential: no more than" in told
     assert "rules of the paper are not calibrated" in told
