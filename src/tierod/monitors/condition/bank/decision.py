@@ -9,14 +9,15 @@ from typing import Annotated, Any, NamedTuple
 from tierod.block import Tree, rebuild, skeleton
 from tierod.block import leaves as leaves_of
 from tierod.graph import JudgeSample, Verdict
-from tierod.graph.maths import absolute, all_of, any_of, both, either, negated, present, where
+from tierod.graph.maths import all_of, any_of, both, either, negated, present, where
 from tierod.monitors.condition.bank.adoption import adopted, believed, kin
 from tierod.monitors.condition.bank.diagnosis import Diagnosis, Elements
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.bank.low_grip import Lack, LowGrip, LowGripState
 from tierod.monitors.condition.bank.readings import Readings
 from tierod.monitors.condition.bank.returning import Returning
-from tierod.monitors.condition.bank.testability import Telling
+from tierod.monitors.condition.bank.stand_ins import gated, stand_ins
+from tierod.monitors.condition.bank.testability import Open, Telling
 from tierod.monitors.condition.bank.weighing import Limits, Ranking, Weighing, Weights, chosen
 from tierod.monitors.condition.signals import DRIVES, ELEMENTS, MOTORS, SENSORS, SLIDING, Hypothesis
 
@@ -45,6 +46,21 @@ class DecisionState(NamedTuple):
     unread: Readings
     slipping: LowGripState
     cornered: Any
+
+
+class Grip(NamedTuple):
+    """What is known of the grip of the tyres.
+
+    Args:
+        slipping, cornered: as in `DecisionState`, with this sample
+        slides: whether they slide, by the lane of sliding tyres
+        low: whether they do, or may
+    """
+
+    slipping: LowGripState
+    cornered: Any
+    slides: Any
+    low: Any
 
 
 @dataclass(frozen=True)
@@ -103,28 +119,19 @@ class Decision:
         """
         lanes, readings = sample.lanes, sample.sample[: len(SENSORS)]
         likelihoods = [lane.log_likelihood for lane in lanes]
-        slipping, slides, lacks = self._slides(state, lanes, likelihoods)
+        grip = self._grip(state, sample, likelihoods)
         everyone = (*self.weighing.hypotheses, SLIDING)[: len(lanes)]
-        source, far_off = believed(everyone, likelihoods, state.active, self.impossible, slides)
+        source, far_off = believed(everyone, likelihoods, state.active, self.impossible, grip.slides)
         seen = _selected(lanes, source)
         suspected = self._elements_of(state.active)
         unread = [where(present(each), 0.0, count + 1.0) for each, count in zip(readings, state.unread, strict=True)]
         told = self.testability.open(self.weighing, unread, suspected)
-        across = sample.sample.lateral_acceleration
-        cornered = self.testability.cornered(state.cornered, across, lacks, self.weighing.sample_time)
-        low_grip = either(slides, cornered > 0.5)
-        follows = both(seen.moving, negated(low_grip))
-        tells = [
-            both(*each)
-            for each in zip(self.testability.tells(self.weighing, seen, follows), told.hypotheses, strict=True)
-        ]
-        weighed = likelihoods[: len(self.weighing.hypotheses)]
-        weights = self.weighing.smoothed(state.weights, weighed, state.active, tells)
-        ranking = self.weighing.ranking(weights, state.active, told.widening, told.hypotheses)
+        follows = both(seen.moving, negated(grip.low))
+        weights, ranking = self._weighed(state, likelihoods, seen, follows, told)
         good = self.returning.good(state.good, suspected, readings, seen, effects)
         kept = self.returning.after(self.weighing, state.active, suspected, good)
 
-        led, exceeded = (where(slides, 0.0, count) for count in self._counted(state, ranking))
+        led, exceeded = (where(grip.slides, 0.0, count) for count in self._counted(state, ranking))
         active = where(self._declares(ranking, led), ranking.best, kept)
         changed = negated(active == state.active)
         faulty = self._elements_of(active)
@@ -137,10 +144,10 @@ class Decision:
             where(changed, 0.0, exceeded),
             Elements(*(where(each, count, 0.0) for each, count in zip(stays, good, strict=True))),
             Readings(*unread),
-            slipping,
-            cornered,
+            grip.slipping,
+            grip.cornered,
         )
-        gated = self._gated(readings, seen, faulty)
+        off = gated(readings, seen, faulty, self.gate)
         tellable = [both(follows, each) for each in told.hypotheses]
         unsure = both(exceeded >= self.samples, negated(changed))
         output = Diagnosis(
@@ -149,17 +156,24 @@ class Decision:
             self._candidates(ranking.rivals, unsure, faulty),
             self.testability.testable(self.weighing, lanes, suspected, seen, tellable),
             self.returning.recovering(faulty, good, self.weighing.sample_time),
-            gated,
-            self._values(readings, seen, faulty, gated),
+            off,
+            stand_ins(readings, seen, faulty, off),
             *(seen.prediction, seen.deviation, seen.torque_loss, seen.loss_deviation),
             *(seen.speed, seen.lateral_speed),
             where(ranking.exceeding, ranking.best, active),
             where(ranking.exceeding, ranking.lead, 0.0),
-            low_grip,
+            grip.low,
         )
         nearest = kin(everyone, likelihoods, self.impossible)
         taken = where(changed, active, source)
         return after, Verdict(output, adopted(everyone, taken, nearest, far_off, changed, active))
+
+    def _grip(self, state: DecisionState, sample: JudgeSample, likelihoods: Sequence[Any]) -> Grip:
+        """Whether the tyres slide, and whether they may, by the acceleration across the vehicle."""
+        slipping, slides, lacks = self._slides(state, sample.lanes, likelihoods)
+        across = sample.sample.lateral_acceleration
+        cornered = self.testability.cornered(state.cornered, across, lacks, self.weighing.sample_time)
+        return Grip(slipping, cornered, slides, either(slides, cornered > 0.5))
 
     def _slides(
         self, state: DecisionState, lanes: Sequence[Any], likelihoods: Sequence[Any]
@@ -183,6 +197,18 @@ class Decision:
             self.weighing.sample_time,
         )
         return after, both(slides, state.active == 0.0), lack.across > self.low_grip.lacks
+
+    def _weighed(
+        self, state: DecisionState, likelihoods: Sequence[Any], seen: Any, follows: Any, told: Open
+    ) -> tuple[Weights, Ranking]:
+        """What is remembered of the hypotheses with this sample, and their ranks."""
+        tells = [
+            both(*each)
+            for each in zip(self.testability.tells(self.weighing, seen, follows), told.hypotheses, strict=True)
+        ]
+        weighed = likelihoods[: len(self.weighing.hypotheses)]
+        weights = self.weighing.smoothed(state.weights, weighed, state.active, tells)
+        return weights, self.weighing.ranking(weights, state.active, told.widening, told.hypotheses)
 
     def _counted(self, state: DecisionState, ranking: Ranking) -> tuple[Any, Any]:
         """For how many samples in a row the best hypothesis has led by the gap, and any has been beyond its limit."""
@@ -211,30 +237,6 @@ class Decision:
             *(
                 all_of(unsure, negated(known), any_of(0.0, *(rivals[k] for k in self._naming(name))))
                 for name, known in zip(ELEMENTS, faulty, strict=True)
-            )
-        )
-
-    def _gated(self, readings: Sequence[Any], seen: Any, faulty: Elements) -> Readings:
-        """Readings far off that belong to nobody declared."""
-        return Readings(
-            *(
-                all_of(
-                    negated(known),
-                    present(reading),
-                    absolute(where(present(reading), reading, 0.0) - prediction) > self.gate * deviation,
-                )
-                for reading, prediction, deviation, known in zip(
-                    readings, seen.prediction, seen.deviation, faulty, strict=False
-                )
-            )
-        )
-
-    def _values(self, readings: Sequence[Any], seen: Any, faulty: Elements, gated: Readings) -> Readings:
-        """What stands in for every sensor."""
-        return Readings(
-            *(
-                where(all_of(present(reading), negated(known), negated(off)), reading, estimate)
-                for reading, estimate, known, off in zip(readings, seen.estimate, faulty, gated, strict=False)
             )
         )
 
