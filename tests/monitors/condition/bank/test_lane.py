@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from tierod.graph import batch, scan, trace
-from tierod.monitors.condition.bank.lane import LIMITS, LeaveOutFilter, leaving_out
+from tierod.monitors.condition.bank.lane import LIMITS, LeaveOutFilter
+from tierod.monitors.condition.bank.leaving_out import leaving_out
 from tierod.monitors.condition.bank.tuning import ModelError, SensorNoise, widened
 from tierod.monitors.condition.calibration.grid import aligned
 from tierod.monitors.condition.signals import ACTUATORS, MOTORS, SENSORS, ConditionSample, hypotheses

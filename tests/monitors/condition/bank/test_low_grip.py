@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from tierod.graph import batch
-from tierod.monitors.condition.bank.lane import LeaveOutFilter, leaving_out
+from tierod.monitors.condition.bank.lane import LeaveOutFilter
+from tierod.monitors.condition.bank.leaving_out import leaving_out
 from tierod.monitors.condition.bank.low_grip import Lack, LowGrip, sliding
 from tierod.monitors.condition.calibration.grid import aligned
 from tierod.monitors.condition.signals import DRIVES, ConditionSample, Hypothesis

@@ -10,7 +10,8 @@ from tierod.graph import Bank, JudgeSample, Verdict
 from tierod.graph.maths import any_of, both, exp, maximum, sqrt, where
 from tierod.monitors.condition.bank.decision import Decision, DecisionState
 from tierod.monitors.condition.bank.diagnosis import Diagnosis
-from tierod.monitors.condition.bank.lane import LeaveOutFilter, leaving_out
+from tierod.monitors.condition.bank.lane import LeaveOutFilter
+from tierod.monitors.condition.bank.leaving_out import leaving_out
 from tierod.monitors.condition.bank.low_grip import sliding
 from tierod.monitors.condition.bank.tuning import prices
 from tierod.monitors.condition.bank.weighing import Limits, Weighing

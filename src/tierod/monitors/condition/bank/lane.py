@@ -21,15 +21,9 @@ from tierod.monitors.condition.bank.process import LIMITS, process_noise, start_
 from tierod.monitors.condition.bank.readings import Readings, Seen, Surprise
 from tierod.monitors.condition.bank.tuning import ModelError, PlausibleRange, SensorNoise, widened
 from tierod.monitors.condition.bank.updates import log_likelihood, spread_of, update
-from tierod.monitors.condition.signals import ACTUATORS, DRIVES, SENSORS, ConditionSample, Hypothesis
+from tierod.monitors.condition.signals import ACTUATORS, SENSORS, ConditionSample
 from tierod.physics.single_track import front_axle_load
 from tierod.vehicles import Vehicle
-
-COMMON_LOSS_TIME = 20.0
-"""Over which a share that two actuators lose together changes [s]; one that follows the split of the torque within
-0.1 s would explain the loss of either alone."""
-TURNING = SENSORS[:3]
-"""Sensors that tell together how fast the wheels' readings are beside the vehicle."""
 
 
 @dataclass(frozen=True)
@@ -244,23 +238,3 @@ class LeaveOutFilter:
             *(plausible.steering_shaft_torque, plausible.tie_rod_force, 1.0, 1.0),
         )
         return log_likelihood(seen.correction, seen.innovations, seen.used, self._noise(0.0), widths, self.influence)
-
-
-def leaving_out(hypothesis: Hypothesis, base: LeaveOutFilter) -> LeaveOutFilter:
-    """The filter of one hypothesis.
-
-    Args:
-        hypothesis: whom it suspects
-        base: the filter that suspects nobody
-    """
-    changes: dict[str, Any] = {f"use_{name}": 0.0 for name in hypothesis.sensors}
-    changes |= {f"trust_{name}": 0.0 for name in hypothesis.actuators}
-    error = base.model_error
-    if not {*TURNING}.isdisjoint(hypothesis.sensors):
-        error = replace(error, wheel_speed_scale=error.wheel_speed_scale_alone)
-    if not {*DRIVES}.isdisjoint(hypothesis.actuators):
-        error = replace(error, drive_excess=error.drive_excess_alone)
-    changes["model_error"] = error
-    if len(hypothesis.actuators) > 1:
-        changes["vehicle"] = replace(base.vehicle, fading=replace(base.vehicle.fading, loss=COMMON_LOSS_TIME))
-    return replace(base, **changes)

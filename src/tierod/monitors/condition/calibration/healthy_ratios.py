@@ -10,7 +10,8 @@ import numpy as np
 
 from tierod.graph import Bank, scan
 from tierod.monitors.condition.bank.decision import Decision, judge
-from tierod.monitors.condition.bank.lane import LeaveOutFilter, leaving_out
+from tierod.monitors.condition.bank.lane import LeaveOutFilter
+from tierod.monitors.condition.bank.leaving_out import leaving_out
 from tierod.monitors.condition.bank.weighing import Limits
 from tierod.monitors.condition.calibration.grid import RATE, aligned, moving
 from tierod.monitors.condition.signals import Hypothesis, hypotheses
