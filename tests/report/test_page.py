@@ -81,7 +81,12 @@ def test_levels_truth_and_enabled_stretches_are_drawn(fault_page):
 
 @pytest.mark.parametrize(
     ("origin", "told"),
-    [(1533198887.0, "2018-08-02 08:34:47 UTC"), (0.0, "Origin"), (1e300, "Origin"), (float("nan"), "Origin")],
+    [
+        (1533198887.0, "<dt>Began</dt><dd>2018-08-02 08:34:47 UTC</dd>"),
+        (0.0, "<dt>Origin</dt><dd>0</dd>"),
+        (1e300, "<dt>Origin</dt>"),
+        (float("nan"), "<dt>Origin</dt>"),
+    ],
 )
 def test_when_a_recording_began_is_told_as_a_date(origin, told):
     made = friction_fault()
