@@ -37,7 +37,7 @@ def run() -> list[dict]:
     lost = _samples(actuator_tests(1)[0])
     vehicle = load("smartload")
     whole = on_board(vehicle)
-    took = _seconds(whole, healthy)
+    took = _took(whole, healthy)
     value = took.times_real_time
     peer = PEER_STEPS / RATE / _least(_numpy_bank)
     return [
@@ -49,10 +49,10 @@ def run() -> list[dict]:
             "peer_value": peer,
             "ratio": value / peer,
             "fastest_whole_run": took.whole,
-            "sensor_lost": _seconds(whole, faulty).times_real_time,
-            "motor_lost": _seconds(whole, lost).times_real_time,
-            "bank_alone": _seconds(bank_of(vehicle), healthy).times_real_time,
-            "three_rule_tables": _seconds(on_board(vehicle, rules=VARIANTS), healthy).times_real_time,
+            "sensor_lost": _took(whole, faulty).times_real_time,
+            "motor_lost": _took(whole, lost).times_real_time,
+            "bank_alone": _took(bank_of(vehicle), healthy).times_real_time,
+            "three_rule_tables": _took(on_board(vehicle, rules=VARIANTS), healthy).times_real_time,
         }
     ]
 
@@ -76,7 +76,8 @@ def _samples(drive: Drive) -> np.ndarray:
     return np.ascontiguousarray(np.column_stack(columns)[:STEPS])
 
 
-def _seconds(block: Bank, samples: np.ndarray) -> Took:
+def _took(block: Bank, samples: np.ndarray) -> Took:
+    """Judge a recording several times, second by second."""
     runner, second = kernel(block), int(RATE)
     runs = np.empty((REPEATS, len(samples) // second))
     outputs = np.empty((second, len(runner.graph.output)))

@@ -17,7 +17,15 @@ FASTEST = 60.0
 
 
 def apply(made: Plan, loaded: Sequence[Channel]) -> tuple[list[Channel], tuple[str, ...]]:
-    """The channels of a plan from the columns loaded, and warnings on what they show."""
+    """The channels of a plan from the columns loaded, and warnings on what they show.
+
+    Args:
+        made: which columns become which channels
+        loaded: the columns; a channel of which one is missing is not made
+
+    Raises:
+        InputError: columns that are to be summed have different time stamps
+    """
     by_name = {channel.name: channel for channel in loaded}
     channels, warnings = [], []
     for pick in made.picks:
