@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tierod.models.automated_vehicle import AutomatedVehicle
+from tierod.monitors.condition.definition import CONDITION
 from tierod.monitors.condition.recording_checks.wiring import Close, Wiring
 from tierod.vehicles import load
 
@@ -202,3 +203,8 @@ def test_one_wheel_alone_tells_the_speed(gone):
     signals = changed(yaw_rate=-1.0)
     (problem,) = problems(signals | {gone: np.full(len(signals[gone]), np.nan)})
     assert problem.elements == ("yaw_rate",)
+
+
+def test_the_closer_limits_of_a_calibrated_vehicle_are_those_that_its_rule_tells():
+    rules = [each.rule for each in CONDITION.variants["bank"].decisions if each.place == "_wiring"]
+    assert rules[0].told.endswith(f"{Close().scale:g} and {Close().late:g} s once calibrated")
