@@ -23,7 +23,7 @@ from tierod.studies.condition.recorded import recorded
 from tierod.vehicles import load
 
 LANES, STATES, READINGS = 50, len(AutomatedVehicle.State._fields), len(AutomatedVehicle.Output._fields)
-"""Filters of the bank without that of sliding tyres, what each estimates, what corrects it."""
+"""Filters of the peer, a few fewer than the bank has by now; what each estimates, what corrects it."""
 RATE = 100.0
 STEPS = 6_000
 PEER_STEPS = 100
