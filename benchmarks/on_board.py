@@ -17,13 +17,14 @@ from tierod.graph.kernel import kernel
 from tierod.graph.trace import initial_memory
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.on_board import on_board
+from tierod.monitors.condition.signals import hypotheses
 from tierod.monitors.condition.vehicle_bank import bank_of
 from tierod.studies.condition.drives import Drive, actuator_tests, healthy_drives, sensor_tests
 from tierod.studies.condition.recorded import recorded
 from tierod.vehicles import load
 
-LANES, STATES, READINGS = 50, len(AutomatedVehicle.State._fields), len(AutomatedVehicle.Output._fields)
-"""Filters of the peer, a few fewer than the bank has by now; what each estimates, what corrects it."""
+LANES, STATES, READINGS = len(hypotheses()), len(AutomatedVehicle.State._fields), len(AutomatedVehicle.Output._fields)
+"""Filters of the bank without that of sliding tyres; what each estimates, what corrects it."""
 RATE = 100.0
 STEPS = 6_000
 PEER_STEPS = 100
@@ -45,7 +46,7 @@ def run() -> list[dict]:
             "name": "condition-on-board",
             "value": value,
             "unit": "x real time",
-            "peer": "NumPy, 50 filters' covariances alone",
+            "peer": f"NumPy, {LANES} filters' covariances alone",
             "peer_value": peer,
             "ratio": value / peer,
             "fastest_whole_run": took.whole,

@@ -53,6 +53,16 @@ def direction(x: Any, p: Any) -> tuple[Any, Any]:
     return angle * (1.0 - square / 6.0), 1.0 - 0.5 * square * (1.0 - square / 12.0)
 
 
+def drive_force(torque: Any, p: Any) -> Any:
+    """Force along the vehicle [N] of drives whose wheels grip; their radius is the nominal one over the speed's scale.
+
+    Args:
+        torque: at the wheels [N*m]
+        p: parameters of `AutomatedVehicle`
+    """
+    return p.wheel_speed_scale / p.wheel_radius * torque
+
+
 def _turn_slip(x: Any, p: Any) -> tuple[Any, Any]:
     """Turn slips of a front and a rear wheel [1/m]."""
     inverse = 1.0 / (absolute(x.speed) + CRAWL)
@@ -68,8 +78,7 @@ def forces_of(x: Any, torques: Torques, p: Any) -> Forces:
         p: its parameters
     """
     sine, cosine = direction(x, p)
-    per_radius = p.wheel_speed_scale / p.wheel_radius
-    left, right = per_radius * torques.drive_left, per_radius * torques.drive_right
+    left, right = drive_force(torques.drive_left, p), drive_force(torques.drive_right, p)
     drive = left + right
     load = front_axle_load(p.mass, p.front_distance, p.rear_distance)
     other = front_axle_load(p.mass, p.rear_distance, p.front_distance)

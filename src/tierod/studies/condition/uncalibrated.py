@@ -27,9 +27,9 @@ from tierod.vehicles import load
 
 TEXT = (
     "The same three vehicles, judged with the vehicle file as it is shipped: its parameters with their standard "
-    "deviations, its limits that all three need together, its substitutes with errors measured without calibration. "
-    "Every sensor has an offset, half too much of a gain, noise, or a delay of 0.2 s, on rounds and with noises that "
-    "no other part drives.",
+    "deviations, its limits that several vehicles need together, its substitutes with errors measured without "
+    "calibration. Every sensor has an offset, half too much of a gain, noise, or a delay of 0.2 s, on rounds and with "
+    "noises that no other part drives.",
 )
 PLANS = ((1, SHORT, 81), (2, LONG, 82), (3, THIRD, 83))
 """Vehicle, course and seed."""

@@ -14,7 +14,7 @@ from tierod.estimators.kernels import predict_covariance
 from tierod.estimators.linear_algebra import congruence, diagonal, dot, from_diagonal, plus
 from tierod.graph.derivatives import jacobian
 from tierod.graph.maths import absolute, both, limit, maximum, minimum, present, sqrt, where
-from tierod.models.automated_forces import Torques
+from tierod.models.automated_forces import Torques, drive_force
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.bank.asked_torques import AskedTorques, no_torques, torques_of
 from tierod.monitors.condition.bank.process import LIMITS, process_noise, start_deviations, with_torque_noise
@@ -197,8 +197,7 @@ class LeaveOutFilter:
         """Force of the suspected drives that the front axle lacks, and has, over its load."""
         car = self.vehicle
         torque = (1.0 - self.trust_drive_left) * given.drive_left + (1.0 - self.trust_drive_right) * given.drive_right
-        load = front_axle_load(car.mass, car.front_distance, car.rear_distance)
-        asked = torque * car.wheel_speed_scale / (car.wheel_radius * load)
+        asked = drive_force(torque, car) / front_axle_load(car.mass, car.front_distance, car.rear_distance)
         return mean.torque_loss * asked, (1.0 - mean.torque_loss) * asked
 
     def _uses(self) -> tuple[Any, ...]:

@@ -69,6 +69,10 @@ class LowGrip:
     Both drives without a share of their torque look the same, until less is asked for than ice has held: it would give
     all of that, they still give a share.
 
+    All of it was chosen on braking, driving off and bends on ice of three virtual demonstrators (adhesion .15 to .4)
+    and on their lost drives, in samples of 10 ms, and held against 81 other drives on ice: one of these, accused at
+    first, taught that no time passes while the vehicle stands.
+
     Args:
         leads: by how much it must explain the readings better [nat per sample]; to leave one reading out costs 4 to 9
         time_across: constant of that mean

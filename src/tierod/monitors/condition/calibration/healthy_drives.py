@@ -61,8 +61,8 @@ def _refuse_slow_targets(name: str, drives: Sequence[HealthyDrive]) -> None:
     pace = TargetPace(RATE)
     for drive in drives:
         pace.add(drive.recording.align(ConditionSample._fields, RATE, maximum_age=MAXIMUM_AGE).values)
-    for problem in pace.problems():
-        raise InputError(f"{name}: {problem.cause}, neither here nor when it is judged; {problem.action}")
+    if problems := pace.problems():
+        raise InputError(f"{name}: {problems[0].cause}, neither here nor when it is judged; {problems[0].action}")
 
 
 def parted(

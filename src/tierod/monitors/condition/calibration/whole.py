@@ -101,8 +101,9 @@ class ConditionCalibration:
             "them. Limits without a factor, from one half of that driving, would have been exceeded in "
             f"{designed.alarms_before} times of ten seconds of the other.",
             f"With limits {designed.factor:.2f} times those one false alarm in {_hours(designed.hours_between_alarms)} "
-            f"h is to be expected, at 95 % none sooner than in {_hours(designed.hours_at_least)} h, if the tail goes on "
-            f"as an exponential: no more than {rest:.2f} h were seen, with this vehicle, on these roads, in this weather.",
+            f"h is to be expected, at 95 % none sooner than in {_hours(designed.hours_at_least)} h, if the tail goes "
+            f"on as an exponential: no more than {rest:.2f} h were seen, of this vehicle, on these roads, in this "
+            "weather.",
         ]
         silent = self._silent()
         if silent and not self.suspicions:
