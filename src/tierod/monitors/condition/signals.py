@@ -16,6 +16,9 @@ SENSORS = (
 )
 """The sensors that are judged, in the order of all outputs."""
 
+WHEELS = SENSORS[:2]
+"""The sensors of the speed."""
+
 ACTUATORS = ("steering_motor_1", "steering_motor_2", "drive_left", "drive_right")
 """The actuators that are judged, in the order of all outputs."""
 
@@ -79,6 +82,14 @@ class Hypothesis:
     def suspects(self) -> tuple[str, ...]:
         """Everything at fault, sensors first."""
         return self.sensors + self.actuators
+
+    def agrees(self, other: Hypothesis) -> bool:
+        """Whether both suspect the same actuators, as far as both suspect any: what two lose together is another loss.
+
+        Args:
+            other: hypothesis
+        """
+        return not self.actuators or not other.actuators or self.actuators == other.actuators
 
 
 def hypotheses() -> tuple[Hypothesis, ...]:

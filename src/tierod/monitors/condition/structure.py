@@ -10,7 +10,7 @@ from tierod.analysis.structure import Equation, StructuralModel, structure_of
 from tierod.errors import ParameterError, nearest
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar
-from tierod.monitors.condition.signals import ACTUATORS, SENSORS
+from tierod.monitors.condition.signals import MOTORS, SENSORS
 from tierod.vehicles import Vehicle
 
 ERRORS = ("front_force_error", "rear_force_error", "tie_rod_force_error")
@@ -20,7 +20,6 @@ OFFSETS = (
     *("grade_acceleration", "bank_acceleration"),
 )
 """States that creep: sensors' offsets, wheels' radii, the road's slopes."""
-STEERING_MOTORS = ACTUATORS[:2]
 ACCELERATIONS = ("longitudinal_acceleration", "lateral_acceleration")
 """Sensors that help and are not judged."""
 
@@ -117,8 +116,8 @@ def vehicle_structure(vehicle: Vehicle, without: Collection[str] = (), forces_kn
         without=(*OFFSETS, "torque_loss", *(ERRORS if forces_known else ())),
         free=() if forces_known else ERRORS,
     ).without(*without)
-    motors = [Equation.of(f"known {name}", {name}, {name}, name) for name in STEERING_MOTORS]
-    return model.plus(Equation.of("sum of the steering motors", {"steering_torque", *STEERING_MOTORS}), *motors)
+    motors = [Equation.of(f"known {name}", {name}, {name}, name) for name in MOTORS]
+    return model.plus(Equation.of("sum of the steering motors", {"steering_torque", *MOTORS}), *motors)
 
 
 def further_sensors(model: StructuralModel) -> tuple[Equation, ...]:

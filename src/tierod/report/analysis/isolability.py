@@ -18,10 +18,9 @@ from tierod.analysis.structure import (
     minimal_test_sets,
 )
 from tierod.monitors.condition.said import listed
-from tierod.monitors.condition.signals import SENSORS
+from tierod.monitors.condition.signals import MOTORS, SENSORS
 from tierod.monitors.condition.structure import (
     ACCELERATIONS,
-    STEERING_MOTORS,
     further_sensors,
     rolls,
     vehicle_structure,
@@ -120,7 +119,7 @@ def _remarks(faults: Collection[str]) -> tuple[str, ...]:
     return (
         "Structure looks at what stands in which equation, not at how large it is: a fault that is isolable here can "
         "still be too small, or the drive too quiet, to be told. What drives have shown stands in docs/condition.md.",
-        *(motors if STEERING_MOTORS[0] in faults else ()),
+        *(motors if MOTORS[0] in faults else ()),
     )
 
 

@@ -56,8 +56,7 @@ def kin(hypotheses: Sequence[Hypothesis], likelihoods: Sequence[Any], impossible
         best: Any = 0.0
         highest = top - impossible
         for number, (other, value) in enumerate(zip(hypotheses, likelihoods, strict=True)):
-            alike = not each.actuators or each.actuators == other.actuators
-            if each.suspects and alike and set(each.suspects) < set(other.suspects):
+            if each.suspects and each.agrees(other) and set(each.suspects) < set(other.suspects):
                 better = value > highest
                 best, highest = where(better, float(number), best), where(better, value, highest)
         nearest.append(best)
@@ -87,13 +86,8 @@ def adopted(
     """
     adopting = []
     for number, own in enumerate(hypotheses):
-        alien = [
-            k
-            for k, other in enumerate(hypotheses)
-            if own.actuators and other.actuators and own.actuators != other.actuators
-        ]
         taken = where(either(changed, nearest[number] == 0.0), source, nearest[number])
-        foreign = any_of(0.0, *(taken == k for k in alien))
+        foreign = any_of(0.0, *(taken == k for k, other in enumerate(hypotheses) if not own.agrees(other)))
         lost = both(far_off[number], negated(active == 0.0)) if _keeps_to_itself(own) else far_off[number]
         moves = all_of(either(changed, lost), negated(foreign), negated(taken == number))
         adopting.append(where(moves, taken, KEEP))

@@ -185,7 +185,8 @@ class Decision:
         count = len(self.weighing.hypotheses)
         if len(lanes) == count:
             return state.slipping, 0.0, 0.0
-        lack = Lack(lanes[count].lack, lanes[count].lack_along, lanes[count].given_along)
+        own = lanes[count]
+        lack = Lack(own.lack, own.lack_along, own.given_along)
         numbers = [number for name in DRIVES if (number := self.weighing.number(name)) is not None]
         after, slides = self.low_grip.after(
             state.slipping,
@@ -193,7 +194,7 @@ class Decision:
             likelihoods[:count],
             [likelihoods[number] for number in numbers],
             lack,
-            lanes[count].moving,
+            own.moving,
             self.weighing.sample_time,
         )
         return after, both(slides, state.active == 0.0), lack.across > self.low_grip.lacks

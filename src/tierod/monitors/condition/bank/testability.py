@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 from tierod.graph.maths import absolute, all_of, any_of, both, either, maximum, negated, present, where
 from tierod.monitors.condition.bank.diagnosis import Elements
 from tierod.monitors.condition.bank.weighing import Weighing
-from tierod.monitors.condition.signals import ELEMENTS, SENSORS
+from tierod.monitors.condition.signals import ELEMENTS, SENSORS, WHEELS
 
 TOLD_BY = {"steering_motor_1": "steering_shaft_torque", "steering_motor_2": "steering_shaft_torque"}
 """Without which sensor nobody can tell whether an actuator gives what it is asked for."""
@@ -66,8 +66,7 @@ class Telling:
     def tells(self, weighing: Weighing, seen: Any, follows: Any) -> list[Any]:
         """Whether this sample may speak for each hypothesis: nothing does unless `follows`, braked wheels may lock."""
         braked = both(follows, seen.driven)
-        wheels = {name for name in SENSORS if name.startswith("wheel_speed")}
-        return [braked if wheels & set(each.sensors) else follows for each in weighing.hypotheses]
+        return [braked if {*WHEELS} & {*each.sensors} else follows for each in weighing.hypotheses]
 
     def open(self, weighing: Weighing, unread: Sequence[Any], suspected: Elements) -> Open:
         """Which hypotheses can be told with the sensors that are left.

@@ -186,11 +186,11 @@ class Weighing:
         A lost sensor whose true value is near zero agrees with hypotheses that believe it, which says nothing; a wrong
         one recovers once the right one is suspected beside it.
         """
-        own = set(self.hypotheses[number].suspects)
+        own = self.hypotheses[number]
         before = [
             holds[k]
             for k, each in enumerate(self.hypotheses)
-            if set(each.sensors) <= own and not (own <= set(each.suspects) and self._alike(number, k))
+            if {*each.sensors} <= {*own.suspects} and not ({*own.suspects} <= {*each.suspects} and own.agrees(each))
         ]
         return any_of(0.0, *before)
 
@@ -226,17 +226,12 @@ class Weighing:
         Of two actuators that lose the same share one alone is no part: it stays a rival of both. Both are none of one,
         which explains all with less.
         """
-        own = set(self.hypotheses[number].suspects)
+        own = self.hypotheses[number]
         return [
             k
             for k, each in enumerate(self.hypotheses)
-            if k and ((self._alike(number, k) and own <= set(each.suspects)) or own >= set(each.suspects))
+            if k and ((own.agrees(each) and {*own.suspects} <= {*each.suspects}) or {*own.suspects} >= {*each.suspects})
         ]
-
-    def _alike(self, first: int, second: int) -> bool:
-        """Whether two hypotheses suspect the same actuators, as far as both suspect any."""
-        one, other = (self.hypotheses[number].actuators for number in (first, second))
-        return not one or not other or one == other
 
 
 def chosen(values: Sequence[Any], number: Any) -> Any:

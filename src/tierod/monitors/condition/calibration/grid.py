@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tierod.errors import InputError
-from tierod.monitors.condition.signals import SENSORS, ConditionSample
+from tierod.monitors.condition.signals import WHEELS, ConditionSample
 from tierod.recording import Aligned, Recording
 
 RATE = 100.0
@@ -18,7 +18,6 @@ HELD = 0.5
 """For so long a wheel goes on as it was last read: its readings come more seldom than the grid's steps, or fail [s]."""
 MOVING = 1.0
 """Speed of a wheel from which on the vehicle moves [m/s]."""
-WHEELS = SENSORS[:2]
 
 
 def sampled(recording: Recording, rate: float = RATE) -> Aligned:

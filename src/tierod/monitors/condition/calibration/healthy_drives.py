@@ -10,9 +10,9 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from tierod.errors import InputError
-from tierod.monitors.condition.calibration.grid import MAXIMUM_AGE, RATE, WHEELS, moving, wheel_of
+from tierod.monitors.condition.calibration.grid import RATE, aligned, moving, sampled, wheel_of
 from tierod.monitors.condition.recording_checks.pace import TargetPace
-from tierod.monitors.condition.signals import ConditionSample
+from tierod.monitors.condition.signals import WHEELS
 from tierod.recording import Channel, Recording
 
 GAP = 5.0
@@ -60,7 +60,7 @@ def healthy_drives(recordings: Mapping[str, Recording]) -> list[HealthyDrive]:
 def _refuse_slow_targets(name: str, drives: Sequence[HealthyDrive]) -> None:
     pace = TargetPace(RATE)
     for drive in drives:
-        pace.add(drive.recording.align(ConditionSample._fields, RATE, maximum_age=MAXIMUM_AGE).values)
+        pace.add(aligned(drive.recording))
     if problems := pace.problems():
         raise InputError(f"{name}: {problems[0].cause}, neither here nor when it is judged; {problems[0].action}")
 
@@ -109,10 +109,10 @@ def _unbroken(time: np.ndarray, recording: Recording) -> Iterator[Recording]:
 
 
 def _on_grid(name: str, recording: Recording) -> HealthyDrive:
-    aligned = recording.align(ConditionSample._fields, RATE, maximum_age=MAXIMUM_AGE)
-    columns = zip(aligned.names, aligned.values.T, strict=True)
+    samples = sampled(recording)
+    columns = zip(samples.names, samples.values.T, strict=True)
     channels = {
-        each: Channel(each, aligned.time, np.ascontiguousarray(values), recording[each].unit)
+        each: Channel(each, samples.time, np.ascontiguousarray(values), recording[each].unit)
         for each, values in columns
         if each in recording
     }

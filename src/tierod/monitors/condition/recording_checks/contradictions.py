@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.monitors.condition.recording_checks.witnesses import OVER_SPEED, TIMES_SPEED, WHEELS, YAW_SENSOR, Witness
+from tierod.monitors.condition.recording_checks.witnesses import OVER_SPEED, TIMES_SPEED, YAW_SENSOR, Witness
+from tierod.monitors.condition.signals import WHEELS
 from tierod.monitors.odd_one_out import Pair, odd_ones_out
 
 STEP = 0.04

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from tierod.monitors.condition.signals import WHEELS
+
 MOVING = 2.0
 """Speed from which on a turn tells something [m/s]."""
 
@@ -42,8 +44,6 @@ def _speed(signals: Mapping[str, np.ndarray], vehicle: Any) -> np.ndarray:
     return mean_speed(signals) / vehicle.wheel_speed_scale
 
 
-WHEELS = ("wheel_speed_rear_left", "wheel_speed_rear_right")
-"""The sensors of the speed."""
 YAW_SENSOR, TIMES_SPEED, OVER_SPEED = "yaw rate sensor", ("rear wheels", "steering angle"), "lateral acceleration"
 """What tells the yaw rate without the speed, by what is multiplied with it, and by what is divided by it."""
 
