@@ -1,13 +1,14 @@
 """The filter that leaves out what a hypothesis suspects, on drives of a car that is not its model."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, NamedTuple
 
 import numpy as np
 import pytest
 
+from monitors.condition.nominal_filter import nominal_filter
 from tierod.graph import batch, scan, trace
 from tierod.monitors.condition.bank.lane import LIMITS, LeaveOutFilter
 from tierod.monitors.condition.bank.leaving_out import leaving_out
@@ -30,17 +31,6 @@ SINGLES = {each.name: each for each in hypotheses() if len(each.suspects) < 2}
 BOTH_MOTORS = next(each for each in hypotheses() if each.suspects == MOTORS)
 
 
-@lru_cache(maxsize=4)
-def base():
-    """What a calibration would find: the file's values are those of the nominal demonstrator, offsets its sensors'."""
-    car, sensors = load("smartload"), vehicle(0).sensors
-    known = {name: replace(each, standard_deviation=0.0) for name, each in car.parameters.items()}
-    for name in ConditionSample._fields[:8]:
-        if f"{name}_offset" in known:
-            known[f"{name}_offset"] = replace(known[f"{name}_offset"], value=sensors[name].bias)
-    return LeaveOutFilter.of_vehicle(replace(car, parameters=known))
-
-
 @lru_cache(maxsize=8)
 def drive(*injected):
     recording = recorded(Drive("short-round", 24.0, 0, 5, injected))
@@ -48,20 +38,22 @@ def drive(*injected):
 
 
 def run(names, samples):
-    filters = [leaving_out(SINGLES[name], base()) for name in names]
+    filters = [leaving_out(SINGLES[name], nominal_filter()) for name in names]
     return (
         [scan(each, samples) for each in filters] if len(names) < 4 else batch(filters * 2, [samples] * 2 * len(names))
     )
 
 
 def test_all_hypotheses_share_one_compiled_structure():
-    graphs = {id(trace(leaving_out(each, base()))) for each in hypotheses()}
+    graphs = {id(trace(leaving_out(each, nominal_filter()))) for each in hypotheses()}
     assert len(graphs) == 1
-    held = [each.name for each in hypotheses() if leaving_out(each, base()).model_error.wheel_speed_scale < 0.01]
+    held = [
+        each.name for each in hypotheses() if leaving_out(each, nominal_filter()).model_error.wheel_speed_scale < 0.01
+    ]
     assert len(held) == 3 + 12 + 12, "what leaves out a wheel or the yaw rate trusts the calibration of the wheels"
-    sure = [each.name for each in hypotheses() if leaving_out(each, base()).model_error.drive_excess < 0.02]
+    sure = [each.name for each in hypotheses() if leaving_out(each, nominal_filter()).model_error.drive_excess < 0.02]
     assert sure == [name for each in hypotheses() if "drive" in (name := each.name)]
-    pair, drives = (leaving_out(hypotheses()[k], base()) for k in (-3, -1))
+    pair, drives = (leaving_out(hypotheses()[k], nominal_filter()) for k in (-3, -1))
     assert (pair.use_tie_rod_force, pair.trust_drive_right, pair.use_yaw_rate) == (0.0, 0.0, 1.0)
     assert (drives.trust_drive_left, drives.trust_drive_right, drives.use_yaw_rate) == (0.0, 0.0, 1.0)
 
@@ -81,7 +73,7 @@ def test_a_sensor_that_is_left_out_is_foretold_all_the_same(name, close):
     samples, recording = drive()
     lost = samples.copy()
     lost[SETTLED:, SENSORS.index(name)] = np.nan
-    left_out, without = (scan(leaving_out(SINGLES[name], base()), each) for each in (samples, lost))
+    left_out, without = (scan(leaving_out(SINGLES[name], nominal_filter()), each) for each in (samples, lost))
     estimate = left_out[f"estimate.{name}"]
     np.testing.assert_array_equal(estimate, without[f"estimate.{name}"])
     reading = samples[SETTLED:, SENSORS.index(name)]
@@ -123,7 +115,7 @@ def test_lost_torque_is_found_and_measured(name):
 def test_no_motor_loses_more_than_it_gives_so_that_one_does_not_explain_the_loss_of_both():
     samples, _ = drive(lost("steering_motor_1", 1.0, 15.0, 24.0), lost("steering_motor_2", 1.0, 15.0, 24.0))
     (one,) = run(["steering_motor_2"], samples)
-    both = scan(leaving_out(BOTH_MOTORS, base()), samples)
+    both = scan(leaving_out(BOTH_MOTORS, nominal_filter()), samples)
     assert np.max(one["torque_loss"]) == LIMITS.torque_loss < 1.2
     known = both["loss_deviation"][1600:] < 0.05
     assert np.mean(both["torque_loss"][1600:][known]) == pytest.approx(1.0, abs=0.05)
@@ -146,17 +138,17 @@ def test_missing_samples_and_wild_ones_leave_it_sound():
     assert np.all(np.isfinite(result.values))
     assert np.all(np.abs(result["speed"]) <= LIMITS.speed)
     assert np.all(result["log_likelihood"][500:600] == 0.0)
-    sound = scan(base(), samples)
+    sound = scan(nominal_filter(), samples)
     np.testing.assert_allclose(result["speed"][2000:], sound["speed"][2000:], atol=0.02)
 
 
 def test_at_standstill_and_in_reverse_it_says_so_and_is_not_surprised():
     standing = np.zeros((400, len(ConditionSample._fields)))
-    result = scan(base(), standing)
+    result = scan(nominal_filter(), standing)
     assert np.all(result["moving"][20:] == 0.0)
     reversing = standing.copy()
     reversing[:, :2] = -2.0
-    result = scan(base(), reversing)
+    result = scan(nominal_filter(), reversing)
     assert result["speed"][-1] == pytest.approx(-2.0, abs=0.05)
     assert result["moving"][-1] == 0.0
 
@@ -165,7 +157,7 @@ def test_brakes_that_the_drives_do_not_give_are_noticed():
     samples, _ = drive()
     braked = samples.copy()
     braked[1000:1010, ConditionSample._fields.index("longitudinal_acceleration")] -= 5.0
-    result = scan(base(), braked)
+    result = scan(nominal_filter(), braked)
     assert np.all(result["driven"][1000:1010] == 0.0)
     assert result["driven"][999] == 1.0
 
@@ -174,8 +166,8 @@ def test_an_uncalibrated_vehicle_gets_wider_noises_and_a_known_one_the_usual():
     noise, error = widened(load("smartload"))
     assert noise.tie_rod_force > SensorNoise().tie_rod_force
     assert error.force_share > 2.0 * ModelError().force_share
-    assert base().model_error == ModelError()
-    assert base().sensor_noise == SensorNoise()
+    assert nominal_filter().model_error == ModelError()
+    assert nominal_filter().sensor_noise == SensorNoise()
 
 
 @dataclass(frozen=True)
@@ -202,11 +194,11 @@ class Learnt:
 def test_a_load_and_tyres_that_have_changed_are_learnt(what, factor):
     """What the whole filter finds, against what was changed: push per mass, and readings per speed."""
     samples = aligned(recorded(Drive("short-round", 40.0, 0, 5, later=(what, factor))))
-    rolling = base().vehicle.rolling_mass / base().vehicle.mass
+    rolling = nominal_filter().vehicle.rolling_mass / nominal_filter().vehicle.mass
     expected = {
         "wheel_speed_scale": 1.0 / factor - 1.0 if what == "radius" else 0.0,
         "drive_excess": 1.0 / factor - 1.0 if what == "radius" else (1.0 + rolling) / (factor + rolling) - 1.0,
     }
-    learnt = scan(Learnt(base()), samples)
+    learnt = scan(Learnt(nominal_filter()), samples)
     for name, value in expected.items():
         assert learnt[name][-1] == pytest.approx(value, abs=0.02)

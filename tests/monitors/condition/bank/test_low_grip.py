@@ -6,12 +6,12 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from monitors.condition.nominal_filter import nominal_filter
 from tierod.graph import batch
-from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.bank.leaving_out import leaving_out
 from tierod.monitors.condition.bank.low_grip import Lack, LowGrip, sliding
 from tierod.monitors.condition.calibration.grid import aligned
-from tierod.monitors.condition.signals import DRIVES, ConditionSample, Hypothesis
+from tierod.monitors.condition.signals import DRIVES, Hypothesis
 from tierod.proving_ground.courses.catalogue import load as course
 from tierod.proving_ground.courses.circuit import Halt
 from tierod.proving_ground.courses.conditions import Adhesion
@@ -105,13 +105,8 @@ def test_drives_that_give_too_little_of_less_than_ice_held_have_lost_torque(give
 
 @lru_cache(maxsize=1)
 def filters():
-    """What a calibration would find: the file's values are those of the nominal demonstrator, offsets its sensors'."""
-    car, sensors = load("smartload"), vehicle(0).sensors
-    known = {name: replace(each, standard_deviation=0.0) for name, each in car.parameters.items()}
-    for name in ConditionSample._fields[:8]:
-        if f"{name}_offset" in known:
-            known[f"{name}_offset"] = replace(known[f"{name}_offset"], value=sensors[name].bias)
-    base = LeaveOutFilter.of_vehicle(replace(car, parameters=known))
+    """The filter that suspects nobody, those of single drives, and that of sliding tyres."""
+    base = nominal_filter()
     return [base, *(leaving_out(Hypothesis(name, (), (name,)), base) for name in DRIVES), sliding(base)]
 
 
