@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from tierod.studies.condition.drives import Drive, actuator_tests, healthy_drives, sensor_tests
 from tierod.studies.condition.runs import BEST, calibrations, scores
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 VEHICLE = 1
 HOURS = 100.0

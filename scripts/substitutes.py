@@ -12,7 +12,7 @@ from tierod.files import write_text
 from tierod.monitors.condition import substitutes
 from tierod.monitors.condition.substitutes import FILTER, substitution_graph
 from tierod.studies.condition.substitutes import HOURS, Error, measured
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 TABLE = Path(substitutes.__file__).with_name("substitutes.toml")
 HEAD = """\

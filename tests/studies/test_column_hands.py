@@ -7,7 +7,7 @@ from tierod.proving_ground.courses.bench_hands import BenchHands
 from tierod.studies.claims import Claim, claims_document
 from tierod.studies.column import hands, natural_drives
 from tierod.studies.column.handled_bench import STEP, _score, drawn, together
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 COURSE = BenchHands(time=60.0, seed=8)
 

@@ -10,7 +10,7 @@ from typing import Any
 from tierod.campaigns.definition import CampaignFile, Seeds, label
 from tierod.campaigns.rows import FAULT, SEED, SIZE, SOUND, is_at
 from tierod.errors import nearest
-from tierod.proving_ground.faults.fault import Fault
+from tierod.proving_ground.faults import Fault, fault_of
 from tierod.toml import Document
 
 Location = tuple[str | int, ...]
@@ -102,12 +102,12 @@ def _sizes(file: CampaignFile, name: str, document: Document) -> list[Level]:
         raise document.error(location, "'sizes' is a list of sizes, 'together' a list of further faults; correct that")
     if sizes is not None and "size" in table:
         raise document.error((*location, "size"), "'size' and 'sizes' say the same; leave one out")
-    others = [Fault.from_table(each, document, (*location, "together", at)) for at, each in enumerate(together)]
+    others = [fault_of(each, document, (*location, "together", at)) for at, each in enumerate(together)]
     table.setdefault("name", name)
     levels = []
     for at, size in enumerate([None] if sizes is None else sizes):
         sized = table if size is None else table | {"size": size}
-        faults = (Fault.from_table(sized, document, location), *others)
+        faults = (fault_of(sized, document, location), *others)
         place = {FAULT: name, SIZE: "" if size is None else label(size)}
         levels.append(
             Level(place, {}, location if size is None else (*location, "sizes", at), faults, (sized, *together))

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from tierod.report.analysis.analysis import Analysis
     from tierod.report.analysis.page import Facts, Origin
-    from tierod.report.analysis.subjects import Analysis
 
 
 def refuse_to_overwrite(

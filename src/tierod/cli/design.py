@@ -13,8 +13,8 @@ from tierod.errors import InputError, ParameterError, nearest
 if TYPE_CHECKING:
     import numpy as np
 
+    from tierod.report.analysis.analysis import Analysis
     from tierod.report.analysis.page import Facts
-    from tierod.report.analysis.subjects import Analysis
     from tierod.report.detector.wish import Wish
 
 SUBJECTS = ("detector",)

@@ -11,7 +11,8 @@ import typer
 
 if TYPE_CHECKING:
     from tierod.studies.claims import Claim
-    from tierod.studies.registry import Effort, Study
+    from tierod.studies.effort import Effort
+    from tierod.studies.registry import Study
 
 
 def study(
@@ -29,7 +30,8 @@ def study(
     """Run a study: tables and claims to the terminal as Markdown, a page and claims.json into a folder."""
     from tierod.cli.terminal import messages
     from tierod.errors import ParameterError, nearest
-    from tierod.studies.registry import STUDIES, Effort
+    from tierod.studies.effort import Effort
+    from tierod.studies.registry import STUDIES
 
     if name is not None and name not in STUDIES:
         raise ParameterError(f"there is no study '{name}'{nearest(name, STUDIES)}")

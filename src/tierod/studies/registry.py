@@ -6,24 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from tierod.studies.content import Item
-
-Progress = Callable[[float, str], None]
-"""Told the share done (0 to 1) and what comes next."""
-
-
-@dataclass(frozen=True)
-class Effort:
-    """How much is put into a study.
-
-    Args:
-        quick: a few minutes of driving only: shows that everything works, its figures say little
-        processes: worker processes; one per core if None
-        thorough: hours of driving more, where a study counts what is rare
-    """
-
-    quick: bool = False
-    processes: int | None = None
-    thorough: bool = False
+from tierod.studies.effort import Effort, Progress
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ from tierod.proving_ground.faults import (
     TotalLoss,
     When,
     Within,
+    fault_of,
     load,
     shipped,
     trigger_of,
@@ -35,9 +36,13 @@ from tierod.proving_ground.sensors import SensorSet
 from tierod.toml import Document, build
 
 
+def faults_of(document):
+    return tuple(fault_of(each, document, ("faults", at)) for at, each in enumerate(document.content["faults"]))
+
+
 def read(text):
     document = Document.parse(text, "drive.toml")
-    return build(tuple[Fault, ...], document.content["faults"], document, ("faults",))
+    return faults_of(document)
 
 
 def one(text):
@@ -310,7 +315,7 @@ def test_a_file_of_ones_own(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text("description = 'x'\nsource = 'y'\nelement = 'yaw_rate'\nbehaviour = 'gain'\nsize = 2\n")
     document = Document.parse("[[faults]]\nuse = 'mine.toml'\nsize = 3", tmp_path / "drive.toml")
-    (fault,) = build(tuple[Fault, ...], document.content["faults"], document, ("faults",))
+    (fault,) = faults_of(document)
     assert fault == Fault("yaw_rate", Gain(3.0), name="mine")
     path.write_text("description = 'x'\nelement = 'yaw_rate'\nbehaviour = 'gain'\n")
     with pytest.raises(ParameterError, match=r"mine.toml: 'source' is missing"):
@@ -322,7 +327,7 @@ def test_a_file_that_is_built_on_itself(tmp_path):
         (tmp_path / f"{name}.toml").write_text(f"description = 'x'\nsource = 'y'\nuse = '{other}.toml'\n")
     document = Document.parse("[[faults]]\nuse = 'one.toml'", tmp_path / "drive.toml")
     with pytest.raises(ParameterError, match=r"one\.toml, line 3: .*two\.toml, line 3: .*one\.toml is built on itself"):
-        build(tuple[Fault, ...], document.content["faults"], document, ("faults",))
+        faults_of(document)
 
 
 @pytest.mark.parametrize("name", shipped())
@@ -354,7 +359,7 @@ def test_what_the_documentation_shows_can_be_read():
     document = Document.parse(text, page)
     content, car = document.content, EpsCar()
     sensors = build(SensorSet, content["sensors"], document, ("sensors",))
-    faults = build(tuple[Fault, ...], content["faults"], document, ("faults",))
+    faults = faults_of(document)
     assert len(Schedule(faults, car, sensors, 0, 300.0).windows) == 8
     assert len(build(Scatter, content["scatter"], document, ("scatter",)).fitted(car, sensors)) == 2
 

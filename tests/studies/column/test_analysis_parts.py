@@ -13,7 +13,7 @@ from tierod.studies.column import frequency, observability, reduction
 from tierod.studies.column.parameter_sets import EIGENVALUES, member
 from tierod.studies.column.rational import rational_rank
 from tierod.studies.content import Heading
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 EXPECTED = {
     observability: {"observability.with-disturbances": 5.0, "observability.artefact": 8.0},

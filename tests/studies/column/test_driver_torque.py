@@ -15,7 +15,7 @@ from tierod.studies.column.observer_runs import SIGNALS, drive, errors, samples
 from tierod.studies.column.observer_sensitivity import SENSORS
 from tierod.studies.column.swept_bench import AMPLITUDE, HANDS, NOISE, demands, swept
 from tierod.studies.content import Chart, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 QUICK = Effort(quick=True)
 

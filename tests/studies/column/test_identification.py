@@ -4,7 +4,7 @@ from tierod.studies.claims import Claim
 from tierod.studies.column import identification
 from tierod.studies.column.identified_bench import EXPERIMENTS, LAWS, bench, recorded
 from tierod.studies.content import Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 
 @pytest.mark.slow

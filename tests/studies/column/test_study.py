@@ -12,7 +12,8 @@ from tierod.studies.claims import Claim, Goal
 from tierod.studies.column.position_control import items
 from tierod.studies.column.study import PARTS
 from tierod.studies.content import Chart, Table
-from tierod.studies.registry import STUDIES, Effort
+from tierod.studies.effort import Effort
+from tierod.studies.registry import STUDIES
 
 SCHEMA = json.loads(files("tierod.studies").joinpath("claims.schema.json").read_text(encoding="utf-8"))
 

@@ -10,7 +10,7 @@ import pytest
 from tierod.findings import Diagnosis, Element, Episode, Finding, Status
 from tierod.studies.condition import odd
 from tierod.studies.condition.odd_drives import odd_drives
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 from tierod.vehicles import load
 
 

@@ -19,7 +19,7 @@ from tierod.studies.condition.scoring import score
 from tierod.studies.condition.truth import truth_of
 from tierod.studies.condition.vehicles import vehicle
 from tierod.studies.content import Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 LATE = 0.1
 

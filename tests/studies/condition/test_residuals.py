@@ -3,7 +3,7 @@ import pytest
 from tierod.studies.claims import Claim
 from tierod.studies.condition import residuals
 from tierod.studies.content import Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 
 @pytest.mark.slow

@@ -5,12 +5,12 @@ import math
 import numpy as np
 
 from tierod.findings import Status
+from tierod.studies.effort import Effort
 from tierod.studies.friction.cases import HEALTHY, Case
 from tierod.studies.friction.digest import Course, Digest, Verdict, Windows
 from tierod.studies.friction.estimators import BASELINES, DEFAULT, ESTIMATORS
 from tierod.studies.friction.runs import Drives
 from tierod.studies.friction.study import WANTS
-from tierod.studies.registry import Effort
 
 QUICK = Effort(quick=True)
 ENABLED = 0.36

@@ -1,7 +1,7 @@
 import pytest
 
+from tierod.studies.effort import Effort
 from tierod.studies.friction.hysteresis import TABLE_1, Turn, brake_torque, items, turns
-from tierod.studies.registry import Effort
 
 
 def claims(measured):

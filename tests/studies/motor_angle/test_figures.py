@@ -3,10 +3,10 @@ import pytest
 
 from tierod.studies.claims import Claim
 from tierod.studies.content import Chart
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.car_drives import CAR, car_drive
 from tierod.studies.motor_angle.figures import FAST, HELD, PRINTED, items
 from tierod.studies.motor_angle.observer_accuracy import methods
-from tierod.studies.registry import Effort
 
 
 def test_the_sections_are_what_they_are_called():

@@ -5,8 +5,8 @@ import pytest
 
 from tierod.studies.claims import Claim
 from tierod.studies.content import Table
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle import identified
-from tierod.studies.registry import Effort
 
 
 def test_the_study_tells_bias_intervals_and_the_observer():

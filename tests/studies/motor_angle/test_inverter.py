@@ -1,8 +1,8 @@
 from tierod.studies.claims import Claim
 from tierod.studies.content import Table
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.inverter import IDENTIFIED_BY, LOSSY, identified, items, said_wrong
 from tierod.studies.motor_angle.observer_drives import to_and_fro
-from tierod.studies.registry import Effort
 
 
 def test_a_quick_run_tells_every_claim_and_meets_it():

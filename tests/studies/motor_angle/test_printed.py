@@ -6,10 +6,10 @@ from tierod.monitors.motor_angle.feedforward import FeedforwardAngle
 from tierod.monitors.motor_angle.printed_observers import extended_kalman, luenberger
 from tierod.studies.claims import Claim
 from tierod.studies.content import Table
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.observer_accuracy import accuracy, by_speed, methods, parameters
 from tierod.studies.motor_angle.observer_drives import SAMPLE_TIME, to_and_fro
 from tierod.studies.motor_angle.printed import inductive_error, items, turned_by_printed_sign
-from tierod.studies.registry import Effort
 
 DQ, FIXED = parameters()
 

@@ -6,8 +6,8 @@ import pytest
 from shared_data import shared_data
 from tierod.studies.claims import Claim
 from tierod.studies.content import Table
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle import real_drives
-from tierod.studies.registry import Effort
 from tierod.studies.sideslip.real_recordings import NO_DATA
 
 

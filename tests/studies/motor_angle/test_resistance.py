@@ -2,8 +2,8 @@ import numpy as np
 
 from tierod.studies.claims import Claim
 from tierod.studies.content import Table
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.resistance import items, ramped
-from tierod.studies.registry import Effort
 
 
 def test_a_quick_run_tells_every_claim_and_meets_it():

@@ -6,6 +6,7 @@ import pytest
 from tierod.detectors.stopping_rules import CusumRule
 from tierod.monitors.motor_angle.comparison import ANGLE_DRIFT
 from tierod.studies.claims import Claim
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.healthy_drives import (
     FLUX,
     INDUCTANCE,
@@ -17,7 +18,6 @@ from tierod.studies.motor_angle.healthy_drives import (
     other_motor,
 )
 from tierod.studies.motor_angle.run_length import TriedLength, items, simulated, tried_lengths
-from tierod.studies.registry import Effort
 
 
 def test_sound_drives_are_counted_in_hours():

@@ -6,6 +6,7 @@ import pytest
 from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.studies.claims import Claim
 from tierod.studies.content import Table
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.fault_drives import RATE, drive
 from tierod.studies.motor_angle.fault_kinds import (
     DEGREE,
@@ -20,7 +21,6 @@ from tierod.studies.motor_angle.fault_kinds import (
 )
 from tierod.studies.motor_angle.fault_trials import Found, Trial, anywhere, begin, found, found_in, target
 from tierod.studies.motor_angle.sensor_faults import Delays, items
-from tierod.studies.registry import Effort
 
 ANGLE = MotorAngleSample._fields.index("motor_angle_mechanical")
 BEGUN = begin(Trial(11, 60.0))

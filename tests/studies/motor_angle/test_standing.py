@@ -5,10 +5,10 @@ import pytest
 
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.studies.claims import Claim
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.observer_accuracy import parameters
 from tierod.studies.motor_angle.standing import HELD, MOVING, held_drive, items, standing
 from tierod.studies.motor_angle.wrong_beginning import settled, settling
-from tierod.studies.registry import Effort
 
 DRIVE = held_drive(1)
 

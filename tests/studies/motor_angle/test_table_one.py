@@ -1,8 +1,8 @@
 from tierod.graph.operation_count import operation_count
 from tierod.studies.claims import Claim
 from tierod.studies.content import Table
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.table_one import PRINTED, items, observers
-from tierod.studies.registry import Effort
 
 
 def test_every_printed_row_is_counted():

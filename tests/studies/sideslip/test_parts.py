@@ -7,7 +7,7 @@ import pytest
 
 from tierod.studies.claims import Claim, claims_document
 from tierod.studies.content import Chart, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 from tierod.studies.sideslip import bandwidth, limits, neutral_steer, paper, table
 
 QUICK = Effort(quick=True)

@@ -10,7 +10,7 @@ from tierod.graph import scan
 from tierod.recording import Channel, Recording
 from tierod.studies.claims import Claim
 from tierod.studies.content import Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 from tierod.studies.sideslip import car_park, race_laps, real_cars, rivals
 from tierod.studies.sideslip.real_recordings import NO_DATA, recorded
 from tierod.vehicles import load

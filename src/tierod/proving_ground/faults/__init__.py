@@ -24,8 +24,8 @@ from tierod.proving_ground.faults.behaviours import (
 )
 from tierod.proving_ground.faults.fault import Effect, Fault
 from tierod.proving_ground.faults.injection import injected
+from tierod.proving_ground.faults.reading import FaultFile, fault_of, load, shipped
 from tierod.proving_ground.faults.schedule import Schedule
-from tierod.proving_ground.faults.shipped import FaultFile, load, shipped
 from tierod.proving_ground.faults.triggers import Always, AtDistance, AtTime, When, Within, trigger_of
 
 __all__ = [
@@ -58,6 +58,7 @@ __all__ = [
     "When",
     "WithTemperature",
     "Within",
+    "fault_of",
     "injected",
     "load",
     "shipped",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,7 +13,7 @@ from tierod.proving_ground.faults.behaviour import Behaviour
 from tierod.proving_ground.faults.behaviours import AnyBehaviour
 from tierod.proving_ground.faults.triggers import Always, AnyTrigger
 from tierod.ranges import POSITIVE
-from tierod.toml import Document, Location, build
+from tierod.toml import Document, build
 from tierod.toml_builder import kind_name
 
 
@@ -102,26 +101,6 @@ class Fault:
         if origin is None:
             return ParameterError(f"fault '{self.label}': {message}")
         return origin.error(part, message)
-
-    @classmethod
-    def from_table(
-        cls, table: Mapping[str, Any], document: Document, location: Location = (), base: Fault | None = None
-    ) -> Fault:
-        """The fault that a table describes.
-
-        Args:
-            table: `element`; `behaviour` as a table with `kind`, or its name beside `size`; `trigger` as a table with
-                `kind` or a text as of `trigger_of`, or `start`; `duration` or `end`; `name`; `also`. With `use`, the
-                name of a shipped fault or a file beside the document, the rest changes that one.
-            document, location: where the table stands
-            base: what holds where the table says nothing
-
-        Raises:
-            ParameterError: a slip, with file and line
-        """
-        from tierod.proving_ground.faults.reading import Reader
-
-        return Reader(document, tuple(location), table, base).fault()
 
 
 def _sized(behaviour: Any, size: Any) -> Any:

@@ -1,8 +1,10 @@
-"""From a table in a file to a fault."""
+"""Fault files and fault tables, shipped ones and a user's own."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from tierod.errors import ParameterError, TierodError, nearest
@@ -12,12 +14,77 @@ from tierod.proving_ground.faults.elements import unit_without_car
 from tierod.proving_ground.faults.fault import Effect, Fault, Origin
 from tierod.proving_ground.faults.triggers import Always, AnyTrigger, AtTime, trigger_of
 from tierod.ranges import NOT_NEGATIVE, POSITIVE, Range
-from tierod.toml import Document, build
+from tierod.toml import Document, Location, build
 from tierod.toml_builder import Builder, kind_name
 
+SHIPPED = Path(__file__).parent / "shipped"
+"""Where the files are."""
 
-class Reader:
-    """One table on its way to a fault, see `Fault.from_table`."""
+
+@dataclass(frozen=True)
+class FaultFile:
+    """A file with one fault.
+
+    Args:
+        name: of the file
+        description: one sentence
+        source: where its size comes from, or what it stands for
+        fault: as it is used
+        path: of the file
+    """
+
+    name: str
+    description: str
+    source: str
+    fault: Fault
+    path: Path
+
+
+def shipped() -> tuple[str, ...]:
+    """The names of the faults that tierod ships, in alphabetical order."""
+    return tuple(sorted(path.stem for path in SHIPPED.glob("*.toml")))
+
+
+def load(name_or_path: str | Path, within: Document | None = None) -> FaultFile:
+    """The fault of a shipped name or of a file.
+
+    Args:
+        name_or_path: a name that `shipped` lists, or the path of a fault file (.toml)
+        within: document that names it, from whose folder a relative path counts; the working directory where None
+
+    Raises:
+        ParameterError: no such fault, or a file with a slip in it; the message names the line and the nearest names
+    """
+    path = _find(str(name_or_path), Path() if within is None else within.path.parent)
+    document = Document.read(path, "fault") if within is None else within.beside(path.absolute(), "fault")
+    table = dict(document.content)
+    texts = {}
+    for key in ("description", "source"):
+        texts[key] = table.pop(key, None)
+        if not isinstance(texts[key], str):
+            raise document.error((key,), f"'{key}' is missing; describe the fault in a sentence")
+    table.setdefault("name", path.stem)
+    return FaultFile(path.stem, texts["description"], texts["source"], fault_of(table, document), path)
+
+
+def fault_of(table: Mapping[str, Any], document: Document, location: Location = (), base: Fault | None = None) -> Fault:
+    """The fault that a table describes.
+
+    Args:
+        table: `element`; `behaviour` as a table with `kind`, or its name beside `size`; `trigger` as a table with
+            `kind` or a text as of `trigger_of`, or `start`; `duration` or `end`; `name`; `also`. With `use`, the
+            name of a shipped fault or a file beside the document, the rest changes that one.
+        document, location: where the table stands
+        base: what holds where the table says nothing
+
+    Raises:
+        ParameterError: a slip, with file and line
+    """
+    return _Reader(document, tuple(location), table, base).fault()
+
+
+class _Reader:
+    """One table on its way to a fault, see `fault_of`."""
 
     KEYS = ("use", "element", "behaviour", "size", "trigger", "start", "end", "duration", "name", "also")
 
@@ -52,8 +119,6 @@ class Reader:
         return Fault(**fields)
 
     def _used(self, given: Any) -> Fault:
-        from tierod.proving_ground.faults.shipped import load
-
         try:
             return load(str(given), self.document).fault
         except ParameterError as error:
@@ -149,7 +214,7 @@ class Reader:
                 raise self.document.error(
                     (*place, unknown), f"'{unknown}' is not known here{nearest(unknown, self.KEYS)}"
                 )
-            inner = Reader(self.document, place, table, None).fault()
+            inner = _Reader(self.document, place, table, None).fault()
             effects.append(Effect(inner.element, inner.behaviour, inner.origin))
         return tuple(effects)
 
@@ -161,3 +226,14 @@ def _as_table(behaviour: Any) -> Any:
     if isinstance(behaviour, dict) and "behaviour" in behaviour:
         return behaviour | {"behaviour": _as_table(behaviour["behaviour"])}
     return behaviour
+
+
+def _find(given: str, beside: Path) -> Path:
+    if given in shipped():
+        return SHIPPED / f"{given}.toml"
+    path = beside / Path(given).expanduser()
+    if path.is_file():
+        return path
+    if path.suffix == ".toml" or Path(given).parent != Path():
+        raise ParameterError(f"there is no fault file {path}; 'tierod faults' lists those that are shipped")
+    raise ParameterError(f"no fault is called '{given}'{nearest(given, shipped())} A file is named by its path")

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from tierod.errors import ParameterError, nearest
 from tierod.proving_ground import courses
 from tierod.proving_ground.cars import catalogue
-from tierod.proving_ground.faults import Fault
+from tierod.proving_ground.faults import fault_of
 from tierod.proving_ground.scatter import Scatter
 from tierod.proving_ground.scenarios.check import require_sound
 from tierod.proving_ground.scenarios.files import named_files
@@ -42,7 +42,7 @@ class ScenarioFile:
         seed: of all chance; that of the course too, where the course says none
         sensors: those of a production car where absent
         scatter: none where absent
-        faults: none where absent
+        faults: a table each; none where absent
     """
 
     name: str
@@ -53,7 +53,7 @@ class ScenarioFile:
     seed: Annotated[int, "", NOT_NEGATIVE] = 0
     sensors: SensorSet = field(default_factory=SensorSet.production)
     scatter: Scatter | None = None
-    faults: tuple[Fault, ...] = ()
+    faults: tuple[Mapping[str, Any], ...] = ()
 
 
 def shipped() -> tuple[str, ...]:
@@ -104,7 +104,7 @@ def from_document(document: Document) -> Scenario:
         duration=duration,
         seed=file.seed,
         sensors=file.sensors,
-        faults=file.faults,
+        faults=tuple(fault_of(table, document, ("faults", at)) for at, table in enumerate(file.faults)),
         scatter=file.scatter,
         route_seed=route_seed,
         document=document,

@@ -18,8 +18,8 @@ from tierod.analysis.column import (
 from tierod.analysis.output_subsets import Shown, disagreements
 from tierod.models.steering_column import ColumnParameters
 from tierod.recording import Recording
+from tierod.report.analysis.analysis import Analysis
 from tierod.report.analysis.column_measured import Measured, measured_column
-from tierod.report.analysis.subjects import Analysis
 from tierod.report.display import number, shown, words
 from tierod.studies.column.bode import DRAWN, measured_chart, reduced_chart
 from tierod.studies.content import Chart, Heading, Table

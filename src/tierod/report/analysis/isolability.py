@@ -25,7 +25,7 @@ from tierod.monitors.condition.structure import (
     rolls,
     vehicle_structure,
 )
-from tierod.report.analysis.subjects import Analysis, Shown
+from tierod.report.analysis.analysis import Analysis, Shown
 from tierod.report.display import words
 from tierod.studies.content import Cells, Chart, Heading, Panel, Table
 from tierod.vehicles import Vehicle

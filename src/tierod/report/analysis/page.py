@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tierod.report.analysis.subjects import Analysis
+from tierod.report.analysis.analysis import Analysis
 from tierod.report.html import chart_script, library, looks, moment, template
 from tierod.report.study_page import sections
 from tierod.vehicles import Vehicle

@@ -10,7 +10,7 @@ import numpy as np
 from tierod.analysis.neutral_steer import OUTPUTS, Shown, shown, systems
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.physics.single_track import understeer_gradient
-from tierod.report.analysis.subjects import Analysis
+from tierod.report.analysis.analysis import Analysis
 from tierod.studies.content import Table
 from tierod.studies.sideslip.neutral_steer import table
 from tierod.vehicles import Vehicle

@@ -2,36 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 from tierod.recording import Recording
-from tierod.studies.content import Chart, Heading, Table
+from tierod.report.analysis.analysis import Analysis
 from tierod.vehicles import Vehicle
-
-Shown = Heading | Table | Chart
-
-
-@dataclass(frozen=True)
-class Analysis:
-    """What an analysis found.
-
-    Args:
-        title: a few words
-        summary: paragraphs: what it comes to
-        items: headings, tables and charts, one after the other; the terminal shows the tables
-        document: the same as data, SI units, for JSON
-        remarks: what a reader must know
-        fits: whether the recording, where there is one, fits the model
-    """
-
-    title: str
-    summary: tuple[str, ...]
-    items: Sequence[Shown]
-    document: Mapping[str, Any]
-    remarks: tuple[str, ...] = field(default=())
-    fits: bool = True
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from tierod.detectors.delays import delays_of
 from tierod.detectors.measured import threshold_from_records
 from tierod.detectors.stopping_rules import LikelihoodRatioRule, StoppingRule
 from tierod.errors import InputError
-from tierod.report.analysis.subjects import Analysis
+from tierod.report.analysis.analysis import Analysis
 from tierod.report.detector.tables import against_false_alarms, against_shift, measurement, rules_beside, time_in_words
 from tierod.report.detector.wish import Wish
 from tierod.studies.content import Chart, Table

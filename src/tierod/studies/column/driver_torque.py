@@ -11,7 +11,7 @@ from tierod.studies.column import (
     observers_elsewhere,
 )
 from tierod.studies.content import Heading, Item
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 TEXT = (
     "The motor of the simulated bench sweeps the column by ±30° from 0.1 to 3 Hz, as in figure 10 of the paper, every "

@@ -23,7 +23,7 @@ from tierod.studies.column.bode import measured_chart
 from tierod.studies.column.parameter_sets import SETS
 from tierod.studies.column.swept_bench import NOISE
 from tierod.studies.content import Heading, Item, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 BAR = "driver_torque"
 LOWEST, HIGHEST = 1.0, 150.0

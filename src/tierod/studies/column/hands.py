@@ -13,7 +13,7 @@ from tierod.monitors.driver_torque.hands_filters import Tolerance
 from tierod.studies.claims import Claim, at_most, exactly
 from tierod.studies.column.handled_bench import STEP, Score, drawn, pieces, scored, together
 from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 from tierod.vehicles import Vehicle, load
 
 GOAL = "tierod's goal"

@@ -18,7 +18,7 @@ from tierod.studies.claims import Claim, Goal, at_least, at_most
 from tierod.studies.column.identified_bench import LAWS, bench, experiments, recorded, truth
 from tierod.studies.column.swept_bench import NOISE
 from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 GOAL = "goal of tierod"
 WHEEL = ("steering_wheel_inertia", "steering_wheel_damping")

@@ -21,7 +21,7 @@ from tierod.proving_ground.sensors import SensorSet
 from tierod.recording import Recording
 from tierod.studies.claims import Claim
 from tierod.studies.content import Heading, Item, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 from tierod.vehicles import Vehicle, load
 
 CAR = "midsize-eps"

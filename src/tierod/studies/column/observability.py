@@ -21,7 +21,7 @@ from tierod.studies.claims import Claim, at_most, exactly
 from tierod.studies.column.parameter_sets import EIGENVALUES, SETS, member
 from tierod.studies.column.rational import rational_rank
 from tierod.studies.content import Heading, Item, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 WHEEL, MOTOR, BAR = "steering_wheel_angle", "motor_angle_mechanical", "driver_torque"
 PRINTED = {

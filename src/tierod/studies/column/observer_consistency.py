@@ -13,7 +13,7 @@ from tierod.monitors.driver_torque.tuning import ColumnTuning, design, process_n
 from tierod.studies.claims import Claim, between
 from tierod.studies.column.observers_compared import GOAL, believed
 from tierod.studies.content import Heading, Item, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 SAMPLE_TIME = 1e-3
 TEXT = (

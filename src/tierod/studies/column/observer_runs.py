@@ -12,7 +12,7 @@ import numpy as np
 from tierod.block import Block
 from tierod.graph import scan
 from tierod.studies.column.swept_bench import HANDS, swept
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 FROM = 0.5
 """Errors count from here on: the observers begin at rest with nothing known [s]."""

@@ -14,7 +14,7 @@ from tierod.studies.claims import Claim, at_most
 from tierod.studies.column.observer_runs import SIGNALS, Change, Errors, over_hands
 from tierod.studies.column.observers_compared import GOAL, believed
 from tierod.studies.content import Heading, Item, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 OFFSET = 0.05
 """Of the bar's torque [N m]."""

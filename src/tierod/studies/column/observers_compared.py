@@ -16,7 +16,7 @@ from tierod.monitors.driver_torque.printed import COLUMNS, PrintedObserver
 from tierod.studies.claims import Claim, at_most, between
 from tierod.studies.column.observer_runs import Errors, drive, errors, over_hands, samples, seeds
 from tierod.studies.content import Chart, Item, Lines, Panel, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 from tierod.vehicles import load
 
 DELAY = 20

@@ -20,7 +20,7 @@ from tierod.studies.column.observers_compared import DELAY, GOAL, believed
 from tierod.studies.column.parameter_sets import SETS
 from tierod.studies.column.swept_bench import SweptBench, swept
 from tierod.studies.content import Heading, Item, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 LAWS: Mapping[str, Law] = {
     "Dahl, as on the bench": Dahl(0.05),

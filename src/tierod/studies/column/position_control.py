@@ -8,7 +8,7 @@ from tierod.studies.column import figure_ten, robustness, takeover, tracking
 from tierod.studies.column.closed_loop import belief, loop_of
 from tierod.studies.column.followed import sweep
 from tierod.studies.content import Heading, Item
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 TEXT = (
     "The paper closes the loop with a first attempt at a linear quadratic regulator on observed states and shows one "

@@ -25,7 +25,7 @@ from tierod.studies.claims import Claim, at_most, between, exactly
 from tierod.studies.column.bode import DRAWN, reduced_chart
 from tierod.studies.column.parameter_sets import EIGENVALUES, SETS
 from tierod.studies.content import Heading, Item, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 KEPT = EIGENVALUES[2:]
 """Eigenvalues of the column without the ringing of its gear."""

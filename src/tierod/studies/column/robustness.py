@@ -16,7 +16,7 @@ from tierod.studies.column.followed import Followed, error, followed, sine, swee
 from tierod.studies.column.scatter import FRESH, scattered
 from tierod.studies.column.tracking import GOAL, SHARES, SOURCE, changed, deaf
 from tierod.studies.content import Item, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 
 def items(loop: ClosedLoop, effort: Effort) -> Iterator[Item]:

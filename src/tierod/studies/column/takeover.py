@@ -15,7 +15,7 @@ from tierod.studies.column.closed_loop import BEGIN, ClosedLoop, Run, holding, r
 from tierod.studies.column.followed import sweep
 from tierod.studies.column.tracking import CHOSEN, PRINTED, deaf
 from tierod.studies.content import Chart, Item, Lines, Panel, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 HOLDS = {"light, 10 N·m/rad": 10.0, "firm, 30 N·m/rad": 30.0, "stiff, 100 N·m/rad": 100.0}
 FIRM = "firm, 30 N·m/rad"

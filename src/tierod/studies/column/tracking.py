@@ -24,7 +24,7 @@ from tierod.studies.column.closed_loop import SAMPLE_TIME, Belief, ClosedLoop
 from tierod.studies.column.followed import Followed, sine, sweep
 from tierod.studies.column.scatter import FRESH, scattered
 from tierod.studies.content import Chart, Item, Lines, Panel, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 FREQUENCIES = (0.1, 1.0, 2.0, 3.0)
 """Of the sines [Hz]."""

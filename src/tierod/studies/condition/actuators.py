@@ -16,7 +16,7 @@ from tierod.studies.condition.scoring import AMBIGUOUS, DriveScore
 from tierod.studies.condition.sensors import GOAL, longest
 from tierod.studies.condition.summary import Isolated, injected_name, isolated, summary
 from tierod.studies.content import Chart, Heading, Item, Panel, Points, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 TEXT = (
     "Both steering motors and a drive on three rounds, 200 s each, without torque from 104 s on: nine tests, with "

@@ -16,7 +16,7 @@ from tierod.studies.condition.scoring import DriveScore
 from tierod.studies.condition.sensors import GOAL, VALUES
 from tierod.studies.condition.summary import Isolated, isolated, summary
 from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 KINDS_TEXT = (
     "Every kind of fault of every sensor in several sizes, on three rounds, with other seeds than those of the "

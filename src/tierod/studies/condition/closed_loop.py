@@ -16,7 +16,7 @@ from tierod.studies.condition.runs import BEST, calibrations, diagnosed, process
 from tierod.studies.condition.scoring import FOUND, DriveScore, score
 from tierod.studies.condition.truth import truth_of
 from tierod.studies.content import Heading, Item, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 TEXT = (
     "The same tests of wheel speeds, yaw rate and steering angle, but the automated driver believes what the faulty "

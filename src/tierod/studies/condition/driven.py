@@ -16,7 +16,7 @@ from tierod.studies.condition.runs import processes
 from tierod.studies.condition.shown import where_shown
 from tierod.studies.condition.truth import truth_of, truths
 from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 TEXT = (
     "The virtual demonstrator has two tracks, load transfer, tyres after Magic Formula with relaxation, a stiff rack "

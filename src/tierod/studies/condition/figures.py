@@ -23,7 +23,7 @@ from tierod.studies.condition.rounds import SHORT
 from tierod.studies.condition.runs import BEST, VARIANTS, calibrations, diagnosed
 from tierod.studies.condition.truth import truths
 from tierod.studies.content import Chart, Heading, Item, Panel
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 RULES = "rules"
 """The variant whose residuals and thresholds are shown: the corrected equations."""

@@ -10,7 +10,7 @@ from tierod.studies.condition.runs import BEST, VARIANTS, scores
 from tierod.studies.condition.sensors import GOAL
 from tierod.studies.condition.summary import summary
 from tierod.studies.content import Heading, Item, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 TEXT = (
     "Rounds drawn at random, ten minutes each, with slopes, bumps, wind, halts and wet patches, the vehicles by "

@@ -13,7 +13,7 @@ from tierod.studies.condition.odd_drives import NOT_HEALTHY, odd_drives
 from tierod.studies.condition.runs import BEST, VARIANTS, calibrations
 from tierod.studies.condition.sensors import GOAL
 from tierod.studies.content import Heading, Item, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 from tierod.vehicles import Vehicle
 
 MONITOR = "condition"

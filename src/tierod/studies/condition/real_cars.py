@@ -28,7 +28,7 @@ from tierod.studies.condition.shown import KNOWN
 from tierod.studies.condition.summary import isolated, summary
 from tierod.studies.condition.truth import Truth
 from tierod.studies.content import Heading, Item, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 TEXT = (
     "A minute of a RAV4 on a highway and 20 s of a passenger car in tight bends, with the sensors that both have: "

@@ -30,7 +30,7 @@ from tierod.studies.condition.signatures import (
 from tierod.studies.condition.summary import summary
 from tierod.studies.condition.truth import truth_of
 from tierod.studies.content import Heading, Item, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 from tierod.vehicles import load
 
 TEXT = (

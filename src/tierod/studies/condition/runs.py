@@ -15,7 +15,7 @@ from tierod.studies.condition.drives import Drive
 from tierod.studies.condition.recorded import each
 from tierod.studies.condition.scoring import DriveScore, score
 from tierod.studies.condition.truth import truth_of
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 
 class Variant(NamedTuple):

@@ -15,7 +15,7 @@ from tierod.studies.condition.runs import BEST, VARIANTS, scores
 from tierod.studies.condition.scoring import DriveScore
 from tierod.studies.condition.summary import share_within, summary
 from tierod.studies.content import Chart, Heading, Item, Panel, Points
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 
 PAPER = "Li, Frey, Gauterin, "
 GOAL = "goal of tierod"

@@ -7,7 +7,7 @@ from importlib import import_module
 
 from tierod.studies.condition.at_work import kept
 from tierod.studies.content import Item
-from tierod.studies.registry import Effort, Progress
+from tierod.studies.effort import Effort, Progress
 
 PARTS: Mapping[str, str] = {
     "driven": "what is driven",

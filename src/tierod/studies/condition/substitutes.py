@@ -20,7 +20,7 @@ from tierod.studies.condition.recorded import each, sound
 from tierod.studies.condition.rounds import LONG, SHORT
 from tierod.studies.condition.runs import calibrations, processes
 from tierod.studies.content import Heading, Item, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 from tierod.vehicles import Vehicle, load
 
 TEXT = (

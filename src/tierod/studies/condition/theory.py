@@ -15,7 +15,7 @@ from tierod.studies.condition.runs import BEST, VARIANTS, scores
 from tierod.studies.condition.scoring import AMBIGUOUS, NEVER, NOBODY, DriveScore
 from tierod.studies.condition.summary import confusion
 from tierod.studies.content import Heading, Item, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 from tierod.vehicles import load
 
 TEXT = (

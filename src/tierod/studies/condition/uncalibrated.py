@@ -22,7 +22,7 @@ from tierod.studies.condition.sensors import GOAL
 from tierod.studies.condition.summary import share_within, summary
 from tierod.studies.condition.truth import truth_of
 from tierod.studies.content import Heading, Item, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 from tierod.vehicles import load
 
 TEXT = (

@@ -10,13 +10,13 @@ import numpy as np
 from tierod.campaigns.figures import area_under_curve
 from tierod.studies.claims import Claim, at_least, at_most, between
 from tierod.studies.content import Bars, Chart, Heading, Item, Panel, Table
+from tierod.studies.effort import Effort
 from tierod.studies.friction import estimators as named
 from tierod.studies.friction.cases import STATES
 from tierod.studies.friction.digest import Windows
 from tierod.studies.friction.paper_sets import SOURCE, WORST, PaperSets, paper_sets
 from tierod.studies.friction.runs import Drives
 from tierod.studies.friction.statistics import BINS, joined, mean, overlap, pooled, shares
-from tierod.studies.registry import Effort
 
 SHOWN = {
     named.BASELINE: "eq (1) corrected",

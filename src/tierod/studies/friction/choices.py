@@ -8,13 +8,13 @@ import numpy as np
 
 from tierod.studies.claims import Claim, at_least, at_most
 from tierod.studies.content import Item
+from tierod.studies.effort import Effort
 from tierod.studies.friction import estimators as named
 from tierod.studies.friction.cases import STATES, Case
 from tierod.studies.friction.paper_sets import SOURCE, PaperSets, paper_sets
 from tierod.studies.friction.refined_figures import READINGS
 from tierod.studies.friction.runs import Drives
 from tierod.studies.friction.statistics import deviation, joined, mean, pooled
-from tierod.studies.registry import Effort
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:

@@ -10,13 +10,13 @@ import numpy as np
 from tierod.campaigns.figures import area_under_curve
 from tierod.studies.claims import Claim, at_least, at_most
 from tierod.studies.content import Chart, Heading, Item, Panel, Points, Table
+from tierod.studies.effort import Effort
 from tierod.studies.friction import estimators as named
 from tierod.studies.friction.cases import HEALTHY, STATES, Case
 from tierod.studies.friction.paper_sets import SOURCE, WORST
 from tierod.studies.friction.runs import Drives, Wants
 from tierod.studies.friction.searched import SEARCHED, wandering
 from tierod.studies.friction.statistics import deviation, joined, overlap, plus_minus, pooled
-from tierod.studies.registry import Effort
 
 PRINTED_DEVIATION = (1.5, 2.2)
 """Standard deviation of every health state as printed [N*m]."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from tierod.studies.content import Heading, Item, Table
+from tierod.studies.effort import Effort
 from tierod.studies.friction import estimators as named
 from tierod.studies.friction.cases import Case
 from tierod.studies.friction.runs import Drives, Wants
 from tierod.studies.friction.statistics import plus_minus, pooled
-from tierod.studies.registry import Effort
 
 LEVELS = (4.0, 8.0, 12.5)
 ROUTES = (1001, 1002)

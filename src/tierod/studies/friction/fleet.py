@@ -12,12 +12,12 @@ from tierod.findings import Status
 from tierod.proving_ground import SensorSet
 from tierod.studies.claims import Claim, at_least, at_most
 from tierod.studies.content import Boxes, Chart, Heading, Item, Panel, Points, Table
+from tierod.studies.effort import Effort
 from tierod.studies.friction import estimators as named
 from tierod.studies.friction.cases import HEALTHY, STATES, Case
 from tierod.studies.friction.runs import Drives, Wants
 from tierod.studies.friction.setups import TYRES
 from tierod.studies.friction.statistics import deviation, joined, mean, means, pooled
-from tierod.studies.registry import Effort
 
 CARS, QUICK_CARS = 48, 2
 """Cars that are drawn; every one is driven at every level."""

@@ -13,11 +13,11 @@ from tierod.identification.hysteresis import HysteresisIdentification, Support
 from tierod.proving_ground import lock_to_lock
 from tierod.studies.claims import Claim, at_least, at_most, between
 from tierod.studies.content import Chart, Heading, Item, Panel, Points, Table
+from tierod.studies.effort import Effort
 from tierod.studies.friction.cases import HEALTHY
 from tierod.studies.friction.estimators import vehicle
 from tierod.studies.friction.paper_sets import SOURCE
 from tierod.studies.friction.statistics import mean
-from tierod.studies.registry import Effort
 
 PWM = (0, 5, 10, 15, 20, 25, 30, 35)
 """Settings of the clutch brake [%]; appendix A."""

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from tierod.findings import Status
 from tierod.studies.claims import Claim, exactly
 from tierod.studies.content import Heading, Item, Table
+from tierod.studies.effort import Effort
 from tierod.studies.friction import estimators as named
 from tierod.studies.friction.cases import HEALTHY, Case
 from tierod.studies.friction.fleet import FOUND, GOAL
 from tierod.studies.friction.runs import Drives, Wants
 from tierod.studies.friction.setups import UNKNOWN_LAWS
 from tierod.studies.friction.statistics import mean, plus_minus, pooled
-from tierod.studies.registry import Effort
 
 LEVELS = (4.0, 5.5, 8.0, 12.5)
 COMPARED = (named.DEFAULT, named.SINGLE_LAW, named.CORRECTED, named.PRINTED)

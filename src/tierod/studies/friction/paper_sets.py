@@ -6,11 +6,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from tierod.studies.content import Table
+from tierod.studies.effort import Effort
 from tierod.studies.friction import estimators as named
 from tierod.studies.friction.cases import HEALTHY, STATES, Case
 from tierod.studies.friction.runs import Drives, Wants
 from tierod.studies.friction.setups import TYRES
-from tierod.studies.registry import Effort
 
 SOURCE = "Mohtat et al. 2020"
 WORST = "PWM 25%"

@@ -9,6 +9,7 @@ import numpy as np
 from tierod.campaigns.figures import area_under_curve
 from tierod.studies.claims import Claim, at_least, at_most, between
 from tierod.studies.content import Bars, Boxes, Chart, Heading, Item, Panel, Points
+from tierod.studies.effort import Effort
 from tierod.studies.friction import estimators as named
 from tierod.studies.friction.cases import STATES, Case
 from tierod.studies.friction.conditions import FAILING, PRINTED_DEVIATION
@@ -25,7 +26,6 @@ from tierod.studies.friction.statistics import (
     pooled,
     shares,
 )
-from tierod.studies.registry import Effort
 
 CONDITION = "angle below the bar, driven fast"
 FILTER, BASELINE = named.PNEUMATIC, named.BASELINE_SIGN

@@ -9,6 +9,7 @@ import numpy as np
 
 from tierod.studies.claims import Claim, at_least, at_most, between, exactly
 from tierod.studies.content import Item
+from tierod.studies.effort import Effort
 from tierod.studies.friction import estimators as named
 from tierod.studies.friction.cases import STATES
 from tierod.studies.friction.digest import KEPT, RATE, Digest
@@ -24,7 +25,6 @@ from tierod.studies.friction.statistics import (
     overlap,
     pooled,
 )
-from tierod.studies.registry import Effort
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from tierod.studies.content import Bars, Boxes, Chart, Heading, Item, Lines, Panel, Points, Table
+from tierod.studies.effort import Effort
 from tierod.studies.friction import estimators as named
 from tierod.studies.friction.cases import STATES
 from tierod.studies.friction.digest import KEPT, RATE, READY_SECONDS, Digest
@@ -22,7 +23,6 @@ from tierod.studies.friction.statistics import (
     pooled,
     shares,
 )
-from tierod.studies.registry import Effort
 
 THRESHOLD = 7.5
 """Half-way between the nominal friction and the least of what a driver notices [N*m]: 4 and 11, Table 1."""

@@ -9,9 +9,9 @@ from typing import Any
 
 from tierod.campaigns.workers import Failure, spread
 from tierod.errors import TierodError
+from tierod.studies.effort import Progress
 from tierod.studies.friction.cases import Case
 from tierod.studies.friction.digest import Digest, digest
-from tierod.studies.registry import Progress
 
 Wants = Mapping[Case, Iterable[str]]
 """Drives with the names of the estimators that are to see them."""

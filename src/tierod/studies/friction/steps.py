@@ -10,13 +10,13 @@ import numpy as np
 from tierod.proving_ground import FrictionCourse
 from tierod.studies.claims import Claim, exactly
 from tierod.studies.content import Heading, Item, Table
+from tierod.studies.effort import Effort
 from tierod.studies.friction import estimators as named
 from tierod.studies.friction.cases import HEALTHY, Case
 from tierod.studies.friction.digest import KEPT, RATE, Digest
 from tierod.studies.friction.fleet import GOAL
 from tierod.studies.friction.refined_figures import THRESHOLD
 from tierod.studies.friction.runs import Drives, Wants
-from tierod.studies.registry import Effort
 
 STEPS = (12.5, 5.5)
 COUNT = 6

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from tierod.studies.claims import Claim, exactly
 from tierod.studies.content import Heading, Item
+from tierod.studies.effort import Effort, Progress
 from tierod.studies.friction import (
     baseline,
     choices,
@@ -24,7 +25,6 @@ from tierod.studies.friction import (
 )
 from tierod.studies.friction.fleet import GOAL
 from tierod.studies.friction.runs import Drives, run_drives
-from tierod.studies.registry import Effort, Progress
 
 WANTS = (paper_sets.wants, conditions.wants, picture.wants, fleet.wants, exactness.wants, laws.wants, steps.wants)
 PARTS = (

@@ -9,12 +9,12 @@ from tierod.campaigns.figures import area_under_curve, rate_bound
 from tierod.findings import Status
 from tierod.studies.claims import Claim, at_least, exactly
 from tierod.studies.content import Item, Table
+from tierod.studies.effort import Effort
 from tierod.studies.friction.cases import Case
 from tierod.studies.friction.digest import ALARM, Verdict
 from tierod.studies.friction.fleet import FOUND, GOAL, faulty_drives, healthy_drives, ratios
 from tierod.studies.friction.paper_sets import paper_sets
 from tierod.studies.friction.runs import Drives
-from tierod.studies.registry import Effort
 
 
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:

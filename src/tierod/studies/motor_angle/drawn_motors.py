@@ -13,10 +13,10 @@ from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.proving_ground.varied import Varied
 from tierod.studies.claims import Claim, at_most
 from tierod.studies.content import Heading, Item, Table
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.fault_drives import RATE, SUBSTEPS, course
 from tierod.studies.motor_angle.observer_accuracy import parameters
 from tierod.studies.motor_angle.observer_drives import ObserverDrive, bench, drive, to_and_fro
-from tierod.studies.registry import Effort
 
 DRAWS, SECONDS, FIRST = 20, 20.0, 700
 """Motors, length of a drive [s], and first seed; those below were used while the observer was tuned."""

@@ -9,11 +9,11 @@ import numpy as np
 
 from tierod.studies.claims import Claim, at_least, at_most
 from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.car_drives import CAR, CarDrive, car_drive
 from tierod.studies.motor_angle.fault_drives import RATE
 from tierod.studies.motor_angle.observer_accuracy import Accuracy, accuracy, methods
 from tierod.studies.motor_angle.observer_drives import to_and_fro
-from tierod.studies.registry import Effort
 
 PRINTED = (
     "Luenberger, as printed",

@@ -18,9 +18,9 @@ from tierod.proving_ground.motor import Machine
 from tierod.recording import Channel, Recording
 from tierod.studies.claims import Claim, at_least, at_most
 from tierod.studies.content import Heading, Item, Table
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.fault_drives import RATE, SUBSTEPS, course
 from tierod.studies.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, bench, drive
-from tierod.studies.registry import Effort
 from tierod.vehicles import load
 
 _SECONDS = 10.0

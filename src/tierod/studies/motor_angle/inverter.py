@@ -19,9 +19,9 @@ from tierod.monitors.motor_angle.voltages import COMMANDED
 from tierod.proving_ground.motor import Inverter
 from tierod.studies.claims import Claim, at_least, at_most
 from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.observer_accuracy import parameters
 from tierod.studies.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, to_and_fro
-from tierod.studies.registry import Effort
 from tierod.vehicles import load
 
 LOSSY = Inverter(dead_time=1e-6, forward_drop=0.7, knee_current=1.0)

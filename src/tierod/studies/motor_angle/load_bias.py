@@ -22,8 +22,8 @@ from tierod.monitors.motor_angle.reduced import full_observer, reduced_observer,
 from tierod.physics.pm_motor import back_emf_constant, torque_constant
 from tierod.studies.claims import Claim, at_most
 from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Points, Table
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.observer_drives import SAMPLE_TIME, SUBSTEPS, ObserverDrive, bench, drive, locked
-from tierod.studies.registry import Effort
 from tierod.vehicles import load
 
 LEVELS = (-0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6)

@@ -15,9 +15,9 @@ from tierod.monitors.motor_angle.reduced import full_observer, printed_reduced_o
 from tierod.physics.pm_motor import torque_constant
 from tierod.studies.claims import Claim, at_least, between
 from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.observer_accuracy import SPEEDS, Accuracy, accuracy, by_speed, methods, parameters
 from tierod.studies.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, bench, drive, to_and_fro
-from tierod.studies.registry import Effort
 
 ROOM = 298.15
 """Temperature of a second motor [K]: resistance 2 % above and flux 0.6 % below those of the vehicle file."""

@@ -23,9 +23,9 @@ from tierod.readers import read
 from tierod.recording import Channel, Recording
 from tierod.studies.claims import Claim, at_least, at_most, between
 from tierod.studies.content import Heading, Item, Table
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle import real_friction
 from tierod.studies.motor_angle.real_friction import column
-from tierod.studies.registry import Effort
 from tierod.studies.sideslip.real_recordings import DATA, NO_DATA
 
 FOLDER = "pmsm_drive"

@@ -15,10 +15,10 @@ from tierod.monitors.motor_angle.tuning import MotorAngleTuning
 from tierod.proving_ground.motor import Warming
 from tierod.studies.claims import Claim, at_most
 from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.fault_drives import RATE, SUBSTEPS, course
 from tierod.studies.motor_angle.observer_accuracy import parameters
 from tierod.studies.motor_angle.observer_drives import ObserverDrive, bench, drive, to_and_fro
-from tierod.studies.registry import Effort
 
 SPEEDS = (0.0, 20.0, 44.0, 110.0, np.inf)
 """Edges of the ranges of electrical speed [rad/s]."""

@@ -14,8 +14,8 @@ from tierod.graph import scan
 from tierod.monitors.motor_angle.comparison import ANGLE_DRIFT, ANGLE_THRESHOLD
 from tierod.studies.claims import Claim, at_least, at_most, between, exactly
 from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Points, Table
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.healthy_drives import MOTORS, HealthyDrives, healthy_drives
-from tierod.studies.registry import Effort
 
 RESIDUAL_RATE = 1000.0
 """Of the residuals that count [Hz]."""

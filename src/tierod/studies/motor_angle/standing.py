@@ -10,6 +10,7 @@ import numpy as np
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.studies.claims import Claim, at_least, at_most
 from tierod.studies.content import Band, Chart, Heading, Item, Lines, Panel, Table
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle import wrong_beginning
 from tierod.studies.motor_angle.fault_drives import RATE, SUBSTEPS
 from tierod.studies.motor_angle.observer_accuracy import methods, parameters
@@ -23,7 +24,6 @@ from tierod.studies.motor_angle.wrong_beginning import (
     with_true,
     within_a_turn,
 )
-from tierod.studies.registry import Effort
 
 MOVING, HELD, AFTER = 5.6, 10.0, 5.0
 """The motor turns, is held against the load, and turns on for so long [s]."""

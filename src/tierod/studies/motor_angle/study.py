@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
 
 from tierod.studies.content import Item
-from tierod.studies.registry import Effort, Progress
+from tierod.studies.effort import Effort, Progress
 
 PARTS: Mapping[str, str] = {
     "load_bias": "what an unknown load does",

@@ -19,9 +19,9 @@ from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.printed_observers import extended_kalman, luenberger, reduced_luenberger
 from tierod.studies.claims import Claim, between
 from tierod.studies.content import Heading, Item, Table
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.observer_accuracy import parameters
 from tierod.studies.motor_angle.observer_drives import SAMPLE_TIME, to_and_fro
-from tierod.studies.registry import Effort
 
 
 class PrintedCount(NamedTuple):

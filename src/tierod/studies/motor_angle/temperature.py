@@ -15,11 +15,11 @@ from tierod.proving_ground.motor import AFS_MOTOR, Warming
 from tierod.proving_ground.varied import Varied
 from tierod.studies.claims import Claim, at_most, exactly
 from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Points, Table
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.fault_drives import RATE, SUBSTEPS, course
 from tierod.studies.motor_angle.healthy_drives import AlarmWatch, bench_monitor
 from tierod.studies.motor_angle.observer_accuracy import parameters
 from tierod.studies.motor_angle.observer_drives import ObserverDrive, drive, to_and_fro
-from tierod.studies.registry import Effort
 
 ZERO = 273.15
 """Of the Celsius scale [K]."""

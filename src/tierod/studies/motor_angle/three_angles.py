@@ -20,10 +20,10 @@ from tierod.proving_ground.run import run
 from tierod.recording import Recording
 from tierod.studies.claims import Claim, at_least, exactly
 from tierod.studies.content import Heading, Item, Table
+from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.car_drives import CAR
 from tierod.studies.motor_angle.fault_drives import RATE
 from tierod.studies.motor_angle.processes import in_processes
-from tierod.studies.registry import Effort
 from tierod.vehicles import load
 
 COURSES = {"slalom": 24.0, "parking": 36.0}

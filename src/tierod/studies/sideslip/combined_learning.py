@@ -9,7 +9,7 @@ import numpy as np
 from tierod.monitors.sideslip.combined_identifiability import WORDS, Identifiability, identifiability
 from tierod.studies.claims import Claim
 from tierod.studies.content import Band, Chart, Heading, Item, Lines, Panel, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 from tierod.studies.sideslip.combined_drives import (
     WITH,
     WITHOUT_TORQUE,

@@ -10,7 +10,7 @@ import numpy as np
 from tierod.graph import Result
 from tierod.studies.claims import Claim, at_least, at_most
 from tierod.studies.content import Band, Chart, Heading, Item, Lines, Panel, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 from tierod.studies.sideslip.combined_drives import (
     WITH,
     WITHOUT_TORQUE,

@@ -9,7 +9,7 @@ import numpy as np
 
 from tierod.studies.claims import Claim, at_most
 from tierod.studies.content import Item, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 from tierod.studies.sideslip.combined_drives import (
     FRONT,
     NOTHING,

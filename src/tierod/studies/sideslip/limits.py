@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from tierod.studies.content import Item, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 from tierod.studies.sideslip.estimators import NAMES, courses, error
 from tierod.studies.sideslip.matching import matched_to
 from tierod.studies.sideslip.setting import SLOW, driven, virtual_car

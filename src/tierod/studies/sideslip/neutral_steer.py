@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from tierod.analysis.neutral_steer import OUTPUTS, Shown, shown
 from tierod.studies.claims import Claim, exactly
 from tierod.studies.content import Heading, Item, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 from tierod.studies.sideslip.matching import from_file
 
 PAPER = "Yih, Ryu, Gerdes"

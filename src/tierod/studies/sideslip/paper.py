@@ -13,7 +13,7 @@ from tierod.physics.tyre import linear_lateral_force
 from tierod.proving_ground import courses as proving_courses
 from tierod.studies.claims import Claim, at_least
 from tierod.studies.content import Chart, Heading, Item, Lines, Mark, Panel
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 from tierod.studies.sideslip.estimators import Course, courses, error, model_only
 from tierod.studies.sideslip.matching import matched
 from tierod.studies.sideslip.setting import SLOW, Driven, driven, virtual_car

@@ -12,7 +12,7 @@ from tierod.monitors.sideslip.calibration import TYRES, calibrated, with_paramet
 from tierod.recording import Recording
 from tierod.studies.claims import Claim, at_most
 from tierod.studies.content import Band, Chart, Item, Lines, Panel, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 from tierod.studies.sideslip import rivals
 from tierod.studies.sideslip.real_recordings import GOAL, absent, claims, share_in_band
 from tierod.vehicles import Vehicle, load

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from tierod.studies.content import Item
-from tierod.studies.registry import Effort, Progress
+from tierod.studies.effort import Effort, Progress
 from tierod.studies.sideslip import bandwidth, combined, limits, neutral_steer, paper, real_cars, table
 
 Part = Callable[[Effort], Iterator[Item]]

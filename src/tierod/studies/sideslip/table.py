@@ -11,7 +11,7 @@ import numpy as np
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.studies.claims import Claim, at_most
 from tierod.studies.content import Heading, Item, Table
-from tierod.studies.registry import Effort
+from tierod.studies.effort import Effort
 from tierod.studies.sideslip.estimators import INVERSION, MODEL, NAMES, courses, error
 from tierod.studies.sideslip.matching import matched
 from tierod.studies.sideslip.setting import BANKED, CARS, FAST, SLIPPERY, SLOW, WINDY, Drive, on
