@@ -17,11 +17,11 @@ from tierod.proving_ground.run import Outcome, run
 from tierod.proving_ground.sensors import SensorSet
 from tierod.recording import Channel, Recording
 from tierod.signals import SIGNALS
-from tierod.studies.condition.at_work import all_done
 from tierod.studies.condition.drives import Drive
 from tierod.studies.condition.faults import TARGETS, TORQUES
 from tierod.studies.condition.rounds import course
 from tierod.studies.condition.vehicles import MEASURED
+from tierod.studies.processes import in_processes
 
 RATE = 100.0
 """Of all channels [Hz]."""
@@ -173,7 +173,7 @@ def each(
     Raises:
         InputError: a drive failed; the reason is told
     """
-    return all_done(partial(_worked, work, folder), drives, processes, lambda drive: f"the drive '{drive.name}'")
+    return in_processes(partial(_worked, work, folder), drives, processes, lambda drive: f"the drive '{drive.name}'")
 
 
 def _worked(work: Callable[[Drive, Recording], Any], folder: str | Path | None, drive: Drive) -> Any:

@@ -9,13 +9,13 @@ from importlib import import_module
 from typing import Any, NamedTuple
 
 from tierod.recording import Recording
-from tierod.studies.condition.at_work import all_done
 from tierod.studies.condition.declared import Declared
 from tierod.studies.condition.drives import Drive
 from tierod.studies.condition.recorded import each
 from tierod.studies.condition.scoring import DriveScore, score
 from tierod.studies.condition.truth import truth_of
 from tierod.studies.effort import Effort
+from tierod.studies.processes import in_processes
 
 
 class Variant(NamedTuple):
@@ -74,7 +74,7 @@ def processes(effort: Effort, tasks: int) -> int:
 
 
 def _calibrated(wanted: Sequence[tuple[str, int, bool]], count: int) -> list[Any]:
-    return all_done(_calibrate, wanted, count, lambda each: f"the calibration of vehicle {each[1]}")
+    return in_processes(_calibrate, wanted, count, lambda each: f"the calibration of vehicle {each[1]}")
 
 
 def _calibrate(wanted: tuple[str, int, bool]) -> Any:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
 
-from tierod.studies.condition.at_work import kept
 from tierod.studies.content import Item
 from tierod.studies.effort import Effort, Progress
+from tierod.studies.processes import kept
 
 PARTS: Mapping[str, str] = {
     "driven": "what is driven",

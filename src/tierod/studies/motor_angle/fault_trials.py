@@ -22,7 +22,7 @@ from tierod.studies.motor_angle.fault_drives import (
 )
 from tierod.studies.motor_angle.fault_kinds import FAULTS, Fault
 from tierod.studies.motor_angle.healthy_drives import bench_monitor
-from tierod.studies.motor_angle.processes import in_processes
+from tierod.studies.processes import in_processes
 
 EARLIEST, LATEST, AFTER = 5.5, 7.0, 1.5
 """Of the begin of a fault, and how long it is watched then [s]."""

@@ -14,7 +14,7 @@ from tierod.graph.maths import any_of, maximum, where
 from tierod.monitors.motor_angle.detector import MotorAngleMonitor
 from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.studies.motor_angle.fault_drives import RATE, clean_drive, noisy
-from tierod.studies.motor_angle.processes import in_processes
+from tierod.studies.processes import in_processes
 from tierod.vehicles import load
 
 SECONDS = 60.0

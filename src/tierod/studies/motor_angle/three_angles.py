@@ -23,7 +23,7 @@ from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.car_drives import CAR
 from tierod.studies.motor_angle.fault_drives import RATE
-from tierod.studies.motor_angle.processes import in_processes
+from tierod.studies.processes import in_processes
 from tierod.vehicles import load
 
 COURSES = {"slalom": 24.0, "parking": 36.0}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
@@ -23,7 +24,7 @@ def _do(task: _Task) -> Any:
 
 @contextmanager
 def kept() -> Iterator[None]:
-    """Keep the processes of `all_done` until its end."""
+    """Keep the processes of `in_processes` until its end."""
     with Workers(_do, 1) as workers:
         _kept.append(workers)
         try:
@@ -32,23 +33,29 @@ def kept() -> Iterator[None]:
             _kept.remove(workers)
 
 
-def all_done(work: Callable[[Any], Any], given: Sequence[Any], processes: int, what: Callable[[Any], str]) -> list[Any]:
+def in_processes(
+    work: Callable[[Any], Any],
+    given: Sequence[Any],
+    processes: int | None,
+    what: Callable[[Any], str] = lambda task: f"a drive of the study ({task})",
+) -> list[Any]:
     """What a function makes of everything given, in its order.
 
     Args:
         work: importable function of one of them, with picklable results
         given: picklable
-        processes: how many work at a time; 1 is this process
+        processes: how many work at a time; one per core if None; 1 is this process
         what: names one of them, for the message of a failure
 
     Raises:
-        InputError: one failed; the reason is told
+        InputError: one failed, with the reason
     """
+    processes = min(processes or os.cpu_count() or 1, len(given))
     if processes <= 1:
         return [work(each) for each in given]
     if not _kept:
         with kept():
-            return all_done(work, given, processes, what)
+            return in_processes(work, given, processes, what)
     workers, results = _kept[-1], {}
     workers.processes = max(workers.processes, processes)
     for number, result in workers.run([_Task(work, each) for each in given]):
