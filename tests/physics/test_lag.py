@@ -1,10 +1,10 @@
-"""A lag of the first order against its differential equation."""
+"""A lag of the first order against its differential equation, and the noise that it shapes."""
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tierod.physics.lag import lagged_ramp
+from tierod.physics.lag import gauss_markov_noise, lagged_ramp, share_reached
 
 
 @pytest.mark.parametrize("lag", [0.003, 0.01, 0.4])
@@ -23,3 +23,16 @@ def test_it_solves_the_equation_of_the_lag(lag):
 def test_without_a_lag_it_follows():
     assert lagged_ramp(1.0, 3.0, 1.0, 0.0, 0.01) == pytest.approx((2.0, 3.0), abs=0.03)
     assert np.isfinite(lagged_ramp(1.0, 3.0, 1.0, 0.0, 1.0)).all()
+
+
+def test_the_share_of_a_step_is_that_of_the_equation():
+    solved = solve_ivp(lambda t, y: (1.0 - y) / 0.4, (0.0, 0.1), [0.0], rtol=1e-10, atol=1e-12).y[0, -1]
+    assert share_reached(0.1 / 0.4) == pytest.approx(solved, rel=1e-8)
+    assert share_reached(1e-20) == 1e-20
+
+
+def test_the_noise_of_a_gauss_markov_process_keeps_its_deviation():
+    deviation, time, step, variance = 0.3, 2.0, 0.01, 0.0
+    for _ in range(20_000):
+        variance = np.exp(-2.0 * step / time) * variance + gauss_markov_noise(deviation, time, step)
+    assert np.sqrt(variance) == pytest.approx(deviation, rel=1e-9)

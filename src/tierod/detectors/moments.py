@@ -8,7 +8,8 @@ from typing import Annotated, Any, NamedTuple
 from tierod.block import Ring
 from tierod.detectors.value import Value, counts, number
 from tierod.errors import ParameterError
-from tierod.graph.maths import both, expm1, maximum, where
+from tierod.graph.maths import both, maximum, where
+from tierod.physics.lag import share_reached
 
 
 class Moments(NamedTuple):
@@ -61,7 +62,7 @@ class ExponentialMoments:
         value = number(sample)
         use = counts(value, enabled)
         count = state.number + where(use, 1.0, 0.0)
-        share = maximum(-expm1(-self.sample_time / self.time_constant), 1.0 / maximum(count, 1.0))
+        share = maximum(share_reached(self.sample_time / self.time_constant), 1.0 / maximum(count, 1.0))
         away = where(use, value - state.mean, 0.0)
         share = where(use, share, 0.0)
         mean = state.mean + share * away

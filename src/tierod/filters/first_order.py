@@ -10,6 +10,7 @@ from tierod.block import derived
 from tierod.errors import ParameterError
 from tierod.filters.each import EachSignal
 from tierod.graph.maths import expm1
+from tierod.physics.lag import share_reached
 
 
 def _require_time_constant(value: float) -> None:
@@ -72,7 +73,7 @@ class Differentiator(EachSignal):
         return Smoothed(value)
 
     def _advance(self, memory: Smoothed, value: Any) -> tuple[Smoothed, Any]:
-        change = -expm1(-self.sample_time / self.time_constant) * (value - memory.smooth)
+        change = share_reached(self.sample_time / self.time_constant) * (value - memory.smooth)
         return Smoothed(memory.smooth + change), change / self.sample_time
 
 

@@ -1,10 +1,10 @@
-"""A lag of the first order whose input moves on a straight line."""
+"""A lag of the first order: its step response, its answer to a ramp, and noise that it shapes."""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from tierod.graph.maths import exp, maximum
+from tierod.graph.maths import exp, expm1, maximum
 
 SHORTEST = 1e-4
 """Lag below which it counts as this long [s]: far below a sample, and nothing is divided by zero."""
@@ -38,3 +38,30 @@ def lagged_ramp(before: Any, after: Any, output: Any, lag: Any, time: Any) -> La
     behind = (after - before) * (lag / time)
     end = after - behind + (output - before + behind) * exp(-time / lag)
     return Lagged(0.5 * (before + after) - lag / time * (end - output), end)
+
+
+def share_reached(elapsed: Any) -> Any:
+    """Share of a step that a lag of the first order has followed.
+
+    Args:
+        elapsed: time since the step over the time constant [-]; zero or above
+
+    Source: solution of lag * y' = u - y with constant u.
+    """
+    return -expm1(-elapsed)
+
+
+def gauss_markov_noise(deviation: Any, time: Any, step: Any) -> Any:
+    """Variance that a Gauss-Markov process of the first order gains in a sample.
+
+    Args:
+        deviation: its stationary standard deviation [its unit]
+        time: its correlation time [s]
+        step: of the sample [s]
+
+    Returns:
+        variance of the driving noise, which keeps the stationary deviation [its unit squared]
+
+    Source: P = exp(-2 step / time) P + noise with P = deviation^2.
+    """
+    return deviation * deviation * share_reached(2.0 * step / time)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from tierod.graph.maths import absolute, exp, limit, maximum, minimum
+from tierod.graph.maths import absolute, limit, maximum, minimum
+from tierod.physics.lag import share_reached
 from tierod.proving_ground.parts import Reaction, Wheels
 from tierod.ranges import NOT_NEGATIVE, POSITIVE, SHARE
 
@@ -93,8 +94,8 @@ class WheelMotors:
             step: [s]
         """
         return (
-            left + (1.0 - exp(-step / self.left_lag)) * (requests[0] - left),
-            right + (1.0 - exp(-step / self.right_lag)) * (requests[1] - right),
+            left + share_reached(step / self.left_lag) * (requests[0] - left),
+            right + share_reached(step / self.right_lag) * (requests[1] - right),
         )
 
     def wheels(self, left: Any, right: Any, force: Any) -> tuple[Wheels, Wheels]:

@@ -1,11 +1,9 @@
-import math
-
 import numpy as np
 import pytest
 
 from tierod.errors import ParameterError
 from tierod.graph import scan
-from tierod.monitors.motor_angle.residual import ResidualGate, wrapped
+from tierod.monitors.motor_angle.residual import ResidualGate
 
 GATE = ResidualGate(4.0, 0.0085, start=0.1)
 
@@ -41,11 +39,6 @@ def test_an_interruption_begins_the_hold_anew():
 def test_readings_in_every_tenth_sample_count_all():
     angle = np.where(np.arange(3000) % 10 == 3, 1.0, np.nan)
     assert counted(angle=angle)["counts"].sum() == pytest.approx(180, abs=1)
-
-
-def test_angles_are_wrapped_into_half_a_turn():
-    assert wrapped(3.0 * math.pi - 0.1) == pytest.approx(math.pi - 0.1)
-    assert wrapped(-0.2) == pytest.approx(-0.2)
 
 
 def test_a_gate_that_cannot_be_is_refused():

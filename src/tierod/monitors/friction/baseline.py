@@ -14,12 +14,13 @@ from tierod.block import leaves
 from tierod.detectors.held_threshold import HeldThreshold
 from tierod.errors import InputError, ParameterError
 from tierod.graph import Result
-from tierod.graph.maths import absolute, all_of, both, exp, maximum, present, where
+from tierod.graph.maths import absolute, all_of, both, maximum, present, where
 from tierod.models.eps_column import column_after, driving_torque, rate_hold
 from tierod.monitors.friction.rolling_variance import RollingVariance
 from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.physics.aligning import aligning_torque_from_steer
 from tierod.physics.friction import coulomb
+from tierod.physics.lag import share_reached
 
 
 @dataclass(frozen=True)
@@ -214,7 +215,7 @@ class BaselineFrictionMonitor:
         p = self.parameters
         decay, gain = rate_hold(p.sample_time, p.column_damping, p.column_inertia)
         coupling = gain * p.steering_ratio
-        step = 1.0 - exp(-self.pole_rate * p.sample_time)
+        step = share_reached(self.pole_rate * p.sample_time)
         # Gains of the predictor by comparing coefficients of (z - 1 + step)^3, then those of the corrector: A^-1 L.
         angle_gain = 3.0 * step - (1.0 - decay)
         rate_gain = (3.0 * step * step - angle_gain * (1.0 - decay)) / p.sample_time

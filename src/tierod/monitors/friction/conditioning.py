@@ -8,8 +8,9 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.block import leaves, map_leaves, rebuild
 from tierod.filters import Butterworth, InputHold
-from tierod.graph.maths import absolute, all_of, exp, limit, minimum, present, where
+from tierod.graph.maths import absolute, all_of, limit, minimum, present, where
 from tierod.monitors.friction.steering_sample import SteeringSample
+from tierod.physics.lag import share_reached
 
 _LARGEST = 1e6  # no steering signal is larger, calibrated or not: a fault of the recording, taken as missing
 
@@ -80,7 +81,7 @@ class AngleObserver:
             restart: whether to begin anew at the measured angle
             sample_time: [s]
         """
-        share = 1.0 - exp(-sample_time / self.correction_time)
+        share = share_reached(sample_time / self.correction_time)
         predicted = state.integral + 0.5 * sample_time * (rate + state.rate)
         integral = where(restart, angle, predicted + share * (angle - predicted))
         held = limit(state.angle, integral - self.half_width, integral + self.half_width)

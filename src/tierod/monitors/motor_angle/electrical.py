@@ -22,7 +22,7 @@ from tierod.graph.maths import (
     sin,
     where,
 )
-from tierod.monitors.motor_angle.residual import wrapped
+from tierod.physics.angle import wrapped
 from tierod.ranges import POSITIVE
 
 LEARNT = 0.2

@@ -7,7 +7,7 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.errors import ParameterError, nearest
 from tierod.fields import check_ranges
-from tierod.graph.maths import all_of, arctan2, both, either, expm1, hypot, limit, present, sqrt, where
+from tierod.graph.maths import all_of, arctan2, both, either, hypot, limit, present, sqrt, where
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.printed_signals import (
     WIDEST,
@@ -15,9 +15,10 @@ from tierod.monitors.motor_angle.printed_signals import (
     fresh,
     output_class,
     residual,
-    within_half_a_turn,
 )
+from tierod.physics.angle import wrapped
 from tierod.physics.clarke_park import Direction, StatorVector, direction, park, turned
+from tierod.physics.lag import share_reached
 from tierod.physics.pm_motor import stator_flux_rate
 from tierod.ranges import POSITIVE
 
@@ -144,7 +145,7 @@ class FeedforwardAngle:
         alpha = rest.alpha + slope * (sample.motor_current_alpha - state.current.alpha)
         beta = rest.beta + slope * (sample.motor_current_beta - state.current.beta)
         whole = all_of(present(alpha), present(beta), state.known)
-        share = -expm1(-p.sample_time * self.bandwidth)
+        share = share_reached(p.sample_time * self.bandwidth)
         carried = turned(Direction(*state.emf), limit(p.sample_time * state.speed, -WIDEST, WIDEST))
         return StatorVector(
             where(whole, state.emf.alpha + share * (alpha - state.emf.alpha), carried.cosine),
@@ -155,7 +156,7 @@ class FeedforwardAngle:
         """Electrical angle that the sensor has gained [rad]; 0 where it is not asked or tells nothing."""
         if self.slow == "held":
             return 0.0
-        gained = within_half_a_turn(sample.motor_angle_mechanical - state.sensed)
+        gained = wrapped(sample.motor_angle_mechanical - state.sensed)
         return self.parameters.motor_pole_pairs * where(both(present(gained), state.begun), gained, 0.0)
 
     def _turning(self, emf: StatorVector, before: Any, increment: Any) -> Turning:
@@ -177,7 +178,7 @@ class FeedforwardAngle:
         atan2(a x, s + a x^2/2) at an angle x per sample, to its third power. Half of x more is the voltage's mean.
         """
         p = self.parameters
-        share = -expm1(-p.sample_time * self.bandwidth)
+        share = share_reached(p.sample_time * self.bandwidth)
         kept = 1.0 - share
         shortened = limit(filtered * p.sample_time * kept**0.5 / share, 0.0, 0.8)
         speed = filtered / sqrt(1.0 - shortened * shortened)

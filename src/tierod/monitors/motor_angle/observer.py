@@ -14,8 +14,6 @@ from tierod.graph.maths import (
     all_of,
     both,
     exp,
-    expm1,
-    floor,
     hypot,
     limit,
     maximum,
@@ -28,7 +26,9 @@ from tierod.models.commanded_motor import CommandedMotorParameters
 from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters, StatorFrameMotor
 from tierod.monitors.motor_angle.stator_filter import angle_variance_place, stator_filter
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
+from tierod.physics.angle import wrapped
 from tierod.physics.inverter import LONGEST_SIGN
+from tierod.physics.lag import share_reached
 from tierod.physics.pm_motor import back_emf_constant
 from tierod.vehicles import Vehicle
 
@@ -206,8 +206,7 @@ class MotorAngleObserver:
     def _increment(self, state: State, sample: Any) -> Any:
         """What the sensor has gained since its last reading, within half a turn [rad]; 0 at its first one."""
         gained = sample.motor_angle_mechanical - state.sensed
-        turns = floor(gained / (2.0 * math.pi) + 0.5)
-        return where(state.begun, gained - 2.0 * math.pi * turns, 0.0 * gained)
+        return where(state.begun, wrapped(gained), 0.0 * gained)
 
     def _rate(self, state: State, increment: Any) -> tuple[Any, Any, Any]:
         """Speed that increments tell while the motor is slow, what the sensor has gained since, in how many samples."""
@@ -243,7 +242,7 @@ class MotorAngleObserver:
     def _pace(self, pace: Pace, after: Belief, estimate: Any) -> Pace:
         """Standing below the speed at which the drop of an uncertain resistance is as large as the back-EMF."""
         t, p = self.tuning, self.parameters
-        share = -expm1(-p.sample_time / t.lag)
+        share = share_reached(p.sample_time / t.lag)
         speed = pace.speed + share * (after.mean.speed - pace.speed)
         current = hypot(after.mean.current_alpha, after.mean.current_beta)
         drop = p.motor_resistance * sqrt(maximum(estimate.variance.log_resistance, 0.0)) * current
@@ -261,8 +260,7 @@ class MotorAngleObserver:
 
     def _output(self, after: Belief, sample: Any, standing: Any, begun: Any, nis: Any) -> Output:
         p, mean = self.parameters, after.mean
-        residual = p.motor_pole_pairs * (sample.motor_angle_mechanical - mean.angle)
-        residual = residual - 2.0 * math.pi * floor(residual / (2.0 * math.pi) + 0.5)
+        residual = wrapped(p.motor_pole_pairs * (sample.motor_angle_mechanical - mean.angle))
         variance = after.covariance[angle_variance_place(len(mean))]
         lost = (0.0, 0.0, 0.0)
         if isinstance(p, CommandedMotorParameters):

@@ -8,8 +8,8 @@ from typing import Annotated, Any, NamedTuple
 from tierod.detectors.threshold import Debounce
 from tierod.fields import check_ranges
 from tierod.graph.maths import absolute, all_of, both, maximum, minimum, negated, present, where
-from tierod.monitors.motor_angle.residual import wrapped
 from tierod.monitors.motor_angle.which_angle import MOTOR, NONE, PINION, WHEEL, WhichAngle
+from tierod.physics.angle import wrapped
 from tierod.physics.gear import superposed_angle, superposed_target, variable_gain
 from tierod.ranges import POSITIVE
 

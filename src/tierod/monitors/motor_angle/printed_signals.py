@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
 from typing import Annotated, Any
 
 from tierod.block import named_tuple
-from tierod.graph.maths import both, floor, present, where
+from tierod.graph.maths import both, present, where
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.physics.angle import wrapped
 
 Sample = MotorAngleObserver.Sample
 
@@ -35,11 +35,6 @@ def output_class(*extras: str) -> type:
     return named_tuple("Output", [(name, Annotated[float, UNITS[name]]) for name in names])
 
 
-def within_half_a_turn(angle: Any) -> Any:
-    """The same direction, from -pi to pi [rad]."""
-    return angle - 2.0 * math.pi * floor(angle / (2.0 * math.pi) + 0.5)
-
-
 def fresh(begun: Any, sample: Any) -> Any:
     """Whether this sample is the first one that tells an angle."""
     return both(begun < 0.5, present(sample.motor_angle_mechanical))
@@ -47,4 +42,4 @@ def fresh(begun: Any, sample: Any) -> Any:
 
 def residual(begun: Any, sample: Any, angle: Any, pole_pairs: Any) -> Any:
     """Electrical angle of the sensor less the observer's [rad]; zero until that has begun."""
-    return where(begun, within_half_a_turn(pole_pairs * (sample.motor_angle_mechanical - angle)), 0.0)
+    return where(begun, wrapped(pole_pairs * (sample.motor_angle_mechanical - angle)), 0.0)

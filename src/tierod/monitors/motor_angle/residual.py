@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
 from tierod.detectors.threshold import Debounce
 from tierod.fields import check_ranges
-from tierod.graph.maths import absolute, all_of, both, floor, log, maximum, minimum, present, where
+from tierod.graph.maths import absolute, all_of, both, log, maximum, minimum, present, where
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 
@@ -99,8 +98,3 @@ class ResidualGate:
         counts = all_of(known, present(sample.motor_angle_mechanical), since + half > self.spacing)
         after = self.State(elapsed, where(counts, 0.0, since), held)
         return after, self.Output(where(known, 1.0, 0.0), where(counts, 1.0, 0.0))
-
-
-def wrapped(angle: Any) -> Any:
-    """An angle within half a turn of zero [rad]."""
-    return angle - 2.0 * math.pi * floor(angle / (2.0 * math.pi) + 0.5)

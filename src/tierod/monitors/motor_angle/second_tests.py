@@ -9,7 +9,7 @@ from tierod.detectors.cusum import Cusum
 from tierod.detectors.threshold import Debounce
 from tierod.fields import check_ranges
 from tierod.graph.maths import absolute, all_of, both, minimum, present, sign, where
-from tierod.monitors.motor_angle.residual import wrapped
+from tierod.physics.angle import wrapped
 from tierod.ranges import POSITIVE
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields
 from typing import Annotated
 
 from tierod.models.lateral_parameters import OF_STEERING, UNKNOWNS
+from tierod.physics.lag import gauss_markov_noise
 from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 
@@ -30,7 +31,7 @@ class Wandering:
 
     def noise(self, sample_time: float) -> float:
         """Variance that it gains in a sample, which keeps the long-run deviation."""
-        return self.deviation * self.deviation * -math.expm1(-2.0 * sample_time / self.time)
+        return float(gauss_markov_noise(self.deviation, self.time, sample_time))
 
 
 @dataclass(frozen=True)

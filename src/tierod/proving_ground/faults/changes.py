@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from tierod.errors import ParameterError
+from tierod.physics.lag import share_reached
 from tierod.proving_ground.faults.behaviour import ACTUATOR, PARAMETER, SURROUNDING, Amount, Behaviour, Change, si
 from tierod.proving_ground.faults.chance import Chance
 from tierod.ranges import NOT_NEGATIVE, POSITIVE, Range
@@ -148,5 +149,5 @@ class WithTemperature(Behaviour):
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
         """The factor at the temperature reached."""
-        warmer = (self.temperature - self.reference) * -np.expm1(-since / self.time_constant)
+        warmer = (self.temperature - self.reference) * share_reached(since / self.time_constant)
         return Change(gain=1.0 + self.coefficient * warmer)

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import absolute, all_of, both, either, exp, greatest_of, limit, maximum, where
+from tierod.graph.maths import absolute, all_of, both, either, greatest_of, limit, maximum, where
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
+from tierod.physics.lag import share_reached
 
 FORCE, FORCE_SHARE, TIE_ROD_SHARE = 60.0, 0.6, 0.3
 """Lasting error of an axle's force where its tyres may slide, at small force [N], and its growth with the force; growth
@@ -148,7 +149,7 @@ class LowGrip:
         sound, best = others[0], greatest_of(*others)
 
         def on(mean: Any, against: Any, time: float, largest: float) -> Any:
-            return mean + (1.0 - exp(-sample_time / time)) * (limit(likelihood - against, -largest, largest) - mean)
+            return mean + share_reached(sample_time / time) * (limit(likelihood - against, -largest, largest) - mean)
 
         lead = on(state.lead, best, self.time_across, self.largest)
         lead_along = on(state.lead_along, greatest_of(sound, *drives), self.time_along, self.largest_along)

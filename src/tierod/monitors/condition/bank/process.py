@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from tierod.estimators.linear_algebra import Vector, pack, unpack
-from tierod.graph.maths import absolute, exp
+from tierod.graph.maths import absolute
 from tierod.models.automated_vehicle import AutomatedVehicle, turning_column
 from tierod.monitors.condition.bank.tuning import ModelError
+from tierod.physics.lag import gauss_markov_noise
 
 LIMITS = AutomatedVehicle.State(
     *(80.0, 30.0, 10.0, 1.0, 1.0, 20.0, 80.0, 1.0),
@@ -31,17 +32,6 @@ def start_deviations(error: ModelError) -> Any:
     )
 
 
-def variance_gained(deviation: Any, time: Any, step: Any) -> Any:
-    """Variance that an error which fades gains per sample, so that its standard deviation stays as it is.
-
-    Args:
-        deviation: standard deviation of the error, in its unit
-        time: in which it fades [s]
-        step: time of a sample [s]
-    """
-    return deviation * deviation * (1.0 - exp(-2.0 * step / time))
-
-
 def process_noise(error: ModelError, vehicle: Any, mean: Any, inputs: Any) -> Any:
     """Variance that each state gains per sample; that of the forces grows with the forces.
 
@@ -60,7 +50,7 @@ def process_noise(error: ModelError, vehicle: Any, mean: Any, inputs: Any) -> An
         return deviation * deviation
 
     def gained(deviation: Any, time: Any) -> Any:
-        return variance_gained(deviation, time, step)
+        return gauss_markov_noise(deviation, time, step)
 
     return AutomatedVehicle.State(
         speed=white(step * error.acceleration),

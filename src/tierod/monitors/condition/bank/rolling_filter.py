@@ -15,11 +15,11 @@ from tierod.graph.derivatives import jacobian
 from tierod.graph.maths import absolute, both, limit, maximum, minimum, present, sqrt, where
 from tierod.models.rolling_car import LEAST_SPEED, RollingCar
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
-from tierod.monitors.condition.bank.process import variance_gained
 from tierod.monitors.condition.bank.readings import Readings, Surprise
 from tierod.monitors.condition.bank.tuning import PlausibleRange, SensorNoise
 from tierod.monitors.condition.bank.updates import log_likelihood, spread_of, update
 from tierod.monitors.condition.signals import SENSORS, ConditionSample
+from tierod.physics.lag import gauss_markov_noise
 from tierod.vehicles import Vehicle
 
 JUDGED = SENSORS[:4]
@@ -191,7 +191,7 @@ class RollingFilter:
         error, wander, step = self.model_error, self.vehicle.wander, self.vehicle.sample_time
 
         def gained(deviation: Any, time: Any) -> Any:
-            return variance_gained(deviation, time, step)
+            return gauss_markov_noise(deviation, time, step)
 
         steady = RollingCar.output(mean, (), self.vehicle).steering_wheel_angle - mean.steering_error
         steering = error.steering + error.steering_share * absolute(steady)

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from tierod.errors import ParameterError
-from tierod.graph.maths import all_of, any_of, both, either, exp, greatest_of, maximum, minimum, negated, where
+from tierod.graph.maths import all_of, any_of, both, either, greatest_of, maximum, minimum, negated, where
 from tierod.monitors.condition.signals import SENSORS, Hypothesis
+from tierod.physics.lag import share_reached
 
 NEVER = -1e9
 """Score of what cannot be chosen: far below any ratio."""
@@ -110,7 +111,7 @@ class Weighing:
         ratios = [value - own for value in limited]
         if tells is not None:
             ratios = [where(told, ratio, minimum(ratio, 0.0)) for told, ratio in zip(tells, ratios, strict=True)]
-        shares = [1.0 - exp(-self.sample_time / time) for time in (self.fast_time, self.slow_time)]
+        shares = [share_reached(self.sample_time / time) for time in (self.fast_time, self.slow_time)]
         return Weights(*(_on(mean, ratios, share) for mean, share in zip(weights, shares, strict=True)))
 
     def restarted(self, weights: Weights, active: Any, changed: Any) -> Weights:

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from tierod.block import Ring
-from tierod.graph.maths import absolute, all_of, both, either, exp, log, maximum, negated, present, sqrt, where
+from tierod.graph.maths import absolute, all_of, both, either, log, maximum, negated, present, sqrt, where
 from tierod.monitors.condition.bank.tuning import PlausibleRange
 from tierod.monitors.condition.kinds.catalogue import DELAY, DRIFT, GAIN, LOSS, NOISE, OFFSET, OUTLIER, STUCK, Kind
 from tierod.monitors.condition.kinds.fits import delay_of, delays_of, fitted, likeliest, log_density, sloped
 from tierod.monitors.condition.kinds.state import Fit, KindState, SlopeFit, selected
 from tierod.monitors.condition.signals import SENSORS
+from tierod.physics.lag import share_reached
 
 LASTING = {"yaw_rate": 1.0, "steering_wheel_angle": 2.0}
 """Errors of what the others foretell of a sensor are alike for so long [s]; by the variance of their means over two or
@@ -152,7 +153,7 @@ class KindOfFault:
 
     def _watched(self, state: KindState, known: Any, off: Any, deviation: Any) -> tuple[Any, Any]:
         """The recent mean of deviations, and whether what is off, if anything, begins after this sample."""
-        share = 1.0 - exp(-self.sample_time / self.recent)
+        share = share_reached(self.sample_time / self.recent)
         smooth = where(known, state.smooth + share * (off - state.smooth), state.smooth)
         within = absolute(smooth) < self.away * deviation
         jumps = absolute(off - state.smooth) > 0.5 * absolute(state.smooth) + self.jumps * deviation

@@ -7,13 +7,14 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.block import named_tuple
 from tierod.filters.hold import InputHold
-from tierod.graph.maths import absolute, all_of, both, exp, maximum, minimum, present, where
+from tierod.graph.maths import absolute, all_of, both, maximum, minimum, present, where
 from tierod.models.exponential import discretise_pair
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.condition.residuals.catalogue import ACTUATOR_RESIDUALS, Residual
 from tierod.monitors.condition.residuals.parameters import Coefficients, ResidualParameters
 from tierod.monitors.condition.residuals.readings import Measured, Motion
 from tierod.monitors.condition.residuals.shares import LostShares
+from tierod.physics.lag import share_reached
 from tierod.physics.planar_motion import longitudinal_acceleration
 from tierod.physics.rack_balance import tie_rod_force_of_balance
 from tierod.ranges import POSITIVE
@@ -131,7 +132,7 @@ class ActuatorSet:
         model: Any = discretise_pair(SingleTrack)
         ideal = model.transition(state.ideal, turn, model.Parameters(self.car.single_track, self.sample_time))
         ideal = SingleTrack.State(*(where(moving, value, 0.0) for value in ideal))
-        change = (1.0 - exp(-self.sample_time / self.speed_memory)) * (wanted.target_vehicle_speed - state.speed)
+        change = share_reached(self.sample_time / self.speed_memory) * (wanted.target_vehicle_speed - state.speed)
         values = self._of_paper(wanted, seen, motion, ideal, turn, change / self.sample_time)
         use = all_of(moving, *(present(each) for each in (*now, *held)))
         asked = wanted.steering_motor_1_target_torque + wanted.steering_motor_2_target_torque

@@ -1,0 +1,20 @@
+"""Angles of a full turn."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from tierod.graph.maths import floor
+
+
+def wrapped(angle: Any) -> Any:
+    """The same direction within half a turn of zero [rad].
+
+    Args:
+        angle: any number of turns [rad]
+
+    Returns:
+        from -pi on, below pi [rad]
+    """
+    return angle - 2.0 * math.pi * floor(angle / (2.0 * math.pi) + 0.5)
