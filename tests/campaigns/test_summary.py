@@ -13,8 +13,8 @@ from tierod.campaigns.gates import Gate, pass_through, pool_at
 from tierod.campaigns.pools import Box, Pool
 from tierod.campaigns.summary import Summary, document, groups, text
 from tierod.campaigns.table import monitors_of, read_table, write_table
+from tierod.claims import Goal
 from tierod.errors import InputError, OutputError
-from tierod.studies.claims import Goal
 from tierod.toml import Document
 
 SCHEMA = json.loads(files("tierod.campaigns").joinpath("campaign.schema.json").read_text(encoding="utf-8"))

@@ -1,6 +1,7 @@
 """Who may import whom: downwards only, libraries behind their one door, and nothing heavy before it is needed."""
 
 import ast
+import graphlib
 import subprocess
 import sys
 from pathlib import Path
@@ -13,8 +14,10 @@ ROOT = Path(tierod.__file__).parent
 
 BASE = "base"
 LAYERS = (
-    {"cli", "report"},
-    {"studies", "campaigns"},
+    {"cli"},
+    {"studies"},
+    {"report"},
+    {"campaigns"},
     {"monitors"},
     {"diagnosis"},
     {
@@ -59,6 +62,7 @@ HEAVY = {
 HEAVY_PARTS = {"scipy.signal", "scipy.optimize"}
 
 FILES = sorted(ROOT.rglob("*.py"))
+FILE_SET = set(FILES)
 
 
 def part_of(module):
@@ -120,6 +124,34 @@ def test_a_module_imports_downwards_only_and_hides_what_is_heavy(path):
         heavy = name.split(".")[0] in HEAVY or any(name.startswith(part) for part in HEAVY_PARTS)
         if heavy and at_once:
             assert (here, name.split(".")[0]) == ("cli", "typer"), f"{place} at its top: move it into the function"
+
+
+def file_of(name):
+    """The file that a dotted name leads to: a module, or the module that holds the name; None outside the package."""
+    parts = name.split(".")[1:] if name.split(".")[0] == "tierod" else []
+    for count in range(len(parts), 0, -1):
+        path = ROOT.joinpath(*parts[:count])
+        for candidate in (path.with_suffix(".py"), path / "__init__.py"):
+            if candidate in FILE_SET:
+                return candidate
+    return None
+
+
+def test_no_file_imports_itself_over_others():
+    graph = {
+        path: {
+            found
+            for name, _, _ in imports(ast.parse(path.read_text(encoding="utf-8")), path)
+            if (found := file_of(name)) not in (None, path)
+        }
+        for path in FILES
+        if path != FRONT
+    }
+    try:
+        graphlib.TopologicalSorter(graph).prepare()
+    except graphlib.CycleError as error:
+        circle = " -> ".join(path.relative_to(ROOT).as_posix() for path in error.args[1])
+        pytest.fail(f"a circle of files: {circle}; move what both need into a file of its own")
 
 
 def test_the_front_imports_nothing_at_once():

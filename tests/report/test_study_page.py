@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from report_pages import Page, charts
+from tierod.claims import Claim, at_least, at_most
+from tierod.content import Band, Bars, Boxes, Cells, Chart, Heading, Lines, Panel, Points, Table
 from tierod.report.charts.study import study_figure
 from tierod.report.study_page import StudyPage, render_study
-from tierod.studies.claims import Claim, at_least, at_most
-from tierod.studies.content import Band, Bars, Boxes, Cells, Chart, Heading, Lines, Panel, Points, Table
 
 CLAIMS = (
     Claim("paper.a", "It is <small>.", "Somebody, section 2", "1.5 to 2.2", 0.2, at_most(0.3), "N*m", "in few drives"),

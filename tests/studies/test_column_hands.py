@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from tierod.claims import Claim, claims_document
 from tierod.proving_ground.courses.bench_hands import BenchHands
-from tierod.studies.claims import Claim, claims_document
 from tierod.studies.column import hands, natural_drives
 from tierod.studies.column.handled_bench import STEP, _score, drawn, together
 from tierod.studies.effort import Effort

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from tierod.analysis.observability import Observability, observability
+from tierod.content import Table
 from tierod.models.linear import LinearSystem, linearise
 from tierod.models.steered_vehicle import SteeredVehicle, TorqueShownVehicle
 from tierod.physics.single_track import understeer_gradient
@@ -15,6 +17,8 @@ from tierod.physics.single_track import understeer_gradient
 OUTPUTS = ("yaw rate", "yaw rate and aligning torque", "yaw rate and angle, steering modelled", "angle alone")
 """What is measured, in the order of `Shown`."""
 
+DIMENSIONS = (2, 2, 4, 4)
+"""States of the system behind each of `OUTPUTS`."""
 
 TYPICAL = (0.02, 0.2)
 """Sizes of sideslip angle [rad] and yaw rate [rad/s] on a road, against which the margin is told."""
@@ -80,3 +84,18 @@ def _only(system: LinearSystem, output: int) -> LinearSystem:
     """The system with one of its outputs."""
     chosen: Any = [output]
     return dataclasses.replace(system, C=system.C[chosen], D=system.D[chosen], outputs=(system.outputs[output],))
+
+
+def table(found: Sequence[Shown]) -> Table:
+    """The ranks over understeer and speed."""
+    return Table(
+        "Rank of the observability over understeer and speed",
+        ("rear over neutral", "understeer (deg per m/s²)", "speed (m/s)", *OUTPUTS, "margin of the yaw rate"),
+        tuple(_row(each) for each in found),
+    )
+
+
+def _row(each: Shown) -> tuple[str, ...]:
+    ranks = (f"{one.rank} of {n}" for one, n in zip(each.by_outputs, DIMENSIONS, strict=True))
+    gradient = math.degrees(each.understeer_gradient)
+    return (f"{each.rear_over_neutral:g}", f"{gradient:+z.3f}", f"{each.speed:g}", *ranks, f"{each.margin:.1e}")

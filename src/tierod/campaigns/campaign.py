@@ -13,9 +13,9 @@ from tierod.campaigns.plan import Cell, Judge, Plan, drive_key, teachers
 from tierod.campaigns.pools import Pool
 from tierod.campaigns.rows import FAULT, SEED, SIZE, is_at
 from tierod.campaigns.scenarios import Scenes
+from tierod.claims import Goal
 from tierod.errors import ParameterError, nearest
 from tierod.monitors.run import find
-from tierod.studies.claims import Goal
 from tierod.toml import Document, build
 from tierod.vehicles import Vehicle
 from tierod.vehicles import load as load_vehicle

@@ -10,7 +10,7 @@ from typing import Any
 from tierod.campaigns.definition import label
 from tierod.campaigns.pools import Pool, pool
 from tierod.campaigns.rows import FAULT, SIZE, SOUND, Row, matching
-from tierod.studies.claims import Goal
+from tierod.claims import Goal
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,7 @@ def show(found: Analysis) -> None:
     from rich.text import Text
 
     from tierod.cli.terminal import output, rows
-    from tierod.studies.content import Table
+    from tierod.content import Table
 
     console = output()
     console.print(Text(found.title, style="bold"))

@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 if TYPE_CHECKING:
+    from tierod.content import Item, Table
     from tierod.identification.column_result import ColumnIdentification, Found
     from tierod.identification.inverter import InverterIdentification
     from tierod.identification.motor_result import MotorIdentification
     from tierod.monitors.condition.calibration.whole import ConditionCalibration
     from tierod.recording import Recording
-    from tierod.studies.content import Item, Table
     from tierod.vehicles import Vehicle
 
 
@@ -191,10 +191,10 @@ def _thresholds_items(result: ConditionCalibration) -> Iterable[Item]:
 
 
 def _thresholds_tables(result: ConditionCalibration) -> Sequence[Table]:
+    from tierod.content import Table
     from tierod.monitors.condition.signals import hypotheses
     from tierod.report.display import number
     from tierod.report.identification_page import found_table
-    from tierod.studies.content import Table
 
     limits = result.designed.limits
     pairs = zip(hypotheses()[1:], limits.fast, limits.slow, strict=True)

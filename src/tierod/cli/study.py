@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from tierod.studies.claims import Claim
+    from tierod.claims import Claim
     from tierod.studies.effort import Effort
     from tierod.studies.registry import Study
 
@@ -49,10 +49,10 @@ def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
     from datetime import UTC, datetime
 
     from tierod import __version__
+    from tierod.claims import Claim, claims_document
+    from tierod.content import Item, Table
     from tierod.files import write_text
     from tierod.report.study_page import StudyPage, render_study
-    from tierod.studies.claims import Claim, claims_document
-    from tierod.studies.content import Item, Table
 
     _require_writable(folder)
     items: list[Item] = []
@@ -114,8 +114,8 @@ def _print(claims: Sequence[Claim]) -> None:
     """The claims as a table, and how many hold."""
     import sys
 
+    from tierod.content import Table
     from tierod.report.display import number
-    from tierod.studies.content import Table
 
     words = {True: "yes", False: "**no**", None: ""}
     rows = tuple(

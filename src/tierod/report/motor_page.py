@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tierod.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.identification.motor_mechanical import Course
 from tierod.identification.motor_result import MotorIdentification
 from tierod.report.display import number
 from tierod.report.identification_page import found_table
-from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
 
 _WINDOW = 5.0
 """Part of a recording that is drawn [s], the one in which the torque changes most."""

@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from tierod.claims import Claim
+from tierod.content import Chart, Heading, Item, Table
 from tierod.report.charts.figure import Figure
 from tierod.report.charts.study import study_figure
 from tierod.report.display import number
 from tierod.report.html import chart_script, library, looks, moment, template
-from tierod.studies.claims import Claim
-from tierod.studies.content import Chart, Heading, Item, Table
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from tierod.studies.content import Item
+from tierod.content import Item
 from tierod.studies.effort import Effort, Progress
 
 

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from tierod.analysis.observability_matrix import unscaled_rank
+from tierod.claims import Claim, claims_document
+from tierod.content import Heading
 from tierod.models.column_observation import linear_column
 from tierod.models.linear import LinearSystem
 from tierod.models.steering_column import SteeringColumn
 from tierod.report.study_page import StudyPage, render_study
-from tierod.studies.claims import Claim, claims_document
 from tierod.studies.column import frequency, observability, reduction
 from tierod.studies.column.parameter_sets import EIGENVALUES, member
 from tierod.studies.column.rational import rational_rank
-from tierod.studies.content import Heading
 from tierod.studies.effort import Effort
 
 EXPECTED = {

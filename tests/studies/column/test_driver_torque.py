@@ -7,14 +7,14 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from tierod.claims import Claim
+from tierod.content import Chart, Table
 from tierod.filters.delay import Delay
 from tierod.monitors.driver_torque.starting import ColumnSample
-from tierod.studies.claims import Claim
 from tierod.studies.column.driver_torque import items
 from tierod.studies.column.observer_runs import SIGNALS, drive, errors, samples
 from tierod.studies.column.observer_sensitivity import SENSORS
 from tierod.studies.column.swept_bench import AMPLITUDE, HANDS, NOISE, demands, swept
-from tierod.studies.content import Chart, Table
 from tierod.studies.effort import Effort
 
 QUICK = Effort(quick=True)

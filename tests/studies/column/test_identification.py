@@ -1,9 +1,9 @@
 import pytest
 
-from tierod.studies.claims import Claim
+from tierod.claims import Claim
+from tierod.content import Table
 from tierod.studies.column import identification
 from tierod.studies.column.identified_bench import EXPERIMENTS, LAWS, bench, recorded
-from tierod.studies.content import Table
 from tierod.studies.effort import Effort
 
 

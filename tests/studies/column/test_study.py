@@ -7,15 +7,15 @@ import jsonschema
 import pytest
 
 from report_pages import Page, charts
+from tierod.claims import Claim, Goal
 from tierod.cli import main
-from tierod.studies.claims import Claim, Goal
+from tierod.content import Chart, Table
 from tierod.studies.column.position_control import items
 from tierod.studies.column.study import PARTS
-from tierod.studies.content import Chart, Table
 from tierod.studies.effort import Effort
 from tierod.studies.registry import STUDIES
 
-SCHEMA = json.loads(files("tierod.studies").joinpath("claims.schema.json").read_text(encoding="utf-8"))
+SCHEMA = json.loads(files("tierod").joinpath("claims.schema.json").read_text(encoding="utf-8"))
 
 
 @pytest.mark.slow

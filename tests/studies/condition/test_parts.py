@@ -9,8 +9,9 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from tierod.claims import Claim
+from tierod.content import Table
 from tierod.recording import Recording
-from tierod.studies.claims import Claim
 from tierod.studies.condition import actuators, beyond, closed_loop, healthy, runs, sensors, theory, uncalibrated
 from tierod.studies.condition.declared import Declared
 from tierod.studies.condition.drives import Drive
@@ -18,7 +19,6 @@ from tierod.studies.condition.recorded import recorded, sound
 from tierod.studies.condition.scoring import score
 from tierod.studies.condition.truth import truth_of
 from tierod.studies.condition.vehicles import vehicle
-from tierod.studies.content import Table
 from tierod.studies.effort import Effort
 
 LATE = 0.1

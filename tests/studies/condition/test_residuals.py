@@ -1,8 +1,8 @@
 import pytest
 
-from tierod.studies.claims import Claim
+from tierod.claims import Claim
+from tierod.content import Table
 from tierod.studies.condition import residuals
-from tierod.studies.content import Table
 from tierod.studies.effort import Effort
 
 

@@ -3,8 +3,8 @@ import dataclasses
 import pytest
 
 from studies.friction.made_drives import QUICK, claims_of, made_drives, right
+from tierod.content import Chart, Table
 from tierod.findings import Status
-from tierod.studies.content import Chart, Table
 from tierod.studies.friction import baseline, conditions, fleet, laws, refined_claims, refined_figures, steps, verdicts
 from tierod.studies.friction.cases import Case
 from tierod.studies.friction.estimators import DEFAULT, PRINTED

@@ -5,10 +5,10 @@ import jsonschema
 import pytest
 
 from report_pages import Page, charts
+from tierod.claims import Goal
 from tierod.cli import main
-from tierod.studies.claims import Goal
 
-SCHEMA = json.loads(files("tierod.studies").joinpath("claims.schema.json").read_text(encoding="utf-8"))
+SCHEMA = json.loads(files("tierod").joinpath("claims.schema.json").read_text(encoding="utf-8"))
 
 
 @pytest.mark.slow

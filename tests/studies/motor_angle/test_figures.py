@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from tierod.studies.claims import Claim
-from tierod.studies.content import Chart
+from tierod.claims import Claim
+from tierod.content import Chart
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.car_drives import CAR, car_drive
 from tierod.studies.motor_angle.figures import FAST, HELD, PRINTED, items

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tierod.studies.claims import Claim
-from tierod.studies.content import Table
+from tierod.claims import Claim
+from tierod.content import Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle import identified
 

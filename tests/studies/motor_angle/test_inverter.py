@@ -1,5 +1,5 @@
-from tierod.studies.claims import Claim
-from tierod.studies.content import Table
+from tierod.claims import Claim
+from tierod.content import Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.inverter import IDENTIFIED_BY, LOSSY, identified, items, said_wrong
 from tierod.studies.motor_angle.observer_drives import to_and_fro

@@ -2,10 +2,10 @@ import math
 
 import pytest
 
+from tierod.claims import Claim
+from tierod.content import Table
 from tierod.monitors.motor_angle.feedforward import FeedforwardAngle
 from tierod.monitors.motor_angle.printed_observers import extended_kalman, luenberger
-from tierod.studies.claims import Claim
-from tierod.studies.content import Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.observer_accuracy import accuracy, by_speed, methods, parameters
 from tierod.studies.motor_angle.observer_drives import SAMPLE_TIME, to_and_fro

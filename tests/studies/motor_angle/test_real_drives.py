@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from shared_data import shared_data
-from tierod.studies.claims import Claim
-from tierod.studies.content import Table
+from tierod.claims import Claim
+from tierod.content import Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle import real_drives
 from tierod.studies.sideslip.real_recordings import NO_DATA

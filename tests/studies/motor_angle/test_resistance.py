@@ -1,7 +1,7 @@
 import numpy as np
 
-from tierod.studies.claims import Claim
-from tierod.studies.content import Table
+from tierod.claims import Claim
+from tierod.content import Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.resistance import items, ramped
 

@@ -3,9 +3,9 @@ import math
 import numpy as np
 import pytest
 
+from tierod.claims import Claim
 from tierod.detectors.stopping_rules import CusumRule
 from tierod.monitors.motor_angle.comparison import ANGLE_DRIFT
-from tierod.studies.claims import Claim
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.healthy_drives import (
     FLUX,

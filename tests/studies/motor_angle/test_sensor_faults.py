@@ -3,9 +3,9 @@ import math
 import numpy as np
 import pytest
 
+from tierod.claims import Claim
+from tierod.content import Table
 from tierod.monitors.motor_angle.signals import MotorAngleSample
-from tierod.studies.claims import Claim
-from tierod.studies.content import Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.fault_drives import RATE, drive
 from tierod.studies.motor_angle.fault_kinds import (

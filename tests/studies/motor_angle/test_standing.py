@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
+from tierod.claims import Claim
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.studies.claims import Claim
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.observer_accuracy import parameters
 from tierod.studies.motor_angle.standing import HELD, MOVING, held_drive, items, standing

@@ -9,12 +9,12 @@ import jsonschema
 import pytest
 
 from report_pages import Page, charts
+from tierod.claims import Goal
 from tierod.cli import main
-from tierod.studies.claims import Goal
 from tierod.studies.motor_angle.study import PARTS
 from tierod.studies.registry import STUDIES
 
-SCHEMA = json.loads(files("tierod.studies").joinpath("claims.schema.json").read_text(encoding="utf-8"))
+SCHEMA = json.loads(files("tierod").joinpath("claims.schema.json").read_text(encoding="utf-8"))
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "motor-angle.md"
 
 

@@ -1,6 +1,6 @@
+from tierod.claims import Claim
+from tierod.content import Table
 from tierod.graph.operation_count import operation_count
-from tierod.studies.claims import Claim
-from tierod.studies.content import Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.table_one import PRINTED, items, observers
 

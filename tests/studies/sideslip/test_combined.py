@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tierod.studies.claims import Claim
+from tierod.claims import Claim
 from tierod.studies.effort import Effort
 from tierod.studies.sideslip.combined import items
 from tierod.studies.sideslip.combined_drives import FRONT, REAR, both_stiff, from_file, general

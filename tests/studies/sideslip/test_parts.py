@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tierod.studies.claims import Claim, claims_document
-from tierod.studies.content import Chart, Table
+from tierod.claims import Claim, claims_document
+from tierod.content import Chart, Table
 from tierod.studies.effort import Effort
 from tierod.studies.sideslip import bandwidth, limits, neutral_steer, paper, table
 

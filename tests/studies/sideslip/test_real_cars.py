@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from shared_data import shared_data
+from tierod.claims import Claim
+from tierod.content import Table
 from tierod.graph import scan
 from tierod.recording import Channel, Recording
-from tierod.studies.claims import Claim
-from tierod.studies.content import Table
 from tierod.studies.effort import Effort
 from tierod.studies.sideslip import car_park, race_laps, real_cars, rivals
 from tierod.studies.sideslip.real_recordings import NO_DATA, recorded

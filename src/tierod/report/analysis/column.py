@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from tierod.analysis.bode import DRAWN, measured_chart, reduced_chart
 from tierod.analysis.column import (
     HEARD,
     SAMPLING,
@@ -16,13 +17,12 @@ from tierod.analysis.column import (
     vibrations,
 )
 from tierod.analysis.output_subsets import Shown, disagreements
+from tierod.content import Chart, Heading, Table
 from tierod.models.steering_column import ColumnParameters
 from tierod.recording import Recording
 from tierod.report.analysis.analysis import Analysis
 from tierod.report.analysis.column_measured import Measured, measured_column
 from tierod.report.display import number, shown, words
-from tierod.studies.column.bode import DRAWN, measured_chart, reduced_chart
-from tierod.studies.content import Chart, Heading, Table
 from tierod.vehicles import Vehicle
 
 _SHORT = {

@@ -10,11 +10,11 @@ import numpy as np
 
 from tierod.analysis.frequency_response import frequency_response
 from tierod.analysis.measured_response import MeasuredResponse, measured_response
+from tierod.content import Table
 from tierod.errors import InputError
 from tierod.models.linear import LinearSystem
 from tierod.recording import Recording
 from tierod.report.display import number, words
-from tierod.studies.content import Table
 
 INPUTS = ("motor_torque", "motor_target_torque")
 """The torque of the motor, or what it was asked for."""

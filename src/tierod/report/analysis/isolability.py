@@ -17,6 +17,7 @@ from tierod.analysis.structure import (
     minimal_redundant_sets,
     minimal_test_sets,
 )
+from tierod.content import Cells, Chart, Heading, Panel, Table
 from tierod.monitors.condition.said import listed
 from tierod.monitors.condition.signals import MOTORS, SENSORS
 from tierod.monitors.condition.structure import (
@@ -27,7 +28,6 @@ from tierod.monitors.condition.structure import (
 )
 from tierod.report.analysis.analysis import Analysis, Shown
 from tierod.report.display import words
-from tierod.studies.content import Cells, Chart, Heading, Panel, Table
 from tierod.vehicles import Vehicle
 
 SHOWN_SETS = 20

@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from tierod.analysis.neutral_steer import OUTPUTS, Shown, shown, systems
+from tierod.analysis.neutral_steer import OUTPUTS, Shown, shown, systems, table
+from tierod.content import Table
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.physics.single_track import understeer_gradient
 from tierod.report.analysis.analysis import Analysis
-from tierod.studies.content import Table
-from tierod.studies.sideslip.neutral_steer import table
 from tierod.vehicles import Vehicle
 
 SPEEDS = (3.0, 6.7, 15.0, 25.0, 40.0)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tierod.content import Band, Bars, Boxes, Cells, Chart, Lines, Mark, Panel, Points
 from tierod.report.charts.figure import (
     AMBER,
     BLUE,
@@ -24,7 +25,6 @@ from tierod.report.charts.figure import (
     strip_title,
 )
 from tierod.report.display import number
-from tierod.studies.content import Band, Bars, Boxes, Cells, Chart, Lines, Mark, Panel, Points
 
 _COLOURS = (BLUE, RED, GREEN, AMBER, "#6d28d9", "#0e7490", GREY, "#9d174d")
 _PANEL, _ALONE = 240, 330

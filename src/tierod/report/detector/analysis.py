@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from tierod.content import Chart, Table
 from tierod.detectors.comparison import RULES, designed
 from tierod.detectors.delays import delays_of
 from tierod.detectors.measured import threshold_from_records
@@ -17,7 +18,6 @@ from tierod.errors import InputError
 from tierod.report.analysis.analysis import Analysis
 from tierod.report.detector.tables import against_false_alarms, against_shift, measurement, rules_beside, time_in_words
 from tierod.report.detector.wish import Wish
-from tierod.studies.content import Chart, Table
 
 LIKELIHOOD_RATIO = "likelihood-ratio"
 """The rule whose run length is known by measurement only."""

@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from tierod.content import Chart, Lines, Panel, Points, Table
 from tierod.detectors.comparison import Designed
 from tierod.detectors.measured import MeasuredDesign
 from tierod.report.detector.wish import Wish
 from tierod.report.display import duration, number
-from tierod.studies.content import Chart, Lines, Panel, Points, Table
 
 
 def rules_beside(wish: Wish, found: Mapping[str, Designed]) -> Table:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from tierod.content import Heading, Item
 from tierod.studies.column import (
     observer_consistency,
     observer_sensitivity,
     observers_compared,
     observers_elsewhere,
 )
-from tierod.studies.content import Heading, Item
 from tierod.studies.effort import Effort
 
 TEXT = (

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from tierod.content import Chart, Lines, Panel
 from tierod.graph import scan
 from tierod.studies.column.closed_loop import BEGIN, SAMPLE_TIME, ClosedLoop, Run
-from tierod.studies.content import Chart, Lines, Panel
 
 EVERY = 10
 """Samples of which one is drawn."""

@@ -8,9 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tierod.analysis.bode import measured_chart
 from tierod.analysis.column import vibrations
 from tierod.analysis.frequency_response import decibels, frequency_response, phase
 from tierod.analysis.measured_response import MeasuredResponse, measured_response
+from tierod.claims import Claim, at_least, at_most, between
+from tierod.content import Heading, Item, Table
 from tierod.graph import scan
 from tierod.models.column_observation import linear_column
 from tierod.models.linear import LinearSystem, sampled
@@ -18,11 +21,8 @@ from tierod.models.steering_column import SteeringColumn
 from tierod.proving_ground.cars.column_bench import Acting, BenchPorts, ColumnBench
 from tierod.proving_ground.courses.bench import BenchSweep
 from tierod.proving_ground.parts import SOUND
-from tierod.studies.claims import Claim, at_least, at_most, between
-from tierod.studies.column.bode import measured_chart
 from tierod.studies.column.parameter_sets import SETS
 from tierod.studies.column.swept_bench import NOISE
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 
 BAR = "driver_torque"

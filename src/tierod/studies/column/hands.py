@@ -7,12 +7,12 @@ from itertools import pairwise
 
 import numpy as np
 
+from tierod.claims import Claim, at_most, exactly
+from tierod.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.monitors.driver_torque.hands import THRESHOLDS, HandsMonitor
 from tierod.monitors.driver_torque.hands_design import HandsDesign, HeldRecord, design_thresholds
 from tierod.monitors.driver_torque.hands_filters import Tolerance
-from tierod.studies.claims import Claim, at_most, exactly
 from tierod.studies.column.handled_bench import STEP, Score, drawn, pieces, scored, together
-from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.studies.effort import Effort
 from tierod.vehicles import Vehicle, load
 

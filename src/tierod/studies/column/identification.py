@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
+from tierod.claims import Claim, Goal, at_least, at_most
+from tierod.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.identification.bench_recording import BenchRecording
 from tierod.identification.column import identify_column
 from tierod.identification.column_fit import ColumnFit, Fitted
 from tierod.identification.output_error import OutputError
 from tierod.identification.sampled_column import SampledColumn
 from tierod.identification.wheel_side import WheelMotion, wheel_side
-from tierod.studies.claims import Claim, Goal, at_least, at_most
 from tierod.studies.column.identified_bench import LAWS, bench, experiments, recorded, truth
 from tierod.studies.column.swept_bench import NOISE
-from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.studies.effort import Effort
 
 GOAL = "goal of tierod"

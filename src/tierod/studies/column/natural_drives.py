@@ -9,6 +9,8 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from tierod.claims import Claim
+from tierod.content import Heading, Item, Table
 from tierod.monitors.driver_torque.definition import DRIVER_TORQUE
 from tierod.monitors.driver_torque.hands import OFF, UNCERTAIN
 from tierod.monitors.driver_torque.session import TRUTH
@@ -19,8 +21,6 @@ from tierod.proving_ground.courses.window import During
 from tierod.proving_ground.run import run
 from tierod.proving_ground.sensors import SensorSet
 from tierod.recording import Recording
-from tierod.studies.claims import Claim
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 from tierod.vehicles import Vehicle, load
 

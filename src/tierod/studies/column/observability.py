@@ -13,14 +13,14 @@ from tierod.analysis.observability import observability
 from tierod.analysis.observability_matrix import observability_matrix, scaled_rank, unscaled_rank
 from tierod.analysis.output_subsets import Shown, output_subsets
 from tierod.analysis.pbh import pbh_rank
+from tierod.claims import Claim, at_most, exactly
+from tierod.content import Heading, Item, Table
 from tierod.models.column_observation import linear_column
 from tierod.models.disturbances import with_outputs
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.steering_column import SteeringColumn
-from tierod.studies.claims import Claim, at_most, exactly
 from tierod.studies.column.parameter_sets import EIGENVALUES, SETS, member
 from tierod.studies.column.rational import rational_rank
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 
 WHEEL, MOTOR, BAR = "steering_wheel_angle", "motor_angle_mechanical", "driver_torque"

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tierod.claims import Claim, between
+from tierod.content import Heading, Item, Table
 from tierod.estimators.stationary_bank import StationaryBank
 from tierod.graph import scan
 from tierod.models.linear import LinearSystem
 from tierod.monitors.driver_torque.tuning import ColumnTuning, design, process_noises
-from tierod.studies.claims import Claim, between
 from tierod.studies.column.observers_compared import GOAL, believed
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 
 SAMPLE_TIME = 1e-3

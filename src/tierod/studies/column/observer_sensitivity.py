@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from tierod.claims import Claim, at_most
+from tierod.content import Heading, Item, Table
 from tierod.models.steering_column import ColumnParameters
 from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.tuning import ColumnTuning
-from tierod.studies.claims import Claim, at_most
 from tierod.studies.column.observer_runs import SIGNALS, Change, Errors, over_hands
 from tierod.studies.column.observers_compared import GOAL, believed
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 
 OFFSET = 0.05

@@ -7,15 +7,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from tierod.block import Block
+from tierod.claims import Claim, at_most, between
+from tierod.content import Chart, Item, Lines, Panel, Table
 from tierod.graph import scan
 from tierod.models.steering_column import ColumnParameters
 from tierod.monitors.driver_torque.column_friction import ColumnFrictionObserver, FrictionTuning
 from tierod.monitors.driver_torque.delayed import DelayedHandTorque
 from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.printed import COLUMNS, PrintedObserver
-from tierod.studies.claims import Claim, at_most, between
 from tierod.studies.column.observer_runs import Errors, drive, errors, over_hands, samples, seeds
-from tierod.studies.content import Chart, Item, Lines, Panel, Table
 from tierod.studies.effort import Effort
 from tierod.vehicles import load
 

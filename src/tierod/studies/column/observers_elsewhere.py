@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from tierod.claims import Claim, at_most
+from tierod.content import Heading, Item, Table
 from tierod.graph import scan
 from tierod.models.steering_column import ColumnParameters
 from tierod.monitors.driver_torque.column_friction import ColumnFrictionObserver
@@ -14,12 +16,10 @@ from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.proving_ground.cars.column_bench import ColumnBench
 from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.friction_laws import Coulomb, Dahl, DahlPower, Law, LuGre, MaxwellSlip, Stribeck
-from tierod.studies.claims import Claim, at_most
 from tierod.studies.column.observer_runs import FROM, rms, samples
 from tierod.studies.column.observers_compared import DELAY, GOAL, believed
 from tierod.studies.column.parameter_sets import SETS
 from tierod.studies.column.swept_bench import SweptBench, swept
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 
 LAWS: Mapping[str, Law] = {

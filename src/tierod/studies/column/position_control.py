@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from tierod.content import Heading, Item
 from tierod.studies.column import figure_ten, robustness, takeover, tracking
 from tierod.studies.column.closed_loop import belief, loop_of
 from tierod.studies.column.followed import sweep
-from tierod.studies.content import Heading, Item
 from tierod.studies.effort import Effort
 
 TEXT = (

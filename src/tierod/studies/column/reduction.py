@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tierod.analysis.bode import DRAWN, reduced_chart
 from tierod.analysis.column import (
     HEARD,
     SAMPLING,
@@ -20,11 +21,10 @@ from tierod.analysis.column import (
 )
 from tierod.analysis.frequency_response import largest_difference
 from tierod.analysis.reduction import balanced_reduction
+from tierod.claims import Claim, at_most, between, exactly
+from tierod.content import Heading, Item, Table
 from tierod.models.linear import LinearSystem
-from tierod.studies.claims import Claim, at_most, between, exactly
-from tierod.studies.column.bode import DRAWN, reduced_chart
 from tierod.studies.column.parameter_sets import EIGENVALUES, SETS
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 
 KEPT = EIGENVALUES[2:]

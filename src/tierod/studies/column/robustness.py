@@ -8,14 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from tierod.claims import Claim, at_most, exactly
+from tierod.content import Item, Table
 from tierod.control.position_control import TorqueLimits
 from tierod.control.reference import Step, Sweep
-from tierod.studies.claims import Claim, at_most, exactly
 from tierod.studies.column.closed_loop import BEGIN, ClosedLoop, Run, run
 from tierod.studies.column.followed import Followed, error, followed, sine, sweep
 from tierod.studies.column.scatter import FRESH, scattered
 from tierod.studies.column.tracking import GOAL, SHARES, SOURCE, changed, deaf
-from tierod.studies.content import Item, Table
 from tierod.studies.effort import Effort
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
 
-from tierod.studies.content import Item
+from tierod.content import Item
 from tierod.studies.effort import Effort, Progress
 
 PARTS: Mapping[str, str] = {

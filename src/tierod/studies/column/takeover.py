@@ -8,13 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tierod.claims import Claim, at_least, at_most, exactly
+from tierod.content import Chart, Item, Lines, Panel, Table
 from tierod.control.reference import Sweep
 from tierod.proving_ground.cars.column_bench import ColumnBench
-from tierod.studies.claims import Claim, at_least, at_most, exactly
 from tierod.studies.column.closed_loop import BEGIN, ClosedLoop, Run, holding, run
 from tierod.studies.column.followed import sweep
 from tierod.studies.column.tracking import CHOSEN, PRINTED, deaf
-from tierod.studies.content import Chart, Item, Lines, Panel, Table
 from tierod.studies.effort import Effort
 
 HOLDS = {"light, 10 N·m/rad": 10.0, "firm, 30 N·m/rad": 30.0, "stiff, 100 N·m/rad": 100.0}

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from tierod.analysis.frequency_response import frequency_response
+from tierod.claims import Claim, at_least, at_most
+from tierod.content import Chart, Item, Lines, Panel, Table
 from tierod.control.margins import Margins, margins
 from tierod.control.open_loop import open_loop
 from tierod.errors import ParameterError
@@ -19,11 +21,9 @@ from tierod.models.steering_column import SteeringColumn
 from tierod.models.two_inertia_column import without_gear
 from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.printed import PrintedObserver
-from tierod.studies.claims import Claim, at_least, at_most
 from tierod.studies.column.closed_loop import SAMPLE_TIME, Belief, ClosedLoop
 from tierod.studies.column.followed import Followed, sine, sweep
 from tierod.studies.column.scatter import FRESH, scattered
-from tierod.studies.content import Chart, Item, Lines, Panel, Table
 from tierod.studies.effort import Effort
 
 FREQUENCIES = (0.1, 1.0, 2.0, 3.0)

@@ -7,7 +7,8 @@ from itertools import product
 
 import numpy as np
 
-from tierod.studies.claims import Claim, Goal, at_least, at_most, exactly
+from tierod.claims import Claim, Goal, at_least, at_most, exactly
+from tierod.content import Chart, Heading, Item, Panel, Points, Table
 from tierod.studies.condition import tables
 from tierod.studies.condition.driven import VEHICLES
 from tierod.studies.condition.drives import ACTUATORS, Drive, actuator_tests, supply_tests
@@ -15,7 +16,6 @@ from tierod.studies.condition.runs import BEST, VARIANTS, scores
 from tierod.studies.condition.scoring import AMBIGUOUS, DriveScore
 from tierod.studies.condition.sensors import GOAL, longest
 from tierod.studies.condition.summary import Isolated, injected_name, isolated, summary
-from tierod.studies.content import Chart, Heading, Item, Panel, Points, Table
 from tierod.studies.effort import Effort
 
 TEXT = (

@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tierod.studies.claims import Claim, Goal, at_least, at_most, exactly
+from tierod.claims import Claim, Goal, at_least, at_most, exactly
+from tierod.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.studies.condition import tables
 from tierod.studies.condition.drives import SENSORS, TEST_SECONDS, Drive, mixed_pairs, more_kinds, sensor_pairs
 from tierod.studies.condition.faults import OFFSET, OFFSETS, Injected
@@ -15,7 +16,6 @@ from tierod.studies.condition.runs import BEST, VARIANTS, scores
 from tierod.studies.condition.scoring import DriveScore
 from tierod.studies.condition.sensors import GOAL, VALUES
 from tierod.studies.condition.summary import Isolated, isolated, summary
-from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.studies.effort import Effort
 
 KINDS_TEXT = (

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from tierod.studies.content import Lines, Panel
+from tierod.content import Lines, Panel
 
 GAP = 1.5
 """Between two rows of flags; each is one high."""

@@ -8,6 +8,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from tierod.content import Heading, Item, Table
 from tierod.recording import Recording
 from tierod.studies.condition.drives import Drive, sensor_tests
 from tierod.studies.condition.recorded import each
@@ -15,7 +16,6 @@ from tierod.studies.condition.rounds import SHORT
 from tierod.studies.condition.runs import BEST, calibrations, diagnosed, processes
 from tierod.studies.condition.scoring import FOUND, DriveScore, score
 from tierod.studies.condition.truth import truth_of
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 
 TEXT = (

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tierod.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.recording import Recording
 from tierod.studies.condition.charts import between, curves
 from tierod.studies.condition.drives import ACTUATOR_SECONDS, Drive, actuator_tests, sensor_tests
@@ -15,7 +16,6 @@ from tierod.studies.condition.rounds import LONG, SHORT, THIRD
 from tierod.studies.condition.runs import processes
 from tierod.studies.condition.shown import where_shown
 from tierod.studies.condition.truth import truth_of, truths
-from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.studies.effort import Effort
 
 TEXT = (

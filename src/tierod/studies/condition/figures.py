@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tierod.content import Chart, Heading, Item, Panel
 from tierod.graph import scan
 from tierod.monitors.condition.residuals.all_residuals import AllResiduals
 from tierod.monitors.condition.residuals.catalogue import ACTUATOR_RESIDUALS, SENSOR_RESIDUALS
@@ -22,7 +23,6 @@ from tierod.studies.condition.recorded import recorded
 from tierod.studies.condition.rounds import SHORT
 from tierod.studies.condition.runs import BEST, VARIANTS, calibrations, diagnosed
 from tierod.studies.condition.truth import truths
-from tierod.studies.content import Chart, Heading, Item, Panel
 from tierod.studies.effort import Effort
 
 RULES = "rules"

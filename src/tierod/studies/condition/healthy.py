@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from tierod.studies.claims import Claim, exactly
+from tierod.claims import Claim, exactly
+from tierod.content import Heading, Item, Table
 from tierod.studies.condition.drives import changed_drives, healthy_drives
 from tierod.studies.condition.runs import BEST, VARIANTS, scores
 from tierod.studies.condition.sensors import GOAL
 from tierod.studies.condition.summary import summary
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 
 TEXT = (

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from tierod.claims import Claim, exactly
+from tierod.content import Heading, Item, Table
 from tierod.errors import TierodError
 from tierod.findings import Diagnosis, Status
 from tierod.monitors.run import diagnose
 from tierod.recording import Recording
-from tierod.studies.claims import Claim, exactly
 from tierod.studies.condition.odd_drives import NOT_HEALTHY, odd_drives
 from tierod.studies.condition.runs import BEST, VARIANTS, calibrations
 from tierod.studies.condition.sensors import GOAL
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 from tierod.vehicles import Vehicle
 

@@ -9,10 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tierod.claims import Claim, at_least, exactly
+from tierod.content import Heading, Item, Table
 from tierod.monitors.condition.rolling_bank import OTHERS, SLOW, WHEELS, rolling_bank
 from tierod.proving_ground.faults import injected
 from tierod.recording import Channel, Recording
-from tierod.studies.claims import Claim, at_least, exactly
 from tierod.studies.condition import tables
 from tierod.studies.condition.by_rules import said as said_by_rules
 from tierod.studies.condition.declared import Declared
@@ -27,7 +28,6 @@ from tierod.studies.condition.sensors import GOAL
 from tierod.studies.condition.shown import KNOWN
 from tierod.studies.condition.summary import isolated, summary
 from tierod.studies.condition.truth import Truth
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 
 TEXT = (

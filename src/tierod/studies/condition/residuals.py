@@ -6,13 +6,14 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from tierod.claims import Claim, at_least, at_most
+from tierod.content import Heading, Item, Table
 from tierod.monitors.condition.residuals.calibration import ResidualCalibration, calibrate_residuals
 from tierod.monitors.condition.residuals.catalogue import RESIDUALS, SENSOR_RESIDUALS
 from tierod.monitors.condition.residuals.judged import judged
 from tierod.monitors.condition.residuals.parameters import ResidualParameters
 from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
 from tierod.recording import Recording
-from tierod.studies.claims import Claim, at_least, at_most
 from tierod.studies.condition.by_rules import said
 from tierod.studies.condition.calibration_set import calibration_set
 from tierod.studies.condition.drives import Drive, actuator_tests, healthy_drives, sensor_tests
@@ -29,7 +30,6 @@ from tierod.studies.condition.signatures import (
 )
 from tierod.studies.condition.summary import summary
 from tierod.studies.condition.truth import truth_of
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 from tierod.vehicles import load
 

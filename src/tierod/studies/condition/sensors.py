@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tierod.studies.claims import Claim, Goal, at_least, at_most, exactly
+from tierod.claims import Claim, Goal, at_least, at_most, exactly
+from tierod.content import Chart, Heading, Item, Panel, Points
 from tierod.studies.condition import tables
 from tierod.studies.condition.driven import VEHICLES
 from tierod.studies.condition.drives import SENSORS, Drive, sensor_tests
@@ -14,7 +15,6 @@ from tierod.studies.condition.faults import LOSS, OFFSET, OUTLIER
 from tierod.studies.condition.runs import BEST, VARIANTS, scores
 from tierod.studies.condition.scoring import DriveScore
 from tierod.studies.condition.summary import share_within, summary
-from tierod.studies.content import Chart, Heading, Item, Panel, Points
 from tierod.studies.effort import Effort
 
 PAPER = "Li, Frey, Gauterin, "

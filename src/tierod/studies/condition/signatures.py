@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tierod.content import Table
 from tierod.graph import scan
 from tierod.monitors.condition.residuals.all_residuals import AllResiduals
 from tierod.monitors.condition.residuals.catalogue import ACTUATOR_RESIDUALS, RESIDUALS, SENSOR_RESIDUALS
@@ -16,7 +17,6 @@ from tierod.monitors.condition.rule_monitor import RuleMonitor
 from tierod.recording import Recording
 from tierod.studies.condition.drives import ACTUATORS, SENSORS, Drive
 from tierod.studies.condition.faults import TARGETS
-from tierod.studies.content import Table
 
 SEEN, UNSEEN = 0.05, 0.01
 """Share of a fault's time from which on a residual sees it, and up to which one does not that should not."""

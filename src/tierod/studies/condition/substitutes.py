@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tierod.content import Heading, Item, Table
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.signals import SENSORS, ConditionSample
 from tierod.monitors.condition.substitutes import FILTER, plain_relations, substitution_graph
@@ -19,7 +20,6 @@ from tierod.studies.condition.faults import OFFSET, OFFSETS, Injected
 from tierod.studies.condition.recorded import each, sound
 from tierod.studies.condition.rounds import LONG, SHORT
 from tierod.studies.condition.runs import calibrations, processes
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 from tierod.vehicles import Vehicle, load
 

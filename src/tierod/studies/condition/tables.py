@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from tierod.content import Table
 from tierod.studies.condition.runs import VARIANTS
 from tierod.studies.condition.scoring import DriveScore
 from tierod.studies.condition.summary import Summary, confusion, share_within, summary
-from tierod.studies.content import Table
 
 Scores = Mapping[str, Sequence[DriveScore]]
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from tierod.analysis.structure import Isolability, isolability
+from tierod.content import Heading, Item, Table
 from tierod.monitors.condition.said import listed
 from tierod.monitors.condition.signals import ELEMENTS
 from tierod.monitors.condition.structure import vehicle_structure
@@ -14,7 +15,6 @@ from tierod.studies.condition import actuators, beyond, sensors
 from tierod.studies.condition.runs import BEST, VARIANTS, scores
 from tierod.studies.condition.scoring import AMBIGUOUS, NEVER, NOBODY, DriveScore
 from tierod.studies.condition.summary import confusion
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 from tierod.vehicles import load
 

@@ -6,11 +6,12 @@ import math
 from collections.abc import Iterator
 from functools import lru_cache
 
+from tierod.claims import Claim, exactly
+from tierod.content import Heading, Item, Table
 from tierod.graph import Bank, scan
 from tierod.monitors.condition.calibration.grid import aligned
 from tierod.monitors.condition.vehicle_bank import bank_of
 from tierod.recording import Recording
-from tierod.studies.claims import Claim, exactly
 from tierod.studies.condition.by_bank import said_of
 from tierod.studies.condition.drives import Drive, healthy_drives, more_kinds
 from tierod.studies.condition.faults import DELAY, GAIN, NOISE, OFFSET
@@ -21,7 +22,6 @@ from tierod.studies.condition.scoring import FOUND, DriveScore, score
 from tierod.studies.condition.sensors import GOAL
 from tierod.studies.condition.summary import share_within, summary
 from tierod.studies.condition.truth import truth_of
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 from tierod.vehicles import load
 

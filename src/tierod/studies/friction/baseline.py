@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from tierod.campaigns.figures import area_under_curve
-from tierod.studies.claims import Claim, at_least, at_most, between
-from tierod.studies.content import Bars, Chart, Heading, Item, Panel, Table
+from tierod.claims import Claim, at_least, at_most, between
+from tierod.content import Bars, Chart, Heading, Item, Panel, Table
 from tierod.studies.effort import Effort
 from tierod.studies.friction import estimators as named
 from tierod.studies.friction.cases import STATES

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tierod.campaigns.figures import area_under_curve
-from tierod.studies.claims import Claim, at_least, at_most
-from tierod.studies.content import Chart, Heading, Item, Panel, Points, Table
+from tierod.claims import Claim, at_least, at_most
+from tierod.content import Chart, Heading, Item, Panel, Points, Table
 from tierod.studies.effort import Effort
 from tierod.studies.friction import estimators as named
 from tierod.studies.friction.cases import HEALTHY, STATES, Case

@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from tierod.campaigns.figures import area_under_curve
+from tierod.claims import Claim, at_least, at_most
+from tierod.content import Boxes, Chart, Heading, Item, Panel, Points, Table
 from tierod.findings import Status
 from tierod.proving_ground import SensorSet
-from tierod.studies.claims import Claim, at_least, at_most
-from tierod.studies.content import Boxes, Chart, Heading, Item, Panel, Points, Table
 from tierod.studies.effort import Effort
 from tierod.studies.friction import estimators as named
 from tierod.studies.friction.cases import HEALTHY, STATES, Case

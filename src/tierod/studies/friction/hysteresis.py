@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from tierod.claims import Claim, at_least, at_most, between
+from tierod.content import Chart, Heading, Item, Panel, Points, Table
 from tierod.identification.hysteresis import HysteresisIdentification, Support
 from tierod.proving_ground import lock_to_lock
-from tierod.studies.claims import Claim, at_least, at_most, between
-from tierod.studies.content import Chart, Heading, Item, Panel, Points, Table
 from tierod.studies.effort import Effort
 from tierod.studies.friction.cases import HEALTHY
 from tierod.studies.friction.estimators import vehicle

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from tierod.claims import Claim, exactly
+from tierod.content import Heading, Item, Table
 from tierod.findings import Status
-from tierod.studies.claims import Claim, exactly
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 from tierod.studies.friction import estimators as named
 from tierod.studies.friction.cases import HEALTHY, Case

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from tierod.campaigns.figures import area_under_curve
-from tierod.studies.claims import Claim, at_least, at_most, between
-from tierod.studies.content import Bars, Boxes, Chart, Heading, Item, Panel, Points
+from tierod.claims import Claim, at_least, at_most, between
+from tierod.content import Bars, Boxes, Chart, Heading, Item, Panel, Points
 from tierod.studies.effort import Effort
 from tierod.studies.friction import estimators as named
 from tierod.studies.friction.cases import STATES, Case

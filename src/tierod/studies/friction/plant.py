@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from tierod.block import leaves, skeleton
+from tierod.claims import Claim, at_most, between
+from tierod.content import Heading, Item
 from tierod.errors import InputError, MissingExtra
 from tierod.graph import scan
 from tierod.identification.hysteresis import HysteresisIdentification
 from tierod.proving_ground import ColumnEps, EpsCar, TwoTrack, lock_to_lock, with_friction
 from tierod.proving_ground.cars.car import Start
-from tierod.studies.claims import Claim, at_most, between
-from tierod.studies.content import Heading, Item
 from tierod.studies.friction.fleet import GOAL
 from tierod.studies.plant_agreement import Agreement, commonroad_agreement, commonroad_tyre
 from tierod.studies.plant_checks import STEP, energy_error, understeer_error, unresisted, yaw_gain_error

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tierod.studies.claims import Claim, at_least, at_most, between, exactly
-from tierod.studies.content import Item
+from tierod.claims import Claim, at_least, at_most, between, exactly
+from tierod.content import Item
 from tierod.studies.effort import Effort
 from tierod.studies.friction import estimators as named
 from tierod.studies.friction.cases import STATES

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tierod.studies.content import Bars, Boxes, Chart, Heading, Item, Lines, Panel, Points, Table
+from tierod.content import Bars, Boxes, Chart, Heading, Item, Lines, Panel, Points, Table
 from tierod.studies.effort import Effort
 from tierod.studies.friction import estimators as named
 from tierod.studies.friction.cases import STATES

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tierod.claims import Claim, exactly
+from tierod.content import Heading, Item, Table
 from tierod.proving_ground import FrictionCourse
-from tierod.studies.claims import Claim, exactly
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 from tierod.studies.friction import estimators as named
 from tierod.studies.friction.cases import HEALTHY, Case

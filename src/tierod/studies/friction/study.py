@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from tierod.studies.claims import Claim, exactly
-from tierod.studies.content import Heading, Item
+from tierod.claims import Claim, exactly
+from tierod.content import Heading, Item
 from tierod.studies.effort import Effort, Progress
 from tierod.studies.friction import (
     baseline,

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator
 
 from tierod.campaigns.figures import area_under_curve, rate_bound
+from tierod.claims import Claim, at_least, exactly
+from tierod.content import Item, Table
 from tierod.findings import Status
-from tierod.studies.claims import Claim, at_least, exactly
-from tierod.studies.content import Item, Table
 from tierod.studies.effort import Effort
 from tierod.studies.friction.cases import Case
 from tierod.studies.friction.digest import ALARM, Verdict

@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tierod.claims import Claim, at_most
+from tierod.content import Heading, Item, Table
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.proving_ground.varied import Varied
-from tierod.studies.claims import Claim, at_most
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.fault_drives import RATE, SUBSTEPS, course
 from tierod.studies.motor_angle.observer_accuracy import parameters

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from tierod.studies.claims import Claim, at_least, at_most
-from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
+from tierod.claims import Claim, at_least, at_most
+from tierod.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.car_drives import CAR, CarDrive, car_drive
 from tierod.studies.motor_angle.fault_drives import RATE

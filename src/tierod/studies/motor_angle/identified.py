@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tierod.claims import Claim, at_least, at_most
+from tierod.content import Heading, Item, Table
 from tierod.identification.motor import identify_motor
 from tierod.identification.motor_result import MotorIdentification
 from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters
@@ -16,8 +18,6 @@ from tierod.physics.pm_motor import flux_at
 from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.proving_ground.motor import Machine
 from tierod.recording import Channel, Recording
-from tierod.studies.claims import Claim, at_least, at_most
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.fault_drives import RATE, SUBSTEPS, course
 from tierod.studies.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, bench, drive

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from tierod.claims import Claim, at_least, at_most
+from tierod.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.graph import scan
 from tierod.identification.inverter_knee import InverterFit, identify_inverter
 from tierod.identification.motor_recording import MotorRecording
@@ -17,8 +19,6 @@ from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
 from tierod.monitors.motor_angle.voltages import COMMANDED
 from tierod.proving_ground.motor import Inverter
-from tierod.studies.claims import Claim, at_least, at_most
-from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.observer_accuracy import parameters
 from tierod.studies.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, to_and_fro

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from tierod.claims import Claim, at_most
+from tierod.content import Chart, Heading, Item, Lines, Panel, Points, Table
 from tierod.models.dq_motor import DqMotorParameters
 from tierod.models.q_axis_motor import q_axis_motor, with_load
 from tierod.monitors.motor_angle.printed_observers import (
@@ -20,8 +22,6 @@ from tierod.monitors.motor_angle.printed_observers import (
 )
 from tierod.monitors.motor_angle.reduced import full_observer, reduced_observer, speed_per_load
 from tierod.physics.pm_motor import back_emf_constant, torque_constant
-from tierod.studies.claims import Claim, at_most
-from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Points, Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.observer_drives import SAMPLE_TIME, SUBSTEPS, ObserverDrive, bench, drive, locked
 from tierod.vehicles import load

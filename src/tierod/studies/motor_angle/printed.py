@@ -8,13 +8,13 @@ from itertools import pairwise
 
 import numpy as np
 
+from tierod.claims import Claim, at_least, between
+from tierod.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.models.q_axis_motor import q_axis_motor
 from tierod.monitors.motor_angle.feedforward import FeedforwardAngle
 from tierod.monitors.motor_angle.printed_observers import FULL_POLES, REDUCED_POLES, extended_kalman
 from tierod.monitors.motor_angle.reduced import full_observer, printed_reduced_observer, speed_per_load
 from tierod.physics.pm_motor import torque_constant
-from tierod.studies.claims import Claim, at_least, between
-from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.observer_accuracy import SPEEDS, Accuracy, accuracy, by_speed, methods, parameters
 from tierod.studies.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, bench, drive, to_and_fro

@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tierod.claims import Claim, at_least, at_most, between
+from tierod.content import Heading, Item, Table
 from tierod.errors import InputError
 from tierod.graph import scan
 from tierod.identification.motor import identify_motor
@@ -21,8 +23,6 @@ from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
 from tierod.readers import read
 from tierod.recording import Channel, Recording
-from tierod.studies.claims import Claim, at_least, at_most, between
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle import real_friction
 from tierod.studies.motor_angle.real_friction import column

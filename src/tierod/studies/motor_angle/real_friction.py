@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tierod.claims import Claim, between
+from tierod.content import Heading, Item, Table
 from tierod.identification.modulation import Modulation
 from tierod.identification.motor_regression import Fit, Rows, regress
 from tierod.recording import Recording
-from tierod.studies.claims import Claim, between
-from tierod.studies.content import Heading, Item, Table
 
 _STANDS = 0.05
 """Speed [1/s] around which dry friction is smeared."""

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from tierod.claims import Claim, at_most
+from tierod.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
 from tierod.proving_ground.motor import Warming
-from tierod.studies.claims import Claim, at_most
-from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.fault_drives import RATE, SUBSTEPS, course
 from tierod.studies.motor_angle.observer_accuracy import parameters

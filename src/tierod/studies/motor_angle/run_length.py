@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tierod.claims import Claim, at_least, at_most, between, exactly
+from tierod.content import Chart, Heading, Item, Lines, Panel, Points, Table
 from tierod.detectors.measured import threshold_from_records
 from tierod.detectors.stopping_rules import AverageRule, CusumRule, HoldRule, SequentialRule, StoppingRule
 from tierod.graph import scan
 from tierod.monitors.motor_angle.comparison import ANGLE_DRIFT, ANGLE_THRESHOLD
-from tierod.studies.claims import Claim, at_least, at_most, between, exactly
-from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Points, Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.healthy_drives import MOTORS, HealthyDrives, healthy_drives
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tierod.studies.claims import Claim, Goal, at_least, at_most
-from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Points, Table
+from tierod.claims import Claim, Goal, at_least, at_most
+from tierod.content import Chart, Heading, Item, Lines, Panel, Points, Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.fault_kinds import FAULTS, STUCK, SWAPPED_PHASES, SWAPPED_SINE, drift, offset
 from tierod.studies.motor_angle.fault_trials import AFTER, Found, Trial, found_anywhere, found_in

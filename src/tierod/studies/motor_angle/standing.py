@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tierod.claims import Claim, at_least, at_most
+from tierod.content import Band, Chart, Heading, Item, Lines, Panel, Table
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.studies.claims import Claim, at_least, at_most
-from tierod.studies.content import Band, Chart, Heading, Item, Lines, Panel, Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle import wrong_beginning
 from tierod.studies.motor_angle.fault_drives import RATE, SUBSTEPS

@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tierod.block import Block
+from tierod.claims import Claim, between
+from tierod.content import Heading, Item, Table
 from tierod.graph.kernel import kernel
 from tierod.graph.operation_count import OperationCount, operation_count
 from tierod.graph.trace import initial_memory
@@ -17,8 +19,6 @@ from tierod.monitors.motor_angle.feedforward_load import FeedforwardWithLoad
 from tierod.monitors.motor_angle.flux_observer import FluxObserver
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.printed_observers import extended_kalman, luenberger, reduced_luenberger
-from tierod.studies.claims import Claim, between
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.observer_accuracy import parameters
 from tierod.studies.motor_angle.observer_drives import SAMPLE_TIME, to_and_fro

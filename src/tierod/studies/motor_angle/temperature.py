@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tierod.claims import Claim, at_most, exactly
+from tierod.content import Chart, Heading, Item, Lines, Panel, Points, Table
 from tierod.graph import scan
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.physics.pm_motor import flux_at, resistance_at
 from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.proving_ground.motor import AFS_MOTOR, Warming
 from tierod.proving_ground.varied import Varied
-from tierod.studies.claims import Claim, at_most, exactly
-from tierod.studies.content import Chart, Heading, Item, Lines, Panel, Points, Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.fault_drives import RATE, SUBSTEPS, course
 from tierod.studies.motor_angle.healthy_drives import AlarmWatch, bench_monitor

@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tierod.claims import Claim, at_least, exactly
+from tierod.content import Heading, Item, Table
 from tierod.graph import scan
 from tierod.monitors.motor_angle.detector import MotorAngleMonitor
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Angles, Superposition, VariableGain
@@ -18,8 +20,6 @@ from tierod.proving_ground.cars import catalogue
 from tierod.proving_ground.faults import AtTime, Drift, Fault, Offset, Stuck
 from tierod.proving_ground.run import run
 from tierod.recording import Recording
-from tierod.studies.claims import Claim, at_least, exactly
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 from tierod.studies.motor_angle.car_drives import CAR
 from tierod.studies.motor_angle.fault_drives import RATE

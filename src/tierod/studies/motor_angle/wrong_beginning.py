@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from tierod.claims import Claim, at_most
+from tierod.content import Item, Table
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.studies.claims import Claim, at_most
-from tierod.studies.content import Item, Table
 from tierod.studies.motor_angle.fault_drives import RATE, SUBSTEPS
 from tierod.studies.motor_angle.observer_accuracy import parameters
 from tierod.studies.motor_angle.observer_drives import ObserverDrive, bench, drive, to_and_fro

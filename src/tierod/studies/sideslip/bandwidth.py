@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tierod.claims import Claim, at_most
+from tierod.content import Chart, Heading, Item, Lines, Panel
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.sideslip.conventional import conventional_poles
 from tierod.monitors.sideslip.two_stage import two_stage_poles
-from tierod.studies.claims import Claim, at_most
-from tierod.studies.content import Chart, Heading, Item, Lines, Panel
 from tierod.studies.effort import Effort
 from tierod.studies.sideslip.estimators import Build, Course, built, error, observed
 from tierod.studies.sideslip.matching import matched

@@ -9,11 +9,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tierod.claims import Claim
+from tierod.content import Item, Table
 from tierod.monitors.sideslip.beside_truth import beside_truth
 from tierod.monitors.sideslip.calibration import with_parameters
 from tierod.recording import Recording
-from tierod.studies.claims import Claim
-from tierod.studies.content import Item, Table
 from tierod.studies.sideslip import race_laps, rivals
 from tierod.studies.sideslip.real_recordings import GOAL, absent, claims, share_in_band
 from tierod.vehicles import Vehicle, load

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from tierod.studies.content import Heading, Item
+from tierod.content import Heading, Item
 from tierod.studies.effort import Effort
 from tierod.studies.sideslip import combined_learning, combined_limit, combined_table, combined_unscented
 

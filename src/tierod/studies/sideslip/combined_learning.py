@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tierod.claims import Claim
+from tierod.content import Band, Chart, Heading, Item, Lines, Panel, Table
 from tierod.monitors.sideslip.combined_identifiability import WORDS, Identifiability, identifiability
-from tierod.studies.claims import Claim
-from tierod.studies.content import Band, Chart, Heading, Item, Lines, Panel, Table
 from tierod.studies.effort import Effort
 from tierod.studies.sideslip.combined_drives import (
     WITH,

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tierod.claims import Claim, at_least, at_most
+from tierod.content import Band, Chart, Heading, Item, Lines, Panel, Table
 from tierod.graph import Result
-from tierod.studies.claims import Claim, at_least, at_most
-from tierod.studies.content import Band, Chart, Heading, Item, Lines, Panel, Table
 from tierod.studies.effort import Effort
 from tierod.studies.sideslip.combined_drives import (
     WITH,

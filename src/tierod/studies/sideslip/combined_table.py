@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tierod.studies.claims import Claim, at_most
-from tierod.studies.content import Item, Table
+from tierod.claims import Claim, at_most
+from tierod.content import Item, Table
 from tierod.studies.effort import Effort
 from tierod.studies.sideslip.combined_drives import (
     FRONT,

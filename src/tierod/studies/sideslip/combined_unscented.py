@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from tierod.claims import Claim
+from tierod.content import Item, Table
 from tierod.estimators.unscented import UnscentedFilter
 from tierod.graph import scan
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning
-from tierod.studies.claims import Claim
-from tierod.studies.content import Item, Table
 from tierod.studies.effort import Effort
 from tierod.studies.sideslip.combined_drives import WITHOUT_TORQUE, both_stiff, errors, estimator, on, rms
 from tierod.studies.sideslip.combined_table import GOAL, SEEDS

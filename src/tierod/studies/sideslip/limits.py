@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Iterator
 from typing import Any
 
-from tierod.studies.content import Item, Table
+from tierod.content import Item, Table
 from tierod.studies.effort import Effort
 from tierod.studies.sideslip.estimators import NAMES, courses, error
 from tierod.studies.sideslip.matching import matched_to

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
-from tierod.analysis.neutral_steer import OUTPUTS, Shown, shown
-from tierod.studies.claims import Claim, exactly
-from tierod.studies.content import Heading, Item, Table
+from tierod.analysis.neutral_steer import Shown, shown, table
+from tierod.claims import Claim, exactly
+from tierod.content import Heading, Item
 from tierod.studies.effort import Effort
 from tierod.studies.sideslip.matching import from_file
 
@@ -15,9 +14,6 @@ PAPER = "Yih, Ryu, Gerdes"
 RATIOS = (0.8, 0.95, 0.99, 1.0, 1.01, 1.05, 1.4)
 SPEEDS = (6.7, 25.0, 40.0)
 """[m/s]."""
-
-DIMENSIONS = (2, 2, 4, 4)
-"""States of the system behind each of `OUTPUTS`."""
 
 
 def items(effort: Effort) -> Iterator[Item]:
@@ -37,21 +33,6 @@ def items(effort: Effort) -> Iterator[Item]:
     yield table(found)
     neutral = [each for each in found if each.rear_over_neutral == 1.0]
     yield from _claims(neutral, found)
-
-
-def table(found: Sequence[Shown]) -> Table:
-    """The ranks over understeer and speed."""
-    return Table(
-        "Rank of the observability over understeer and speed",
-        ("rear over neutral", "understeer (deg per m/s²)", "speed (m/s)", *OUTPUTS, "margin of the yaw rate"),
-        tuple(_row(each) for each in found),
-    )
-
-
-def _row(each: Shown) -> tuple[str, ...]:
-    ranks = (f"{one.rank} of {n}" for one, n in zip(each.by_outputs, DIMENSIONS, strict=True))
-    gradient = math.degrees(each.understeer_gradient)
-    return (f"{each.rear_over_neutral:g}", f"{gradient:+z.3f}", f"{each.speed:g}", *ranks, f"{each.margin:.1e}")
 
 
 def _claims(neutral: list[Shown], all_of_them: list[Shown]) -> Iterator[Claim]:

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tierod.claims import Claim, at_least
+from tierod.content import Chart, Heading, Item, Lines, Mark, Panel
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.sideslip.observer import LowSpeed
 from tierod.physics.single_track import front_slip_speed
 from tierod.physics.tyre import linear_lateral_force
 from tierod.proving_ground import courses as proving_courses
-from tierod.studies.claims import Claim, at_least
-from tierod.studies.content import Chart, Heading, Item, Lines, Mark, Panel
 from tierod.studies.effort import Effort
 from tierod.studies.sideslip.estimators import Course, courses, error, model_only
 from tierod.studies.sideslip.matching import matched

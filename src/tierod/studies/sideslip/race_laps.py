@@ -7,11 +7,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tierod.claims import Claim, at_most
+from tierod.content import Band, Chart, Item, Lines, Panel, Table
 from tierod.monitors.sideslip.beside_truth import BesideTruth, ErrorFigures, beside_truth
 from tierod.monitors.sideslip.calibration import TYRES, calibrated, with_parameters
 from tierod.recording import Recording
-from tierod.studies.claims import Claim, at_most
-from tierod.studies.content import Band, Chart, Item, Lines, Panel, Table
 from tierod.studies.effort import Effort
 from tierod.studies.sideslip import rivals
 from tierod.studies.sideslip.real_recordings import GOAL, absent, claims, share_in_band

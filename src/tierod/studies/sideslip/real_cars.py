@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from tierod.studies.content import Heading, Item
+from tierod.content import Heading, Item
 from tierod.studies.effort import Effort
 from tierod.studies.sideslip import car_park, race_laps
 from tierod.studies.sideslip.real_recordings import recorded

@@ -7,10 +7,10 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+from tierod.claims import Claim, Goal, at_least, at_most
 from tierod.errors import MissingExtra
 from tierod.monitors.sideslip.beside_truth import BesideTruth, ErrorFigures
 from tierod.recording import Recording
-from tierod.studies.claims import Claim, Goal, at_least, at_most
 from tierod.vehicles import load
 
 DATA = "TIEROD_DATA"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from tierod.studies.content import Item
+from tierod.content import Item
 from tierod.studies.effort import Effort, Progress
 from tierod.studies.sideslip import bandwidth, combined, limits, neutral_steer, paper, real_cars, table
 

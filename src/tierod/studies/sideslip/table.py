@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from tierod.claims import Claim, at_most
+from tierod.content import Heading, Item, Table
 from tierod.models.steered_vehicle import SteeredVehicle
-from tierod.studies.claims import Claim, at_most
-from tierod.studies.content import Heading, Item, Table
 from tierod.studies.effort import Effort
 from tierod.studies.sideslip.estimators import INVERSION, MODEL, NAMES, courses, error
 from tierod.studies.sideslip.matching import matched

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tierod.studies.claims import Claim
+from tierod.claims import Claim
 
 Numbers = Sequence[float] | np.ndarray
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from tierod.analysis.frequency_response import decibels, frequency_response, phase
 from tierod.analysis.measured_response import MeasuredResponse
+from tierod.content import Band, Chart, Lines, Panel
 from tierod.models.linear import LinearSystem
-from tierod.studies.content import Band, Chart, Lines, Panel
 
 FREQUENCY = np.geomspace(0.5, 300.0, 400)
 """Of the curves [Hz]."""

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tierod.claims import Claim, Goal, at_least, at_most, between, claims_document, exactly
 from tierod.errors import ParameterError
-from tierod.studies.claims import Claim, Goal, at_least, at_most, between, claims_document, exactly
 
-SCHEMA = json.loads(files("tierod.studies").joinpath("claims.schema.json").read_text(encoding="utf-8"))
+SCHEMA = json.loads(files("tierod").joinpath("claims.schema.json").read_text(encoding="utf-8"))
 
 
 def claim(name="paper.bias", measured: float | None = 0.2, goal=at_most(0.3), printed=None):  # noqa: B008
