@@ -11,86 +11,17 @@ dataclasses is chosen by the key `kind`: the name of the class in lower case wit
 from __future__ import annotations
 
 import dataclasses
-import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tierod.errors import ParameterError, nearest
+from tierod.errors import nearest
 from tierod.fields import Meaning, numbers
 from tierod.toml_builder import Builder
-from tierod.toml_lines import Location, line_of
+from tierod.toml_document import Document
+from tierod.toml_lines import Location
 
-
-@dataclass(frozen=True)
-class Document:
-    """A TOML file that has been read.
-
-    Args:
-        content: its tables
-        text: as written
-        path: where it came from
-        above: files that led here, outermost first
-    """
-
-    content: dict[str, Any]
-    text: str
-    path: Path
-    above: tuple[Path, ...] = ()
-
-    @classmethod
-    def read(cls, path: str | Path, what: str = "scenario") -> Document:
-        """The document at a path.
-
-        Args:
-            path: of the file
-            what: it should describe, for messages
-
-        Raises:
-            ParameterError: it cannot be read, or is not TOML
-        """
-        path = Path(path).expanduser()
-        try:
-            text = path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-            raise ParameterError(f"the {what} file {path} cannot be read ({reason}); give a TOML file") from error
-        return cls.parse(text, path, what)
-
-    @classmethod
-    def parse(cls, text: str, path: str | Path = "text", what: str = "scenario") -> Document:
-        """The document that a text holds; arguments and errors as of `read`."""
-        try:
-            return cls(tomllib.loads(text), text, Path(path))
-        except tomllib.TOMLDecodeError as error:
-            raise ParameterError(f"{path}: not valid TOML, so no {what} can be read from it: {error}") from error
-
-    def beside(self, path: str | Path, what: str) -> Document:
-        """The document at a path that this one names, from its own folder on.
-
-        Args:
-            path: of the file
-            what: it should describe, for messages
-
-        Raises:
-            ParameterError: it cannot be read, is not TOML, or leads back to itself
-        """
-        found = self.path.parent / Path(path).expanduser()
-        above = (*self.above, self.path.resolve())
-        if found.resolve() in above:
-            raise ParameterError(f"the {what} file {found} is built on itself; name another one there")
-        return dataclasses.replace(Document.read(found, what), above=above)
-
-    def error(self, location: Location, message: str) -> ParameterError:
-        """An error that names the file and the line of a key, or of the table that should hold it.
-
-        Args:
-            location: tables, numbers of array elements and key, outermost first
-            message: what was given, what was expected, what to do
-        """
-        line = line_of(self.text, location)
-        return ParameterError(f"{self.path}{'' if line is None else f', line {line}'}: {message}")
+__all__ = ["Document", "Location", "build", "override"]
 
 
 def build(

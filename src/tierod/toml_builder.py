@@ -7,15 +7,13 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
+from typing import Any, Literal, get_args, get_origin
 
 from tierod.errors import InputError, ParameterError, TierodError, nearest
 from tierod.fields import Meaning, below, hints, meaning, members
+from tierod.toml_document import Document
 from tierod.toml_lines import Location
 from tierod.units import scale
-
-if TYPE_CHECKING:
-    from tierod.toml import Document
 
 SIGNAL_UNIT = "{signal}"
 """Unit of a field whose unit depends on the signal that it is about; patterns as "{signal}/s" are fine too."""

@@ -6,6 +6,7 @@ import weakref
 import numpy as np
 import pytest
 
+from tierod.errors import InputError
 from tierod.readers import vendor_can
 from tierod.readers.frames import EXTENDED
 from tierod.readers.vendor_can import read_frames
@@ -85,3 +86,33 @@ def test_only_the_frames_of_one_block_are_objects(monkeypatch):
     monkeypatch.setattr(vendor_can, "_reader", reader)
     assert len(read_frames(b"", "asc")) == 200
     assert most <= 43, "the block that grows, the one that became arrays, and the frame in hand"
+
+
+@pytest.mark.parametrize(
+    ("kind", "line"),
+    [
+        ("asc", " {time:.6f} 1  {identifier}  Rx   d 2 01 02\n"),
+        ("trc", "{number:6d}) {time:.1f}  Rx  {identifier}  2  01 02\n"),
+    ],
+)
+def test_frames_with_impossible_identifiers_are_left_out_and_counted(kind, line):
+    head = "date Wed Jan 1 00:00:00 2020\nbase hex  timestamps absolute\n" if kind == "asc" else ";$FILEVERSION=1.1\n"
+    wide = "x" if kind == "asc" else ""
+    identifiers = ["0123", 3 * "FFFF" + wide, "00000124", "FFFFFFFF" + wide, 20 * "F" + wide]
+
+    def log(names):
+        rows = (line.format(number=n, time=1.0 + n, identifier=name) for n, name in enumerate(names))
+        return (head + "".join(rows)).encode()
+
+    frames = read_frames(log(identifiers), kind)
+    assert len(frames) == 2
+    assert frames.notes == ("frames with an identifier of more than 29 bits were left out: 3",)
+    with pytest.raises(InputError, match="damaged .frames with an identifier of more than 29 bits"):
+        read_frames(log(identifiers[3:]), kind)
+
+
+def test_a_log_of_more_buses_than_there_can_be_is_damaged():
+    head = "date Wed Jan 1 00:00:00 2020\nbase hex  timestamps absolute\n"
+    rows = "".join(f" {k}.5 {k}  123  Rx   d 2 01 02\n" for k in range(70_000))
+    with pytest.raises(InputError, match="more than 64 buses"):
+        read_frames((head + rows).encode(), "asc")

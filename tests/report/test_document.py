@@ -9,8 +9,8 @@ import pytest
 import tierod.report
 from diagnosis_examples import EXAMPLES, friction_fault
 from tierod.findings import Status
-from tierod.report import SCHEMA, to_json
-from tierod.report.document import plain
+from tierod.report import to_json
+from tierod.report.document import SCHEMA, plain
 
 SHIPPED = json.loads((Path(tierod.report.__file__).parent / "diagnosis.schema.json").read_text(encoding="utf-8"))
 

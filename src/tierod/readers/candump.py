@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tierod.errors import InputError
-from tierod.readers.frames import EXTENDED, Frames
+from tierod.readers.frames import EXTENDED, Frames, bus_number
 
 LINE = re.compile(rb"^\(\d+\.\d+\) +\S+ +[0-9A-Fa-f]{3,8}#", re.MULTILINE)
 """How a line of `candump -L` begins."""
@@ -24,6 +24,9 @@ for _digits, _least in ((b"0123456789", 0), (b"ABCDEF", 10), (b"abcdef", 10)):
 
 BLOCK = 1 << 23
 """Bytes that are parsed at once: the tables of a block take about ten times as much memory."""
+
+_DIGITS = 20
+"""Digits of seconds and of their fraction that a line may hold; more are no time."""
 
 _MARK, _DOT, _CLOSE, _SPACE, _OPEN = b"#.) ("
 _ERROR_FRAME, _ID = 0x20000000, 0x1FFFFFFF
@@ -49,6 +52,7 @@ class Make(NamedTuple):
         """Whether a line of this make can be a frame with data."""
         ordered = 1 < self.dot < self.close < self.space < self.mark and 3 <= self.mark - self.space - 1 <= 8
         size = self.length - self.data
+        ordered = ordered and self.dot <= _DIGITS and self.close - self.dot <= _DIGITS
         return ordered and 0 <= size <= 128 and size % 2 == 0
 
 
@@ -208,7 +212,7 @@ def _buses(table: np.ndarray, names: dict[bytes, int]) -> np.ndarray:
     while len(left):
         name = table[left[0]].tobytes()
         same = (table[left] == table[left[0]]).all(axis=1)
-        numbers[left[same]] = names.setdefault(name, len(names))
+        numbers[left[same]] = bus_number(names, name)
         left = left[~same]
     return numbers
 

@@ -13,7 +13,6 @@ note = "why"
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,6 +20,7 @@ from typing import Any
 
 from tierod.errors import InputError, nearest
 from tierod.signals import SIGNALS
+from tierod.user_files import read_text, toml
 
 
 @dataclass(frozen=True)
@@ -72,15 +72,8 @@ def load_channel_map(path: str | Path) -> ChannelMap:
         InputError: the file cannot be read, or a key or signal is not known; the nearest names are given
     """
     path = Path(path)
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(
-            f"the channel map {path} cannot be read ({error.strerror or error}); check path and rights"
-        ) from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"the channel map {path} is not valid TOML: {error}; correct that line") from None
-    return parse_channel_map(document, str(path))
+    text = read_text(path, "the channel map")
+    return parse_channel_map(toml(text, f"the channel map {path}"), str(path))
 
 
 def maps_beside(databases: Iterable[Path]) -> tuple[Path, ...]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import gc
 import io
-import json
 import logging
 import sys
 import traceback
@@ -22,7 +21,9 @@ import numpy as np
 from tierod.errors import InputError, MissingExtra
 from tierod.readers.frames import EXTENDED, Frames, joined
 from tierod.readers.source import Column, Source
+from tierod.readers.written import metadata_in
 from tierod.recording import Channel
+from tierod.user_files import json_document
 
 _FRAME = "CAN_DataFrame"
 _BUS_GROUP = 2
@@ -116,10 +117,9 @@ def _told(file: Any) -> dict[str, Any]:
     """Metadata that tierod wrote into the comment of the file; none where another program wrote it."""
     try:
         root = ElementTree.fromstring(str(getattr(file.header, "comment", "")))
-        told = json.loads(root.findtext(".//common_properties/e[@name='tierod']") or "{}")
+        return metadata_in(json_document(root.findtext(".//common_properties/e[@name='tierod']") or "{}"))
     except (ElementTree.ParseError, ValueError):
         return {}
-    return told if isinstance(told, dict) else {}
 
 
 def _origin(start: datetime | None) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from tierod.arrow import calendar_seconds, floats, is_number
 from tierod.errors import InputError
 from tierod.readers.clocks import Clock, find_clocks, seconds, unit_of, unread_clock
 from tierod.readers.source import Column, Source
+from tierod.readers.written import description_in
 from tierod.recording import Channel
 
 LAYOUT = b"tierod"
@@ -62,8 +62,9 @@ def _refuse_text_as_clock(path: Path, file: Any, layout: dict[str, Any]) -> None
 def _layout(file: Any) -> dict[str, Any]:
     """What the writer of tierod told, as far as it still fits the columns; others may have changed the file since."""
     try:
-        layout = json.loads((file.schema_arrow.metadata or {}).get(LAYOUT, b"{}"))
-        fits = layout["layout"] == 1 and all(clock["time"] in file.schema_arrow.names for clock in layout["clocks"])
+        layout = description_in((file.schema_arrow.metadata or {}).get(LAYOUT, b"{}"))
+        usable = {column.name for column in _columns(file, {})}
+        fits = layout["layout"] == 1 and layout["clocks"] and all(each["time"] in usable for each in layout["clocks"])
     except (ValueError, KeyError, TypeError):
         return {}
     return layout if fits else {}
@@ -91,10 +92,14 @@ def _columns(file: Any, layout: dict[str, Any]) -> list[Column]:
     found = []
     for item in file.schema_arrow:
         if is_number(item.type) or types.is_timestamp(item.type):
-            notes = {key.decode().lower(): value.decode() for key, value in (item.metadata or {}).items()}
+            notes = {_text(key).lower(): _text(value) for key, value in (item.metadata or {}).items()}
             unit = layout.get("channels", {}).get(item.name, {}).get("unit", notes.get("unit", notes.get("units", "")))
             found.append(Column(item.name, unit))
     return found
+
+
+def _text(written: bytes) -> str:
+    return written.decode("utf-8", "replace")
 
 
 def _source(path: Path, file: Any, layout: dict[str, Any], clocks: tuple[Clock, ...]) -> Source:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import io
 import logging
+import math
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from itertools import islice
 from typing import Any, NamedTuple
@@ -12,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tierod.errors import InputError, MissingExtra
-from tierod.readers.frames import EXTENDED, Frames
+from tierod.readers.frames import EXTENDED, IDENTIFIERS, Frames, bus_number
 
 _BLF_FILE_SIZE = 16
 """Offset of the size of the whole file [bytes] in the header of a BLF file."""
@@ -49,25 +51,36 @@ def read_frames(data: bytes, kind: str) -> Frames:
     parts: list[Part] = []
     buses: dict[str, int] = {}
     damages: list[str] = []
-    messages = _messages(can, data, kind, damages)
+    strange: Counter[str] = Counter()
+    messages = _messages(can, data, kind, damages, strange)
     while rows := list(islice(messages, BLOCK)):
         parts.append(_part(rows, buses))
     damage = "".join(damages)
     if not parts:
+        damage = damage or "; ".join(f"frames {what}" for what in strange)
         why = f"is damaged ({damage})" if damage else "holds no frame with data"
         raise InputError(f"the {kind.upper()} log {why}; record or export it again")
+    notes = tuple(f"frames {what} were left out: {count}" for what, count in strange.items())
     if damage:
         count = sum(len(part.time) for part in parts)
-        return _together(parts, buses, (f"the log is damaged after {count} frames ({damage}); the rest was left out",))
-    return _together(parts, buses, _cut_off(data) if kind == "blf" else ())
+        notes = (*notes, f"the log is damaged after {count} frames ({damage}); the rest was left out")
+    elif kind == "blf":
+        notes = (*notes, *_cut_off(data))
+    return _together(parts, buses, notes)
 
 
-def _messages(can: Any, data: bytes, kind: str, damages: list[str]) -> Iterator[Any]:
-    """The frames with data up to the end or to the damage, which is put into `damages`."""
+def _messages(can: Any, data: bytes, kind: str, damages: list[str], strange: Counter[str]) -> Iterator[Any]:
+    """The frames with data up to the end or to the damage, which is put into `damages`; impossible ones are counted."""
     try:
         with _quiet():
             for message in _reader(can, data, kind):
-                if not (message.is_error_frame or message.is_remote_frame):
+                if message.is_error_frame or message.is_remote_frame:
+                    continue
+                if not 0 <= message.arbitration_id < IDENTIFIERS:
+                    strange["with an identifier of more than 29 bits"] += 1
+                elif not math.isfinite(message.timestamp):
+                    strange["without a time"] += 1
+                else:
                     yield message
     except Exception as error:
         damages.append(" ".join(str(error).split())[:120] or type(error).__name__)
@@ -106,7 +119,7 @@ def _part(rows: list[Any], buses: dict[str, int]) -> Part:
     length = np.array([len(message.data) for message in rows])
     width = max(int(length.max()), 8)
     payload = np.frombuffer(b"".join(bytes(message.data).ljust(width, b"\0") for message in rows), dtype=np.uint8)
-    bus = [buses.setdefault(str(message.channel), len(buses)) for message in rows]
+    bus = [bus_number(buses, str(message.channel)) for message in rows]
     identifier = [message.arbitration_id | (EXTENDED if message.is_extended_id else 0) for message in rows]
     return Part(
         np.array([message.timestamp for message in rows], dtype=float),

@@ -20,10 +20,7 @@ from tierod.findings import Diagnosis
 if TYPE_CHECKING:
     from rich.console import Console
 
-SCHEMA = "tierod.diagnosis/2"
-"""Name and version of the JSON document."""
-
-__all__ = ["SCHEMA", "print_table", "to_json", "write_html"]
+__all__ = ["print_table", "to_json", "write_html"]
 
 
 def write_html(diagnosis: Diagnosis, path: str | Path) -> Path:

@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 
 from tierod.findings import ChannelQuality, Diagnosis, Element, Estimate, Finding, Trace
-from tierod.report import SCHEMA
 from tierod.report.display import INTERVAL
 from tierod.report.status import overall
+
+SCHEMA = "tierod.diagnosis/2"
+"""Name and version of the JSON document."""
 
 
 def document(diagnosis: Diagnosis, series: bool) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 
 from tierod.errors import ParameterError, TierodError, nearest
 from tierod.fields import Meaning, hints, meaning
+from tierod.files import expanded
 from tierod.proving_ground.faults.behaviours import BEHAVIOURS, AnyBehaviour, Intermittent
 from tierod.proving_ground.faults.elements import unit_without_car
 from tierod.proving_ground.faults.fault import Effect, Fault, Origin
@@ -231,8 +232,8 @@ def _as_table(behaviour: Any) -> Any:
 def _find(given: str, beside: Path) -> Path:
     if given in shipped():
         return SHIPPED / f"{given}.toml"
-    path = beside / Path(given).expanduser()
-    if path.is_file():
+    path = beside / expanded(given)
+    if path.exists() and not path.is_dir():
         return path
     if path.suffix == ".toml" or Path(given).parent != Path():
         raise ParameterError(f"there is no fault file {path}; 'tierod faults' lists those that are shipped")
