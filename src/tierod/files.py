@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from tierod.errors import OutputError
+from tierod.locks import PATIENCE, alone
 
 _REMEDIES = {
     errno.ENOSPC: "make room on the disk or name another place",
@@ -74,6 +75,27 @@ def require_folder(path: str | Path) -> None:
         raise OutputError(f"{path} cannot be written: there is no folder {folder}; {_REMEDIES[errno.ENOENT]}")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise OutputError(f"{path} cannot be written: you may not write in {folder}; {_REMEDIES[errno.EACCES]}")
+
+
+@contextmanager
+def holding(path: str | Path) -> Iterator[Path]:
+    """Hold a file, which need not exist, against other programs that read and change it in one; gives where it lies.
+
+    Raises:
+        OutputError: its folder is missing or cannot be written, or another program holds it without end
+    """
+    # A link is followed once: lock, temporary file and new name belong into one folder.
+    place = Path(path).expanduser().resolve()
+    require_folder(place)
+    with contextlib.ExitStack() as stack:
+        try:
+            stack.enter_context(alone(place.parent))
+        except TimeoutError:
+            raise OutputError(
+                f"{path} cannot be written: another program has been writing in its folder for {PATIENCE:g} s; "
+                "end that program if it hangs, and run again"
+            ) from None
+        yield place
 
 
 def _final(target: Path) -> Path:
