@@ -143,17 +143,18 @@ def _sources(recordings: list[Path]) -> list[str]:
 
 def _write_vehicle(result: Identified, car: Vehicle, recordings: list[Path], target: Path) -> None:
     from tierod.cli.analysed import origin
-    from tierod.files import write_text
+    from tierod.files import holding, write_text
     from tierod.vehicles.writer import Change, changed, with_thresholds
 
     by = origin()
     made = f"on {by.created[:10]} by tierod {by.version}: {by.command}"
     source = f"identified from {', '.join(_sources(recordings))} {made}"
     changes = {each.name: Change(each.value, each.deviation, source) for each in result.found}
-    text = changed(car.path.read_bytes().decode("utf-8"), changes)
-    for of, table in getattr(result, "thresholds", {}).items():
-        text = with_thresholds(text, of, table)
-    write_text(target, text)
+    with holding(target) as place:  # read and written as one: another parameter may be found at the same time
+        text = changed(car.path.read_bytes().decode("utf-8"), changes)
+        for of, table in getattr(result, "thresholds", {}).items():
+            text = with_thresholds(text, of, table)
+        write_text(place, text)
 
 
 def _write_page(

@@ -42,6 +42,8 @@ class Bounds:
         unused: a kernel that was not loaded for so long [s] goes: its source or compiler has most likely changed
         spared: a kernel that was loaded or written so recently [s] stays, whatever the other bounds: processes that
             were started with it may load it next
+        abandoned: a file that is half-written and was not touched for so long [s] is a killed process's; a living one
+            needs milliseconds
         waited: for another process that compiles the same kernel [s]; the largest one takes about a minute
     """
 
@@ -49,6 +51,7 @@ class Bounds:
     count: Annotated[int, ""] = 4096
     unused: Annotated[float, "s"] = 90 * 86400.0
     spared: Annotated[float, "s"] = 3600.0
+    abandoned: Annotated[float, "s"] = 3600.0
     waited: Annotated[float, "s"] = 300.0
 
 
@@ -175,10 +178,10 @@ class KernelCache:
                 age = now - found.st_mtime
                 if _OURS.fullmatch(entry.name) and stat.S_ISREG(found.st_mode):
                     kernels.append((age, found.st_size, entry.path))
-                elif _HALF_WRITTEN.fullmatch(entry.name) and age > self.bounds.spared:
+                elif _HALF_WRITTEN.fullmatch(entry.name) and age > self.bounds.abandoned:
                     os.unlink(entry.path)
                 elif entry.name.startswith(_BUILD) and stat.S_ISDIR(found.st_mode):
-                    _sweep(Path(entry.path), age > self.bounds.spared)
+                    _sweep(Path(entry.path), age > self.bounds.abandoned)
         held = 0
         for place, (age, size, path) in enumerate(sorted(kernels)):
             held += size
