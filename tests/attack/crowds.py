@@ -86,8 +86,8 @@ def _wrong(answers: list[Any]) -> int:
 
 def kernels(count: int, seed: int, folder: Path) -> dict[str, int]:
     """All load the same kernels in orders of their own, while one of them cuts, flips and removes what is kept."""
-    sources = [f"int one(void); int one(void) {{ return {number}; }}" for number in range(4)]
-    os.environ["TIEROD_CACHE"] = str(folder / "cache")
+    # Named after the folder: no other cache may hold them from an earlier run.
+    sources = [f"/* {folder} */ int one(void); int one(void) {{ return {number}; }}" for number in range(4)]
 
     def load(number: int) -> int:
         chance, wrong = random.Random(f"{seed} {number}"), 0
@@ -100,6 +100,7 @@ def kernels(count: int, seed: int, folder: Path) -> dict[str, int]:
         return wrong
 
     before = os.environ.get("TIEROD_CACHE")
+    os.environ["TIEROD_CACHE"] = str(folder / "cache")
     try:
         answers = at_once(count, load)
         left = [path.name for path in (folder / "cache").iterdir() if not path.name.endswith(".kernel")]

@@ -128,7 +128,8 @@ class FaultMemory:
             number, taken = self.recordings[recording]
             raise InputError(
                 f"the fault memory {self.path or 'in this program'} has taken this recording already, as operation "
-                f"cycle {number} on {taken}, and counts none twice: nothing was changed. Judge it again without the memory"
+                f"cycle {number} on {taken}, and counts none twice: nothing was changed. Judge it again without the "
+                "memory"
             )
         if self.open:
             self._close()
