@@ -114,7 +114,7 @@ def kernels(count: int, seed: int, folder: Path) -> dict[str, int]:
 def _spoil(cache: Path, chance: random.Random) -> None:
     end = time.monotonic() + 0.5
     while time.monotonic() < end:
-        for path in list(cache.glob("*.kernel")):
+        for path in list(cache.glob("kernel-*.kernel")):
             try:
                 how = chance.randrange(4)
                 if how == 0:
