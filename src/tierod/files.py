@@ -5,10 +5,13 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import re
 import secrets
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Annotated
 
 from tierod.errors import OutputError
 from tierod.locks import PATIENCE, alone
@@ -26,6 +29,10 @@ _REMEDIES = {
 }
 
 
+ABANDONED: Annotated[float, "s"] = 3600.0
+"""A file beside a target that nobody has written to for so long is one of a killed process: writing takes seconds."""
+
+
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
     """A path beside the target to write to; it becomes the target when the block ends well and vanishes otherwise.
@@ -40,6 +47,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
     temporary: Path | None = None
     try:
         temporary = _beside(target)
+        sweep(target)
         yield temporary
         _settle(temporary)
         os.replace(temporary, target)
@@ -113,6 +121,22 @@ def _beside(target: Path) -> Path:
     path = target.with_name(f".{target.stem[:100]}.{secrets.token_hex(6)}{target.suffix}")
     os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
     return path
+
+
+def sweep(target: Path, age: float = ABANDONED) -> None:
+    """Remove what killed processes left beside a target.
+
+    Args:
+        target: as it is written with `replacing`
+        age: of what is left, at least [s]
+    """
+    left = re.compile(rf"\.{re.escape(target.stem[:100])}\.[0-9a-f]{{12}}{re.escape(target.suffix)}")
+    now = time.time()
+    with contextlib.suppress(OSError), os.scandir(target.parent) as entries:
+        for entry in filter(lambda each: left.fullmatch(each.name), entries):
+            with contextlib.suppress(OSError):
+                if now - entry.stat(follow_symlinks=False).st_mtime >= age:
+                    os.unlink(entry.path)
 
 
 def _settle(temporary: Path) -> None:

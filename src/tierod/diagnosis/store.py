@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import glob
 import hashlib
 import json
 import os
@@ -15,7 +14,7 @@ from typing import Any
 from tierod.diagnosis.entry import Entry
 from tierod.diagnosis.trouble_codes import TroubleCodes
 from tierod.errors import InputError, OutputError
-from tierod.files import holding, replacing
+from tierod.files import holding, replacing, sweep
 
 SCHEMA = "tierod.fault-memory/1"
 """Name and version of the file."""
@@ -152,7 +151,7 @@ def save_held(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[st
         )
     with replacing(path) as temporary:
         temporary.write_text(json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n", "utf-8")
-    _sweep(path)
+    sweep(path, age=0.0)  # nobody else writes while the folder is held
     _settled(path.parent)
     return digest
 
@@ -205,13 +204,6 @@ def _digest_in(path: Path) -> str:
         return ""
     except (OSError, ValueError, TypeError, LookupError):
         return "unreadable"
-
-
-def _sweep(path: Path) -> None:
-    """Remove what killed writers left beside the file; nobody else writes while the folder is locked."""
-    for left in path.parent.glob(f".{glob.escape(path.stem[:100])}.{'[0-9a-f]' * 12}{glob.escape(path.suffix)}"):
-        with contextlib.suppress(OSError):
-            left.unlink()
 
 
 def _settled(folder: Path) -> None:
