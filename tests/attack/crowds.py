@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import random
+import subprocess
+import sys
 import time
 import traceback
 from collections.abc import Callable
@@ -22,7 +24,7 @@ from tierod.graph import compiler
 from tierod.graph.kernel_cache import Bounds, KernelCache
 from tierod.monitors.into_memory import MemoryFeed
 from tierod.monitors.own_level import OwnLevel, keep_first, load_own_level
-from tierod.recording import Aligned
+from tierod.recording import Aligned, Recording
 
 VEHICLE = "midsize-eps"
 
@@ -39,7 +41,7 @@ def run(count: int, seed: int, folder: Path) -> dict[str, dict[str, int]]:
         for each shared thing what happened how often; all is well where `wrong` is 0
     """
     found = {}
-    for name, crowd in CROWDS.items():
+    for name, crowd in ALL.items():
         place = folder / name
         place.mkdir()
         found[name] = crowd(count, seed, place)
@@ -209,6 +211,32 @@ def campaign(count: int, seed: int, folder: Path) -> dict[str, int]:
     return {"processes": count, "refusals": len(refused), "wrong": wrong}
 
 
+def commands(count: int, seed: int, folder: Path) -> dict[str, int]:
+    """`tierod diagnose` as users call it, all at once on one memory and one baseline; every fourth recording twice."""
+    from tierod.proving_ground import drive
+    from tierod.writers import write
+
+    whole = Recording(drive(minutes=8.0, seed=seed).channels)
+    for number in range(count):
+        write(whole.slice(0.0, 400.0 + (number - 1 if number % 4 == 3 else number)), folder / f"{number}.parquet")
+    kept = ("--memory", "memory.json", "--own-level", "car.json", "--no-report")
+    running = [
+        subprocess.Popen(
+            [sys.executable, "-m", "tierod", "diagnose", f"{number}.parquet", "--vehicle", VEHICLE, *kept],
+            cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        )
+        for number in range(count)
+    ]  # fmt: skip
+    told = [process.communicate() for process in running]
+    judged = sum(process.returncode in (0, 1, 2) for process in running)
+    twice = sum("has taken this recording already" in error for _, error in told)
+    writers = sum("baseline: written to car.json" in output for output, _ in told)
+    expected = count - count // 4
+    cycles = FaultMemory.opened(folder / "memory.json", VEHICLE).cycles
+    wrong = abs(judged - expected) + abs(twice - count // 4) + abs(cycles - expected) + abs(writers - 1)
+    return {"processes": count, "counted": cycles, "refused": twice, "wrong": wrong + len(_strays(folder))}
+
+
 def _key(number: int) -> str:
     return f"{number:012x}".ljust(64, "0")
 
@@ -224,3 +252,6 @@ CROWDS: dict[str, Callable[[int, int, Path], dict[str, int]]] = {
     "campaign": campaign,
 }
 """By what they share."""
+
+ALL = {**CROWDS, "command": commands}
+"""With the one that takes a minute."""

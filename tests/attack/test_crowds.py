@@ -2,7 +2,7 @@
 
 import pytest
 
-from attack.crowds import CROWDS
+from attack.crowds import CROWDS, commands
 
 
 @pytest.mark.parametrize("count", [2, 20])
@@ -11,3 +11,9 @@ def test_a_crowd_loses_nothing_and_refuses_nothing_wrongly(tmp_path, shared, cou
     found = CROWDS[shared](count, seed=count, folder=tmp_path)
     assert found["processes"] == count
     assert found["wrong"] == 0, found
+
+
+@pytest.mark.slow
+def test_twenty_commands_at_once_count_each_recording_once(tmp_path):
+    found = commands(20, seed=3, folder=tmp_path)
+    assert found == {"processes": 20, "counted": 15, "refused": 5, "wrong": 0}
