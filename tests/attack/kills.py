@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import random
 import re
@@ -13,10 +12,12 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from .killed import COMMANDS, WHOLE, Command
 
 LEFT = re.compile(r"\..+\.[0-9a-f]{12}(\.\w+)?")
 """Names of files that were being written when their process was killed."""
@@ -35,28 +36,6 @@ if __name__ == "__main__":
     sys.exit(main(sys.argv[1:]))
 """
 """A run that dies where any file that it writes, in memory or on the disk, reaches a size."""
-
-CAMPAIGN = """name = "lost signals"
-description = "Signals that are lost."
-scenario = "base.toml"
-seeds = [1, 2, 3]
-
-[faults.yaw-rate]
-element = "yaw_rate"
-behaviour = "total-loss"
-start = "10 s"
-
-[[monitors]]
-monitor = "friction"
-vehicle = "midsize-eps"
-own_level = "none"
-"""
-BASE = """name = "country"
-description = "A country road."
-car = "midsize-eps-light"
-course = "country"
-seconds = 20.0
-"""
 
 
 def run(
@@ -86,74 +65,6 @@ def run(
 
 
 FIGURES = ("runs", "killed", "while writing", "broken", "lost", "hindered", "strays")
-
-
-def _whole_page(path: Path) -> None:
-    text = path.read_text(encoding="utf-8").lower()
-    assert text.startswith("<!doctype html>")
-    assert text.rstrip().endswith("</html>")
-
-
-def _whole_json(path: Path) -> None:
-    json.loads(path.read_text(encoding="utf-8"))
-
-
-def _whole_recording(path: Path) -> None:
-    from tierod.readers import read
-
-    assert read(path).names
-
-
-def _whole_memory(path: Path) -> None:
-    from tierod.diagnosis.fault_memory import FaultMemory
-
-    assert not FaultMemory.opened(path).open
-
-
-def _whole_baseline(path: Path) -> None:
-    from tierod.monitors.own_level import load_own_level
-
-    load_own_level(path)
-
-
-def _whole_vehicle(path: Path) -> None:
-    from tierod.vehicles import load
-
-    load(path)
-
-
-WHOLE = {
-    "*.html": _whole_page,
-    "memory*.json": _whole_memory,
-    "car.json": _whole_baseline,
-    "*.json": _whole_json,
-    "*.toml": _whole_vehicle,
-    "*.parquet": _whole_recording,
-    "*.mf4": _whole_recording,
-    "*.csv": _whole_recording,
-}
-"""What a whole file is, by its name; the first that fits counts."""
-
-
-@dataclass(frozen=True)
-class Command:
-    """A command that writes.
-
-    Args:
-        name: of the case
-        arguments: of the command line; inputs lie in ../inputs
-        inputs: makes them, given their folder
-        before: commands whose results lie there already
-        once: whether a second run is refused where the first one has counted
-        resumes: whether runs go on from what a killed one has finished
-    """
-
-    name: str
-    arguments: tuple[str, ...]
-    inputs: Callable[[Path], None]
-    before: tuple[tuple[str, ...], ...] = ()
-    once: bool = False
-    resumes: bool = False
 
 
 @dataclass(frozen=True)
@@ -186,50 +97,6 @@ class Place:
     kernels: Kernels
 
 
-def _drives(folder: Path) -> None:
-    from tierod.proving_ground import drive
-    from tierod.recording import Recording
-    from tierod.writers import write
-
-    first = Recording(drive(minutes=8.0, seed=3).channels)
-    write(first, folder / "first.parquet")
-    write(first.slice(0.0, 450.0), folder / "second.parquet")
-
-
-def _campaign(folder: Path) -> None:
-    (folder / "c.toml").write_text(CAMPAIGN)
-    (folder / "base.toml").write_text(BASE)
-
-
-def _motor(folder: Path) -> None:
-    from tierod.proving_ground.scenarios import load
-    from tierod.vehicles.vehicle import SHIPPED
-    from tierod.writers import write
-
-    write(load("motor-bench-multisine").run().recording, folder / "drive.parquet")
-    shutil.copy(SHIPPED / "motor-bench.toml", folder / "motor.toml")
-
-
-def _judged(recording: str) -> tuple[str, ...]:
-    kept = ("--own-level", "car.json", "--memory", "memory.json", "--signals", "signals.parquet", "-o", "page.html")
-    return ("diagnose", f"../inputs/{recording}.parquet", "--vehicle", "midsize-eps", *kept)
-
-
-COMMANDS = (
-    Command("diagnose anew", _judged("first"), _drives, once=True),
-    Command("diagnose again", _judged("second"), _drives, (_judged("first"),), once=True),
-    Command("clear faults", ("faults", "clear", "memory.json"), _drives, (_judged("first"),)),
-    Command("campaign", ("campaign", "../inputs/c.toml", "-o", "runs", "--workers", "2"), _campaign, resumes=True),
-    Command("simulate", ("simulate", "mixed-drive-healthy", "--seconds", "10", "-o", "drive.mf4"), lambda _: None),
-    Command(
-        "identify",
-        ("identify", "motor", "../inputs/drive.parquet", "--vehicle", "../inputs/motor.toml", "-o", "found.toml",
-         "--report", "page.html"),
-        _motor,
-    ),
-)  # fmt: skip
-
-
 def _prepared(command: Command, folder: Path, kernels: Kernels) -> Place:
     """Inputs, what lies there before, and how long the command takes once its kernels are compiled."""
     for name in ("inputs", "before", "work"):
@@ -259,7 +126,7 @@ def _killed(command: Command, place: Place, chance: random.Random) -> Counter[st
     if not command.resumes:
         _fresh(place.folder)
     if place.kernels.ours and chance.random() < 0.2:
-        shutil.rmtree(place.kernels.folder)  # killed while it compiles
+        shutil.rmtree(place.kernels.folder, ignore_errors=True)  # killed while it compiles
     before = _contents(work)
     figures["killed"] += _is_killed(command, place, chance)
     after = _contents(work)
