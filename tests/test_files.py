@@ -79,3 +79,16 @@ def test_a_missing_folder_is_told_of_beforehand(tmp_path):
     with pytest.raises(OutputError, match="there is no folder .*absent; create the folder first"):
         require_folder(tmp_path / "absent" / "page.html")
     require_folder(tmp_path / "page.html")
+
+
+def test_what_a_killed_process_left_goes_after_an_hour_and_nothing_else(tmp_path):
+    names = {".out.0123456789ab.txt": True, ".out.0123456789ab.html": False, ".outer.0123456789ab.txt": False,
+             ".out.txt": False, ".out.0123456789abc.txt": False}  # fmt: skip
+    for name in names:
+        (tmp_path / name).write_text("half")
+        os.utime(tmp_path / name, (0, 0))
+    (tmp_path / ".out.ba9876543210.txt").write_text("just being written by another process")
+    write_text(tmp_path / "out.txt", "text")
+    gone = {name for name in names if not (tmp_path / name).exists()}
+    assert gone == {name for name, ours in names.items() if ours}
+    assert (tmp_path / ".out.ba9876543210.txt").exists()

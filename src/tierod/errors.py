@@ -37,6 +37,10 @@ class CompileError(TierodError):
     """Generated code did not compile, or the compiler that was asked for is absent."""
 
 
+class KernelWarning(UserWarning):
+    """Compiled kernels are not kept where they belong, or a block runs on the virtual machine though it should not."""
+
+
 class OutputError(TierodError):
     """A result cannot be written."""
 

@@ -5,12 +5,16 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import re
 import secrets
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Annotated
 
 from tierod.errors import OutputError
+from tierod.locks import PATIENCE, alone
 
 _REMEDIES = {
     errno.ENOSPC: "make room on the disk or name another place",
@@ -23,6 +27,10 @@ _REMEDIES = {
     errno.EISDIR: "name a file, not a folder",
     errno.ENAMETOOLONG: "shorten its name",
 }
+
+
+ABANDONED: Annotated[float, "s"] = 3600.0
+"""A file beside a target that nobody has written to for so long is one of a killed process: writing takes seconds."""
 
 
 @contextmanager
@@ -39,6 +47,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
     temporary: Path | None = None
     try:
         temporary = _beside(target)
+        sweep(target)
         yield temporary
         _settle(temporary)
         os.replace(temporary, target)
@@ -84,6 +93,27 @@ def require_folder(path: str | Path) -> None:
         raise OutputError(f"{path} cannot be written: you may not write in {folder}; {_REMEDIES[errno.EACCES]}")
 
 
+@contextmanager
+def holding(path: str | Path) -> Iterator[Path]:
+    """Hold a file, which need not exist, against other programs that read and change it in one; gives where it lies.
+
+    Raises:
+        OutputError: its folder is missing or cannot be written, or another program holds it without end
+    """
+    # A link is followed once: lock, temporary file and new name belong into one folder.
+    place = Path(path).expanduser().resolve()
+    require_folder(place)
+    with contextlib.ExitStack() as stack:
+        try:
+            stack.enter_context(alone(place.parent))
+        except TimeoutError:
+            raise OutputError(
+                f"{path} cannot be written: another program has been writing in its folder for {PATIENCE:g} s; "
+                "end that program if it hangs, and run again"
+            ) from None
+        yield place
+
+
 def _final(target: Path) -> Path:
     """Where a link leads: the file is replaced there, and the link stays; devices and pipes are never replaced."""
     target = target.resolve() if target.is_symlink() else target
@@ -99,6 +129,22 @@ def _beside(target: Path) -> Path:
     path = target.with_name(f".{target.stem[:100]}.{secrets.token_hex(6)}{target.suffix}")
     os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
     return path
+
+
+def sweep(target: Path, age: float = ABANDONED) -> None:
+    """Remove what killed processes left beside a target.
+
+    Args:
+        target: as it is written with `replacing`
+        age: of what is left, at least [s]
+    """
+    left = re.compile(rf"\.{re.escape(target.stem[:100])}\.[0-9a-f]{{12}}{re.escape(target.suffix)}")
+    now = time.time()
+    with contextlib.suppress(OSError), os.scandir(target.parent) as entries:
+        for entry in filter(lambda each: left.fullmatch(each.name), entries):
+            with contextlib.suppress(OSError):
+                if now - entry.stat(follow_symlinks=False).st_mtime >= age:
+                    os.unlink(entry.path)
 
 
 def _settle(temporary: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any
 
@@ -202,7 +202,8 @@ class Diagnosis:
         histograms: by name, (edges, counts) pairs per stretch of the drive
         loops: hysteresis views: name -> (angle [rad], torque) pairs, decimated
         consistency: NIS and NEES figures by name
-        remarks: how to read a part of the report, by its name ("consistency")
+        remarks: how to read a part of the report, by its name ("consistency"); what became of the files of "baseline"
+            and "fault memory", where they were named
         quality: one per channel used
         parameters: rows (name, value, unit, standard deviation, source)
         decisions: the rules by which the monitors decided
@@ -224,3 +225,7 @@ class Diagnosis:
     version: str = ""
     command: str = ""
     created: str = ""
+
+    def remarked(self, name: str, remark: str) -> Diagnosis:
+        """The diagnosis with a remark added."""
+        return replace(self, remarks={**self.remarks, name: remark})

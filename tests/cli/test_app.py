@@ -4,13 +4,14 @@ import os
 import subprocess
 import sys
 import types
+import warnings
 from pathlib import Path
 
 import pytest
 
 from tierod import __version__
 from tierod.cli import app, main
-from tierod.errors import InputError
+from tierod.errors import InputError, KernelWarning
 
 
 @pytest.fixture
@@ -144,3 +145,18 @@ def test_json_is_one_document_on_stdout(capsys):
     captured = capsys.readouterr()
     assert {vehicle["name"] for vehicle in json.loads(captured.out)["vehicles"]} >= {"midsize-eps", "rav4"}
     assert captured.err == ""
+
+
+def test_a_warning_of_tierod_is_a_sentence_and_another_ones_keeps_its_place(monkeypatch, capsys):
+    def warn(_):
+        warnings.warn("the cache is full. Kernels are kept elsewhere", KernelWarning, stacklevel=1)
+        warnings.warn("numbers overflow", RuntimeWarning, stacklevel=1)
+        return 0
+
+    monkeypatch.setattr(app, "_dispatch", warn)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        assert app.run([]) == 0
+    error = capsys.readouterr().err.splitlines()
+    assert error[0] == "tierod: the cache is full. Kernels are kept elsewhere"
+    assert error[1].endswith("RuntimeWarning: numbers overflow")

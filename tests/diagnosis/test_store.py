@@ -13,6 +13,7 @@ from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.diagnosis.status import CodeStatus
 from tierod.diagnosis.store import digest_of
 from tierod.errors import InputError, OutputError
+from tierod.locks import alone
 
 CODES = table(**{f"c{k}": code(k) for k in range(16)})
 
@@ -64,6 +65,9 @@ def spoilt(path, how):
         content = document["content"]
         content["entries"] |= {"c1": {"status": 8}} if how == "entry" else {"d1": content["entries"]["c1"]}
         path.write_text(json.dumps({**document, "digest": digest_of(content, "car")}))
+    elif how == "recordings":
+        content = {**document["content"], "recordings": {"fingerprint": ["one", 1]}}
+        path.write_text(json.dumps({**document, "content": content, "digest": digest_of(content, "car")}))
     elif how == "bytes":
         path.write_bytes(b"\xff\xfe\x00")
 
@@ -79,6 +83,7 @@ def spoilt(path, how):
         ("foreign", "no schema"),
         ("bytes", "damaged"),
         ("entry", "an entry is not whole"),
+        ("recordings", "its recordings are not whole"),
         ("names", "codes are not those of its table"),
     ],
 )
@@ -173,6 +178,64 @@ def test_two_programs_do_not_overwrite_each_other(tmp_path):
     drive(one, {"c2": 1.0})
     with pytest.raises(OutputError, match="another program"):
         drive(other, {"c3": 1.0})
+    assert confirmed(FaultMemory.opened(path, "car", CODES)) == {"c1", "c2"}
+
+
+def test_a_change_is_written_as_one_at_its_end_or_not_at_all(tmp_path):
+    path = tmp_path / "memory.json"
+    with FaultMemory.changing(path, "car", CODES) as memory:
+        drive(memory, {"c1": 1.0})
+        assert not path.exists()
+    before = path.read_bytes()
+    with pytest.raises(InputError), FaultMemory.changing(path, "car", CODES) as memory:
+        drive(memory, {"no such code": 1.0, "c2": 1.0})
+    assert path.read_bytes() == before
+    assert FaultMemory.opened(path, "car", CODES).cycles == 1
+
+
+def test_what_a_change_holds_no_other_program_writes(tmp_path, monkeypatch):
+    monkeypatch.setattr(alone.__wrapped__, "__defaults__", (0.0,))
+    path = tmp_path / "memory.json"
+    other = FaultMemory.opened(path, "car", CODES)
+    with FaultMemory.changing(path, "car", CODES) as memory:
+        with pytest.raises(OutputError, match="another program has been writing in its folder.*run again"):
+            other.begin_cycle()
+        drive(memory, {"c1": 1.0})
+    assert FaultMemory.opened(path, "car", CODES).cycles == 1
+
+
+def test_a_recording_that_was_taken_is_refused_until_all_is_cleared(tmp_path):
+    path = tmp_path / "memory.json"
+    memory = FaultMemory.opened(path, "car", CODES)
+    memory.begin_cycle("2026-01-01", "fingerprint")
+    memory.end_cycle()
+    memory = FaultMemory.opened(path, "car", CODES)
+    with pytest.raises(InputError, match="has taken this recording already, as operation cycle 1 on 2026-01-01"):
+        memory.begin_cycle("2026-01-02", "fingerprint")
+    memory.clear("c1")
+    with pytest.raises(InputError, match="nothing was changed"):
+        memory.begin_cycle("2026-01-02", "fingerprint")
+    memory.clear()
+    memory.begin_cycle("2026-01-02", "fingerprint")
+    assert memory.cycles == 2
+
+
+def test_of_very_many_recordings_the_latest_are_known(monkeypatch):
+    monkeypatch.setattr("tierod.diagnosis.fault_memory.RECORDINGS", 3)
+    memory = FaultMemory(CODES, "car")
+    for number in range(5):
+        memory.begin_cycle("2026-01-01", f"fingerprint {number}")
+        memory.end_cycle()
+    assert list(memory.recordings) == ["fingerprint 2", "fingerprint 3", "fingerprint 4"]
+
+
+def test_a_file_of_before_recordings_were_known_is_read(tmp_path):
+    path = tmp_path / "memory.json"
+    drive(FaultMemory.opened(path, "car", CODES), {"c1": 1.0})
+    document = json.loads(path.read_text())
+    del document["content"]["recordings"]
+    path.write_text(json.dumps({**document, "digest": digest_of(document["content"], "car")}))
+    drive(FaultMemory.opened(path, "car", CODES), {"c2": 1.0})
     assert confirmed(FaultMemory.opened(path, "car", CODES)) == {"c1", "c2"}
 
 

@@ -10,7 +10,7 @@ import pytest
 from blocks_of_graph import Everything
 from tierod.block import Ring, structure
 from tierod.errors import CompileError, TraceError
-from tierod.graph import compiler, jacobian, maths, scan, trace
+from tierod.graph import jacobian, maths, scan, trace
 from tierod.graph.operations import program
 from tierod.graph.printer import print_lanes, print_scalar
 
@@ -123,43 +123,3 @@ def test_without_a_compiler_blocks_run_on_the_virtual_machine(monkeypatch):
 def _smooth(state, value):
     level = 0.5 * state[0] + 0.25 * value
     return (level,), One(level)
-
-
-def test_a_compiler_that_refuses_is_named(monkeypatch, tmp_path):
-    monkeypatch.setenv("TIEROD_CACHE", str(tmp_path))
-    with pytest.raises(CompileError, match="refused generated code.*TIEROD_CC"):
-        compiler.load("this is not C", "broken")
-    assert not list(tmp_path.iterdir()), "nothing half-made stays in the cache"
-
-
-def test_a_compiler_that_is_not_there_is_named(monkeypatch, tmp_path):
-    monkeypatch.setenv("TIEROD_CACHE", str(tmp_path))
-    monkeypatch.setattr(compiler, "compiler", lambda: (str(tmp_path / "cc"),))
-    with pytest.raises(CompileError, match=r"cc' cannot be run \(No such file or directory\).*TIEROD_CC"):
-        compiler.load("int one(void) { return 1; }", "absent")
-
-
-@pytest.mark.parametrize("damage", [b"", b"garbage"])
-def test_a_damaged_kernel_in_the_cache_is_compiled_anew(monkeypatch, tmp_path, damage):
-    monkeypatch.setenv("TIEROD_CACHE", str(tmp_path))
-    source = f"int one(void); int one(void) {{ return {1 + len(damage)}; }}"
-    key = compiler.library_path(compiler.compiler(), source, "damaged")
-    key.write_bytes(damage)
-    assert compiler.load(source, "damaged").one() == 1 + len(damage)
-
-
-def test_a_folder_of_somebody_else_is_not_trusted(monkeypatch, tmp_path):
-    monkeypatch.setattr(compiler.tempfile, "tempdir", str(tmp_path))
-    planted = tmp_path / f"tierod-{compiler.os.getuid()}"
-    planted.mkdir()
-    planted.chmod(0o777)
-    assert compiler._fallback_folder.__wrapped__() != planted
-    planted.chmod(0o700)
-    assert compiler._fallback_folder.__wrapped__() == planted
-
-
-def test_a_cache_that_cannot_be_written_is_no_obstacle(monkeypatch, tmp_path):
-    blocked = tmp_path / "file"
-    blocked.write_text("")
-    monkeypatch.setenv("TIEROD_CACHE", str(blocked / "below"))
-    assert compiler._writable(compiler.cache_folder()).is_dir()

@@ -16,13 +16,14 @@ import hashlib
 import json
 import re
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from tierod.errors import InputError, OutputError
 from tierod.files import write_text
+from tierod.locks import alone
 from tierod.recording import Recording
 from tierod.user_files import MOST_DATA_BYTES, json_document, read_bytes
 
@@ -73,8 +74,15 @@ class Store:
         Raises:
             OutputError: another process holds it
         """
-        with open(self.folder / ".lock", "w") as lock:
-            _hold(lock, self.folder)
+        lock = self.folder / ".lock"
+        with ExitStack() as stack:
+            lock.touch()
+            try:
+                stack.enter_context(alone(lock, patience=0.0))
+            except TimeoutError:
+                raise OutputError(
+                    f"another campaign is running in {self.folder}; wait for it, or name another folder with --output"
+                ) from None
             for path in self._folders():
                 for left in path.iterdir():
                     if LEFTOVER.fullmatch(left.name):
@@ -153,19 +161,6 @@ def slug(parts: Mapping[str, Any], longest: int = 120) -> str:
     """A file name from the place of a cell, readable and safe; whatever is cut off, the key keeps names apart."""
     text = "_".join(re.sub(r"[^A-Za-z0-9.+-]+", "-", str(part)).strip("-.") or "0" for part in parts.values())
     return text[:longest]
-
-
-def _hold(lock: Any, folder: Path) -> None:
-    try:
-        import fcntl
-    except ImportError:  # no such locks on this system: two runs at a time would only waste work
-        return
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        raise OutputError(
-            f"another campaign is running in {folder}; wait for it, or name another folder with --output"
-        ) from None
 
 
 def _read(path: Path, schema: str, key: str) -> dict[str, Any] | None:

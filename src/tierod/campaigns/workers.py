@@ -6,6 +6,7 @@ import os
 import signal
 import time
 import traceback
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
-from tierod.errors import CompileError, MissingExtra, OutputError, ParameterError, TierodError
+from tierod.errors import CompileError, KernelWarning, MissingExtra, OutputError, ParameterError, TierodError
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Set to one in the workers: they share the cores already, and sums would depend on the number of threads."""
@@ -190,6 +191,7 @@ def _one_thread() -> Iterator[None]:
 def _serve(connection: Connection, work: Callable[[Any], Any]) -> None:
     """What a worker does: one task after the other, until the parent closes its end or is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes; the parent decides
+    warnings.simplefilter("ignore", KernelWarning)  # the parent, which compiles first, has said it
     with suppress(EOFError, OSError, Orphaned):
         connection.send("ready")
         while True:

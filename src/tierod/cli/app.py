@@ -11,11 +11,13 @@ import importlib
 import os
 import pkgutil
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import ModuleType
+from typing import TextIO
 
-from tierod.errors import TierodError, nearest
+from tierod.errors import KernelWarning, TierodError, nearest
 
 HEALTHY, FAULT, NOT_JUDGED, BAD_INPUT, DEFECT, INTERRUPTED, UNHEARD = 0, 1, 2, 3, 4, 130, 141
 """Exit codes; DEFECT means that tierod itself is wrong, INTERRUPTED that the user stopped it, UNHEARD (128 + SIGPIPE)
@@ -47,7 +49,9 @@ def run(arguments: Sequence[str]) -> int:
     """Run a verb with its arguments, and return the exit code."""
     debug, code = "--debug" in arguments, UNHEARD
     try:
-        code = _dispatch([argument for argument in arguments if argument != "--debug"])
+        with warnings.catch_warnings():
+            warnings.showwarning = _warn
+            code = _dispatch([argument for argument in arguments if argument != "--debug"])
         sys.stdout.flush()
         return code
     except BrokenPipeError:
@@ -60,6 +64,20 @@ def run(arguments: Sequence[str]) -> int:
         code, sentence = _explain(error)
         print(f"tierod: {sentence}", file=sys.stderr)
         return code
+
+
+def _warn(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    """A warning of tierod in a sentence, without the place in the code; another library's as Python writes it."""
+    ours = issubclass(category, KernelWarning)
+    text = " ".join(str(message).split())
+    print(f"tierod: {text}" if ours else f"{filename}:{lineno}: {category.__name__}: {text}", file=sys.stderr)
 
 
 def _dispatch(arguments: Sequence[str]) -> int:

@@ -104,8 +104,10 @@ def diagnose(
             progress=advance,
         )
     show(diagnosis, as_json, target, console, messages)
-    if signals is not None:
-        (messages() if as_json else console()).print(f"signals: {signals}", soft_wrap=True, markup=False)
+    told = [] if signals is None else [f"signals: {signals}"]
+    told += [f"{name}: {diagnosis.remarks[name]}" for name in ("baseline", "fault memory") if name in diagnosis.remarks]
+    for line in told:
+        (messages() if as_json else console()).print(line, soft_wrap=True, markup=False)
     return diagnosis.findings[0].status.exit_code
 
 

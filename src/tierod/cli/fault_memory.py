@@ -95,21 +95,21 @@ def _snapshot(path: Path, code: str | None, uds: str | None, json: bool) -> None
 def _clear(path: Path, code: str | None, uds: str | None, json: bool) -> None:
     from tierod.diagnosis import store
     from tierod.diagnosis.fault_memory import FaultMemory
+    from tierod.files import holding
 
     if not path.exists():
         raise InputError(f"there is no fault memory {path}; there is nothing to clear")
     try:
-        memory = FaultMemory.opened(path)
+        with FaultMemory.changing(path) as memory:
+            if code is not None:
+                memory.codes.named(code)
+            kept = store.aside(path)
+            memory.clear(code)
     except InputError:
         if code is not None:
             raise
-        kept = store.remove(path)
-    else:
-        if code is not None:
-            memory.codes.named(code)
-        # Copied after it was read: what another program writes from here on makes the clearing fail.
-        kept = store.aside(path)
-        memory.clear(code)
+        with holding(path) as target:
+            kept = store.remove(target)
     messages().print(f"cleared {path}; what it held is kept as {kept}", soft_wrap=True, markup=False)
     if json:
         print_json({"cleared": str(path), "kept": str(kept)})

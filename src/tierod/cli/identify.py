@@ -151,7 +151,7 @@ def _sources(recordings: list[Path]) -> list[str]:
 def _write_vehicle(result: Identified, car: Vehicle, recordings: list[Path], target: Path) -> None:
     from tierod.cli.analysed import origin
     from tierod.errors import ParameterError
-    from tierod.files import write_text
+    from tierod.files import holding, write_text
     from tierod.user_files import read_text
     from tierod.vehicles.writer import Change, changed, with_thresholds
 
@@ -159,10 +159,11 @@ def _write_vehicle(result: Identified, car: Vehicle, recordings: list[Path], tar
     made = f"on {by.created[:10]} by tierod {by.version}: {by.command}"
     source = f"identified from {', '.join(_sources(recordings))} {made}"
     changes = {each.name: Change(each.value, each.deviation, source) for each in result.found}
-    text = changed(read_text(car.path, "the vehicle file", ParameterError, keep_line_ends=True), changes)
-    for of, table in getattr(result, "thresholds", {}).items():
-        text = with_thresholds(text, of, table)
-    write_text(target, text)
+    with holding(target) as place:  # read and written as one: another parameter may be found at the same time
+        text = changed(read_text(car.path, "the vehicle file", ParameterError, keep_line_ends=True), changes)
+        for of, table in getattr(result, "thresholds", {}).items():
+            text = with_thresholds(text, of, table)
+        write_text(place, text)
 
 
 def _write_page(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from tierod.diagnosis.frames import AFTER, BEFORE, Window
 from tierod.diagnosis.status import CodeStatus, after_test
 from tierod.diagnosis.trouble_codes import REACTIONS, TroubleCodes, load_trouble_codes
 from tierod.errors import InputError, ParameterError, nearest
-from tierod.files import expanded
+from tierod.files import expanded, holding
 from tierod.signals import SIGNALS
 
 CAUSE_DELAY = 2.0
@@ -24,6 +25,10 @@ CAUSE_DELAY = 2.0
 
 PLACES = 24
 """Codes that the memory holds at a time."""
+
+
+RECORDINGS = 1000
+"""Fingerprints that the memory holds at a time: a year of three recordings a day, in some 100 kB."""
 
 
 class FaultMemory:
@@ -56,8 +61,32 @@ class FaultMemory:
         self._window = Window()
         self._waiting: dict[str, float] = {}
         self._before: dict[str, tuple[float, Entry]] = {}
+        self.recordings: dict[str, tuple[int, str]] = {}
         self._digest = ""
-        self._live = False
+        self._live = self._held = False
+
+    @classmethod
+    @contextmanager
+    def changing(
+        cls, path: str | Path, vehicle: str | None = None, codes: TroubleCodes | None = None
+    ) -> Iterator[FaultMemory]:
+        """The memory in a file, held against other programs: what the block does to it is written as one, at its end.
+
+        Args:
+            path: of the file; it need not exist
+            vehicle: whose memory it must be; the one that the file names where None
+            codes: the table
+
+        Raises:
+            InputError: the file is damaged, of another version, table or vehicle; it was copied aside
+            OutputError: it cannot be written, or another program holds it without end
+        """
+        with holding(path) as target:
+            memory = cls.opened(target, vehicle, codes)
+            memory._held = True
+            yield memory
+            memory._digest = store.save_held(target, memory.codes, memory.vehicle, memory._content(), memory._digest)
+            memory._held = False
 
     @classmethod
     def opened(cls, path: str | Path, vehicle: str | None = None, codes: TroubleCodes | None = None) -> FaultMemory:
@@ -78,25 +107,38 @@ class FaultMemory:
             memory.entries |= kept.entries
             memory.cycles, memory.date = kept.content["cycles"], kept.content["date"]
             memory.open, memory.overflowed = kept.content["open"], kept.content["overflowed"]
+            memory.recordings = {key: tuple(each) for key, each in kept.content.get("recordings", {}).items()}
             memory._digest, memory.vehicle = kept.digest, kept.vehicle
         return memory
 
-    def begin_cycle(self, date: str | None = None) -> None:
+    def begin_cycle(self, date: str | None = None, recording: str = "") -> None:
         """An operation cycle begins: a drive, or one recording. One that a lost program left open is ended first.
 
         Args:
             date: when, ISO 8601; now where not given
+            recording: fingerprint of the recording that the cycle is; "" where it has none
 
         Raises:
-            ParameterError: the last one has not ended
+            InputError: the memory has taken that recording already
+            ParameterError: the last cycle has not ended
         """
         if self.open and self._live:
             raise ParameterError("an operation cycle is open; end it before the next begins")
+        if recording in self.recordings:
+            number, taken = self.recordings[recording]
+            raise InputError(
+                f"the fault memory {self.path or 'in this program'} has taken this recording already, as operation "
+                f"cycle {number} on {taken}, and counts none twice: nothing was changed. Judge it again without the "
+                "memory"
+            )
         if self.open:
             self._close()
         self._live = True
         self.open, self.cycles = True, self.cycles + 1
         self.date = date or datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+        if recording:
+            self.recordings = dict(list(self.recordings.items())[1 - RECORDINGS :])
+            self.recordings[recording] = (self.cycles, self.date)
         self.entries = {name: cycle.begun(entry) for name, entry in self.entries.items()}
         self._counting.restart()
         self._window = Window()
@@ -152,7 +194,7 @@ class FaultMemory:
         self.open = self._live = False
 
     def clear(self, name: str | None = None) -> None:
-        """Forget one code, given its name or the code itself, or all of them; others count on as they did.
+        """Forget one code, given its name or the code itself, or all and all recordings; others count on as they did.
 
         Within a cycle its test begins anew, as if the cycle had begun: what still fails is pending again.
 
@@ -161,6 +203,7 @@ class FaultMemory:
             OutputError: the file cannot be written
         """
         chosen = tuple(self.entries) if name is None else (self.codes.named(name),)
+        self.recordings = {} if name is None else self.recordings
         self.overflowed = self.overflowed and name is not None
         for each in chosen:
             self.entries[each] = Entry()
@@ -186,21 +229,23 @@ class FaultMemory:
         return REACTIONS[max(asked, default=0)]
 
     def save(self) -> None:
-        """Write the file, whole or not at all; nothing without a path.
+        """Write the file, whole or not at all; nothing without a path, or where the end of `changing` writes it.
 
         Raises:
             OutputError: it cannot be written, or another program has written it meanwhile
         """
-        if self.path is None:
-            return
-        content = {
+        if self.path is not None and not self._held:
+            self._digest = store.save(self.path, self.codes, self.vehicle, self._content(), self._digest)
+
+    def _content(self) -> dict[str, Any]:
+        return {
             "cycles": self.cycles,
             "date": self.date,
             "open": self.open,
             "overflowed": self.overflowed,
+            "recordings": self.recordings,
             "entries": {name: entry.document() for name, entry in self.entries.items()},
         }
-        self._digest = store.save(self.path, self.codes, self.vehicle, content, self._digest)
 
     def _check(self, time: np.ndarray, results: Mapping[str, Any], signals: Mapping[str, Any]) -> None:
         for name in results:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import glob
 import hashlib
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ from typing import Any
 from tierod.diagnosis.entry import Entry
 from tierod.diagnosis.trouble_codes import TroubleCodes
 from tierod.errors import InputError, OutputError
-from tierod.files import replacing
+from tierod.files import holding, replacing, sweep
 from tierod.user_files import MOST_DATA_BYTES, json_document, read_bytes
 
 SCHEMA = "tierod.fault-memory/1"
@@ -99,6 +98,8 @@ def _checked(raw: bytes, codes: TroubleCodes) -> Kept:
         raise ValueError("was written with another table of trouble codes")
     if any(not isinstance(content.get(name), kind) for name, kind in _FIELDS.items()):
         raise ValueError("is damaged: a field is missing")
+    if not _are_recordings(content.get("recordings", {})):  # older files have none
+        raise ValueError("is damaged: its recordings are not whole")
     if set(content["entries"]) != set(table):
         raise ValueError("is damaged: its codes are not those of its table")
     try:
@@ -106,6 +107,13 @@ def _checked(raw: bytes, codes: TroubleCodes) -> Kept:
     except (ValueError, TypeError, KeyError, AttributeError):
         raise ValueError("is damaged, or of another version: an entry is not whole") from None
     return Kept(content, entries, document["digest"], str(document["vehicle"]))
+
+
+def _are_recordings(found: Any) -> bool:
+    """Whether this is fingerprint -> (number of the cycle, its date)."""
+    return isinstance(found, dict) and all(
+        isinstance(each, list) and [type(part) for part in each] == [int, str] for each in found.values()
+    )
 
 
 def save(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, Any], before: str) -> str:
@@ -121,20 +129,27 @@ def save(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, An
     Raises:
         OutputError: it cannot be written, or another program has written it meanwhile
     """
-    # A link is followed once: lock, temporary file and new name belong into one folder.
-    path = path.resolve()
+    with holding(path) as target:
+        return save_held(target, codes, vehicle, content, before)
+
+
+def save_held(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, Any], before: str) -> str:
+    """As `save`, of a file that is held.
+
+    Raises:
+        OutputError: it cannot be written, or a program that does not hold it has written it meanwhile
+    """
     digest = digest_of(content, vehicle)
     document = {"schema": SCHEMA, "vehicle": vehicle, "codes": codes.numbers, "digest": digest, "content": content}
-    with _alone(path.parent):
-        if _digest_in(path) != before:
-            raise OutputError(
-                f"the fault memory {path} is not the one that was read: another program has written it meanwhile. "
-                "It is untouched; run again"
-            )
-        with replacing(path) as temporary:
-            temporary.write_text(json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n", "utf-8")
-        _sweep(path)
-        _settled(path.parent)
+    if _digest_in(path) != before:
+        raise OutputError(
+            f"the fault memory {path} is not the one that was read: another program has written it meanwhile. What "
+            "that wrote stands, and nothing that was taken in since is in it; open it anew and repeat the cycle"
+        )
+    with replacing(path) as temporary:
+        temporary.write_text(json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n", "utf-8")
+    sweep(path, age=0.0)  # nobody else writes while the folder is held
+    _settled(path.parent)
     return digest
 
 
@@ -155,21 +170,19 @@ def aside(path: Path) -> Path:
 
 
 def remove(path: Path) -> Path:
-    """Remove a file that cannot be read as a memory, and tell where its copy is; the next recording begins a new one.
+    """Remove a held file that cannot be read as a memory, and tell where its copy is; the next recording begins anew.
 
     Raises:
         InputError: it cannot be read
         OutputError: it cannot be copied or removed
     """
-    path = path.resolve()
-    with _alone(path.parent):
-        kept = aside(path)
-        try:
-            path.unlink()
-        except OSError as error:
-            reason = (error.strerror or str(error)).lower()
-            raise OutputError(f"{path} cannot be removed ({reason}); check the permissions of its folder") from None
-        _settled(path.parent)
+    kept = aside(path)
+    try:
+        path.unlink()
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise OutputError(f"{path} cannot be removed ({reason}); check the permissions of its folder") from None
+    _settled(path.parent)
     return kept
 
 
@@ -186,30 +199,6 @@ def _digest_in(path: Path) -> str:
         return str(json_document(_raw(path))["digest"]) if path.exists() else ""
     except (InputError, OSError, ValueError, TypeError, LookupError):
         return "unreadable"
-
-
-def _sweep(path: Path) -> None:
-    """Remove what killed writers left beside the file; nobody else writes while the folder is locked."""
-    for left in path.parent.glob(f".{glob.escape(path.stem[:100])}.{'[0-9a-f]' * 12}{glob.escape(path.suffix)}"):
-        with contextlib.suppress(OSError):
-            left.unlink()
-
-
-@contextlib.contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """One writer at a time in a folder, where the system can lock folders."""
-    try:
-        import fcntl
-
-        handle = os.open(folder, os.O_RDONLY)
-    except (ImportError, OSError):
-        yield
-        return
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(handle)
 
 
 def _settled(folder: Path) -> None:

@@ -1,21 +1,25 @@
-"""Compile printed C into a shared library, cached by content in the user's cache folder."""
+"""Compile printed C into a shared library, kept by content in the user's cache folder."""
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import hashlib
 import os
 import platform
 import shutil
-import stat
 import subprocess
 import sys
 import tempfile
+import warnings
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Annotated
 
-from tierod.errors import CompileError
+from tierod.errors import CompileError, KernelWarning, OutputError
+from tierod.graph.kernel_cache import KernelCache, Unkept
+from tierod.graph.shared_library import loaded
 
 _LIBRARY_FUNCTIONS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp expm1 log log1p pow hypot"
 
@@ -30,6 +34,10 @@ NATIVE = ("-march=native", "-mprefer-vector-width=512")
 
 SCHEDULED = ("-fschedule-insns", "-fsched-pressure", "-fira-loop-pressure")
 """GCC's order of instructions for long straight lines in vector registers: about 6 % of a lane's time."""
+
+
+LONGEST: Annotated[float, "s"] = 600.0
+"""Time of one compilation, ten times what the largest kernel takes on a slow machine."""
 
 
 @cache
@@ -50,11 +58,11 @@ def cache_folder() -> Path:
     """Where compiled kernels are kept: TIEROD_CACHE, or `tierod` in the user's cache folder."""
     if chosen := os.environ.get("TIEROD_CACHE"):
         return Path(chosen)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tierod"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()) / "tierod"
 
 
 def load(source: str, name: str) -> ctypes.PyDLL:
-    """The library compiled from C source; compiled only where the cache does not hold it.
+    """The library compiled from C source; compiled only where no cache holds it.
 
     PyDLL keeps the interpreter's lock: one push is shorter than giving the lock away and taking it back.
 
@@ -67,52 +75,130 @@ def load(source: str, name: str) -> ctypes.PyDLL:
             "no C compiler was found (looked for cc, gcc, clang and the wheel ziglang); install one, "
             "or pip install 'tierod[compiler]', or run with engine='virtual machine'"
         )
-    library = library_path(command, source, name)
-    if library.exists():
+    kernel, caches = kernel_name(command, source, name), _caches()
+    for place in caches:
+        code = place.kept(kernel)
+        if code is not None:
+            try:
+                library = loaded(code, kernel)
+            except OSError:  # of another C library, for example: compiled anew
+                place.forget(kernel)
+            else:
+                _tell([caches[0].trouble()], place.where)
+                return library
+    return _built(command, source, kernel, caches)
+
+
+def kernel_name(command: tuple[str, ...], source: str, name: str) -> str:
+    """The name of a kernel in the cache: it holds all that its code depends on."""
+    parts = [*command, _identity(command[0]), _machine(), *FLAGS, *NATIVE, *SCHEDULED, source]
+    key = hashlib.sha256("\0".join(parts).encode())
+    return f"{name}-{key.hexdigest()[:24]}"
+
+
+def _caches() -> tuple[KernelCache | Unkept, ...]:
+    """Where kernels are looked for and kept, the user's own choice first."""
+    found = []
+    with contextlib.suppress(RuntimeError):  # a user without a home
+        found.append(KernelCache(cache_folder()))
+    with contextlib.suppress(OSError, AttributeError):  # no temporary folder, or a system without numbers of users
+        found.append(KernelCache(Path(tempfile.gettempdir()) / f"tierod-{os.getuid()}"))
+    return *found, Unkept()
+
+
+def _built(
+    command: tuple[str, ...], source: str, kernel: str, caches: tuple[KernelCache | Unkept, ...]
+) -> ctypes.PyDLL:
+    """Compile and load a kernel, and keep it in the first cache that takes it."""
+    library: ctypes.PyDLL | None = None
+    code: bytes | None = None
+    troubles: list[str] = []
+    refusal: CompileError | None = None
+    for place in caches:
         try:
-            return ctypes.PyDLL(str(library))
-        except OSError:
-            library.unlink(missing_ok=True)  # damaged, by a full disk or a copy: compiled anew
-    _compile(command, source, library)
+            with place.building(kernel) as folder:
+                # Another process may have compiled it while this one waited for the folder.
+                code = code or place.kept(kernel) or _compiled(command, source, folder)
+                library = library or _of_compiler(code, kernel)
+                place.keep(kernel, code)
+        except OutputError as error:
+            troubles.append(str(error))
+        except CompileError as error:
+            if refusal is not None:
+                raise
+            code, refusal = None, error  # perhaps for lack of room there: tried once more in the next place
+        else:
+            _tell(troubles, place.where)
+            return library
+    if library is None:
+        raise refusal or CompileError(f"no folder was found to compile in: {'; '.join(troubles)}")
+    return library
+
+
+def _of_compiler(code: bytes, kernel: str) -> ctypes.PyDLL:
     try:
-        return ctypes.PyDLL(str(library))
+        return loaded(code, kernel)
     except OSError as error:
         raise CompileError(
-            f"a compiled kernel cannot be loaded ({error}); name a folder that may hold programs with the environment "
-            "variable TIEROD_CACHE, or run with engine='virtual machine'"
+            f"a compiled kernel cannot be loaded ({error}); name another compiler with the environment variable "
+            "TIEROD_CC or another temporary folder with TMPDIR, or run with engine='virtual machine'"
         ) from None
 
 
-def library_path(command: tuple[str, ...], source: str, name: str) -> Path:
-    """Where the library of a source lies: the name holds all that its code depends on."""
-    parts = [*command, _identity(command[0]), _machine(), *FLAGS, *NATIVE, *SCHEDULED, source]
-    key = hashlib.sha256("\0".join(parts).encode())
-    return _writable(cache_folder()) / f"{name}-{key.hexdigest()[:24]}.so"
+_TOLD: set[str] = set()
 
 
-def _compile(command: tuple[str, ...], source: str, library: Path) -> None:
-    with tempfile.TemporaryDirectory(dir=library.parent, prefix="build-") as folder:
-        code, built = Path(folder, "kernel.c"), Path(folder, "kernel.so")
-        code.write_text(source)
-        for native in (NATIVE + SCHEDULED, NATIVE, NATIVE[:1], ()):
-            try:
-                run = subprocess.run(
-                    [*command, *FLAGS, *native, str(code), "-o", str(built), "-lm"],
-                    capture_output=True,
-                    text=True,
-                    check=False,
-                )
-            except OSError as error:
+def _tell(troubles: list[str], where: str) -> None:
+    """Say once in a process why kernels are not where they belong, and where they are."""
+    trouble = next(filter(None, troubles), "")
+    if trouble and not _TOLD:
+        _TOLD.add(trouble)
+        warnings.warn(f"{trouble}. Compiled kernels are kept {where}", KernelWarning, stacklevel=2)
+
+
+def _compiled(command: tuple[str, ...], source: str, folder: Path) -> bytes:
+    """The code that the compiler makes of a source.
+
+    Raises:
+        CompileError: it refuses, or makes nothing
+        OSError: the folder cannot be written
+    """
+    code, built = folder / "kernel.c", folder / "kernel.so"
+    code.write_text(source, encoding="utf-8")
+    for native in (NATIVE + SCHEDULED, NATIVE, NATIVE[:1], ()):
+        run = _run([*command, *FLAGS, *native, str(code), "-o", str(built), "-lm"], folder)
+        if run.returncode == 0:
+            if not built.is_file() or not built.stat().st_size:
                 raise CompileError(
-                    f"the C compiler '{command[0]}' cannot be run ({error.strerror}); "
-                    "name another one with the environment variable TIEROD_CC (empty for none)"
-                ) from None
-            if run.returncode == 0:
-                os.replace(built, library)
-                return
+                    f"the C compiler '{' '.join(command)}' ended well but wrote nothing; "
+                    "choose another one with the environment variable TIEROD_CC (empty for none)"
+                )
+            return built.read_bytes()
     raise CompileError(
         f"the C compiler '{' '.join(command)}' refused generated code ({_first_error(run.stderr)}); "
         "choose another one with the environment variable TIEROD_CC (empty for none)"
+    )
+
+
+def _run(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    try:
+        return subprocess.run(
+            command,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            check=False,
+            timeout=LONGEST,
+            # Its own temporary files go with the folder, also where it is killed.
+            env={**os.environ, "TMPDIR": str(folder)},
+        )
+    except subprocess.TimeoutExpired:
+        said = f"did not end within {LONGEST:g} s"
+    except OSError as error:
+        said = f"cannot be run ({error.strerror})"
+    raise CompileError(
+        f"the C compiler '{command[0]}' {said}; "
+        "name another one with the environment variable TIEROD_CC (empty for none)"
     )
 
 
@@ -138,25 +224,3 @@ def _machine() -> str:
     except OSError:
         return f"{platform.machine()} {platform.processor()}"
     return next((line for line in text.splitlines() if line.startswith(("flags", "Features"))), platform.machine())
-
-
-def _writable(folder: Path) -> Path:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        if os.access(folder, os.W_OK):
-            return folder
-    except OSError:
-        pass
-    return _fallback_folder()
-
-
-@cache
-def _fallback_folder() -> Path:
-    """A folder among the temporary ones that nobody else can put a kernel into."""
-    if hasattr(os, "getuid"):
-        fallback = Path(tempfile.gettempdir()) / f"tierod-{os.getuid()}"
-        fallback.mkdir(mode=0o700, exist_ok=True)
-        found = fallback.lstat()
-        if stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & 0o022:
-            return fallback
-    return Path(tempfile.mkdtemp(prefix="tierod-"))

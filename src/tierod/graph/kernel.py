@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import ctypes
 import os
+import warnings
 from functools import lru_cache
 from typing import Any, Literal, Protocol
 
 import numpy as np
 
 from tierod.block import Block, tuning
-from tierod.errors import ParameterError
+from tierod.errors import CompileError, KernelWarning, ParameterError
 from tierod.graph.bank_graph import BankGraph
 from tierod.graph.bank_machine import BankMachine
 from tierod.graph.bank_printer import print_bank
@@ -43,7 +44,7 @@ class CompiledKernel:
 
     def __init__(self, block: Block):
         self.graph = trace(block)
-        self.library = _scalar_library(self.graph)
+        self.library = _library(self.graph)
         self.name = prefix(self.graph)
         self.carried = _prepare(self.library, self.name, block)
         self._scan = getattr(self.library, f"{self.name}_scan")
@@ -61,7 +62,7 @@ class LaneKernel:
         self.graph = trace(blocks[0])
         tunings = [np.array([value for _, value in tuning(block)]) for block in blocks]
         own = any(not np.array_equal(tunings[0], other, equal_nan=True) for other in tunings[1:])
-        library = _lane_library(self.graph, own)
+        library = _library(self.graph, own)
         name = prefix(self.graph)
         columns = [_prepare(library, name, block) for block in blocks] if own else [_prepare(library, name, blocks[0])]
         if own:
@@ -106,12 +107,42 @@ def kernel(block: Block, engine: Engine = "auto") -> Kernel:
             TIEROD_ENGINE decides for "auto"
 
     Raises:
-        CompileError: "compiled" was asked for and there is no compiler
+        CompileError: "compiled" was asked for and the block cannot be compiled
         TraceError: the block cannot be traced
     """
     if not is_interpreted(engine):
-        return CompiledKernel(block)
+        try:
+            return CompiledKernel(block)
+        except CompileError as error:
+            _tell_interpreted(error, engine)
     return BankMachine(block) if isinstance(trace(block), BankGraph) else VirtualMachine(block)
+
+
+def lane_kernel(blocks: list[Block]) -> LaneKernel | None:
+    """What runs many blocks of one structure side by side; None where each has to run alone.
+
+    Raises:
+        CompileError: TIEROD_ENGINE asks for "compiled" and the blocks cannot be compiled
+    """
+    if is_interpreted() or isinstance(trace(blocks[0]), BankGraph):
+        return None
+    try:
+        return LaneKernel(blocks)
+    except CompileError as error:
+        _tell_interpreted(error, "auto")
+        return None
+
+
+_INTERPRETED: set[str] = set()
+
+
+def _tell_interpreted(error: CompileError, engine: str) -> None:
+    """Say once in a process why blocks run on the virtual machine; an error where compiled ones were asked for."""
+    if _chosen(engine) == "compiled":
+        raise error
+    if not _INTERPRETED:
+        _INTERPRETED.add(str(error))
+        warnings.warn(f"{error}. The virtual machine is used, which is slower", KernelWarning, stacklevel=3)
 
 
 def print_c(graph: Graph | BankGraph) -> str:
@@ -125,11 +156,17 @@ def is_interpreted(engine: str = "auto") -> bool:
     Raises:
         ParameterError: an engine of that name does not exist
     """
+    chosen = _chosen(engine)
+    return chosen == "virtual machine" or (chosen == "auto" and compiler() is None)
+
+
+def _chosen(engine: str) -> str:
+    """The engine, where the environment variable TIEROD_ENGINE decides for "auto"."""
     if engine == "auto":
         engine = os.environ.get("TIEROD_ENGINE", "auto")
     if engine not in ("auto", "compiled", "virtual machine"):
         raise ParameterError(f"engine '{engine}' is unknown; write 'auto', 'compiled' or 'virtual machine'")
-    return engine == "virtual machine" or (engine == "auto" and compiler() is None)
+    return engine
 
 
 def _run(
@@ -145,14 +182,31 @@ def _address(array: np.ndarray) -> int:
     return array.ctypes.data
 
 
-@lru_cache(maxsize=256)
-def _scalar_library(graph: Graph) -> ctypes.PyDLL:
-    return load(print_c(graph), prefix(graph))
+def _library(graph: Graph | BankGraph, own_tuning: bool | None = None) -> ctypes.PyDLL:
+    """The library of a graph; of lanes where it is known whether they have tunings of their own."""
+    found = _attempted(graph, own_tuning)
+    if isinstance(found, CompileError):
+        raise found.with_traceback(None)
+    return found
 
 
-@lru_cache(maxsize=256)
-def _lane_library(graph: Graph, own_tuning: bool) -> ctypes.PyDLL:
-    return load(print_lanes(graph, own_tuning), f"{prefix(graph)}_lanes")
+@lru_cache(maxsize=512)
+def _attempted(graph: Any, own_tuning: bool | None) -> ctypes.PyDLL | CompileError:
+    """A refusal is kept too: the next piece of a recording would have everything compiled in vain again."""
+    name = prefix(graph)
+    try:
+        if own_tuning is None:
+            library = load(print_c(graph), name)
+        else:
+            library = load(print_lanes(graph, own_tuning), f"{name}_lanes")
+    except CompileError as error:
+        return error
+    if not hasattr(library, f"{name}_carried"):
+        return CompileError(
+            "the C compiler made something else of generated code; choose another one with the environment variable "
+            "TIEROD_CC (empty for none)"
+        )
+    return library
 
 
 def _prepare(library: ctypes.PyDLL, name: str, block: Block) -> np.ndarray:

@@ -9,8 +9,7 @@ import numpy as np
 
 from tierod.block import Block, Tree
 from tierod.errors import InputError
-from tierod.graph.bank_graph import BankGraph
-from tierod.graph.kernel import LaneKernel, is_interpreted, lane_array
+from tierod.graph.kernel import LaneKernel, lane_array, lane_kernel
 from tierod.graph.printer import LANES
 from tierod.graph.runtime import scan
 from tierod.graph.samples import Memory, Result, Samples, columns_of, memory_of
@@ -54,12 +53,12 @@ def batch(
 
 
 def _tile(blocks: list[Block], recordings: Sequence[Samples], memories: list[Memory]) -> list[Result]:
-    alone = is_interpreted() or isinstance(trace(blocks[0]), BankGraph)
-    if alone or len(blocks) < FEWEST or len({memory.count for memory in memories}) > 1:
+    fitting = len(blocks) >= FEWEST and len({memory.count for memory in memories}) == 1
+    runner = lane_kernel(blocks) if fitting else None
+    if runner is None:
         return [
             scan(block, samples, memory) for block, samples, memory in zip(blocks, recordings, memories, strict=True)
         ]
-    runner = LaneKernel(blocks)
     samples = [np.ascontiguousarray(columns_of(runner.graph, recording)) for recording in recordings]
     lengths = [len(values) for values in samples]
     outputs = [np.empty((length, len(runner.graph.output))) for length in lengths]

@@ -34,7 +34,7 @@ class MemoryFeed:
     def __init__(self, path: str | Path, vehicle: str, monitor: str):
         memory = FaultMemory.opened(path, vehicle, load_trouble_codes())
         require_folder(path)
-        self.path, self.vehicle = path, vehicle
+        self.path, self.vehicle, self.monitor = path, vehicle, monitor
         self.codes, self.identifiers = memory.codes.of_monitor(monitor), memory.codes.identifiers
         self._pieces: list[tuple[np.ndarray, dict[str, np.ndarray]]] = []
         self._seen = 0
@@ -53,16 +53,21 @@ class MemoryFeed:
         diagnosis: Diagnosis,
         course: Sequence[StatusChange],
         code_courses: Mapping[str, Sequence[StatusChange]] | None = None,
-    ) -> None:
+        recording: str = "",
+    ) -> str:
         """One operation cycle of the memory: every status of the run as a result, and the verdict as the last one.
 
         Args:
             diagnosis: of the run
             course: its running verdict
             code_courses: running verdicts of single codes by name, in place of it
+            recording: its fingerprint
+
+        Returns:
+            what became of it, in a sentence
 
         Raises:
-            InputError: the memory's file was damaged meanwhile
+            InputError: the memory has taken the recording already, or its file was damaged meanwhile
             OutputError: it cannot be written
         """
         time = np.concatenate([piece[0] for piece in self._pieces])
@@ -76,10 +81,11 @@ class MemoryFeed:
                 [np.isin(status, code.failed_by), np.isin(status, code.passed_by)], [1.0, -1.0], 0.0
             )
         # Opened here, not kept since the beginning: other recordings of the vehicle may have been judged meanwhile.
-        memory = FaultMemory.opened(self.path, self.vehicle, load_trouble_codes())
-        memory.begin_cycle(diagnosis.created)
-        memory.absorb(time, results, signals)
-        memory.end_cycle()
+        with FaultMemory.changing(self.path, self.vehicle, load_trouble_codes()) as memory:
+            memory.begin_cycle(diagnosis.created, f"{self.monitor} {recording}" if recording else "")
+            memory.absorb(time, results, signals)
+            memory.end_cycle()
+        return f"the recording is operation cycle {memory.cycles} of the fault memory {self.path}"
 
 
 def _statuses(time: np.ndarray, course: Sequence[StatusChange], last: Status) -> np.ndarray:

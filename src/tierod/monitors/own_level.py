@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated
 
 from tierod.errors import InputError
-from tierod.files import write_text
+from tierod.files import holding, write_text
 from tierod.user_files import json_document, read_text
 
 SCHEMA = "tierod.own-level/1"
@@ -80,6 +80,26 @@ def store_own_level(level: OwnLevel, path: str | Path) -> Path:
         OutputError: the file cannot be written
     """
     return write_text(path, json.dumps({"schema": SCHEMA, **dataclasses.asdict(level)}, indent=2) + "\n")
+
+
+def keep_first(level: OwnLevel, path: str | Path) -> str:
+    """Write the level where no file is; one that is there is never changed, so that no slow fault creeps into it.
+
+    Args:
+        level: to be kept
+        path: of the file
+
+    Returns:
+        what became of it, in a sentence
+
+    Raises:
+        OutputError: the file cannot be written, or another program holds its folder without end
+    """
+    with holding(path) as place:
+        if place.exists():
+            return f"{path} was written by another program meanwhile and stays; this recording was judged without it"
+        store_own_level(level, place)
+    return f"written to {path}; later recordings are judged against it"
 
 
 def refuse_foreign(level: OwnLevel, vehicle: str, monitor: str, path: str | Path = "the stored level") -> None:

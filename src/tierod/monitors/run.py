@@ -9,10 +9,10 @@ from typing import Any
 
 from tierod.derive import complete
 from tierod.errors import ParameterError, nearest
-from tierod.findings import Diagnosis
+from tierod.findings import Diagnosis, Status
 from tierod.monitors.named_vehicle import vehicle_named_in
 from tierod.monitors.over_time import OverTime
-from tierod.monitors.own_level import OwnLevel, load_own_level, store_own_level
+from tierod.monitors.own_level import OwnLevel, keep_first, load_own_level
 from tierod.monitors.pieces import pieces_of, share_read
 from tierod.monitors.running import Run
 from tierod.monitors.session import Monitor, Variant
@@ -79,9 +79,25 @@ def diagnose(
     if signals is not None and kept is not None:
         units = {name: each.unit for name, each in diagnosis.traces.items()}
         write(kept.recording(units, f"tierod, monitor {run.monitor.name}"), signals)
-    if isinstance(own_level, str | Path) and known is None and run.learnt:
-        store_own_level(dataclasses.replace(run.learnt, learnt=diagnosis.created), own_level)
+    if isinstance(own_level, str | Path):
+        diagnosis = diagnosis.remarked("baseline", _kept(run, own_level, known, diagnosis))
     return diagnosis
+
+
+def _kept(run: Run, path: str | Path, known: OwnLevel | None, diagnosis: Diagnosis) -> str:
+    """What became of the file of the baseline, in a sentence; the first healthy recording writes it."""
+    if known is not None:
+        return f"judged against {path}, learnt {known.learnt or 'at a time unknown'}; the file stays as it is"
+    if run.learnt is not None:
+        return keep_first(dataclasses.replace(run.learnt, learnt=diagnosis.created), path)
+    status = diagnosis.findings[0].status
+    if not run.monitor.learns:
+        reason = f"the monitor '{run.monitor.name}' learns no baseline"
+    elif status is not Status.HEALTHY:
+        reason = f"the verdict is '{status}', and only a healthy recording teaches one"
+    else:
+        reason = "too little of the recording could be judged to learn one"
+    return f"{path} was not written: {reason}"
 
 
 def _suited(definition: Monitor, asked: Variant | None, piece: Recording) -> tuple[Monitor, Variant | None]:

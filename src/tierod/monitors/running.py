@@ -19,6 +19,7 @@ from tierod.monitors.over_time import OverTime
 from tierod.monitors.own_level import OwnLevel, refuse_foreign
 from tierod.monitors.pieces import CHUNK, OVERLAP, joined, refuse_leap
 from tierod.monitors.quality_over_chunks import QualityOverChunks
+from tierod.monitors.sample_digest import SampleDigest
 from tierod.monitors.session import Conclusion, Monitor, Session, StatusChange, Variant
 from tierod.monitors.suitable import refuse_unsuitable
 from tierod.readers import SHARE_READ
@@ -59,6 +60,7 @@ class Run:
             refuse_foreign(own_level, vehicle.name, f"{monitor.name}, {variant.name}")
         self.session: Session = _opened(monitor, variant, vehicle, own_level)
         self.feed = _feed(memory, vehicle, monitor) if memory else None
+        self._digest = SampleDigest(_common(monitor))
         self.kept = kept
         self.learnt: OwnLevel | None = None
         self.course: tuple[StatusChange, ...] = ()
@@ -86,6 +88,8 @@ class Run:
         whole = complete(joined(self._before, piece), [*self.monitor.required, *self.monitor.optional])
         complete_piece = whole.slice(begin) if self._before else whole
         self._quality.add(complete_piece)
+        if self.feed:
+            self._digest.add(piece)
         self._metadata |= {k: v for k, v in piece.metadata.items() if k != SHARE_READ}
         if self._start is None:
             refuse_unsuitable(self.monitor, self.vehicle, complete_piece)
@@ -134,7 +138,8 @@ class Run:
         self.code_courses = conclusion.code_courses
         diagnosis = self._diagnosis(conclusion, command)
         if self.feed:
-            self.feed.finish(diagnosis, self.course, self.code_courses)
+            taken = self.feed.finish(diagnosis, self.course, self.code_courses, self._digest.result())
+            diagnosis = diagnosis.remarked("fault memory", taken)
         return diagnosis
 
     def _diagnosis(self, conclusion: Conclusion, command: str) -> Diagnosis:
@@ -188,6 +193,12 @@ def _feed(memory: str | Path, vehicle: Vehicle, monitor: Monitor) -> MemoryFeed:
     from tierod.monitors.into_memory import MemoryFeed  # few runs have a memory, and it takes its time to load
 
     return MemoryFeed(memory, vehicle.name, monitor.name)
+
+
+def _common(monitor: Monitor) -> set[str]:
+    """Channels that every variant reads: judged by another one, a recording has the same fingerprint."""
+    own = [monitor, *(monitor.needing(variant) for variant in monitor.variants.values())]
+    return set.intersection(*(set(ingredients([*each.required, *each.optional])) for each in own))
 
 
 def _opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: OwnLevel | None) -> Session:

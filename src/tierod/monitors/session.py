@@ -162,6 +162,7 @@ class Monitor:
         slower: rates for recordings whose required channels come slower than `rate` [Hz], the fastest first; empty
             where held values do no harm
         condition: what the recording must be and no channel tells, as a half-sentence after "if"; "" where any will do
+        learns: whether it learns a baseline of the vehicle, which later recordings are judged against
     """
 
     name: str
@@ -177,6 +178,7 @@ class Monitor:
     default: str | None
     condition: str = ""
     slower: tuple[float, ...] = ()
+    learns: bool = False
 
     def needing(self, variant: Variant) -> Monitor:
         """The monitor with the needs of one of its variants."""

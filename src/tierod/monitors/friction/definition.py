@@ -135,4 +135,5 @@ FRICTION = Monitor(
     maximum_age=0.1,
     variants={variant.name: variant for variant in _VARIANTS},
     default="pre-sliding",
+    learns=True,
 )

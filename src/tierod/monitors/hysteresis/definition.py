@@ -247,4 +247,5 @@ HYSTERESIS = Monitor(
     },
     default=None,
     condition="this is a lock-to-lock test of the standing car",
+    learns=True,
 )

@@ -1,0 +1,211 @@
+"""Commands that write, killed at random moments: nothing breaks, what was finished is kept, and the next run works."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import random
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .killed import COMMANDS, WHOLE, Command
+
+LEFT = re.compile(r"\..+\.[0-9a-f]{12}(\.\w+)?")
+"""Names of files that were being written when their process was killed."""
+
+SLOWEST = 300.0
+"""Seconds after which a run that was not killed is taken for a hang."""
+
+LAUNCH = """
+import resource, signal, sys
+last_byte = int(sys.argv.pop(1))
+from tierod.cli import main
+if last_byte:
+    signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (last_byte, last_byte))
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
+"""
+"""A run that dies where any file that it writes, in memory or on the disk, reaches a size."""
+
+
+def run(
+    count: int, seed: int, folder: Path, names: Sequence[str] = (), cache: Path | None = None
+) -> dict[str, dict[str, int]]:
+    """Kill commands that write.
+
+    Args:
+        count: of kills, over all commands
+        seed: of chance
+        folder: empty, for all files
+        names: of the commands; all where none is given
+        cache: of kernels; where not given one in the folder, which is emptied now and then
+
+    Returns:
+        for each command what happened how often; all is well where "broken", "lost", "hindered" and "strays" are 0
+    """
+    chosen = [each for each in COMMANDS if not names or each.name in names]
+    kernels = Kernels(cache or folder / "cache", cache is None)
+    places = {each.name: _prepared(each, folder / each.name.replace(" ", "-"), kernels) for each in chosen}
+    found = {each.name: dict.fromkeys(FIGURES, 0) for each in chosen}
+    for number in range(count):
+        command = chosen[number % len(chosen)]
+        for figure, value in _killed(command, places[command.name], random.Random(f"{seed} {number}")).items():
+            found[command.name][figure] += value
+    return found
+
+
+FIGURES = ("runs", "killed", "while writing", "broken", "lost", "hindered", "strays")
+
+
+@dataclass(frozen=True)
+class Kernels:
+    """Where compiled kernels are.
+
+    Args:
+        folder: of the cache
+        ours: whether it may be emptied
+    """
+
+    folder: Path
+    ours: bool
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a command is killed.
+
+    Args:
+        folder: holds `inputs`, `before` and `work`
+        seconds: of a run that is not killed
+        code: that it ends with
+        kernels: that it finds
+    """
+
+    folder: Path
+    seconds: float
+    code: int
+    kernels: Kernels
+
+
+def _prepared(command: Command, folder: Path, kernels: Kernels) -> Place:
+    """Inputs, what lies there before, and how long the command takes once its kernels are compiled."""
+    for name in ("inputs", "before", "work"):
+        (folder / name).mkdir(parents=True)
+    command.inputs(folder / "inputs")
+    for arguments in command.before:
+        assert _run(arguments, folder / "before", kernels) in (0, 1)
+    seconds, code = SLOWEST, 0
+    for _ in range(2 if kernels.ours else 1):
+        _fresh(folder)
+        began = time.monotonic()
+        code = _run(command.arguments, folder / "work", kernels)
+        seconds = time.monotonic() - began
+        assert code in (0, 1, 2), f"{command.name} ends with {code}"
+    _fresh(folder)
+    return Place(folder, seconds, code, kernels)
+
+
+def _fresh(folder: Path) -> None:
+    shutil.rmtree(folder / "work")
+    shutil.copytree(folder / "before", folder / "work")
+
+
+def _killed(command: Command, place: Place, chance: random.Random) -> Counter[str]:
+    """One kill, and all that is seen after it."""
+    work, figures = place.folder / "work", Counter(runs=1)
+    if not command.resumes:
+        _fresh(place.folder)
+    if place.kernels.ours and chance.random() < 0.2:
+        shutil.rmtree(place.kernels.folder, ignore_errors=True)  # killed while it compiles
+    before = _contents(work)
+    figures["killed"] += _is_killed(command, place, chance)
+    after = _contents(work)
+    figures["while writing"] += any(_being_written(work))
+    figures["broken"] += sum(after[name] != before.get(name) and _is_broken(work / name) for name in after)
+    figures["lost"] += sum(name not in after for name in before)
+    if command.resumes:  # what is finished does not change any more
+        figures["lost"] += sum(after.get(name) != before[name] for name in before if "verdicts" in name)
+    if after == before and chance.random() < 0.7:
+        return figures
+    aged = chance.random() < 0.5
+    for path in _being_written(work) if aged else ():
+        os.utime(path, (0, 0))
+    figures["hindered"] += _is_hindered(command, place)
+    figures["strays"] += aged and any(_being_written(work))
+    return figures
+
+
+def _is_killed(command: Command, place: Place, chance: random.Random) -> bool:
+    """Run and kill, unless it ends before: at a moment, at a byte of a file, or just when a file is being written."""
+    work, how = place.folder / "work", chance.choice(("moment", "byte", "writing"))
+    last_byte = round(10.0 ** chance.uniform(1.0, 7.0)) if how == "byte" else 0
+    process = _started(command.arguments, work, place.kernels, last_byte)
+    end = time.monotonic() + (chance.uniform(0.0, 1.1 * place.seconds) if how == "moment" else SLOWEST)
+    while process.poll() is None and time.monotonic() < end:
+        if how == "writing" and any(_being_written(work)):
+            time.sleep(chance.uniform(0.0, 0.03))
+            break
+        time.sleep(0.002)
+    killed = process.poll() is None
+    if killed:
+        os.killpg(process.pid, signal.SIGKILL)
+    return process.wait() < 0 or killed
+
+
+def _being_written(work: Path) -> Iterator[Path]:
+    return (path for path in work.rglob(".*") if LEFT.fullmatch(path.name))
+
+
+def _is_hindered(command: Command, place: Place) -> bool:
+    """Whether the same command does not run through now, or leaves something that is not whole."""
+    work = place.folder / "work"
+    code = _run(command.arguments, work, place.kernels)
+    if command.once and code == 3:  # the killed run had counted already; without the memory it must do
+        code = _run(
+            [each for each in command.arguments if each not in ("--memory", "memory.json")], work, place.kernels
+        )
+    return code != place.code or any(_is_broken(work / name) for name in _contents(work))
+
+
+def _started(arguments: Sequence[str], work: Path, kernels: Kernels, last_byte: int = 0) -> subprocess.Popen:
+    return subprocess.Popen(
+        [sys.executable, "-c", LAUNCH, str(last_byte), *arguments],
+        cwd=work,
+        env={**os.environ, "TIEROD_CACHE": str(kernels.folder), "PYTHONWARNINGS": "default"},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,  # its workers are killed with it
+    )
+
+
+def _run(arguments: Sequence[str], work: Path, kernels: Kernels) -> int:
+    return _started(arguments, work, kernels).wait(SLOWEST)
+
+
+def _contents(work: Path) -> Mapping[str, str]:
+    """Every file below, with its digest."""
+    files = (path for path in work.rglob("*") if path.is_file() and path.name != ".lock")
+    return {path.relative_to(work).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+def _is_broken(path: Path) -> bool:
+    if LEFT.fullmatch(path.name):
+        return False
+    check: Any = next((each for pattern, each in WHOLE.items() if path.match(pattern)), None)
+    if check is None:
+        return True
+    try:
+        check(path)
+    except Exception:
+        return True
+    return False
