@@ -6,9 +6,10 @@ import weakref
 import numpy as np
 import pytest
 
+from can_logs import stored, together
 from tierod.readers import vendor_can
 from tierod.readers.frames import EXTENDED
-from tierod.readers.vendor_can import read_frames
+from tierod.readers.vendor_can import frames_of
 
 can = pytest.importorskip("can")
 
@@ -41,10 +42,10 @@ def log(kind: str, count: int = 75) -> bytes:
 
 @pytest.mark.parametrize("kind", WRITERS)
 @pytest.mark.parametrize("block", [1, 10, 74, 75])
-def test_the_frames_do_not_depend_on_the_blocks(monkeypatch, kind, block):
+def test_the_frames_do_not_depend_on_the_blocks(tmp_path, monkeypatch, kind, block):
     data = log(kind)
     monkeypatch.setattr(vendor_can, "BLOCK", block)
-    frames = read_frames(data, kind)
+    frames = together(frames_of(stored(tmp_path, data), kind))
     assert len(frames) == 75
     assert frames.time == pytest.approx(0.01 * np.arange(75), abs=2e-6)
     assert frames.notes == ()
@@ -56,23 +57,23 @@ def test_the_frames_do_not_depend_on_the_blocks(monkeypatch, kind, block):
         assert frames.buses[frames.bus[at]] == str(sent.channel)
 
 
-def test_damage_after_some_blocks_is_counted_from_the_first_frame(monkeypatch):
-    def reader(can, data, kind):
+def test_damage_after_some_blocks_is_counted_from_the_first_frame(tmp_path, monkeypatch):
+    def reader(can, content, kind):
         yield from map(message, range(25))
         raise ValueError("no such\nobject")
 
     monkeypatch.setattr(vendor_can, "BLOCK", 10)
     monkeypatch.setattr(vendor_can, "_reader", reader)
-    frames = read_frames(b"", "asc")
+    frames = together(frames_of(stored(tmp_path, b""), "asc"))
     assert len(frames) == 25
     assert frames.notes == ("the log is damaged after 25 frames (no such object); the rest was left out",)
 
 
-def test_only_the_frames_of_one_block_are_objects(monkeypatch):
+def test_only_the_frames_of_one_block_are_objects(tmp_path, monkeypatch):
     alive: set[int] = set()
     most = 0
 
-    def reader(can, data, kind):
+    def reader(can, content, kind):
         nonlocal most
         for k in range(200):
             made = message(k)
@@ -83,5 +84,5 @@ def test_only_the_frames_of_one_block_are_objects(monkeypatch):
 
     monkeypatch.setattr(vendor_can, "BLOCK", 20)
     monkeypatch.setattr(vendor_can, "_reader", reader)
-    assert len(read_frames(b"", "asc")) == 200
+    assert len(together(frames_of(stored(tmp_path, b""), "asc"))) == 200
     assert most <= 43, "the block that grows, the one that became arrays, and the frame in hand"

@@ -11,7 +11,7 @@ import numpy as np
 from tierod.errors import InputError
 from tierod.readers.clocks import is_time, unit_of
 from tierod.readers.clocks import seconds as to_seconds
-from tierod.readers.source import Column, Source
+from tierod.readers.source import Column, Lane, Piece, Source
 from tierod.recording import Channel
 
 _PERIODS = ("Ts", "ts", "dt", "Dt", "SampleTime", "sample_time")
@@ -48,10 +48,13 @@ def open_mat(path: Path) -> Source:
         for name, channel in channels.items()
     )
 
-    def load(names: Sequence[str]) -> list[Channel]:
-        return [channels[name] for name in names]
+    def lanes(names: Sequence[str]) -> list[Lane]:
+        clocks: dict[int, list[Channel]] = {}
+        for name in names:
+            clocks.setdefault(id(channels[name].time), []).append(channels[name])
+        return [iter([Piece(members, 1.0)]) for members in clocks.values()]
 
-    return Source(columns, load, {"format": "MATLAB 5"})
+    return Source(columns, lanes, {"format": "MATLAB 5"})
 
 
 def _structures(prefix: str, members: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
