@@ -81,7 +81,8 @@ class Repairs:
             before = np.concatenate(([self._last], time[:-1]))
             self._late += int(np.count_nonzero(time < before))
             newest = np.maximum(np.maximum.accumulate(time), self._newest)
-            behind = newest - time
+            with np.errstate(over="ignore"):
+                behind = newest - time
             if behind.max() > LATE:
                 at = int(np.flatnonzero(behind > LATE)[0])
                 raise InputError(

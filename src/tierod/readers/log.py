@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tierod.errors import InputError
+from tierod.readers.content import Kept
 from tierod.readers.frames import Frames, joined, messages, taken
 from tierod.timestamps import LATE, Repairs
 
@@ -26,6 +27,49 @@ class Log:
 
     name: str
     lanes: Callable[[], list[Iterator[Frames]]]
+
+
+class Remembered:
+    """The frames of a log that is slow to read, kept in a temporary file once they were read to the end.
+
+    Args:
+        read: the frames from the beginning
+    """
+
+    def __init__(self, read: Callable[[], Iterator[Frames]]):
+        self._read = read
+        self._kept: Kept | None = None
+        self._blocks: list[tuple[int, Frames]] = []
+
+    def __call__(self) -> list[Iterator[Frames]]:
+        """The only lane of the log."""
+        return [self._first() if self._kept is None else self._again(self._kept)]
+
+    def _first(self) -> Iterator[Frames]:
+        kept, blocks = Kept(), []
+        for frames in self._read():
+            columns = (frames.time, frames.identifier, frames.bus, frames.length, frames.payload)
+            blocks.append((len(frames), taken(frames, slice(0, 0))))
+            for column, kind in zip(columns, _KINDS, strict=True):
+                kept.append(column.astype(kind).tobytes())
+            yield frames
+        self._kept, self._blocks = kept, blocks
+
+    def _again(self, kept: Kept) -> Iterator[Frames]:
+        at = 0
+        for count, empty in self._blocks:
+            columns = []
+            for kind, width in zip(_KINDS, (1, 1, 1, 1, empty.payload.shape[1]), strict=True):
+                size = count * width * np.dtype(kind).itemsize
+                columns.append(np.frombuffer(kept.read(size, at), dtype=kind))
+                at += size
+            time, identifier, bus, length, payload = columns
+            payload = payload.reshape(count, empty.payload.shape[1])
+            yield replace(empty, time=time, identifier=identifier, bus=bus, length=length.astype(int), payload=payload)
+
+
+_KINDS = ("f8", "u4", "u2", "u2", "u1")
+"""How time, identifier, bus, length and payload of a frame are kept."""
 
 
 @dataclass

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -11,9 +12,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from tierod.arrow import floats
 from tierod.errors import InputError
-from tierod.readers.frames import EXTENDED, Frames
+from tierod.readers.frames import EXTENDED, Frames, taken
 from tierod.readers.log import Log
 from tierod.readers.mdf_process import MdfProcess
 from tierod.readers.source import Column, Lane, Piece, Source
@@ -28,7 +28,7 @@ def open_mdf(path: Path) -> Source | Log:
         InputError: the file is damaged, or holds neither channels nor CAN frames
     """
     process = MdfProcess(path)
-    content = process.ask({})[0]
+    content, _ = process.ask({})
     frames = sum(content["records"][group] for group in content["frames"])
     if content["channels"]:
         notes = (f"the file holds {frames} CAN frames too, which were left out",) if frames else ()
@@ -38,38 +38,45 @@ def open_mdf(path: Path) -> Source | Log:
             f"{path}: the MDF file holds neither channels nor CAN frames; export it again with the channels chosen"
         )
     origin = _origin(content["start"])
-    return Log(path.name, lambda: [_frames(process.lane(group, None), origin) for group in content["frames"]])
+    records = {group: content["records"][group] for group in content["frames"]}
+    return Log(
+        path.name, lambda: [_frames(process.lane(group, None), origin, count) for group, count in records.items()]
+    )
 
 
 def _source(process: MdfProcess, content: dict[str, Any], notes: tuple[str, ...]) -> Source:
     places = {each["name"]: each for each in content["channels"]}
     columns = tuple(Column(name, each["unit"], each["title"], name != each["title"]) for name, each in places.items())
 
+    lost: list[str] = []
+
     def lanes(names: Sequence[str]) -> list[Lane]:
         groups: dict[int, list[dict[str, Any]]] = {}
         for name in names:
             groups.setdefault(places[name]["group"], []).append(places[name])
-        return [_lane(process, group, wanted, content["records"][group]) for group, wanted in groups.items()]
+        lost.clear()
+        return [_lane(process, group, wanted, content["records"][group], lost) for group, wanted in groups.items()]
 
     known = {"format": f"MDF {content['version']}", "start_time": content["start"]}
     metadata = {**_told(content["comment"]), **known}
-    return Source(columns, lanes, metadata, _origin(content["start"]), notes)
+    return Source(columns, lanes, metadata, _origin(content["start"]), notes, lambda: tuple(lost))
 
 
-def _lane(process: MdfProcess, group: int, wanted: list[dict[str, Any]], records: int) -> Lane:
-    """The wanted channels of a group; those whose samples are no numbers are left out."""
+def _lane(process: MdfProcess, group: int, wanted: list[dict[str, Any]], records: int, lost: list[str]) -> Lane:
+    """The wanted channels of a group; those whose samples are no numbers are left out, and lost records remarked."""
     done = 0
-    for table in process.lane(group, [each["channel"] for each in wanted]):
-        time = floats(table["time"])
+    for arrays in process.lane(group, [each["channel"] for each in wanted]):
+        time = arrays["time"]
         done += len(time)
         channels = []
         for each in wanted:
-            if str(each["channel"]) in table.column_names:
+            if str(each["channel"]) in arrays:
                 source, _, note = each["comment"].partition(" |") if each["comment"] else (each["name"], "", "")
                 told = (source.removeprefix("tierod:").strip(), note.strip())
-                values = floats(table[str(each["channel"])])
-                channels.append(Channel(each["name"], time, values, each["unit"], *told))
+                channels.append(Channel(each["name"], time, arrays[str(each["channel"])], each["unit"], *told))
         yield Piece(channels, min(done / records, 1.0))
+    if done < records:
+        lost.append(f"the file is damaged: {records - done} of {records} samples of '{wanted[0]['name']}' are lost")
 
 
 def _told(comment: str) -> dict[str, Any]:
@@ -90,21 +97,17 @@ def _origin(start: str) -> float:
     return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
 
 
-def _frames(tables: Iterator[Any], origin: float) -> Iterator[Frames]:
-    """The frames of one group."""
-    for table in tables:
-        count = table.num_rows
-        if not count:
-            continue
-        packed = table["data"].chunk(0)
-        data = np.frombuffer(packed.buffers()[1], dtype=np.uint8, count=count * packed.type.byte_width)
-        data = data.reshape(count, packed.type.byte_width)
-        length = np.minimum(floats(table["length"]).astype(int), data.shape[1])
-        identifier = floats(table["identifier"]).astype(np.uint32)
-        wide = (floats(table["extended"]) > 0.0) | ((identifier & EXTENDED) != 0)
-        buses, bus = np.unique(floats(table["bus"]).astype(int), return_inverse=True)
-        yield Frames(
-            floats(table["time"]),
+def _frames(blocks: Iterator[dict[str, np.ndarray]], origin: float, records: int) -> Iterator[Frames]:
+    """The frames of one group; where some of its records are lost, the last says so."""
+    done, frames = 0, None
+    for arrays in blocks:
+        done += len(arrays["time"])
+        data, identifier = arrays["data"], arrays["identifier"]
+        length = np.clip(arrays["length"], 0, data.shape[1])
+        wide = (arrays["extended"] > 0) | ((identifier & EXTENDED) != 0)
+        buses, bus = np.unique(arrays["bus"], return_inverse=True)
+        frames = Frames(
+            arrays["time"],
             (identifier & np.uint32(0x1FFFFFFF)) | np.where(wide, np.uint32(EXTENDED), np.uint32(0)),
             bus.astype(np.uint16),
             np.where(np.arange(data.shape[1]) < length[:, None], data, 0).astype(np.uint8),
@@ -112,3 +115,7 @@ def _frames(tables: Iterator[Any], origin: float) -> Iterator[Frames]:
             tuple(f"CAN{number}" for number in buses),
             origin,
         )
+        yield frames
+    if frames is not None and done < records:
+        lost = f"the file is damaged: {records - done} of {records} frames are lost"
+        yield replace(taken(frames, slice(0, 0)), notes=(lost,))

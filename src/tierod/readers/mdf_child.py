@@ -1,7 +1,8 @@
 """The process that reads an MDF file with asammdf, whose native code can end the process on a damaged file.
 
 A script of its own that imports nothing of tierod, so that it starts fast. It takes requests, one JSON document a line,
-and answers each with an Arrow stream whose schema carries a JSON document. `tierod.readers.mdf` is the other end.
+and answers each with such a line, followed by the arrays that the line lists. `tierod.readers.mdf_process` is the other
+end; bare arrays, since what a damaged process sends must not be able to do harm there.
 """
 
 from __future__ import annotations
@@ -9,7 +10,9 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import shutil
 import sys
+import tempfile
 import types
 import warnings
 from collections import Counter
@@ -31,10 +34,7 @@ def main() -> None:
     # Prints of the library must not get between the answers.
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    sys.modules["sympy"] = _without_formulas()
-    import asammdf  # noqa: F401
-    import pyarrow  # noqa: F401
-
+    import_asammdf()
     limit_memory(memory)
     warnings.simplefilter("ignore")
     reader = Reader(path)
@@ -79,25 +79,61 @@ def limit_time(seconds: float) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (int(used.ru_utime + used.ru_stime + seconds) + 1, hard))
 
 
-def _without_formulas() -> types.ModuleType:
-    """In place of sympy, which takes half of the start, and would execute the text of a formula in the file."""
+def import_asammdf() -> None:
+    """Import asammdf without the libraries that reading does not need: they take two thirds of its time and memory.
 
-    def refuse(*_: Any, **__: Any) -> None:
-        raise ValueError("the formula of a conversion cannot be evaluated")
+    One of them, sympy, would execute the text of a formula in the file.
+    """
+    for name in _NOT_NEEDED:
+        sys.modules.setdefault(name, _StandIn(name))
+    try:
+        import asammdf
+    except Exception:
+        for name in [name for name in sys.modules if name in _NOT_NEEDED[1:] or name.startswith("asammdf")]:
+            del sys.modules[name]
+        import asammdf  # noqa: F401
 
-    stand_in = types.ModuleType("sympy")
-    stand_in.lambdify = stand_in.symbols = refuse  # type: ignore[attr-defined]
-    return stand_in
+
+_NOT_NEEDED = ("sympy", "pandas", "canmatrix", "canmatrix.canmatrix", "canmatrix.formats")
+
+
+class _StandIn(types.ModuleType):
+    """A module that has every name, each of which refuses to be called."""
+
+    __path__: list[str] = []  # noqa: RUF012
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+
+        def refuse(*_: Any, **__: Any) -> None:
+            raise ValueError(f"it needs {self.__name__}.{name}, which is not used")
+
+        made = type(name, (), {"__new__": refuse})
+        setattr(self, name, made)
+        return made
 
 
 def _send(answers: Any, columns: dict[str, Any], about: dict[str, Any]) -> None:
-    import pyarrow as pa
-
-    arrays = {name: pa.array(values) for name, values in columns.items()}
-    schema = pa.schema([(name, array.type) for name, array in arrays.items()], {"about": json.dumps(about)})
-    with pa.ipc.new_stream(answers, schema) as stream:
-        stream.write_batch(pa.record_batch(list(arrays.values()), schema=schema))
+    listed = {name: (values.dtype.str, values.shape) for name, values in columns.items()}
+    answers.write(json.dumps(about | {"arrays": listed}).encode() + b"\n")
+    for values in columns.values():
+        answers.write(memoryview(values).cast("B") if values.size else b"")
     answers.flush()
+
+
+def _stream(path: str) -> Any:
+    """The file; a copy without a name where its recorder did not finish it, since asammdf finishes it in place."""
+    file = open(path, "rb")  # noqa: SIM115
+    head = file.read(64)
+    file.seek(0)
+    if not head.startswith(b"UnFinMF") and not any(head[60:64]):
+        return file
+    copy = tempfile.TemporaryFile()  # noqa: SIM115
+    with file:
+        shutil.copyfileobj(file, copy, FRAGMENT)
+    copy.seek(0)
+    return copy
 
 
 class Reader:
@@ -118,7 +154,8 @@ class Reader:
         if self._file is None:
             from asammdf import MDF
 
-            self._file = MDF(self._path, process_bus_logging=False)
+            # Given a stream it maps no file into memory, which would count as memory, and be read by native code.
+            self._file = MDF(_stream(self._path), process_bus_logging=False)
             self._file.configure(read_fragment_size=FRAGMENT)
         if "lane" not in request:
             return {}, self._content()
@@ -196,12 +233,11 @@ class Reader:
             values = samples.astype(float)
             if invalid is not None:
                 values = np.where(np.asarray(invalid, dtype=bool), np.nan, values)
-            columns[str(channel)] = values
+            columns[str(channel)] = np.ascontiguousarray(values)
         return columns
 
     def _frames(self, group: int, fragment: Any) -> dict[str, Any]:
         import numpy as np
-        import pyarrow as pa
 
         signal = self._file._mdf.get(FRAME, group=group, data=fragment)
         samples, count = signal.samples, len(signal.samples)
@@ -212,14 +248,13 @@ class Reader:
             return np.zeros(count)
 
         data = np.ascontiguousarray(column("DataBytes"), dtype=np.uint8).reshape(count, -1)
-        packed = pa.Array.from_buffers(pa.binary(data.shape[1]), count, [None, pa.py_buffer(data)])
         return {
             "time": np.asarray(signal.timestamps, dtype=float),
             "identifier": column("ID").astype(np.uint32),
-            "extended": column("IDE") > 0,
+            "extended": (column("IDE") > 0).astype(np.uint8),
             "bus": column("BusChannel").astype(np.int64),
             "length": column("DataLength").astype(np.int64),
-            "data": packed,
+            "data": data,
         }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import math
 import os
 import select
 import signal
@@ -14,6 +15,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
+
+import numpy as np
 
 from tierod.errors import InputError, MissingExtra
 from tierod.readers import mdf_child
@@ -38,6 +41,9 @@ class Budget:
 
 
 BUDGET = Budget()
+
+_KINDS = {kind: kind for kind in ("<f8", "<i8", "<u4", "|u1")}
+"""Kinds of numbers that an answer may hold."""
 
 
 class MdfProcess:
@@ -71,35 +77,40 @@ class MdfProcess:
         os.close(life)
         self.close = weakref.finalize(self, _end, self._process, self._line)
 
-    def ask(self, request: dict[str, Any]) -> tuple[dict[str, Any], Any]:
-        """(what is said, the table that comes with it) in answer to a request.
+    def ask(self, request: dict[str, Any]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+        """(what is said, the arrays that come with it) in answer to a request.
 
         Raises:
             InputError: the file cannot be read, or the process died of it
         """
-        import pyarrow as pa
+        try:
+            about, arrays = self._answer(json.dumps(request | {"seconds": self._seconds}).encode() + b"\n")
+        except (OSError, ValueError, TypeError, KeyError):
+            raise self._died() from None
+        if "memory" in about:
+            raise self._refused(f"it takes over {self._memory / 1e9:.3g} GB of memory; {VARIABLE} raises the limit")
+        if "error" in about:
+            raise self._refused(about["error"])
+        return about, arrays
 
+    def _answer(self, request: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         stdin, stdout = self._process.stdin, self._process.stdout
         assert stdin is not None
         assert stdout is not None
-        try:
-            stdin.write(json.dumps(request | {"seconds": self._seconds}).encode() + b"\n")
-            stdin.flush()
-            if not select.select([stdout], [], [], BUDGET.patience * self._seconds)[0]:
-                raise self._refused(f"it gives no answer within {BUDGET.patience * self._seconds:.0f} s")
-            with pa.ipc.open_stream(stdout) as stream:
-                table = stream.read_all()
-        except (OSError, ValueError, pa.ArrowException):
-            raise self._died() from None
-        about = json.loads(table.schema.metadata[b"about"])
-        if "memory" in about:
-            raise self._refused(f"takes more than {self._memory / 1e9:.3g} GB of memory; {VARIABLE} raises that limit")
-        if "error" in about:
-            raise self._refused(about["error"])
-        return about, table
+        stdin.write(request)
+        stdin.flush()
+        if not select.select([stdout], [], [], BUDGET.patience * self._seconds)[0]:
+            raise self._refused(f"it gives no answer within {BUDGET.patience * self._seconds:.0f} s")
+        about = json.loads(stdout.readline())
+        arrays = {}
+        for name, (kind, shape) in about["arrays"].items():
+            dtype, size = np.dtype(_KINDS[kind]), math.prod(shape)
+            data = stdout.read(size * dtype.itemsize)
+            arrays[name] = np.frombuffer(data, dtype, size).reshape(shape)
+        return about, arrays
 
-    def lane(self, group: int, channels: list[int] | None) -> Iterator[Any]:
-        """Tables of some channels of a group, or of its frames where none are given, from the beginning.
+    def lane(self, group: int, channels: list[int] | None) -> Iterator[dict[str, np.ndarray]]:
+        """Arrays of some channels of a group, or of its frames where none are given, from the beginning.
 
         Raises:
             InputError: as for `ask`
@@ -107,10 +118,10 @@ class MdfProcess:
         self._lanes += 1
         request = {"lane": self._lanes, "group": group, "channels": channels}
         while True:
-            about, table = self.ask(request)
+            about, arrays = self.ask(request)
             if about["end"]:
                 return
-            yield table
+            yield arrays
 
     def _refused(self, reason: str) -> InputError:
         self.close()

@@ -11,7 +11,7 @@ from tierod.readers.channel_map import maps_beside
 from tierod.readers.content import whole_lines
 from tierod.readers.detect import Kind, detect
 from tierod.readers.frames import identifier_text
-from tierod.readers.log import Heard, Log, heard
+from tierod.readers.log import Heard, Log, Remembered, heard
 from tierod.readers.source import Source
 
 Paths = str | Path | Sequence[str | Path] | None
@@ -115,7 +115,7 @@ def _open_candump(path: Path, kind: Kind) -> Log:
 def _open_vendor(path: Path, kind: Kind) -> Log:
     from tierod.readers.vendor_can import frames_of
 
-    return Log(path.name, lambda: [frames_of(kind.content, kind.name)])
+    return Log(path.name, Remembered(lambda: frames_of(kind.content, kind.name)))
 
 
 _OPENERS: dict[str, Callable[[Path, Kind], Source | Log]] = {
