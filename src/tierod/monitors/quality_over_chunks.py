@@ -35,6 +35,7 @@ class QualityOverChunks:
         self.names = tuple(names)
         self.units: dict[str, str] = {}
         self._rows: dict[str, ChannelQuality] = {}
+        self._notes: dict[str, str] = {}
         self._spans: dict[str, float] = {}
         self._last: dict[str, float] = {}
         self._reduced: list[np.ndarray] = []
@@ -50,8 +51,11 @@ class QualityOverChunks:
             self._reduced.append(np.column_stack([aligned.time, aligned.values]))
 
     def rows(self) -> tuple[ChannelQuality, ...]:
-        """One row per channel that the recording has."""
-        return tuple(self._rows.values())
+        """One row per channel that the recording has; what was done to a channel is told as of the last piece."""
+        return tuple(
+            dataclasses.replace(row, remarks=(*row.remarks, *filter(None, [self._notes[name]])))
+            for name, row in self._rows.items()
+        )
 
     def contradictions(self) -> tuple[str, ...]:
         """Which signal has probably the wrong sign, or which of them the wrong unit, beside the others."""
@@ -113,7 +117,8 @@ class QualityOverChunks:
 
     def _merge(self, name: str, piece: Recording) -> None:
         channel = piece[name]
-        new = channel_quality(channel)
+        self._notes[name] = channel.note
+        new = channel_quality(dataclasses.replace(channel, note=""))
         self.units[name] = channel.unit
         if not len(channel.time):
             return

@@ -16,7 +16,7 @@ from typing import IO, Any
 from tierod.errors import InputError
 from tierod.readers.limits import Allowance, limits
 
-BLOCK = 1 << 22
+BLOCK = 1 << 20
 """Bytes of text that are read at a time."""
 
 
