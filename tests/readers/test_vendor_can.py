@@ -96,7 +96,11 @@ def test_only_the_frames_of_one_block_are_objects(monkeypatch):
     ],
 )
 def test_frames_with_impossible_identifiers_are_left_out_and_counted(kind, line):
-    head = "date Wed Jan 1 00:00:00 2020\nbase hex  timestamps absolute\n" if kind == "asc" else ";$FILEVERSION=1.1\n"
+    head = (
+        "date Wed Jan 1 00:00:00 2020\nbase hex  timestamps absolute\ninternal events logged\n"
+        if kind == "asc"
+        else ";$FILEVERSION=1.1\n"
+    )
     wide = "x" if kind == "asc" else ""
     identifiers = ["0123", 3 * "FFFF" + wide, "00000124", "FFFFFFFF" + wide, 20 * "F" + wide]
 
