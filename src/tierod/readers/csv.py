@@ -11,7 +11,16 @@ import numpy as np
 
 from tierod.arrow import calendar_seconds, floats, is_number
 from tierod.errors import InputError
-from tierod.readers.clocks import DATES, Clock, find_clocks, seconds, unit_of, unread_clock
+from tierod.readers.channel_map import GUESSED, TimeEntry
+from tierod.readers.clocks import (
+    DATES,
+    Clock,
+    find_clocks,
+    require_plausible_rate,
+    seconds,
+    unit_of,
+    unread_clock,
+)
 from tierod.readers.csv_layout import MISSING, Layout, find_layout
 from tierod.readers.source import Column, Source
 from tierod.recording import Channel
@@ -19,12 +28,13 @@ from tierod.recording import Channel
 _ISO = re.compile(r"\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d{1,9})?)?\s*(Z|[+-]\d\d:?\d\d)?\s*$|None$")
 
 
-def open_csv(path: Path, data: bytes) -> Source:
+def open_csv(path: Path, data: bytes, time: TimeEntry = GUESSED) -> Source:
     """A text table.
 
     Args:
         path: for messages
         data: the whole file
+        time: which column is the time, as a user says; not looked at in a file that tierod wrote
 
     Raises:
         InputError: no table of numbers with a time column is in it
@@ -36,8 +46,11 @@ def open_csv(path: Path, data: bytes) -> Source:
         raise InputError(f"{path} {error}") from None
     usable = {*layout.numeric, *layout.dates}
     columns = [column for column in layout.columns if column.name in usable]
-    _refuse_text_as_clock(path, layout, columns)
-    clocks = find_clocks(columns, _increasing(data, layout))
+    time = GUESSED if "layout" in layout.about else time
+    if time.column is None:
+        _refuse_text_as_clock(path, layout, columns)
+    head = _head(data, layout)
+    clocks, units = _clocks(path, columns, head, time)
     members = tuple(
         column
         for column in columns
@@ -48,11 +61,28 @@ def open_csv(path: Path, data: bytes) -> Source:
     broken = _count_broken(data, layout)
 
     def load(names: Sequence[str]) -> list[Channel]:
-        return _channels(data, layout, clocks, {column.name: column for column in columns}, names)
+        return _channels(data, layout, clocks, units, {column.name: column for column in columns}, names)
 
     about = layout.about
     metadata = {**about.get("metadata", {}), "format": "CSV"}
     return Source(members, load, metadata, float(about.get("origin", 0.0)), tuple(filter(None, [broken])))
+
+
+def _clocks(
+    path: Path, columns: Sequence[Column], head: dict[str, np.ndarray], time: TimeEntry
+) -> tuple[tuple[Clock, ...], dict[str, str]]:
+    """The clocks, and the unit of each as far as one is told."""
+    increasing = [name for name, part in head.items() if len(part) > 2 and bool((part[1:] > part[:-1]).all())]
+    try:
+        clocks = find_clocks(columns, increasing, time)
+        by_name = {column.name: column for column in columns}
+        units = {clock.column: unit_of(by_name[clock.column], time) for clock in clocks}
+        # Where one clock is a date, time is beyond doubt.
+        if all(name in head for name in units):
+            require_plausible_rate((name, unit, head[name]) for name, unit in units.items())
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return clocks, units
 
 
 def _refuse_text_as_clock(path: Path, layout: Layout, usable: Sequence[Column]) -> None:
@@ -155,7 +185,12 @@ def _tolerant(cells: list[str | None], decimal: str) -> tuple[np.ndarray, int]:
 
 
 def _channels(
-    data: bytes, layout: Layout, clocks: tuple[Clock, ...], columns: dict[str, Column], names: Sequence[str]
+    data: bytes,
+    layout: Layout,
+    clocks: tuple[Clock, ...],
+    units: dict[str, str],
+    columns: dict[str, Column],
+    names: Sequence[str],
 ) -> list[Channel]:
     timed = {name: clock for clock in clocks for name in clock.columns}
     needed = list(dict.fromkeys([*(timed[name].column for name in names), *names]))
@@ -169,8 +204,7 @@ def _channels(
         clock = timed[name]
         if clock.column not in stamps:
             if clock.column in values:
-                unit = unit_of(columns[clock.column])
-                time, guesses[clock.column] = seconds(values[clock.column], unit, clock.column)
+                time, guesses[clock.column] = seconds(values[clock.column], units[clock.column], clock.column)
             else:
                 time = _calendar(table[clock.column], clock.column)
             padded[clock.column] = np.isfinite(time) if len(clocks) > 1 and not np.isfinite(time).all() else None
@@ -198,14 +232,11 @@ def _calendar(column: Any, name: str) -> np.ndarray:
         ) from None
 
 
-def _increasing(data: bytes, layout: Layout) -> tuple[str, ...]:
-    """The columns of numbers that count up without a break at the beginning of the file."""
+def _head(data: bytes, layout: Layout) -> dict[str, np.ndarray]:
+    """The beginning of the columns of numbers."""
     part = data[: layout.begin + (1 << 16)]
     part = part[: part.rfind(b"\n") + 1] if len(part) < len(data) else part
-    if len(part) <= layout.begin:
-        return ()
-    _, columns, _ = _read(part, layout, layout.numeric)
-    return tuple(name for name, part in columns.items() if len(part) > 2 and bool((part[1:] > part[:-1]).all()))
+    return _read(part, layout, layout.numeric)[1] if len(part) > layout.begin else {}
 
 
 def _count_broken(data: bytes, layout: Layout) -> str:

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from tierod.errors import InputError
-from tierod.readers.clocks import is_time, unit_of
+from tierod.readers.channel_map import GUESSED, TimeEntry
+from tierod.readers.clocks import is_time, require_plausible_rate, unit_of
 from tierod.readers.clocks import seconds as to_seconds
 from tierod.readers.source import Column, Source
 from tierod.recording import Channel
@@ -17,8 +18,12 @@ from tierod.recording import Channel
 _PERIODS = ("Ts", "ts", "dt", "Dt", "SampleTime", "sample_time")
 
 
-def open_mat(path: Path) -> Source:
+def open_mat(path: Path, given: TimeEntry = GUESSED) -> Source:
     """A MATLAB file of version 5 to 7.2.
+
+    Args:
+        path: of the file
+        given: which vector is the time, as a user says
 
     Raises:
         InputError: the file is damaged, of version 7.3, or holds no vectors beside a time vector
@@ -35,11 +40,18 @@ def open_mat(path: Path) -> Source:
             f"{path} is damaged or cut off and cannot be read as MATLAB file ({reason}); save it again"
         ) from None
     channels: dict[str, Channel] = {}
+    clocks: list[tuple[str, str, np.ndarray]] = []
     for prefix, members in _structures(
         "", {name: value for name, value in content.items() if not name.startswith("__")}
     ):
-        for channel in _timed(prefix, members):
+        for channel in _timed(prefix, members, given, clocks):
             channels.setdefault(channel.name, channel)
+    try:
+        if given.column and given.column not in [name for name, *_ in clocks]:
+            raise InputError(f"the channel map names the time '{given.column}', and no vector is called so")
+        require_plausible_rate(clocks)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
     if not channels:
         raise InputError(f"{path} holds no vectors beside a time vector; save a vector 't' in seconds with the signals")
     several = len({name.rpartition(".")[0] for name in channels}) > 1
@@ -69,12 +81,20 @@ def _structures(prefix: str, members: dict[str, Any]) -> Iterator[tuple[str, dic
                     )
 
 
-def _timed(prefix: str, members: dict[str, Any]) -> Iterator[Channel]:
-    """The vectors of one structure that have as many samples as its time, or as its sampling period allows."""
+def _timed(
+    prefix: str, members: dict[str, Any], given: TimeEntry, clocks: list[tuple[str, str, np.ndarray]]
+) -> Iterator[Channel]:
+    """The vectors of one structure that have as many samples as its time, or as its sampling period allows.
+
+    Its clock is added to `clocks`: name, unit as far as it is told, stamps as recorded.
+    """
     vectors = {name: value for name, value in members.items() if _is_vector(value)}
-    clock, note = next((name for name in vectors if is_time(name)), None), ""
+    clock, note = next((name for name in vectors if name == given.column), None), ""
+    clock = clock or next((name for name in vectors if is_time(name)), None)
     if clock is not None:
-        time, note = to_seconds(np.asarray(vectors.pop(clock), dtype=float), unit_of(Column(clock)), clock)
+        stamps, unit = np.asarray(vectors.pop(clock), dtype=float), unit_of(Column(clock), given)
+        clocks.append((clock, unit, stamps))
+        time, note = to_seconds(stamps, unit, clock)
     else:
         period = next((members[name] for name in _PERIODS if np.ndim(members.get(name, [0])) == 0), None)
         if not isinstance(period, int | float | np.number) or not vectors:

@@ -10,7 +10,8 @@ import numpy as np
 
 from tierod.arrow import calendar_seconds, floats, is_number
 from tierod.errors import InputError
-from tierod.readers.clocks import Clock, find_clocks, seconds, unit_of, unread_clock
+from tierod.readers.channel_map import GUESSED, TimeEntry
+from tierod.readers.clocks import Clock, find_clocks, require_plausible_rate, seconds, unit_of, unread_clock
 from tierod.readers.source import Column, Source
 from tierod.readers.written import description_in
 from tierod.recording import Channel
@@ -18,13 +19,20 @@ from tierod.recording import Channel
 LAYOUT = b"tierod"
 """Key of the schema metadata that holds clocks, units, sources and notes of tierod's own layout, as JSON."""
 
+_HEAD = 4096
+"""Rows from which the rate of a clock is told."""
+
 _BATCH = 1 << 17
 _BUFFER = 1 << 20
 """Bytes read at once: a mapped file or a read-ahead would count its whole length as memory."""
 
 
-def open_parquet(path: Path) -> Source:
+def open_parquet(path: Path, time: TimeEntry = GUESSED) -> Source:
     """A Parquet file.
+
+    Args:
+        path: of the file
+        time: which column is the time, as a user says; not looked at in a file that tierod wrote
 
     Raises:
         InputError: the file is damaged, or holds no time column
@@ -42,8 +50,30 @@ def open_parquet(path: Path) -> Source:
     if not file.metadata.num_rows:
         raise InputError(f"{path} holds columns but no samples; record again")
     layout = _layout(file)
-    _refuse_text_as_clock(path, file, layout)
-    return _source(path, file, layout, find_clocks_of(file, layout))
+    time = GUESSED if layout else time
+    if time.column is None:
+        _refuse_text_as_clock(path, file, layout)
+    try:
+        clocks = find_clocks_of(file, layout, time)
+        units = {
+            column.name: "s" if layout else unit_of(column, time)
+            for clock in clocks
+            for column in _columns(file, layout)
+            if column.name == clock.column
+        }
+        _require_plausible_rate(path, file, units)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return _source(path, file, layout, clocks, units)
+
+
+def _require_plausible_rate(path: Path, file: Any, units: dict[str, str]) -> None:
+    if all(units.values()) or not all(is_number(file.schema_arrow.field(name).type) for name in units):
+        return
+    batches = file.iter_batches(_HEAD, row_groups=[0], columns=list(units))
+    batch = _guarded(path, lambda: next(batches, None))
+    if batch is not None:
+        require_plausible_rate((name, unit, floats(batch[name])) for name, unit in units.items())
 
 
 def _refuse_text_as_clock(path: Path, file: Any, layout: dict[str, Any]) -> None:
@@ -70,11 +100,11 @@ def _layout(file: Any) -> dict[str, Any]:
     return layout if fits else {}
 
 
-def find_clocks_of(file: Any, layout: dict[str, Any]) -> tuple[Clock, ...]:
-    """The clocks that the layout names, or those that the columns' names tell."""
+def find_clocks_of(file: Any, layout: dict[str, Any], time: TimeEntry = GUESSED) -> tuple[Clock, ...]:
+    """The clocks that the layout names, that the user gives, or those that the columns' names tell."""
     columns = [column for column in _columns(file, layout) if not column.name.startswith("__index")]
     if not layout:
-        return find_clocks(columns)
+        return find_clocks(columns, given=time)
     clocks = tuple(Clock(clock["time"], tuple(clock["channels"])) for clock in layout["clocks"])
     added = _added(columns, clocks)
     return (Clock(clocks[0].column, (*clocks[0].columns, *added)),) if len(clocks) == 1 else clocks
@@ -102,12 +132,10 @@ def _text(written: bytes) -> str:
     return written.decode("utf-8", "replace")
 
 
-def _source(path: Path, file: Any, layout: dict[str, Any], clocks: tuple[Clock, ...]) -> Source:
-
+def _source(path: Path, file: Any, layout: dict[str, Any], clocks: tuple[Clock, ...], units: dict[str, str]) -> Source:
     columns = {column.name: column for column in _columns(file, layout)}
     numbers = {name for name in columns if is_number(file.schema_arrow.field(name).type)}
     timed = {name: clock for clock in clocks for name in clock.columns if name in numbers}
-    units = {clock.column: "s" if layout else unit_of(columns[clock.column]) for clock in clocks}
     notes = layout.get("channels", {})
 
     def channels(table: Any, names: Sequence[str]) -> list[Channel]:

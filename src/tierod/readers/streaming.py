@@ -16,7 +16,7 @@ from tierod.readers.making import apply, shifted
 from tierod.readers.mapping import Plan
 from tierod.readers.opening import Paths, open_source
 from tierod.readers.source import Source
-from tierod.readers.whole import metadata_of, origin_of, planned, read_source, require_samples
+from tierod.readers.whole import loaded_map, metadata_of, origin_of, planned, read_source, require_samples
 from tierod.recording import Channel, Recording, checked_together
 
 SHARE_READ = "share_read"
@@ -45,7 +45,8 @@ def open_chunks(
     if not seconds > 0.0:
         raise InputError(f"slices need a positive length, not {seconds} s")
     names = None if names is None else tuple(names)
-    source, kind = open_source(path, dbc)
+    channel_map = loaded_map(channel_map)
+    source, kind = open_source(path, dbc, channel_map and channel_map.time)
     if source.pieces is None:
         whole = read_source(path, source, kind, channel_map, names)
         first, last = whole.span

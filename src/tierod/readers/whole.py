@@ -46,11 +46,23 @@ def read(
         MissingExtra: the library for this format is not installed
     """
     names = None if names is None else tuple(names)
-    return read_source(path, *open_source(path, dbc), channel_map, names)
+    channel_map = loaded_map(channel_map)
+    return read_source(path, *open_source(path, dbc, channel_map and channel_map.time), channel_map, names)
+
+
+def loaded_map(channel_map: str | Path | ChannelMap | None) -> ChannelMap | None:
+    """The channel map of a path or of a name that is shipped.
+
+    Raises:
+        InputError: it cannot be read
+    """
+    if isinstance(channel_map, str | Path):
+        return load_channel_map(shipped(channel_map, ".channels.toml"))
+    return channel_map
 
 
 def read_source(
-    path: str | Path, source: Source, kind: Kind, channel_map: Any, names: tuple[str, ...] | None
+    path: str | Path, source: Source, kind: Kind, channel_map: ChannelMap | None, names: tuple[str, ...] | None
 ) -> Recording:
     """The recording in an opened file; arguments and errors as for `read`."""
     made = planned(path, source, channel_map, names)
@@ -63,15 +75,13 @@ def read_source(
     return recording if names is None else complete(recording, names)
 
 
-def planned(path: str | Path, source: Source, channel_map: Any, names: tuple[str, ...] | None) -> Plan:
+def planned(path: str | Path, source: Source, channel_map: ChannelMap | None, names: tuple[str, ...] | None) -> Plan:
     """Which columns of an opened file become which channels.
 
     Raises:
         InputError: the channel map does not fit, or the file holds none of the named signals
     """
-    if isinstance(channel_map, str | Path):
-        channel_map = load_channel_map(shipped(channel_map, ".channels.toml"))
-    elif channel_map is None and source.maps:
+    if channel_map is None and source.maps:
         channel_map = load_maps_beside(source.maps)
     made = plan(source.columns, channel_map, names, source.silent)
     if not made.picks and source.silent:
