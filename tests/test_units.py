@@ -113,3 +113,60 @@ def test_titles_with_units():
 def test_si_data_does_not_cost_the_unit_library():
     code = "import sys; from tierod.units import scale; scale('deg', 'rad'); print('pint' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "m**9**9**9**9",
+        "m^9^9^9^9",
+        "(9**9)**(9**9)",
+        "m**(9**9**9)",
+        "m**-99",
+        "m**1e9",
+        "m**9.9**9",
+        "9**9*m",
+        "((((m))))*((((m",
+        "m" * 100_000,
+        "m*" * 50_000 + "m",
+        "(" * 50_000,
+        "m/0",
+        "1e999*m",
+    ],
+)
+def test_what_would_take_for_ever_is_no_unit(text):
+    with pytest.raises(InputError, match="write it as deg/s") as refused:
+        tidy(text)
+    assert len(str(refused.value)) < 300
+
+
+@pytest.mark.parametrize(
+    ("written", "wanted", "factor"),
+    [
+        ("V/Hz**0.5", "V/Hz**0.5", 1.0),
+        ("mV/Hz**(1/2)", "V/Hz**0.5", 1e-3),
+        ("kg·m²", "kg*m**2", 1.0),
+        ("L/min", "m**3/s", 1.0 / 60e3),
+        ("N*m*s/deg", "N*m*s/rad", 180.0 / pi),
+        ("1/(N*m)", "1/(N*m)", 1.0),
+        ("µm s**-1", "m/s", 1e-6),
+    ],
+)
+def test_units_of_words_and_small_exponents_are_read(written, wanted, factor):
+    assert scale(written, wanted).factor == pytest.approx(factor, rel=1e-12)
+
+
+@pytest.mark.parametrize(("written", "wanted"), [("dB", ""), ("dBm", "W"), ("Np", ""), ("octave", "")])
+def test_a_logarithmic_unit_is_no_scale(written, wanted):
+    with pytest.raises(InputError, match=f"'{written}' is logarithmic, and no factor makes '{wanted}' of it"):
+        scale(written, wanted)
+
+
+def test_units_at_which_the_library_fails_are_refused():
+    with pytest.raises(InputError, match=r"'dB\*m' has no fixed size in 'm'"):
+        scale("dB*m", "m")
+
+
+def test_a_title_of_any_length_is_split_at_once():
+    title = "a" + " " * 200_000 + "b ["
+    assert split_name(title) == (title, "")

@@ -35,7 +35,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
     Raises:
         OutputError: the file cannot be written; the message says why and what to do
     """
-    target = _final(Path(path).expanduser())
+    target = _final(expanded(path))
     temporary: Path | None = None
     try:
         temporary = _beside(target)
@@ -60,7 +60,15 @@ def write_text(path: str | Path, text: str) -> Path:
     """
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
-    return Path(path).expanduser()
+    return expanded(path)
+
+
+def expanded(path: str | Path) -> Path:
+    """The path with the home folder in place of "~"; as given where there is no such user."""
+    try:
+        return Path(path).expanduser()
+    except RuntimeError:
+        return Path(path)
 
 
 def require_folder(path: str | Path) -> None:
@@ -69,7 +77,7 @@ def require_folder(path: str | Path) -> None:
     Raises:
         OutputError: its folder is missing or cannot be written
     """
-    folder = Path(path).expanduser().resolve().parent
+    folder = expanded(path).resolve().parent
     if not folder.is_dir():
         raise OutputError(f"{path} cannot be written: there is no folder {folder}; {_REMEDIES[errno.ENOENT]}")
     if not os.access(folder, os.W_OK | os.X_OK):

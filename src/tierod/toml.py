@@ -11,7 +11,6 @@ dataclasses is chosen by the key `kind`: the name of the class in lower case wit
 from __future__ import annotations
 
 import dataclasses
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,8 +18,10 @@ from typing import Any
 
 from tierod.errors import ParameterError, nearest
 from tierod.fields import Meaning, numbers
+from tierod.files import expanded
 from tierod.toml_builder import Builder
 from tierod.toml_lines import Location, line_of
+from tierod.user_files import read_text, toml
 
 
 @dataclass(frozen=True)
@@ -50,21 +51,13 @@ class Document:
         Raises:
             ParameterError: it cannot be read, or is not TOML
         """
-        path = Path(path).expanduser()
-        try:
-            text = path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-            raise ParameterError(f"the {what} file {path} cannot be read ({reason}); give a TOML file") from error
-        return cls.parse(text, path, what)
+        text = read_text(path, f"the {what} file", ParameterError, "give a TOML file")
+        return cls.parse(text, expanded(path), what)
 
     @classmethod
     def parse(cls, text: str, path: str | Path = "text", what: str = "scenario") -> Document:
         """The document that a text holds; arguments and errors as of `read`."""
-        try:
-            return cls(tomllib.loads(text), text, Path(path))
-        except tomllib.TOMLDecodeError as error:
-            raise ParameterError(f"{path}: not valid TOML, so no {what} can be read from it: {error}") from error
+        return cls(toml(text, path, ParameterError, f"no {what} can be read from it"), text, Path(path))
 
     def beside(self, path: str | Path, what: str) -> Document:
         """The document at a path that this one names, from its own folder on.
@@ -76,7 +69,9 @@ class Document:
         Raises:
             ParameterError: it cannot be read, is not TOML, or leads back to itself
         """
-        found = self.path.parent / Path(path).expanduser()
+        if "\0" in str(path):
+            raise ParameterError(f"{self.path}: the name of a {what} file has a zero character; leave it out")
+        found = self.path.parent / expanded(path)
         above = (*self.above, self.path.resolve())
         if found.resolve() in above:
             raise ParameterError(f"the {what} file {found} is built on itself; name another one there")

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from math import pi
+from math import isfinite, pi
 from typing import Any
 
 from tierod.errors import InputError, nearest
@@ -93,6 +93,18 @@ _SCALES = {
 }
 
 
+LONGEST = 80
+"""Characters of a unit: what is longer is no unit, and reading it would take its time."""
+
+_LONGEST_TITLE = 1000
+
+_WRITTEN = "write it as deg/s, N*m or m/s**2 are written"
+
+_TOKEN = re.compile(r"(?P<power>\*\*|\^)|(?P<number>\d+\.?\d*|\.\d+)|(?P<word>[^\W\d]\w*|[%°µΩ])|(?P<mark>[-+*/·() ])")
+_EXPONENT = re.compile(r"[-+]?\d(?:\.\d+)?(?![\w.*^])|\([-+]?\d(?:/\d)?\)(?![\w.*^])")
+"""One digit, with a sign, decimals or as a fraction: V/Hz**0.5, J/K**(1/2)."""
+
+
 @lru_cache(maxsize=512)
 def tidy(text: str, wanted: str = "") -> str:
     """A unit as a file writes it, in the notation of pint.
@@ -104,6 +116,8 @@ def tidy(text: str, wanted: str = "") -> str:
     Raises:
         InputError: nobody knows the unit
     """
+    if len(text) > LONGEST:
+        raise InputError(f"the unit '{text[:LONGEST]}...' has {len(text)} characters; {_WRITTEN}")
     bare = _unwrapped(text)
     if wanted == "m/s**2" and bare.lower() in ("g", "gs", "g0", "g_0", "gn"):
         return "g_0"
@@ -134,19 +148,37 @@ def _registry() -> Any:
     return pint.UnitRegistry(cache_folder=None)
 
 
+def _is_plain(bare: str) -> bool:
+    """Whether a text is words with small exponents, joined by signs: pint would work out powers of powers for ever."""
+    place, depth, before = 0, 0, ""
+    while place < len(bare):
+        token = _TOKEN.match(bare, place)
+        if token is None or len(token[0]) > 24 or (token.lastgroup == "number" and len(token[0]) > 6):
+            return False
+        place = token.end()
+        depth += {"(": 1, ")": -1}.get(token[0], 0)
+        if not 0 <= depth <= 3:
+            return False
+        if token.lastgroup == "power":
+            exponent = _EXPONENT.match(bare, place)
+            if exponent is None or not (before == "word" or before == ")"):
+                return False
+            place = exponent.end()
+        before = token[0] if token.lastgroup == "mark" else token.lastgroup or ""
+    return depth == 0
+
+
 def _by_pint(bare: str) -> str:
     spelled = bare.replace("²", "**2").replace("³", "**3").replace("°", "deg").replace("·", "*").replace("^", "**")
     spelled = re.sub(r"\b([mkM]?N)([cm]?m)\b", r"\1*\2", spelled)
-    for candidate in (spelled, spelled.lower()):
+    for candidate in (spelled, spelled.lower()) if _is_plain(spelled) else ():
         try:
             _registry().parse_units(candidate)
             return candidate
         except Exception:
             continue
     known = [word for words in _SPELLINGS.values() for word in words.split()]
-    raise InputError(
-        f"the unit '{bare}' is not known; write it as deg/s, N*m or m/s**2 are written{nearest(bare, known)}"
-    )
+    raise InputError(f"the unit '{bare}' is not known; {_WRITTEN}{nearest(bare, known)}")
 
 
 def known(text: str) -> bool:
@@ -195,10 +227,20 @@ def _scale_by_pint(given: str, wanted: str) -> Scale:
 
     quantity = _registry().Quantity
     try:
-        at_zero, at_one = (float(quantity(value, given).to(wanted).magnitude) for value in (0.0, 1.0))
+        at_zero, at_one, at_two = (float(quantity(value, given).to(wanted).magnitude) for value in (0.0, 1.0, 2.0))
     except pint.errors.DimensionalityError:
         raise InputError(f"the unit '{given}' cannot become '{wanted}': they measure different things") from None
-    return Scale(at_one - at_zero, at_zero)
+    except Exception:  # pint fails in many ways at units that it has parsed, such as dB*m
+        raise InputError(f"the unit '{given}' has no fixed size in '{wanted}'; {_CONVERTED}") from None
+    factor = at_one - at_zero
+    if not (isfinite(at_zero) and isfinite(factor) and factor):
+        raise InputError(f"the unit '{given}' has no finite size in '{wanted}'; {_CONVERTED}")
+    if abs(at_two - at_one - factor) > 1e-6 * abs(factor):
+        raise InputError(f"the unit '{given}' is logarithmic, and no factor makes '{wanted}' of it; {_CONVERTED}")
+    return Scale(factor, at_zero)
+
+
+_CONVERTED = "convert the values first, or write another unit"
 
 
 def split_name(name: str) -> tuple[str, str]:
@@ -207,7 +249,8 @@ def split_name(name: str) -> tuple[str, str]:
     Returns:
         (name without the unit, unit as written); the unit is "" where the title holds none
     """
-    found = re.match(r"^(.*?)\s*([\[(<])([^\[\]()<>]*)[\])>]\s*$", name)
+    # A unit stands at the end; in a title of any length the search would take the square of its length.
+    found = re.match(r"^(.*?)\s*([\[(<])([^\[\]()<>]*)[\])>]\s*$", name) if len(name) <= _LONGEST_TITLE else None
     if found and found[1] and (found[2] == "[" or known(found[3])):
         return found[1].strip(), found[3].strip()
     return name.strip(), ""

@@ -97,3 +97,15 @@ def test_microseconds_survive():
     frames = read_frames(b"(1533198887.000013) can0 123#01\n(1533198887.000026) can0 123#01\n")
     assert frames.time[1] == pytest.approx(13e-6, abs=1e-12)
     assert np.array_equal(frames.time[:1], [0.0])
+
+
+@pytest.mark.parametrize("line", [b"(" + 350 * b"9" + b".5) can0 123#01", b"(1." + 350 * b"5" + b") can0 123#01"])
+def test_a_time_of_hundreds_of_digits_is_none(line):
+    frames = read_frames(b"(1.5) can0 123#01\n" + line + b"\n")
+    assert len(frames) == 1
+    assert frames.notes == ("1 of 2 lines of the log are broken and were left out",)
+
+
+def test_a_log_of_more_buses_than_there_can_be_is_damaged():
+    with pytest.raises(InputError, match="more than 64 buses"):
+        read_frames(b"".join(b"(1.5) can%05d 123#01\n" % number for number in range(70_000)))

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from can_logs import stored, together
+from tierod.errors import InputError
 from tierod.readers import vendor_can
 from tierod.readers.frames import EXTENDED
 from tierod.readers.vendor_can import frames_of
@@ -86,3 +87,37 @@ def test_only_the_frames_of_one_block_are_objects(tmp_path, monkeypatch):
     monkeypatch.setattr(vendor_can, "_reader", reader)
     assert len(together(frames_of(stored(tmp_path, b""), "asc"))) == 200
     assert most <= 43, "the block that grows, the one that became arrays, and the frame in hand"
+
+
+@pytest.mark.parametrize(
+    ("kind", "line"),
+    [
+        ("asc", " {time:.6f} 1  {identifier}  Rx   d 2 01 02\n"),
+        ("trc", "{number:6d}) {time:.1f}  Rx  {identifier}  2  01 02\n"),
+    ],
+)
+def test_frames_with_impossible_identifiers_are_left_out_and_counted(tmp_path, kind, line):
+    head = (
+        "date Wed Jan 1 00:00:00 2020\nbase hex  timestamps absolute\ninternal events logged\n"
+        if kind == "asc"
+        else ";$FILEVERSION=1.1\n"
+    )
+    wide = "x" if kind == "asc" else ""
+    identifiers = ["0123", 3 * "FFFF" + wide, "00000124", "FFFFFFFF" + wide, 20 * "F" + wide]
+
+    def log(names):
+        rows = (line.format(number=n, time=1.0 + n, identifier=name) for n, name in enumerate(names))
+        return (head + "".join(rows)).encode()
+
+    frames = together(frames_of(stored(tmp_path, log(identifiers)), kind))
+    assert len(frames) == 2
+    assert frames.notes == ("frames with an identifier of more than 29 bits were left out: 3",)
+    with pytest.raises(InputError, match="damaged .frames with an identifier of more than 29 bits"):
+        together(frames_of(stored(tmp_path, log(identifiers[3:])), kind))
+
+
+def test_a_log_of_more_buses_than_there_can_be_is_damaged(tmp_path):
+    head = "date Wed Jan 1 00:00:00 2020\nbase hex  timestamps absolute\n"
+    rows = "".join(f" {k}.5 {k}  123  Rx   d 2 01 02\n" for k in range(70_000))
+    with pytest.raises(InputError, match="more than 64 buses"):
+        together(frames_of(stored(tmp_path, (head + rows).encode()), "asc"))

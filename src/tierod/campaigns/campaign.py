@@ -14,6 +14,7 @@ from tierod.campaigns.pools import Pool
 from tierod.campaigns.rows import FAULT, SEED, SIZE, is_at
 from tierod.campaigns.scenarios import Scenes
 from tierod.errors import ParameterError, nearest
+from tierod.files import expanded
 from tierod.monitors.run import find
 from tierod.studies.claims import Goal
 from tierod.toml import Document, build
@@ -76,7 +77,7 @@ def load(name_or_path: str | Path) -> Campaign:
 def _find(given: str) -> Path:
     if given in shipped():
         return SHIPPED / f"{given}.toml"
-    path = Path(given).expanduser()
+    path = expanded(given)
     if path.suffix == ".toml" or path.parent != Path() or path.is_file():
         return path
     raise ParameterError(f"no campaign is called '{given}'{nearest(given, shipped())} A file is named by its path")

@@ -24,6 +24,7 @@ from typing import Any
 from tierod.errors import InputError, OutputError
 from tierod.files import write_text
 from tierod.recording import Recording
+from tierod.user_files import MOST_DATA_BYTES, json_document, read_bytes
 
 DRIVE_SCHEMA = "tierod.campaign-drive/1"
 VERDICT_SCHEMA = "tierod.campaign-verdict/1"
@@ -168,8 +169,8 @@ def _hold(lock: Any, folder: Path) -> None:
 
 
 def _read(path: Path, schema: str, key: str) -> dict[str, Any] | None:
-    with contextlib.suppress(OSError, ValueError):
-        content = json.loads(path.read_text(encoding="utf-8"))
+    with contextlib.suppress(InputError, ValueError):
+        content = json_document(read_bytes(path, "the record", most=MOST_DATA_BYTES))
         if isinstance(content, dict) and (content.get("schema"), content.get("key")) == (schema, key):
             return content
     return None

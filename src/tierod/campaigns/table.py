@@ -12,6 +12,7 @@ from tierod.campaigns.figures import Moments
 from tierod.campaigns.judged import Judged, from_plain
 from tierod.campaigns.rows import Row
 from tierod.errors import InputError, OutputError
+from tierod.user_files import json_document
 
 COLUMNS_OF_DRIVE = ("given", "monitor", "outcome_of_drive", "reason", "last_good_s", "recording", "windows")
 PROVENANCE = "provenance"
@@ -47,11 +48,11 @@ def read_table(path: Path) -> list[Row]:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
+    if not path.is_file():
+        raise InputError(f"{path} is not there; name the folder of a campaign that has been run")
     try:
         rows = pq.read_table(path).to_pylist()
         return [_row(each) for each in rows]
-    except FileNotFoundError:
-        raise InputError(f"{path} is not there; name the folder of a campaign that has been run") from None
     except (OSError, pa.ArrowException, KeyError, TypeError, ValueError) as error:
         reason = " ".join(str(error).split())[:120]
         raise InputError(f"{path} is no table of a campaign ({reason}); run the campaign again") from None
@@ -114,9 +115,9 @@ def _row(flat: dict[str, Any]) -> Row:
         "outcome": flat["outcome_of_drive"],
         "reason": flat["reason"] or "",
         "last_good_s": flat["last_good_s"],
-        "windows": json.loads(flat["windows"]),
+        "windows": json_document(flat["windows"]),
         "recording": None if flat["recording"] is None else {"file": flat["recording"]},
-        "provenance": json.loads(flat[PROVENANCE]),
+        "provenance": json_document(flat[PROVENANCE]),
     }
     judged = None if flat["status"] is None else from_plain(_nested(flat))
     return Row(place, drive, flat["monitor"], judged, "" if judged else flat["reason"] or "")

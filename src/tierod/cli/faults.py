@@ -9,6 +9,7 @@ import typer
 
 from tierod.cli.terminal import output, print_json, rows
 from tierod.errors import ParameterError
+from tierod.user_files import read_text
 
 if TYPE_CHECKING:
     from tierod.proving_ground.faults import FaultFile
@@ -62,7 +63,7 @@ def faults(
         found = [load(each) for each in shipped()]
         print_json({"faults": [_document(each) for each in found]}) if json else _list(found)
     elif toml:
-        print(load(name).path.read_text(encoding="utf-8"), end="")
+        print(read_text(load(name).path, "the fault file", ParameterError), end="")
     elif json:
         print_json(_document(load(name)))
     else:

@@ -138,19 +138,28 @@ def _sources(recordings: list[Path]) -> list[str]:
     """Name and begin of the SHA-256 of every file."""
     import hashlib
 
-    return [f"{path.name} ({hashlib.sha256(path.read_bytes()).hexdigest()[:12]})" for path in recordings]
+    found = []
+    for path in recordings:
+        if not path.is_file():  # what came through a pipe cannot be read again
+            found.append(path.name)
+            continue
+        with path.open("rb") as file:
+            found.append(f"{path.name} ({hashlib.file_digest(file, 'sha256').hexdigest()[:12]})")
+    return found
 
 
 def _write_vehicle(result: Identified, car: Vehicle, recordings: list[Path], target: Path) -> None:
     from tierod.cli.analysed import origin
+    from tierod.errors import ParameterError
     from tierod.files import write_text
+    from tierod.user_files import read_text
     from tierod.vehicles.writer import Change, changed, with_thresholds
 
     by = origin()
     made = f"on {by.created[:10]} by tierod {by.version}: {by.command}"
     source = f"identified from {', '.join(_sources(recordings))} {made}"
     changes = {each.name: Change(each.value, each.deviation, source) for each in result.found}
-    text = changed(car.path.read_bytes().decode("utf-8"), changes)
+    text = changed(read_text(car.path, "the vehicle file", ParameterError, keep_line_ends=True), changes)
     for of, table in getattr(result, "thresholds", {}).items():
         text = with_thresholds(text, of, table)
     write_text(target, text)

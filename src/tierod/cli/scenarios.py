@@ -100,9 +100,9 @@ def _list(kinds: tuple[str, ...], as_json: bool) -> None:
 
 
 def _description(kind: str, name: str) -> str:
-    import tomllib
+    from tierod.toml import Document
 
-    return str(tomllib.loads(_path(kind, name).read_text(encoding="utf-8"))["description"])
+    return str(Document.read(_path(kind, name), kind.removesuffix("s")).content["description"])
 
 
 def _scenario(name: str, as_json: bool) -> None:

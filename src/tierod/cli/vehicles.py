@@ -40,7 +40,10 @@ def vehicles(
 
 def _to_begin_with(vehicle: Vehicle) -> str:
     """The file's text; files that it names beside itself are named by their whole path, so that a copy finds them."""
-    text = vehicle.path.read_text(encoding="utf-8")
+    from tierod.errors import ParameterError
+    from tierod.user_files import read_text
+
+    text = read_text(vehicle.path, "the vehicle file", ParameterError)
     folder = vehicle.path.parent
     for path in filter(None, (vehicle.channel_map, vehicle.database)):
         if path.is_relative_to(folder):

@@ -16,6 +16,7 @@ from tierod.diagnosis.frames import AFTER, BEFORE, Window
 from tierod.diagnosis.status import CodeStatus, after_test
 from tierod.diagnosis.trouble_codes import REACTIONS, TroubleCodes, load_trouble_codes
 from tierod.errors import InputError, ParameterError, nearest
+from tierod.files import expanded
 from tierod.signals import SIGNALS
 
 CAUSE_DELAY = 2.0
@@ -48,7 +49,7 @@ class FaultMemory:
         places: int = PLACES,
     ):
         self.codes = codes or load_trouble_codes()
-        self.vehicle, self.path, self.places = vehicle, Path(path).expanduser() if path else None, places
+        self.vehicle, self.path, self.places = vehicle, expanded(path) if path else None, places
         self.entries: dict[str, Entry] = {name: Entry() for name in self.codes.codes}
         self.cycles, self.open, self.date, self.overflowed = 0, False, "", False
         self._counting = Counting(self.codes)

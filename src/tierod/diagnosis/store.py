@@ -16,6 +16,7 @@ from tierod.diagnosis.entry import Entry
 from tierod.diagnosis.trouble_codes import TroubleCodes
 from tierod.errors import InputError, OutputError
 from tierod.files import replacing
+from tierod.user_files import MOST_DATA_BYTES, json_document, read_bytes
 
 SCHEMA = "tierod.fault-memory/1"
 """Name and version of the file."""
@@ -69,11 +70,7 @@ def load(path: Path, codes: TroubleCodes, vehicle: str | None = None) -> Kept:
 
 
 def _raw(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"the fault memory {path} cannot be read ({reason}); check the path") from None
+    return read_bytes(path, "the fault memory", most=MOST_DATA_BYTES)
 
 
 def _told_aside(path: Path, raw: bytes) -> str:
@@ -87,7 +84,7 @@ def _told_aside(path: Path, raw: bytes) -> str:
 def _checked(raw: bytes, codes: TroubleCodes) -> Kept:
     """What a file holds; ValueError says in words what is wrong, as the end of a sentence."""
     try:
-        document = json.loads(raw.decode("utf-8"))
+        document = json_document(raw)
     except ValueError:
         raise ValueError("is damaged: it is no whole JSON document") from None
     if not isinstance(document, dict) or "schema" not in document:
@@ -186,10 +183,8 @@ def _aside(path: Path, raw: bytes) -> Path:
 
 def _digest_in(path: Path) -> str:
     try:
-        return str(json.loads(path.read_bytes())["digest"])
-    except FileNotFoundError:
-        return ""
-    except (OSError, ValueError, TypeError, LookupError):
+        return str(json_document(_raw(path))["digest"]) if path.exists() else ""
+    except (InputError, OSError, ValueError, TypeError, LookupError):
         return "unreadable"
 
 

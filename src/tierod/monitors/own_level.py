@@ -11,6 +11,7 @@ from typing import Annotated
 
 from tierod.errors import InputError
 from tierod.files import write_text
+from tierod.user_files import json_document, read_text
 
 SCHEMA = "tierod.own-level/1"
 
@@ -45,9 +46,7 @@ def load_own_level(path: str | Path) -> OwnLevel:
         InputError: the file cannot be read, or is not one that tierod wrote
     """
     try:
-        level = _level(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({(error.strerror or str(error)).lower()}); check the path") from None
+        level = _level(read_text(path, "the level"))
     except ValueError as error:
         raise InputError(
             f"{path} is not a level that tierod stored ({error}); name another file, or remove it to learn anew"
@@ -59,10 +58,7 @@ def _level(text: str) -> OwnLevel:
     """The level in the text of a file; ValueError says in words why there is none."""
     if not text.strip():
         raise ValueError("it is empty")
-    try:
-        document = json.loads(text)
-    except json.JSONDecodeError as error:
-        raise ValueError(f"it is not JSON from line {error.lineno} on") from None
+    document = json_document(text)
     if not isinstance(document, dict) or document.pop("schema", None) != SCHEMA:
         raise ValueError(f"its schema is not {SCHEMA}")
     names = {field.name for field in dataclasses.fields(OwnLevel)}

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tierod.errors import InputError
-from tierod.readers.frames import EXTENDED, Frames, taken
+from tierod.readers.frames import EXTENDED, Frames, bus_number, taken
 
 LINE = re.compile(rb"^\(\d+\.\d+\) +\S+ +[0-9A-Fa-f]{3,8}#", re.MULTILINE)
 """How a line of `candump -L` begins."""
@@ -22,6 +22,9 @@ LINE = re.compile(rb"^\(\d+\.\d+\) +\S+ +[0-9A-Fa-f]{3,8}#", re.MULTILINE)
 _HEX = np.full(256, 255, dtype=np.uint8)
 for _digits, _least in ((b"0123456789", 0), (b"ABCDEF", 10), (b"abcdef", 10)):
     _HEX[list(_digits)] = np.arange(_least, _least + len(_digits))
+
+_DIGITS = 20
+"""Digits of seconds and of their fraction that a line may hold; more are no time."""
 
 _MARK, _DOT, _CLOSE, _SPACE, _OPEN = b"#.) ("
 _ERROR_FRAME, _ID = 0x20000000, 0x1FFFFFFF
@@ -47,6 +50,7 @@ class Make(NamedTuple):
         """Whether a line of this make can be a frame with data."""
         ordered = 1 < self.dot < self.close < self.space < self.mark and 3 <= self.mark - self.space - 1 <= 8
         size = self.length - self.data
+        ordered = ordered and self.dot <= _DIGITS and self.close - self.dot <= _DIGITS
         return ordered and 0 <= size <= 128 and size % 2 == 0
 
 
@@ -202,7 +206,7 @@ def _buses(table: np.ndarray, names: dict[bytes, int]) -> np.ndarray:
     while len(left):
         name = table[left[0]].tobytes()
         same = (table[left] == table[left[0]]).all(axis=1)
-        numbers[left[same]] = names.setdefault(name, len(names))
+        numbers[left[same]] = bus_number(names, name)
         left = left[~same]
     return numbers
 

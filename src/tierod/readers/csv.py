@@ -17,7 +17,16 @@ import numpy as np
 
 from tierod.arrow import calendar_seconds, floats
 from tierod.errors import InputError
-from tierod.readers.clocks import DATES, Clock, find_clocks, seconds, unit_of, unread_clock
+from tierod.readers.channel_map import GUESSED, TimeEntry
+from tierod.readers.clocks import (
+    DATES,
+    Clock,
+    find_clocks,
+    require_plausible_rate,
+    seconds,
+    unit_of,
+    unread_clock,
+)
 from tierod.readers.content import Content, whole_lines
 from tierod.readers.csv_layout import MISSING, SAMPLE, Layout, find_layout
 from tierod.readers.source import Column, Lane, Piece, Source
@@ -57,11 +66,12 @@ class Table:
         return self.quotes > 0 and self.quotes % 2 == 0
 
 
-def open_csv(content: Content) -> Source:
+def open_csv(content: Content, time: TimeEntry = GUESSED) -> Source:
     """A text table.
 
     Args:
         content: the bytes of the file
+        time: which column is the time, as a user says; not looked at in a file that tierod wrote
 
     Raises:
         InputError: no table of numbers with a time column is in it
@@ -75,8 +85,10 @@ def open_csv(content: Content) -> Source:
     table = _counted(content, layout, b"\n" if b"\n" in head else b"\r")
     usable = {*layout.numeric, *layout.dates}
     columns = [column for column in layout.columns if column.name in usable]
-    _refuse_text_as_clock(path, layout, columns)
-    clocks = find_clocks(columns, _increasing(head, table))
+    time = GUESSED if "layout" in layout.about else time
+    if time.column is None:
+        _refuse_text_as_clock(path, layout, columns)
+    clocks, units = _clocks(path, columns, _beginning(head, table), time)
     members = tuple(
         column
         for column in columns
@@ -90,7 +102,14 @@ def open_csv(content: Content) -> Source:
         by_clock = {clock: [name for name in names if name in clock.columns] for clock in clocks}
         wanted = {clock: members for clock, members in by_clock.items() if members}
         found = [
-            Lines(table, clock, tuple(each), padded=len(clocks) > 1, broken=broken if place == 0 else None)
+            Lines(
+                table,
+                clock,
+                units[clock.column],
+                tuple(each),
+                padded=len(clocks) > 1,
+                broken=broken if place == 0 else None,
+            )
             for place, (clock, each) in enumerate(wanted.items())
         ]
         return [each.pieces() for each in found]
@@ -99,6 +118,23 @@ def open_csv(content: Content) -> Source:
     metadata = {**about.get("metadata", {}), "format": "CSV"}
     origin = float(about.get("origin", 0.0))
     return Source(members, lanes, metadata, origin, found=lambda: tuple(broken))
+
+
+def _clocks(
+    path: Any, columns: Sequence[Column], head: dict[str, np.ndarray], time: TimeEntry
+) -> tuple[tuple[Clock, ...], dict[str, str]]:
+    """The clocks, and the unit of each as far as one is told."""
+    increasing = [name for name, part in head.items() if len(part) > 2 and bool((part[1:] > part[:-1]).all())]
+    try:
+        clocks = find_clocks(columns, increasing, time)
+        by_name = {column.name: column for column in columns}
+        units = {clock.column: unit_of(by_name[clock.column], time) for clock in clocks}
+        # Where one clock is a date, time is beyond doubt.
+        if all(name in head for name in units):
+            require_plausible_rate((name, unit, head[name]) for name, unit in units.items())
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return clocks, units
 
 
 def _head(content: Content) -> bytes:
@@ -156,6 +192,7 @@ class Lines:
     Args:
         table: of the file
         clock: that times them
+        unit: of the clock, "" where none is told
         names: of the columns
         padded: whether rows without a stamp only fill the table up, beside longer columns
         broken: takes the note on broken lines
@@ -163,6 +200,7 @@ class Lines:
 
     table: Table
     clock: Clock
+    unit: str
     names: tuple[str, ...]
     padded: bool
     broken: list[str] | None
@@ -173,7 +211,7 @@ class Lines:
         layout = self.table.layout
         columns = {column.name: column for column in layout.columns}
         about = {told["name"]: told for told in layout.about.get("channels", {}).values()}
-        unit, guess, lost, done = unit_of(columns[self.clock.column]), "", 0, 0
+        guess, lost, done = "", 0, 0
         for block in self.table.blocks():
             rows, values = self._read(block)
             lost, done = lost + rows.broken, done + len(block)
@@ -182,7 +220,7 @@ class Lines:
             if self.clock.column in layout.dates:
                 time = _calendar(rows.table[self.clock.column], self.clock.column)
             else:
-                time, found = seconds(values[self.clock.column], unit, self.clock.column)
+                time, found = seconds(values[self.clock.column], self.unit, self.clock.column)
                 guess = guess or found
             kept = np.isfinite(time) if self.padded else np.ones(len(time), dtype=bool)
             time = time if kept.all() else time[kept]
@@ -332,11 +370,9 @@ def _instant(cell: str) -> float:
     return whole + (float(f"0{fraction[0]}") if fraction else 0.0)
 
 
-def _increasing(head: bytes, table: Table) -> tuple[str, ...]:
-    """The columns of numbers that count up without a break at the beginning of the file."""
+def _beginning(head: bytes, table: Table) -> dict[str, np.ndarray]:
+    """The beginning of the columns of numbers."""
     part = head[: table.layout.begin + (1 << 16)]
     part = part[: part.rfind(table.end) + 1] if len(part) < len(head) else part
-    if len(part) <= table.layout.begin:
-        return ()
-    _, columns, _ = _numbers(part[table.layout.begin :], table, table.layout.numeric)
-    return tuple(name for name, each in columns.items() if len(each) > 2 and bool((each[1:] > each[:-1]).all()))
+    part = part[table.layout.begin :]
+    return _numbers(part, table, table.layout.numeric)[1] if part else {}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 import re
 from collections import Counter
 from dataclasses import dataclass, field
@@ -12,6 +11,7 @@ from typing import Any
 from tierod.errors import InputError
 from tierod.readers.clocks import is_time
 from tierod.readers.source import Column
+from tierod.readers.written import DAMAGED, description_in
 from tierod.units import known, split_name, tidy
 
 SAMPLE = 1 << 17
@@ -113,9 +113,12 @@ def _score(lines: list[str], delimiter: str, decimal: str) -> float:
 def _about(lines: list[tuple[int, str]]) -> dict[str, Any]:
     if lines and lines[0][1].startswith(COMMENT):
         try:
-            return json.loads(lines[0][1].removeprefix(COMMENT))
-        except ValueError:
-            return {}
+            about = description_in(lines[0][1].removeprefix(COMMENT))
+            if all(each.get("name") and "unit" in each for each in about["channels"].values()):
+                return about
+        except (ValueError, TypeError):
+            pass
+        return {"metadata": {"warnings": [DAMAGED]}}
     return {}
 
 

@@ -20,6 +20,10 @@ from tierod.readers.j1939 import parameter_group, without_value
 from tierod.readers.log import Heard, InOrder, Log
 from tierod.readers.source import Column, Lane, Piece, Source
 from tierod.recording import Channel
+from tierod.user_files import MOST_DATA_BYTES, read_bytes
+
+_KINDS = ("arxml", "dbc", "kcd", "sym", "cdd")
+_ENTRY = re.compile(r"""\b(VAL_|SIG_VALTYPE_)\s+(\d+)\s+(\w+)\b(?:"(?:[^"\\]|\\.)*"|[^;"])*;""")
 
 
 @dataclass(frozen=True)
@@ -50,12 +54,10 @@ def load_databases(paths: Sequence[str | Path]) -> list[Any]:
         raise MissingExtra("cantools", "can", "decoding a CAN log") from None
     found: list[Any] = []
     for path in paths:
+        content = read_bytes(path, "the CAN database", most=MOST_DATA_BYTES)
         try:
             with _quiet():
-                found += getattr(_database(cantools, path), "messages", [])
-        except OSError as error:
-            reason = error.strerror or str(error)
-            raise InputError(f"the CAN database {path} cannot be read ({reason}); check the path") from None
+                found += getattr(_database(cantools, Path(path), content), "messages", [])
         except Exception as error:
             reason = " ".join(str(error).split())[:200]
             raise InputError(f"{path} is not a CAN database that can be read: {reason}; give a DBC file") from None
@@ -78,17 +80,22 @@ def _quiet() -> Iterator[None]:
         logger.setLevel(level)
 
 
-def _database(cantools: Any, path: str | Path) -> Any:
-    """A database; entries on signals that it does not describe, which cantools refuses, are left out of a DBC."""
+def _database(cantools: Any, path: Path, content: bytes) -> Any:
+    """A database; entries on signals that it does not describe, which cantools refuses, are left out of a DBC.
+
+    Its letters are those that cantools expects: Windows-1252 in a DBC and SYM file, UTF-8 in all others.
+    """
+    kind = path.suffix[1:].lower()
+    text = content.decode("cp1252" if kind in ("dbc", "sym") else "utf-8", errors="replace")
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
     try:
-        return cantools.database.load_file(str(path), strict=False)
+        return cantools.database.load_string(text, kind if kind in _KINDS else None, strict=False)
     except cantools.database.UnsupportedDatabaseFormatError as error:
         orphans = re.findall(r"(VAL_|SIG_VALTYPE_) (\d+) (\w+)", str(error))
         if "unused" not in str(error) or not orphans:
             raise
-    text = Path(path).read_text(encoding="cp1252", errors="replace")
-    for kind, identifier, name in orphans:
-        text = re.sub(rf'\b{kind}\s+{identifier}\s+{name}\b(?:"(?:[^"\\]|\\.)*"|[^;"])*;', "", text)
+    left_out = set(orphans)
+    text = _ENTRY.sub(lambda entry: "" if entry.groups() in left_out else entry[0], text)
     return cantools.database.load_string(text, "dbc", strict=False)
 
 

@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from tierod.errors import InputError
+
 EXTENDED = 1 << 31
 """Marks a 29-bit identifier in `Frames.identifier`."""
+
+MOST_BUSES = 64
+"""Buses of a log at the most: where more names stand in their place, the log is damaged, or none."""
+
+IDENTIFIERS = 1 << 29
+"""How many identifiers there are: those of extended frames have 29 bits."""
 
 _STANDARD = 0x7FF
 """The largest identifier of 11 bits; a damaged log may hold larger ones of three digits."""
@@ -108,6 +116,18 @@ def _in_order(frames: Frames) -> Frames:
     if (frames.time[1:] >= frames.time[:-1]).all():
         return frames
     return taken(frames, np.argsort(frames.time, kind="stable"))
+
+
+def bus_number(buses: dict[Any, int], name: Any) -> int:
+    """The number of a bus, a new one for a name that was not there before.
+
+    Raises:
+        InputError: the log names more buses than there can be
+    """
+    number = buses.setdefault(name, len(buses))
+    if number >= MOST_BUSES:
+        raise InputError(f"the log names more than {MOST_BUSES} buses, so it is damaged; record or export it again")
+    return number
 
 
 def identifier_text(identifier: int) -> str:

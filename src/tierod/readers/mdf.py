@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -17,7 +16,9 @@ from tierod.readers.frames import EXTENDED, Frames, taken
 from tierod.readers.log import Log
 from tierod.readers.mdf_process import MdfProcess
 from tierod.readers.source import Column, Lane, Piece, Source
+from tierod.readers.written import metadata_in
 from tierod.recording import Channel
+from tierod.user_files import json_document
 
 
 def open_mdf(path: Path) -> Source | Log:
@@ -83,10 +84,9 @@ def _told(comment: str) -> dict[str, Any]:
     """Metadata that tierod wrote into the comment of the file; none where another program wrote it."""
     try:
         root = ElementTree.fromstring(comment)
-        told = json.loads(root.findtext(".//common_properties/e[@name='tierod']") or "{}")
+        return metadata_in(json_document(root.findtext(".//common_properties/e[@name='tierod']") or "{}"))
     except (ElementTree.ParseError, ValueError):
         return {}
-    return told if isinstance(told, dict) else {}
 
 
 def _origin(start: str) -> float:

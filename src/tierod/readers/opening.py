@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from tierod.errors import InputError, nearest
-from tierod.readers.channel_map import maps_beside
+from tierod.readers.channel_map import GUESSED, TimeEntry, maps_beside
 from tierod.readers.content import whole_lines
 from tierod.readers.detect import Kind, detect
 from tierod.readers.frames import identifier_text
@@ -17,8 +17,13 @@ from tierod.readers.source import Source
 Paths = str | Path | Sequence[str | Path] | None
 
 
-def open_source(path: str | Path, dbc: Paths = None) -> tuple[Source, Kind]:
+def open_source(path: str | Path, dbc: Paths = None, time: TimeEntry | None = None) -> tuple[Source, Kind]:
     """The columns of a file, and what kind of file it is; nothing is loaded that the listing does not need.
+
+    Args:
+        path: of the file
+        dbc: databases of a CAN log
+        time: which column of a table is the time, and in which unit; MDF files and CAN logs tell their time themselves
 
     Raises:
         InputError: the file or the database cannot be used
@@ -33,7 +38,10 @@ def open_source(path: str | Path, dbc: Paths = None) -> tuple[Source, Kind]:
             raise InputError(
                 f"{path} is packed, which only text and CAN logs may be; unpack it first: gunzip -k {path}"
             )
-    opened = _OPENERS[kind.name](path, kind)
+    if kind.name in _TABLES:
+        opened: Source | Log = _TABLES[kind.name](path, kind, time or GUESSED)
+    else:
+        opened = _OPENERS[kind.name](path, kind)
     if isinstance(opened, Source):
         for entry in [dbc] if isinstance(dbc, str | Path) else dbc or ():
             if not shipped(entry, ".dbc").is_file():
@@ -88,22 +96,22 @@ def _open_mdf(path: Path, kind: Kind) -> Source | Log:
     return open_mdf(path)
 
 
-def _open_parquet(path: Path, kind: Kind) -> Source:
+def _open_parquet(path: Path, kind: Kind, time: TimeEntry) -> Source:
     from tierod.readers.parquet import open_parquet
 
-    return open_parquet(path)
+    return open_parquet(path, time)
 
 
-def _open_mat(path: Path, kind: Kind) -> Source:
+def _open_mat(path: Path, kind: Kind, time: TimeEntry) -> Source:
     from tierod.readers.mat import open_mat
 
-    return open_mat(path)
+    return open_mat(path, time)
 
 
-def _open_csv(path: Path, kind: Kind) -> Source:
+def _open_csv(path: Path, kind: Kind, time: TimeEntry) -> Source:
     from tierod.readers.csv import open_csv
 
-    return open_csv(kind.content)
+    return open_csv(kind.content, time)
 
 
 def _open_candump(path: Path, kind: Kind) -> Log:
@@ -118,11 +126,14 @@ def _open_vendor(path: Path, kind: Kind) -> Log:
     return Log(path.name, Remembered(lambda: frames_of(kind.content, kind.name)))
 
 
-_OPENERS: dict[str, Callable[[Path, Kind], Source | Log]] = {
-    "mdf": _open_mdf,
+_TABLES: dict[str, Callable[[Path, Kind, TimeEntry], Source]] = {
     "parquet": _open_parquet,
     "mat": _open_mat,
     "csv": _open_csv,
+}
+
+_OPENERS: dict[str, Callable[[Path, Kind], Source | Log]] = {
+    "mdf": _open_mdf,
     "candump": _open_candump,
     "asc": _open_vendor,
     "blf": _open_vendor,

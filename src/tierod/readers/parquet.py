@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,13 +10,18 @@ import numpy as np
 
 from tierod.arrow import calendar_seconds, floats, is_number
 from tierod.errors import InputError
-from tierod.readers.clocks import Clock, find_clocks, seconds, unit_of, unread_clock
+from tierod.readers.channel_map import GUESSED, TimeEntry
+from tierod.readers.clocks import Clock, find_clocks, require_plausible_rate, seconds, unit_of, unread_clock
 from tierod.readers.limits import Allowance
 from tierod.readers.source import Column, Lane, Piece, Source
+from tierod.readers.written import description_in
 from tierod.recording import Channel
 
 LAYOUT = b"tierod"
 """Key of the schema metadata that holds clocks, units, sources and notes of tierod's own layout, as JSON."""
+
+_HEAD = 4096
+"""Rows from which the rate of a clock is told."""
 
 BATCH = 1 << 17
 """Rows that are read at a time, of all lanes together."""
@@ -26,8 +30,12 @@ _BUFFER = 1 << 20
 """Bytes read at once, of all lanes together: a mapped file or a read-ahead would count its whole length as memory."""
 
 
-def open_parquet(path: Path) -> Source:
+def open_parquet(path: Path, time: TimeEntry = GUESSED) -> Source:
     """A Parquet file.
+
+    Args:
+        path: of the file
+        time: which column is the time, as a user says; not looked at in a file that tierod wrote
 
     Raises:
         InputError: the file is damaged, or holds no time column
@@ -36,8 +44,21 @@ def open_parquet(path: Path) -> Source:
     if not file.metadata.num_rows:
         raise InputError(f"{path} holds columns but no samples; record again")
     layout = _layout(file)
-    _refuse_text_as_clock(path, file, layout)
-    return _source(path, file, layout, find_clocks_of(file, layout))
+    time = GUESSED if layout else time
+    if time.column is None:
+        _refuse_text_as_clock(path, file, layout)
+    try:
+        clocks = find_clocks_of(file, layout, time)
+        units = {
+            column.name: "s" if layout else unit_of(column, time)
+            for clock in clocks
+            for column in _columns(file, layout)
+            if column.name == clock.column
+        }
+        _require_plausible_rate(path, file, units)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return _source(path, file, layout, clocks, units)
 
 
 def _opened(path: Path, lanes: int = 1) -> Any:
@@ -52,6 +73,15 @@ def _opened(path: Path, lanes: int = 1) -> Any:
         raise InputError(
             f"{path} is damaged or cut off and cannot be read as Parquet ({reason}); write it again"
         ) from None
+
+
+def _require_plausible_rate(path: Path, file: Any, units: dict[str, str]) -> None:
+    if all(units.values()) or not all(is_number(file.schema_arrow.field(name).type) for name in units):
+        return
+    batches = file.iter_batches(_HEAD, row_groups=[0], columns=list(units))
+    batch = _guarded(path, lambda: next(batches, None))
+    if batch is not None:
+        require_plausible_rate((name, unit, floats(batch[name])) for name, unit in units.items())
 
 
 def _refuse_text_as_clock(path: Path, file: Any, layout: dict[str, Any]) -> None:
@@ -70,18 +100,19 @@ def _refuse_text_as_clock(path: Path, file: Any, layout: dict[str, Any]) -> None
 def _layout(file: Any) -> dict[str, Any]:
     """What the writer of tierod told, as far as it still fits the columns; others may have changed the file since."""
     try:
-        layout = json.loads((file.schema_arrow.metadata or {}).get(LAYOUT, b"{}"))
-        fits = layout["layout"] == 1 and all(clock["time"] in file.schema_arrow.names for clock in layout["clocks"])
+        layout = description_in((file.schema_arrow.metadata or {}).get(LAYOUT, b"{}"))
+        usable = {column.name for column in _columns(file, {})}
+        fits = layout["layout"] == 1 and layout["clocks"] and all(each["time"] in usable for each in layout["clocks"])
     except (ValueError, KeyError, TypeError):
         return {}
     return layout if fits else {}
 
 
-def find_clocks_of(file: Any, layout: dict[str, Any]) -> tuple[Clock, ...]:
-    """The clocks that the layout names, or those that the columns' names tell."""
+def find_clocks_of(file: Any, layout: dict[str, Any], time: TimeEntry = GUESSED) -> tuple[Clock, ...]:
+    """The clocks that the layout names, that the user gives, or those that the columns' names tell."""
     columns = [column for column in _columns(file, layout) if not column.name.startswith("__index")]
     if not layout:
-        return find_clocks(columns)
+        return find_clocks(columns, given=time)
     clocks = tuple(Clock(clock["time"], tuple(clock["channels"])) for clock in layout["clocks"])
     added = _added(columns, clocks)
     return (Clock(clocks[0].column, (*clocks[0].columns, *added)),) if len(clocks) == 1 else clocks
@@ -99,18 +130,20 @@ def _columns(file: Any, layout: dict[str, Any]) -> list[Column]:
     found = []
     for item in file.schema_arrow:
         if is_number(item.type) or types.is_timestamp(item.type):
-            notes = {key.decode().lower(): value.decode() for key, value in (item.metadata or {}).items()}
+            notes = {_text(key).lower(): _text(value) for key, value in (item.metadata or {}).items()}
             unit = layout.get("channels", {}).get(item.name, {}).get("unit", notes.get("unit", notes.get("units", "")))
             found.append(Column(item.name, unit))
     return found
 
 
-def _source(path: Path, file: Any, layout: dict[str, Any], clocks: tuple[Clock, ...]) -> Source:
+def _text(written: bytes) -> str:
+    return written.decode("utf-8", "replace")
 
+
+def _source(path: Path, file: Any, layout: dict[str, Any], clocks: tuple[Clock, ...], units: dict[str, str]) -> Source:
     columns = {column.name: column for column in _columns(file, layout)}
     numbers = {name for name in columns if is_number(file.schema_arrow.field(name).type)}
     timed = {name: clock for clock in clocks for name in clock.columns if name in numbers}
-    units = {clock.column: "s" if layout else unit_of(columns[clock.column]) for clock in clocks}
     notes = layout.get("channels", {})
 
     def channels(table: Any, names: Sequence[str]) -> list[Channel]:

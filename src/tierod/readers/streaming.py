@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -48,7 +47,8 @@ def open_chunks(
     if not seconds > 0.0:
         raise InputError(f"slices need a positive length, not {seconds} s")
     names = None if names is None else tuple(names)
-    source, kind = open_source(path, dbc)
+    channel_map = loaded_map(channel_map)
+    source, kind = open_source(path, dbc, channel_map and channel_map.time)
     reading = Reading(path, source, kind, planned(path, source, channel_map, names))
     past: Recording | None = None
     for recording in reading.slices(seconds):
@@ -56,15 +56,24 @@ def open_chunks(
         past = recording
 
 
-def planned(path: str | Path, source: Source, channel_map: Any, names: tuple[str, ...] | None) -> Plan:
+def loaded_map(channel_map: str | Path | ChannelMap | None) -> ChannelMap | None:
+    """The channel map of a path or of a name that is shipped.
+
+    Raises:
+        InputError: it cannot be read
+    """
+    if isinstance(channel_map, str | Path):
+        return load_channel_map(shipped(channel_map, ".channels.toml"))
+    return channel_map
+
+
+def planned(path: str | Path, source: Source, channel_map: ChannelMap | None, names: tuple[str, ...] | None) -> Plan:
     """Which columns of an opened file become which channels.
 
     Raises:
         InputError: the channel map does not fit, or the file holds none of the named signals
     """
-    if isinstance(channel_map, str | Path):
-        channel_map = load_channel_map(shipped(channel_map, ".channels.toml"))
-    elif channel_map is None and source.maps:
+    if channel_map is None and source.maps:
         channel_map = load_maps_beside(source.maps)
     made = plan(source.columns, channel_map, names, source.silent)
     if not made.picks and source.silent:

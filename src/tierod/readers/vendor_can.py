@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import io
 import logging
+import math
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import islice
@@ -15,7 +17,7 @@ import numpy as np
 from tierod.errors import InputError, MissingExtra, TierodError
 from tierod.readers.blf import cut_off, unpacked
 from tierod.readers.content import Content, Stream, whole_lines
-from tierod.readers.frames import EXTENDED, Frames, taken
+from tierod.readers.frames import EXTENDED, IDENTIFIERS, Frames, bus_number, taken
 
 BLOCK = 100_000
 """Frames that are Python objects at a time: each takes 0.5 to 1 kB until it stands in arrays of 30 bytes."""
@@ -38,7 +40,8 @@ def frames_of(content: Content, kind: str) -> Iterator[Frames]:
         raise MissingExtra("python-can", "can", f"reading a log in {kind.upper()} format") from None
     buses: dict[str, int] = {}
     damages: list[str] = []
-    messages = _messages(can, content, kind, damages)
+    strange: Counter[str] = Counter()
+    messages = _messages(can, content, kind, damages, strange)
     count = 0
     frames: Frames | None = None
     while rows := list(islice(messages, BLOCK)):
@@ -47,21 +50,29 @@ def frames_of(content: Content, kind: str) -> Iterator[Frames]:
         yield frames
     damage = "".join(damages)
     if frames is None:
+        damage = damage or "; ".join(f"frames {what}" for what in strange)
         why = f"is damaged ({damage})" if damage else "holds no frame with data"
         raise InputError(f"the {kind.upper()} log {why}; record or export it again")
-    lost = f"the log is damaged after {count} frames ({damage}); the rest was left out" if damage else ""
-    if kind == "blf" and not damage:
-        lost = cut_off(content)
-    if lost:
-        yield replace(taken(frames, slice(0, 0)), notes=(lost,))
+    notes = [f"frames {what} were left out: {number}" for what, number in strange.items()]
+    if damage:
+        notes.append(f"the log is damaged after {count} frames ({damage}); the rest was left out")
+    elif kind == "blf":
+        notes.append(cut_off(content))
+    yield replace(taken(frames, slice(0, 0)), notes=tuple(filter(None, notes)))
 
 
-def _messages(can: Any, content: Content, kind: str, damages: list[str]) -> Iterator[Any]:
-    """The frames with data up to the end or to the damage, which is put into `damages`."""
+def _messages(can: Any, content: Content, kind: str, damages: list[str], strange: Counter[str]) -> Iterator[Any]:
+    """The frames with data up to the end or to the damage, which is put into `damages`; impossible ones are counted."""
     try:
         with _quiet():
             for message in _reader(can, content, kind):
-                if not (message.is_error_frame or message.is_remote_frame):
+                if message.is_error_frame or message.is_remote_frame:
+                    continue
+                if not 0 <= message.arbitration_id < IDENTIFIERS:
+                    strange["with an identifier of more than 29 bits"] += 1
+                elif not math.isfinite(message.timestamp):
+                    strange["without a time"] += 1
+                else:
                     yield message
     except TierodError:
         raise
@@ -94,7 +105,7 @@ def _frames(rows: list[Any], buses: dict[str, int], origin: float | None) -> Fra
     length = np.array([len(message.data) for message in rows])
     width = max(int(length.max()), 8)
     payload = np.frombuffer(b"".join(bytes(message.data).ljust(width, b"\0") for message in rows), dtype=np.uint8)
-    bus = [buses.setdefault(str(message.channel), len(buses)) for message in rows]
+    bus = [bus_number(buses, str(message.channel)) for message in rows]
     identifier = [message.arbitration_id | (EXTENDED if message.is_extended_id else 0) for message in rows]
     time = np.array([message.timestamp for message in rows], dtype=float)
     origin = float(time[0]) if origin is None else origin

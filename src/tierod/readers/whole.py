@@ -10,7 +10,7 @@ from pathlib import Path
 from tierod.derive import complete
 from tierod.readers.channel_map import ChannelMap
 from tierod.readers.opening import Paths, open_source
-from tierod.readers.streaming import SHARE_READ, Reading, planned
+from tierod.readers.streaming import SHARE_READ, Reading, loaded_map, planned
 from tierod.recording import Recording
 
 
@@ -40,7 +40,8 @@ def read(
         MissingExtra: the library for this format is not installed
     """
     names = None if names is None else tuple(names)
-    source, kind = open_source(path, dbc)
+    channel_map = loaded_map(channel_map)
+    source, kind = open_source(path, dbc, channel_map and channel_map.time)
     (whole,) = Reading(path, source, kind, planned(path, source, channel_map, names)).slices(math.inf)
     metadata = {key: value for key, value in whole.metadata.items() if key != SHARE_READ}
     whole = dataclasses.replace(whole, metadata=metadata)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tierod.errors import InputError, ParameterError, nearest
+from tierod.files import expanded
 from tierod.toml_lines import line_of
 from tierod.units import COUNT, Scale, scale
+from tierod.user_files import read_text, toml
 from tierod.vehicles.catalogue import QUANTITIES, Quantity
 from tierod.vehicles.vehicle import SHIPPED, Parameter, Vehicle
 
@@ -34,32 +35,20 @@ def load(name_or_path: str | Path) -> Vehicle:
         ParameterError: no such vehicle, or a file with a slip in it; the message names the line and the nearest names
     """
     path = _find(str(name_or_path))
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ParameterError(f"the vehicle file {path} cannot be read ({_reason(error)}); give a TOML file") from error
-    try:
-        content = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ParameterError(
-            f"{path} is not valid TOML: {error}; 'tierod vehicles midsize-eps --toml' prints a whole one"
-        ) from error
+    text = read_text(path, "the vehicle file", ParameterError, "give a TOML file")
+    content = toml(text, path, ParameterError, "'tierod vehicles midsize-eps --toml' prints a whole one")
     return _Reader(path, text).vehicle(content)
 
 
 def _find(given: str) -> Path:
     if given in shipped():
         return SHIPPED / f"{given}.toml"
-    path = Path(given).expanduser()
-    if path.is_file():
+    path = expanded(given)
+    if path.exists() and not path.is_dir():
         return path
     if path.suffix == ".toml" or path.parent != Path():
         raise ParameterError(f"there is no vehicle file {path}; shipped vehicles: {', '.join(shipped())}")
     raise ParameterError(f"no vehicle is called '{given}'{nearest(given, shipped())} A file is named by its path")
-
-
-def _reason(error: Exception) -> str:
-    return error.strerror or str(error) if isinstance(error, OSError) else "it is not UTF-8 text"
 
 
 class _Reader:

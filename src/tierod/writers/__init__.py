@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tierod.errors import OutputError, nearest
+from tierod.files import expanded
 from tierod.recording import Recording
 
 __all__ = ["require_writable", "write"]
@@ -48,7 +49,7 @@ def require_writable(path: str | Path) -> None:
         OutputError: an ending that is not known, no such folder, or a folder of that name
         MissingExtra: the library for this format is not installed
     """
-    path = Path(path).expanduser()
+    path = expanded(path)
     if _ending(path) == ".mf4":
         from tierod.writers.mf4 import require_asammdf
 

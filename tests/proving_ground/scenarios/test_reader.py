@@ -165,7 +165,7 @@ BEGIN = 'name = "x"\ndescription = "X."\n'
         (BEGIN + 'car = "midsize-eps"\ncourse = 3', "line 4: 'course' has to be the name of a course, or a table"),
         (BEGIN + 'car = "midsize-eps"', "'course' is missing; add it"),
         (BEGIN + 'course = "mine.csv"\ncar = "midsize-eps"', "line 3: .*mine.csv"),
-        ("name = 3 4", "mine.toml: not valid TOML, so no scenario can be read"),
+        ("name = 3 4", "mine.toml is not valid TOML.*no scenario can be read"),
     ],
 )  # fmt: skip
 def test_parts_that_do_not_fit_each_other(write, text, words):

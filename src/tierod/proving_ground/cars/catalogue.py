@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from tierod import vehicles
 from tierod.errors import ParameterError, nearest
 from tierod.fields import numbers
+from tierod.files import expanded
 from tierod.proving_ground.cars.kinds import car_of, on_tyres, with_parts
 from tierod.toml import Document, build, override
 
@@ -136,8 +137,8 @@ def find(given: str, beside: Path | None = None) -> Path:
     """
     if given in shipped():
         return SHIPPED / f"{given}.toml"
-    path = (beside or Path()) / Path(given).expanduser()
-    if path.is_file():
+    path = (beside or Path()) / expanded(given)
+    if path.exists() and not path.is_dir():
         return path
     if path.suffix == ".toml" or Path(given).parent != Path():
         raise ParameterError(f"there is no file {path} of a virtual car; shipped ones: {', '.join(shipped())}")

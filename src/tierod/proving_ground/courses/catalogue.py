@@ -7,6 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from tierod.errors import ParameterError, nearest
+from tierod.files import expanded
 from tierod.proving_ground.courses.base import Described
 from tierod.proving_ground.courses.bench import BenchMultisine, BenchRamps, BenchSteps, BenchSweep
 from tierod.proving_ground.courses.bench_hands import BenchHands
@@ -81,7 +82,7 @@ def load(name: str | Path) -> AnyCourse:
 def find(name: str | Path) -> Path:
     """The file of a course; arguments and errors as of `load`, but it need not exist."""
     known = _data()
-    path = known.get(str(name)) or Path(name).expanduser()
+    path = known.get(str(name)) or expanded(name)
     if path.suffix.lower() not in (".toml", ".csv"):
         raise ParameterError(
             f"there is no course '{name}'{nearest(str(name), known)} A file's path ends in .toml or .csv."

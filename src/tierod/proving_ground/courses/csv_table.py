@@ -15,6 +15,7 @@ from tierod.block import units
 from tierod.errors import InputError, ParameterError, nearest
 from tierod.proving_ground.parts import Demand, Road, Wind
 from tierod.units import scale
+from tierod.user_files import MOST_DATA_BYTES, read_text
 
 PLACES = {"time": "s", "distance": "m", "x": "m", "y": "m"}
 _HEADING = re.compile(r"\s*(\w+)\s*(?:\[(.*)\])?\s*")
@@ -42,11 +43,8 @@ def read_table(path: str | Path) -> tuple[str, dict[str, np.ndarray]]:
         ParameterError: it cannot be read; an unknown column or unit, a value that is no number; the line is told
     """
     path = Path(path)
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise ParameterError(f"the course file {path} cannot be read ({reason}); give a CSV file") from error
+    text = read_text(path, "the course file", ParameterError, "give a CSV file", MOST_DATA_BYTES)
+    lines = text.splitlines()
     remarks = [line.lstrip("# ").strip() for line in lines if line.startswith("#")]
     rows = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
     if len(rows) < 3:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tierod.errors import ParameterError, nearest
+from tierod.files import expanded
 from tierod.proving_ground.faults.fault import Fault
 from tierod.toml import Document
 
@@ -62,8 +63,8 @@ def load(name_or_path: str | Path, within: Document | None = None) -> FaultFile:
 def _find(given: str, beside: Path) -> Path:
     if given in shipped():
         return SHIPPED / f"{given}.toml"
-    path = beside / Path(given).expanduser()
-    if path.is_file():
+    path = beside / expanded(given)
+    if path.exists() and not path.is_dir():
         return path
     if path.suffix == ".toml" or Path(given).parent != Path():
         raise ParameterError(f"there is no fault file {path}; 'tierod faults' lists those that are shipped")

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from tierod.errors import ParameterError
 from tierod.toml import Document
+from tierod.user_files import MOST_DATA_BYTES, read_bytes, read_text, toml
 
 
 def named_files(document: Document) -> dict[str, str]:
@@ -23,10 +24,10 @@ def _collect(content: Any, folder: Path, found: dict[str, str]) -> None:
         path = folder / text
         if text in found or path.suffix.lower() not in (".toml", ".csv") or not path.is_file():
             continue
-        whole = path.read_bytes()
+        whole = read_bytes(path, "the file", ParameterError, most=MOST_DATA_BYTES)
         found[text] = hashlib.sha256(whole).hexdigest()
         if path.suffix.lower() == ".toml":
-            _collect(tomllib.loads(whole.decode("utf-8")), path.parent, found)
+            _collect(toml(read_text(path, "the file", ParameterError), path, ParameterError), path.parent, found)
 
 
 def _texts(content: Any) -> Iterator[str]:

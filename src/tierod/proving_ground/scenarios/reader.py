@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from tierod.errors import ParameterError, nearest
+from tierod.files import expanded
 from tierod.proving_ground import courses
 from tierod.proving_ground.cars import catalogue
 from tierod.proving_ground.faults import Fault
@@ -77,8 +78,8 @@ def find(given: str) -> Path:
     """The file of a scenario; arguments and errors as of `load`."""
     if given in shipped():
         return SHIPPED / f"{given}.toml"
-    path = Path(given).expanduser()
-    if path.is_file():
+    path = expanded(given)
+    if path.exists() and not path.is_dir():
         return path
     if path.suffix == ".toml" or path.parent != Path():
         raise ParameterError(f"there is no scenario file {path}; 'tierod scenarios' lists those that are shipped")
