@@ -86,7 +86,7 @@ class Repairs:
             if behind.max() > LATE:
                 at = int(np.flatnonzero(behind > LATE)[0])
                 raise InputError(
-                    f"the time of {self.what} jumps back from {before[at]:.6f} s to {time[at]:.6f} s at sample "
+                    f"the time of {self.what} jumps back from {_stamp(before[at])} to {_stamp(time[at])} at sample "
                     f"{self._seen + at + 1}; only {LATE} s of disorder can be sorted: cut the recording there and read "
                     "the parts one by one"
                 )
@@ -133,6 +133,11 @@ class Repairs:
             (self._equal, f"equal time stamps {stands}"),
         )
         return tuple(f"{count} {text}" for count, text in found if count)
+
+
+def _stamp(time: float) -> str:
+    """A time stamp [s] to the microsecond; without a tail of meaningless digits where it is none of a recording."""
+    return f"{time:.6f} s" if abs(time) < 1e11 else f"{time:.6g} s"
 
 
 def order(time: np.ndarray, what: str) -> Order:
