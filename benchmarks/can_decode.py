@@ -10,9 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from tierod.readers.candump import read_frames
+from tierod.readers.candump import frames_of
 from tierod.readers.dbc import bus_source, load_databases
-from tierod.readers.frames import EXTENDED, Frames
+from tierod.readers.frames import EXTENDED, Frames, joined
+from tierod.readers.log import Log, heard
 
 _REPEATS = 7
 _ROOT = Path(__file__).resolve().parents[1]
@@ -23,7 +24,7 @@ def recorded() -> Frames | None:
     """The frames of the RAV4 log where it is present."""
     folder = Path(os.environ.get("TIEROD_DATA", _ROOT.parent / "shared" / "data"))
     path = folder / "rav4_highway_minute" / "can.log"
-    return read_frames(path.read_bytes()) if path.exists() else None
+    return joined(list(frames_of([path.read_bytes()]))) if path.exists() else None
 
 
 def synthetic(seconds: float = 60.0) -> Frames:
@@ -43,6 +44,7 @@ def run() -> list[dict]:
 
     frames = recorded()
     frames = synthetic() if frames is None else frames
+    log = Log("memory", lambda: [iter([frames])])
     database = load_databases([_DBC])
     peer = cantools.database.load_file(str(_DBC))
     known = {message.frame_id for message in database}
@@ -50,8 +52,9 @@ def run() -> list[dict]:
     rows = [(identifier, payload) for identifier, payload in rows if identifier in known]
 
     def ours() -> None:
-        source = bus_source(frames, database, {})
-        source.load([column.name for column in source.columns])
+        source = bus_source(log, heard(log), database, {})
+        for lane in source.lanes([column.name for column in source.columns]):
+            list(lane)
 
     def theirs() -> None:
         for identifier, payload in rows:

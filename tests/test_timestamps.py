@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tierod.errors import InputError
-from tierod.timestamps import LATE, finite_or_missing, longest_run, order, paced
+from tierod.timestamps import LATE, finite_or_missing, infinite_note, longest_run, order, paced
 
 
 def test_good_stamps_are_left_alone():
@@ -77,9 +77,10 @@ def test_disorder_within_the_limit_always_ends_in_order(offsets):
 
 
 def test_infinite_values_are_missing():
-    values, note = finite_or_missing(np.array([1.0, np.inf, -np.inf, np.nan]))
+    values, count = finite_or_missing(np.array([1.0, np.inf, -np.inf, np.nan]))
     assert np.isnan(values).tolist() == [False, True, True, True]
-    assert note == "2 infinite values taken as missing"
+    assert infinite_note(count) == "2 infinite values taken as missing"
+    assert infinite_note(0) == ""
 
 
 def test_longest_run():

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tierod.errors import InputError, nearest
-from tierod.timestamps import Order, finite_or_missing, order, paced
+from tierod.timestamps import Order, finite_or_missing, infinite_note, order, paced
 
 Method = Literal["hold", "linear"]
 
@@ -66,7 +66,7 @@ def checked(channel: Channel, put: Order | None = None) -> Channel:
         )
     put = put or order(time, f"'{channel.name}'")
     values, infinite = finite_or_missing(put(values))
-    return replace(channel, time=put.time, values=values).noted(*put.notes, infinite)
+    return replace(channel, time=put.time, values=values).noted(*put.notes, infinite_note(infinite))
 
 
 def checked_together(channels: Iterable[Channel]) -> list[Channel]:

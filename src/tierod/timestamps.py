@@ -42,6 +42,104 @@ class Order:
         return values if self.index is None else values[self.index]
 
 
+class Repairs:
+    """What is wrong with the stamps of one clock, counted stretch by stretch, and refused where it cannot be mended.
+
+    Args:
+        what: whose time it is, for the messages
+    """
+
+    def __init__(self, what: str):
+        self.what = what
+        self.behind = 0.0
+        self._seen = self._without = self._late = self._equal = self._settled = 0
+        self._newest = self._last = -np.inf
+        self._final = np.nan
+        self._run = self._longest = 1
+        self._stands_at = np.nan
+
+    @property
+    def newest(self) -> float:
+        """The latest stamp so far [s]; minus infinity before the first."""
+        return self._newest
+
+    def arrived(self, time: np.ndarray) -> np.ndarray | None:
+        """Which of the next stamps are numbers; None where all are.
+
+        Args:
+            time: [s], as recorded, shape (n,)
+
+        Raises:
+            InputError: the clock jumps back by more than LATE
+        """
+        finite = np.isfinite(time)
+        kept = None if finite.all() else finite
+        if kept is not None:
+            self._without += len(time) - int(np.count_nonzero(finite))
+            time = time[finite]
+        if len(time):
+            before = np.concatenate(([self._last], time[:-1]))
+            self._late += int(np.count_nonzero(time < before))
+            newest = np.maximum(np.maximum.accumulate(time), self._newest)
+            with np.errstate(over="ignore"):
+                behind = newest - time
+            if behind.max() > LATE:
+                at = int(np.flatnonzero(behind > LATE)[0])
+                raise InputError(
+                    f"the time of {self.what} jumps back from {_stamp(before[at])} to {_stamp(time[at])} at sample "
+                    f"{self._seen + at + 1}; only {LATE} s of disorder can be sorted: cut the recording there and read "
+                    "the parts one by one"
+                )
+            self.behind = max(self.behind, float(behind.max()))
+            self._seen, self._newest, self._last = self._seen + len(time), float(newest[-1]), float(time[-1])
+        return kept
+
+    def settled(self, time: np.ndarray) -> None:
+        """The next stamps in their final order [s], shape (n,), for which equal ones are counted."""
+        if not len(time):
+            return
+        same = np.concatenate(([time[0] == self._final], time[1:] == time[:-1]))
+        self._equal += int(np.count_nonzero(same))
+        for length, begin in _runs(same):
+            run = length + (self._run if begin == 0 else 1)
+            if run > self._longest:
+                self._longest, self._stands_at = run, float(time[begin])
+        others = np.flatnonzero(~same)
+        self._run = len(time) - int(others[-1]) if len(others) else self._run + len(time)
+        self._final = float(time[-1])
+        self._settled += len(time)
+
+    def refuse_unusable(self) -> None:
+        """Stop after the last stretch where the clock says nothing.
+
+        Raises:
+            InputError: no stamp is a number, or the clock stands still throughout
+        """
+        if self._without and not self._seen:
+            raise InputError(f"no time stamp of {self.what} is a number; name the right time column, or export again")
+        if self._settled > 2 and self._equal == self._settled - 1:
+            raise InputError(
+                f"the time of {self.what} stands still at {self._final:g} s for all {self._settled} samples; "
+                "name the right time column, or export again with the recorder's clock running"
+            )
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was repaired so far."""
+        stands = f"(the clock stands at {self._stands_at:.6g} s for {self._longest} samples)"
+        found = (
+            (self._without, "samples without a time stamp left out"),
+            (self._late, "samples that arrived late put in order"),
+            (self._equal, f"equal time stamps {stands}"),
+        )
+        return tuple(f"{count} {text}" for count, text in found if count)
+
+
+def _stamp(time: float) -> str:
+    """A time stamp [s] to the microsecond; without a tail of meaningless digits where it is none of a recording."""
+    return f"{time:.6f} s" if abs(time) < 1e11 else f"{time:.6g} s"
+
+
 def order(time: np.ndarray, what: str) -> Order:
     """Time stamps made usable, or a refusal.
 
@@ -53,67 +151,44 @@ def order(time: np.ndarray, what: str) -> Order:
         InputError: no stamp is a number, the clock jumps back by more than LATE, or stands still throughout
     """
     time = np.asarray(time, dtype=float)
-    index, notes, behind = None, [], 0.0
-    finite = np.isfinite(time)
-    if len(time) and not finite.all():
-        index = np.flatnonzero(finite)
-        if not len(index):
-            raise InputError(f"no time stamp of {what} is a number; name the right time column, or export again")
-        notes.append(f"{len(time) - len(index)} samples without a time stamp left out")
-        time = time[index]
-    steps = np.diff(time)
-    if (steps < 0.0).any():
-        behind = _behind(time, what)
-        notes.append(f"{int((steps < 0.0).sum())} samples that arrived late put in order")
+    repairs = Repairs(what)
+    finite = repairs.arrived(time)
+    index = None if finite is None else np.flatnonzero(finite)
+    time = time if index is None else time[index]
+    if repairs.behind > 0.0:
         sort = np.argsort(time, kind="stable")
         time, index = time[sort], sort if index is None else index[sort]
-        steps = np.diff(time)
-    equal = int((steps == 0.0).sum())
-    if equal and equal == len(steps) and len(steps) > 1:
-        raise InputError(
-            f"the time of {what} stands still at {time[0]:g} s for all {len(time)} samples; "
-            "name the right time column, or export again with the recorder's clock running"
-        )
-    if equal:
-        longest, begin = _longest_run(steps == 0.0)
-        notes.append(f"{equal} equal time stamps (the clock stands at {time[begin]:.6g} s for {longest + 1} samples)")
-    return Order(time, index, tuple(notes), behind)
+    repairs.settled(time)
+    repairs.refuse_unusable()
+    return Order(time, index, repairs.notes, repairs.behind)
 
 
-def _behind(time: np.ndarray, what: str) -> float:
-    """How late the latest sample comes [s]; refused where the clock was set back."""
-    behind = np.maximum.accumulate(time) - time
-    if behind.max() <= LATE:
-        return float(behind.max())
-    at = int(np.flatnonzero(behind > LATE)[0])
-    raise InputError(
-        f"the time of {what} jumps back from {time[at - 1]:.6f} s to {time[at]:.6f} s at sample {at + 1}; "
-        f"only {LATE} s of disorder can be sorted: cut the recording there and read the parts one by one"
-    )
-
-
-def _longest_run(flags: np.ndarray) -> tuple[int, int]:
+def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
+    """(length, begin) of the runs of true values: the longest one, and the one at the very beginning."""
     edges = np.diff(np.concatenate(([0], flags.astype(np.int8), [0])))
     begins, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
     if not len(begins):
-        return 0, 0
-    at = int(np.argmax(ends - begins))
-    return int(ends[at] - begins[at]), int(begins[at])
+        return []
+    places = dict.fromkeys((0, int(np.argmax(ends - begins))))
+    return [(int(ends[at] - begins[at]), int(begins[at])) for at in places]
 
 
 def longest_run(flags: np.ndarray) -> int:
     """The length of the longest run of true values."""
-    return _longest_run(np.asarray(flags, dtype=bool))[0]
+    return max((length for length, _ in _runs(np.asarray(flags, dtype=bool))), default=0)
 
 
-def finite_or_missing(values: np.ndarray) -> tuple[np.ndarray, str]:
-    """The values as floats with infinities made missing (NaN), and the note on it ("" where there were none)."""
+def finite_or_missing(values: np.ndarray) -> tuple[np.ndarray, int]:
+    """The values as floats with infinities made missing (NaN), and how many there were."""
     values = np.asarray(values, dtype=float)
     infinite = np.isinf(values)
     count = int(np.count_nonzero(infinite))
-    if not count:
-        return values, ""
-    return np.where(infinite, np.nan, values), f"{count} infinite values taken as missing"
+    return (np.where(infinite, np.nan, values) if count else values), count
+
+
+def infinite_note(count: int) -> str:
+    """The note on values that were infinite; "" where there were none."""
+    return f"{count} infinite values taken as missing" if count else ""
 
 
 def paced(time: np.ndarray, period: float, patience: float = 1.0) -> np.ndarray:

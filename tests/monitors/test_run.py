@@ -126,21 +126,50 @@ def later(recording: Recording, at: float, pause: float) -> Recording:
     return Recording({channel.name: channel for channel in shifted})
 
 
-def test_an_hour_between_two_drives_is_crossed_piece_by_piece(healthy):
+def test_an_hour_between_two_drives_is_judged_for_ten_minutes_and_skipped(healthy):
     run = Run(*find("friction"), load("midsize-eps"))
     lengths = []
     absorb = run.session.absorb
     run.session.absorb = lambda aligned: lengths.append(len(aligned.time)) or absorb(aligned)
     run.add(later(healthy, 240.0, 3600.0))
     found, undisturbed = run.finish().findings[0], diagnose(healthy, "midsize-eps").findings[0]
-    assert sum(lengths) == pytest.approx((480.0 + 3600.0) * 100.0, abs=1)
+    assert sum(lengths) == pytest.approx((480.0 + 600.0) * 100.0, abs=2)
     assert max(lengths) <= 600.0 * 100.0
     assert found.status is undisturbed.status
     assert found.estimate.value == pytest.approx(undisturbed.estimate.value, abs=0.1)
 
 
+def test_a_pause_of_ten_minutes_is_judged_as_a_whole(healthy):
+    run = Run(*find("friction"), load("midsize-eps"))
+    lengths = []
+    absorb = run.session.absorb
+    run.session.absorb = lambda aligned: lengths.append(len(aligned.time)) or absorb(aligned)
+    run.add(later(healthy, 240.0, 599.0))
+    assert sum(lengths) == round((480.0 + 599.0) * 100.0)
+
+
+def test_work_follows_the_samples_not_their_stamps(healthy):
+    run = Run(*find("friction"), load("midsize-eps"))
+    lengths = []
+    absorb = run.session.absorb
+    run.session.absorb = lambda aligned: lengths.append(len(aligned.time)) or absorb(aligned)
+    run.add(healthy.slice(stop=60.0))
+    rest = healthy.slice(60.0, 62.0)
+    for hour in range(1, 500):
+        run.add(later(rest, 0.0, 3600.0 * hour).slice(3600.0 * hour + 60.0, 3600.0 * hour + 60.02))
+    assert sum(lengths) < 100.0 * (60.0 + 3600.0 + 600.0 + 500 * 11.0)
+    assert run.finish().recording["duration_s"] == pytest.approx(499 * 3600.0 + 60.0, abs=1.0)
+
+
+def test_a_recording_that_is_too_slow_is_refused_though_every_piece_holds_one_sample(healthy):
+    run = Run(*find("friction"), load("midsize-eps"))
+    run.add(healthy.slice(stop=0.005))
+    with pytest.raises(InputError, match="comes at 0.0001 Hz; at least 20 Hz are needed"):
+        run.add(later(healthy.slice(0.005, 0.015), 0.0, 9999.99))
+
+
 def test_a_clock_that_was_set_is_refused(healthy):
-    with pytest.raises(InputError, match="leaps ahead from about 0 s by 1.97e\\+04 days; cut the recording there"):
+    with pytest.raises(InputError, match="leaps ahead from about 239.99 s by 1.97e\\+04 days; cut the recording there"):
         diagnose(later(healthy, 240.0, 1.7e9), "midsize-eps")
 
 

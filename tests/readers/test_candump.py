@@ -5,10 +5,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from can_logs import together
 from tierod.errors import InputError
-from tierod.readers import candump
-from tierod.readers.candump import read_frames
-from tierod.readers.frames import EXTENDED, messages
+from tierod.readers.candump import frames_of
+from tierod.readers.content import whole_lines
+from tierod.readers.frames import EXTENDED, Frames, messages
+
+
+def read_frames(data: bytes, block: int = 1 << 20) -> Frames:
+    blocks = (data[at : at + block] for at in range(0, len(data), block))
+    return together(frames_of(whole_lines(blocks, "some.log")))
 
 
 @st.composite
@@ -39,14 +45,13 @@ def test_any_log_is_read_back(rows, ending, direction):
 
 
 @pytest.mark.parametrize("block", [1, 60, 200])
-def test_the_frames_do_not_depend_on_how_much_is_parsed_at_once(monkeypatch, block):
+def test_the_frames_do_not_depend_on_how_much_is_parsed_at_once(block):
     rows = [(k, f"can{k % 3}", f"{0x100 + k % 5:03X}", "AB" * (k % 9)) for k in range(50)]
     text = (
         "".join(f"({k}.25) {bus} {name}#{data}\n" for k, bus, name, data in rows) + "garbage\n(60.5) can0 1FFFFFFF#01"
     )
     whole = read_frames(text.encode())
-    monkeypatch.setattr(candump, "BLOCK", block)
-    again = read_frames(text.encode())
+    again = read_frames(text.encode(), block)
     assert again.buses == whole.buses
     assert again.notes == whole.notes == ("1 of 52 lines of the log are broken and were left out",)
     for column in ("time", "identifier", "bus", "payload", "length"):

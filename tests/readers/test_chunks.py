@@ -8,8 +8,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tierod.errors import InputError
-from tierod.readers.chunks import regrouped
+from tierod.readers.chunks import slices
+from tierod.readers.limits import Allowance
+from tierod.readers.source import Piece
 from tierod.recording import Channel
+
+
+def regrouped(pieces, seconds: float, *lanes) -> list[dict[str, Channel]]:
+    """The slices of one lane or of several, as channels by name."""
+    every = [(Piece(piece) for piece in lane) for lane in (pieces, *lanes)]
+    found = slices(every, seconds, Allowance("some file", 0))
+    return [{channel.name: channel for channel in part.channels} for part in found]
 
 
 def piece(start: float, stop: float) -> list[Channel]:

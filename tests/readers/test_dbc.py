@@ -1,14 +1,20 @@
 """Decoding whole messages agrees with cantools, frame by frame, on any database and payload."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from can_logs import log_of
 from tierod.errors import InputError, MissingExtra
 from tierod.readers import open_chunks, read
+from tierod.readers.chunks import slices
 from tierod.readers.dbc import bus_source, load_databases
 from tierod.readers.frames import EXTENDED, Frames
+from tierod.readers.limits import Allowance
+from tierod.readers.log import heard
 
 cantools = pytest.importorskip("cantools")
 
@@ -29,8 +35,11 @@ def frames_of(
 def decoded(database: str, frames: Frames, tmp_path) -> dict:
     path = tmp_path / "some.dbc"
     path.write_text(HEADER + database)
-    source = bus_source(frames, load_databases([path]), {})
-    return {channel.name: channel for channel in source.load([column.name for column in source.columns])}
+    log = log_of(frames)
+    source = bus_source(log, heard(log), load_databases([path]), {})
+    lanes = source.lanes([column.name for column in source.columns])
+    (whole,) = slices(lanes, math.inf, Allowance(path, 0))
+    return {channel.name: channel for channel in whole.channels}
 
 
 @st.composite

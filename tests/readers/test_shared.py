@@ -5,11 +5,12 @@ import csv
 import numpy as np
 import pytest
 
+from can_logs import stored, together
 from shared_data import shared_data
 from tierod.errors import InputError
 from tierod.quality import channel_quality, sign_warnings
 from tierod.readers import parse_channel_map, read
-from tierod.readers.vendor_can import read_frames
+from tierod.readers.vendor_can import frames_of
 
 
 def test_passenger_car_with_a_wrong_sign():
@@ -93,10 +94,11 @@ def test_a_bus_log_that_is_cut_off_prints_nothing(tmp_path, capsys):
     assert capsys.readouterr() == ("", "")
 
 
-def test_a_blf_log_that_is_cut_off_is_said_to_be():
+def test_a_blf_log_that_is_cut_off_is_said_to_be(tmp_path):
     pytest.importorskip("can")
     whole = shared_data("reader_samples", "python_can", "test", "data", "issue_1905.blf").read_bytes()
-    assert read_frames(whole, "blf").notes == ()
-    half = read_frames(whole[: len(whole) // 2], "blf")
-    assert 0 < len(half) < len(read_frames(whole, "blf"))
+    every = together(frames_of(stored(tmp_path, whole), "blf"))
+    half = together(frames_of(stored(tmp_path, whole[: len(whole) // 2]), "blf"))
+    assert every.notes == ()
+    assert 0 < len(half) < len(every)
     assert "cut off" in half.notes[0]

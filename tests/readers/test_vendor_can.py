@@ -6,10 +6,11 @@ import weakref
 import numpy as np
 import pytest
 
+from can_logs import stored, together
 from tierod.errors import InputError
 from tierod.readers import vendor_can
 from tierod.readers.frames import EXTENDED
-from tierod.readers.vendor_can import read_frames
+from tierod.readers.vendor_can import frames_of
 
 can = pytest.importorskip("can")
 
@@ -42,10 +43,10 @@ def log(kind: str, count: int = 75) -> bytes:
 
 @pytest.mark.parametrize("kind", WRITERS)
 @pytest.mark.parametrize("block", [1, 10, 74, 75])
-def test_the_frames_do_not_depend_on_the_blocks(monkeypatch, kind, block):
+def test_the_frames_do_not_depend_on_the_blocks(tmp_path, monkeypatch, kind, block):
     data = log(kind)
     monkeypatch.setattr(vendor_can, "BLOCK", block)
-    frames = read_frames(data, kind)
+    frames = together(frames_of(stored(tmp_path, data), kind))
     assert len(frames) == 75
     assert frames.time == pytest.approx(0.01 * np.arange(75), abs=2e-6)
     assert frames.notes == ()
@@ -57,23 +58,23 @@ def test_the_frames_do_not_depend_on_the_blocks(monkeypatch, kind, block):
         assert frames.buses[frames.bus[at]] == str(sent.channel)
 
 
-def test_damage_after_some_blocks_is_counted_from_the_first_frame(monkeypatch):
-    def reader(can, data, kind):
+def test_damage_after_some_blocks_is_counted_from_the_first_frame(tmp_path, monkeypatch):
+    def reader(can, content, kind):
         yield from map(message, range(25))
         raise ValueError("no such\nobject")
 
     monkeypatch.setattr(vendor_can, "BLOCK", 10)
     monkeypatch.setattr(vendor_can, "_reader", reader)
-    frames = read_frames(b"", "asc")
+    frames = together(frames_of(stored(tmp_path, b""), "asc"))
     assert len(frames) == 25
     assert frames.notes == ("the log is damaged after 25 frames (no such object); the rest was left out",)
 
 
-def test_only_the_frames_of_one_block_are_objects(monkeypatch):
+def test_only_the_frames_of_one_block_are_objects(tmp_path, monkeypatch):
     alive: set[int] = set()
     most = 0
 
-    def reader(can, data, kind):
+    def reader(can, content, kind):
         nonlocal most
         for k in range(200):
             made = message(k)
@@ -84,7 +85,7 @@ def test_only_the_frames_of_one_block_are_objects(monkeypatch):
 
     monkeypatch.setattr(vendor_can, "BLOCK", 20)
     monkeypatch.setattr(vendor_can, "_reader", reader)
-    assert len(read_frames(b"", "asc")) == 200
+    assert len(together(frames_of(stored(tmp_path, b""), "asc"))) == 200
     assert most <= 43, "the block that grows, the one that became arrays, and the frame in hand"
 
 
@@ -95,8 +96,12 @@ def test_only_the_frames_of_one_block_are_objects(monkeypatch):
         ("trc", "{number:6d}) {time:.1f}  Rx  {identifier}  2  01 02\n"),
     ],
 )
-def test_frames_with_impossible_identifiers_are_left_out_and_counted(kind, line):
-    head = "date Wed Jan 1 00:00:00 2020\nbase hex  timestamps absolute\n" if kind == "asc" else ";$FILEVERSION=1.1\n"
+def test_frames_with_impossible_identifiers_are_left_out_and_counted(tmp_path, kind, line):
+    head = (
+        "date Wed Jan 1 00:00:00 2020\nbase hex  timestamps absolute\ninternal events logged\n"
+        if kind == "asc"
+        else ";$FILEVERSION=1.1\n"
+    )
     wide = "x" if kind == "asc" else ""
     identifiers = ["0123", 3 * "FFFF" + wide, "00000124", "FFFFFFFF" + wide, 20 * "F" + wide]
 
@@ -104,15 +109,15 @@ def test_frames_with_impossible_identifiers_are_left_out_and_counted(kind, line)
         rows = (line.format(number=n, time=1.0 + n, identifier=name) for n, name in enumerate(names))
         return (head + "".join(rows)).encode()
 
-    frames = read_frames(log(identifiers), kind)
+    frames = together(frames_of(stored(tmp_path, log(identifiers)), kind))
     assert len(frames) == 2
     assert frames.notes == ("frames with an identifier of more than 29 bits were left out: 3",)
     with pytest.raises(InputError, match="damaged .frames with an identifier of more than 29 bits"):
-        read_frames(log(identifiers[3:]), kind)
+        together(frames_of(stored(tmp_path, log(identifiers[3:])), kind))
 
 
-def test_a_log_of_more_buses_than_there_can_be_is_damaged():
+def test_a_log_of_more_buses_than_there_can_be_is_damaged(tmp_path):
     head = "date Wed Jan 1 00:00:00 2020\nbase hex  timestamps absolute\n"
     rows = "".join(f" {k}.5 {k}  123  Rx   d 2 01 02\n" for k in range(70_000))
     with pytest.raises(InputError, match="more than 64 buses"):
-        read_frames((head + rows).encode(), "asc")
+        together(frames_of(stored(tmp_path, (head + rows).encode()), "asc"))

@@ -53,19 +53,19 @@ def pieces_of(
     )
 
 
-def refuse_leap(now: float, last: float) -> None:
-    """Refuse a piece before which a clock was set.
+def refuse_leap(last: float, following: float) -> None:
+    """Refuse a pause in which a clock was set.
 
     Args:
-        now: time until which was judged [s]
-        last: time of the last sample of the piece [s]
+        last: time of the last sample before the pause [s]
+        following: time of the first sample after it [s]
 
     Raises:
         InputError: more than `LEAP` lies between
     """
-    if last - now > LEAP:
+    if following - last > LEAP:
         raise InputError(
-            f"the time leaps ahead from about {now:.6g} s by {(last - now) / 86400.0:.3g} days; "
+            f"the time leaps ahead from about {last:.6g} s by {(following - last) / 86400.0:.3g} days; "
             "cut the recording there and judge the parts one by one"
         )
 

@@ -35,6 +35,7 @@ class QualityOverChunks:
         self.names = tuple(names)
         self.units: dict[str, str] = {}
         self._rows: dict[str, ChannelQuality] = {}
+        self._notes: dict[str, str] = {}
         self._spans: dict[str, float] = {}
         self._last: dict[str, float] = {}
         self._reduced: list[np.ndarray] = []
@@ -46,12 +47,17 @@ class QualityOverChunks:
                 self._merge(name, piece)
         kept = sum(len(part) for part in self._reduced) / REDUCED_RATE
         if kept < COMPARED and any(name in piece for name in self.names):
-            aligned = piece.align(self.names, REDUCED_RATE, maximum_age=2.0 / REDUCED_RATE)
+            # No more than is compared: a piece may be a whole recording with a pause of days in it.
+            first = piece.slice(stop=piece.span[0] + COMPARED + 1.0)
+            aligned = first.align(self.names, REDUCED_RATE, maximum_age=2.0 / REDUCED_RATE)
             self._reduced.append(np.column_stack([aligned.time, aligned.values]))
 
     def rows(self) -> tuple[ChannelQuality, ...]:
-        """One row per channel that the recording has."""
-        return tuple(self._rows.values())
+        """One row per channel that the recording has; what was done to a channel is told as of the last piece."""
+        return tuple(
+            dataclasses.replace(row, remarks=(*row.remarks, *filter(None, [self._notes[name]])))
+            for name, row in self._rows.items()
+        )
 
     def contradictions(self) -> tuple[str, ...]:
         """Which signal has probably the wrong sign, or which of them the wrong unit, beside the others."""
@@ -75,13 +81,17 @@ class QualityOverChunks:
             if tells_of_implausible_values(remark)
         )
 
-    def refuse_slow(self, required: Iterable[str], minimum_rate: float) -> None:
+    def refuse_slow(self, required: Iterable[str], minimum_rate: float) -> bool:
         """Stop where a signal comes too slowly.
+
+        Returns:
+            whether the rate of every required signal is known; of a single sample there is none
 
         Raises:
             InputError: a required signal comes at less than the minimum rate [Hz]
         """
-        for name in required:
+        names = tuple(required)
+        for name in names:
             rate = self._rows[name].rate
             if too_slow(rate, minimum_rate):
                 milliseconds = not too_slow(1e3 * rate, minimum_rate) and rate < 1.0
@@ -89,6 +99,7 @@ class QualityOverChunks:
                     f"{name} comes at {rate:.3g} Hz; at least {minimum_rate:g} Hz are needed: record it faster"
                     + (', or, if its time counts milliseconds, call that column "time [ms]"' if milliseconds else "")
                 )
+        return bool(np.isfinite([self._rows[name].rate for name in names]).all())
 
     def refuse_unusable(self, required: Iterable[str]) -> None:
         """Stop where a signal says nothing in the whole recording.
@@ -113,7 +124,8 @@ class QualityOverChunks:
 
     def _merge(self, name: str, piece: Recording) -> None:
         channel = piece[name]
-        new = channel_quality(channel)
+        self._notes[name] = channel.note
+        new = channel_quality(dataclasses.replace(channel, note=""))
         self.units[name] = channel.unit
         if not len(channel.time):
             return
@@ -129,6 +141,8 @@ def _merged(old: ChannelQuality, new: ChannelQuality, old_span: float, new_span:
     samples = old.samples + new.samples
     weight = new_span / (old_span + new_span) if old_span + new_span > 0.0 else 0.5
     rates = [rate for rate in (old.rate, new.rate) if np.isfinite(rate)]
+    # Of single samples so far apart that each is a piece of its own, the pause between them is the step.
+    between = 1.0 / pause if pause > 0.0 else np.nan
     missing = (old.samples * old.missing_share + new.samples * new.missing_share) / samples
     gap = float(np.fmax(np.fmax(old.longest_gap, new.longest_gap), pause))
     extremes = float(np.fmin(old.minimum, new.minimum)), float(np.fmax(old.maximum, new.maximum))
@@ -136,7 +150,7 @@ def _merged(old: ChannelQuality, new: ChannelQuality, old_span: float, new_span:
     return dataclasses.replace(
         old,
         samples=samples,
-        rate=(1.0 - weight) * old.rate + weight * new.rate if len(rates) == 2 else (rates or [old.rate])[0],
+        rate=(1.0 - weight) * old.rate + weight * new.rate if len(rates) == 2 else (rates or [between])[0],
         missing_share=missing,
         longest_gap=gap,
         minimum=extremes[0],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import datetime
+import math
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,10 +18,11 @@ from tierod.monitors.decided import decided
 from tierod.monitors.named_vehicle import other_vehicle
 from tierod.monitors.over_time import OverTime
 from tierod.monitors.own_level import OwnLevel, refuse_foreign
-from tierod.monitors.pieces import CHUNK, OVERLAP, joined, refuse_leap
+from tierod.monitors.pieces import CHUNK, OVERLAP, joined
 from tierod.monitors.quality_over_chunks import QualityOverChunks
 from tierod.monitors.sample_digest import SampleDigest
 from tierod.monitors.session import Conclusion, Monitor, Session, StatusChange, Variant
+from tierod.monitors.silence import Silence
 from tierod.monitors.suitable import refuse_unsuitable
 from tierod.readers import SHARE_READ
 from tierod.recording import Aligned, Recording
@@ -70,6 +72,7 @@ class Run:
         self._before: Recording | None = None
         self._start: float | None = None
         self._steps = 0
+        self._silence, self._paced = Silence(), False
         self._metadata: dict[str, Any] = {}
         units = dict.fromkeys(self.session.signals, "") | dict(self.session.traces)
         self._traces = {name: Decimator(name, unit) for name, unit in units.items()}
@@ -84,7 +87,6 @@ class Run:
             InputError: the piece lacks a signal that the monitor needs, or brings it too slowly
         """
         begin, last = piece.span
-        refuse_leap(begin if self._start is None else self._start + self._steps / self.monitor.rate, last)
         whole = complete(joined(self._before, piece), [*self.monitor.required, *self.monitor.optional])
         complete_piece = whole.slice(begin) if self._before else whole
         self._quality.add(complete_piece)
@@ -93,14 +95,18 @@ class Run:
         self._metadata |= {k: v for k, v in piece.metadata.items() if k != SHARE_READ}
         if self._start is None:
             refuse_unsuitable(self.monitor, self.vehicle, complete_piece)
-            self._quality.refuse_slow(self.monitor.required, self.monitor.minimum_rate)
             self._start = begin
+        if not self._paced:
+            self._paced = self._quality.refuse_slow(self.monitor.required, self.monitor.minimum_rate)
         self._before = piece.slice(last - OVERLAP)
-        while len((aligned := self._aligned(whole, last)).time):
-            self._absorb(aligned)
+        stamps = [whole[name].time for name in self.session.signals if name in whole]
+        for skip_to, stop in self._silence.stretches(stamps, begin, last + 0.5 / self.monitor.rate):
+            self._steps = max(self._steps, math.floor((skip_to - self._start) * self.monitor.rate))
+            while len((aligned := self._aligned(whole, stop)).time):
+                self._absorb(aligned)
 
-    def _aligned(self, whole: Recording, last: float) -> Aligned:
-        """What follows on what was judged already, no more than CHUNK of it: a gap of days must fit into memory."""
+    def _aligned(self, whole: Recording, stop: float) -> Aligned:
+        """What follows on what was judged already, no more than CHUNK of it: a long piece must fit into memory."""
         assert self._start is not None
         start = self._start + self._steps / self.monitor.rate
         return whole.align(
@@ -108,7 +114,7 @@ class Run:
             self.monitor.rate,
             maximum_age=self.monitor.maximum_age,
             start=start,
-            stop=min(last + 0.5 / self.monitor.rate, start + CHUNK),
+            stop=min(stop, start + CHUNK),
         )
 
     def _absorb(self, aligned: Aligned) -> None:

@@ -7,13 +7,14 @@ converted column by column; a log has a few dozen makes, whatever its length.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from tierod.errors import InputError
-from tierod.readers.frames import EXTENDED, Frames, bus_number
+from tierod.readers.frames import EXTENDED, Frames, bus_number, taken
 
 LINE = re.compile(rb"^\(\d+\.\d+\) +\S+ +[0-9A-Fa-f]{3,8}#", re.MULTILINE)
 """How a line of `candump -L` begins."""
@@ -21,9 +22,6 @@ LINE = re.compile(rb"^\(\d+\.\d+\) +\S+ +[0-9A-Fa-f]{3,8}#", re.MULTILINE)
 _HEX = np.full(256, 255, dtype=np.uint8)
 for _digits, _least in ((b"0123456789", 0), (b"ABCDEF", 10), (b"abcdef", 10)):
     _HEX[list(_digits)] = np.arange(_least, _least + len(_digits))
-
-BLOCK = 1 << 23
-"""Bytes that are parsed at once: the tables of a block take about ten times as much memory."""
 
 _DIGITS = 20
 """Digits of seconds and of their fraction that a line may hold; more are no time."""
@@ -68,39 +66,35 @@ class Part(NamedTuple):
     length: np.ndarray
 
 
-def read_frames(data: bytes) -> Frames:
-    """The frames of a log; lines that are no frame are counted in its notes.
+def frames_of(blocks: Iterable[bytes]) -> Iterator[Frames]:
+    """The frames of a log, block by block, their time counted from the first; the last has the notes on broken lines.
 
     Args:
-        data: the whole text
+        blocks: of whole lines; the tables of a block take about ten times as much memory
 
     Raises:
         InputError: no line holds a frame
     """
-    text = np.frombuffer(data, dtype=np.uint8)
     names: dict[bytes, int] = {}
-    blocks, lines, passed = [], 0, 0
-    for begin, end in _blocks(data):
-        parts, count, without = _parsed(text[begin:end], names)
-        lines, passed = lines + count, passed + without
+    first: tuple[float, float] | None = None
+    lines = good = 0
+    frames: Frames | None = None
+    for block in blocks:
+        parts, count, without = _parsed(np.frombuffer(block, dtype=np.uint8), names)
+        lines, good = lines + count, good + without
         if parts:
-            blocks.append(_ordered(parts))
-    if not blocks:
+            whole = _ordered(parts)
+            good += len(whole.lines)
+            first = first or (float(whole.seconds[0]), float(whole.fraction[0]))
+            frames = _frames(whole, first, tuple(name.decode("latin-1") for name in names))
+            yield frames
+    if frames is None:
         raise InputError(
             "the log holds no CAN frame as `candump -L` writes it, (seconds) interface id#data; record it so"
         )
-    broken = lines - passed - sum(len(block.lines) for block in blocks)
-    notes = (f"{broken} of {lines} lines of the log are broken and were left out",) if broken else ()
-    return _together(blocks, tuple(name.decode("latin-1") for name in names), notes)
-
-
-def _blocks(data: bytes) -> Iterator[tuple[int, int]]:
-    """(begin, end) of pieces of whole lines."""
-    begin = 0
-    while begin < len(data):
-        end = data.find(b"\n", begin + BLOCK) + 1 or len(data)
-        yield begin, end
-        begin = end
+    if lines > good:
+        broken = f"{lines - good} of {lines} lines of the log are broken and were left out"
+        yield replace(taken(frames, slice(0, 0)), notes=(broken,))
 
 
 def _parsed(text: np.ndarray, names: dict[bytes, int]) -> tuple[list[Part], int, int]:
@@ -230,10 +224,7 @@ def _ordered(parts: list[Part]) -> Part:
     return Part(*(column[put] for column in together))
 
 
-def _together(blocks: list[Part], buses: tuple[str, ...], notes: tuple[str, ...]) -> Frames:
-    """The frames of all blocks, their time counted from the first."""
-    whole = _joined(blocks)
-    first, rest = whole.seconds[0], whole.fraction[0]
-    time = (whole.seconds - first) + (whole.fraction - rest)
-    origin = float(first + rest)
-    return Frames(time, whole.identifier, whole.bus, whole.payload, whole.length, buses, origin, notes)
+def _frames(part: Part, first: tuple[float, float], buses: tuple[str, ...]) -> Frames:
+    """The frames of a block, their time counted from the seconds and the fraction of the first of all."""
+    time = (part.seconds - first[0]) + (part.fraction - first[1])
+    return Frames(time, part.identifier, part.bus, part.payload, part.length, buses, first[0] + first[1])

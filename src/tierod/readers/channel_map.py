@@ -8,6 +8,10 @@ offset = 0.0
 unit = "deg"                  # of all that; what the file says where not given; "count" stays a raw count
 optional = false              # true: no error where the file lacks the source
 note = "why"
+
+[time]                        # of a table (CSV, Parquet, MATLAB); left out, the column that is called so
+column = "timestamp"
+unit = "ms"                   # left out, what the title says, else s
 """
 
 from __future__ import annotations
@@ -20,6 +24,7 @@ from typing import Any
 
 from tierod.errors import InputError, nearest
 from tierod.signals import SIGNALS
+from tierod.units import scale
 from tierod.user_files import read_text, toml
 
 
@@ -47,12 +52,32 @@ class Entry:
 
 
 @dataclass(frozen=True)
+class TimeEntry:
+    """Which column of a table is its time.
+
+    Args:
+        column: its name; the first whose title says so where None
+        unit: of the time columns; what their titles say where None
+    """
+
+    column: str | None = None
+    unit: str | None = None
+
+
+GUESSED = TimeEntry()
+"""Nothing is given: titles tell column and unit."""
+
+
+@dataclass(frozen=True)
 class ChannelMap:
-    """Entries by canonical signal, and the file they come from, for messages."""
+    """Entries by canonical signal, the file they come from, for messages, and the column of the time."""
 
     entries: dict[str, Entry]
     path: str = "the channel map"
+    time: TimeEntry | None = None
 
+
+_TABLES = ("signals", "time", "title", "notes")
 
 _KEYS: dict[str, tuple[type, ...]] = {
     "source": (str, list),
@@ -102,10 +127,11 @@ def parse_channel_map(document: dict[str, Any], path: str = "the channel map") -
         InputError: a key or signal is not known, or a value is of the wrong kind
     """
     for key in document:
-        if key not in ("signals", "title", "notes"):
-            raise InputError(f"{path}: the key '{key}' is not known{nearest(key, ('signals', 'title', 'notes'))}")
+        if key not in _TABLES:
+            raise InputError(f"{path}: the key '{key}' is not known{nearest(key, _TABLES)}")
+    time = _time(document["time"], path) if "time" in document else None
     signals = document.get("signals", {})
-    if not isinstance(signals, dict) or not signals:
+    if not isinstance(signals, dict) or not (signals or time):
         raise InputError(
             f'{path}: no signals; write a table [signals.NAME] with source = "column of the file" for each'
         )
@@ -117,7 +143,21 @@ def parse_channel_map(document: dict[str, Any], path: str = "the channel map") -
         if not isinstance(table, dict):
             raise InputError(f'{where} must be a table with source = "column of the file"')
         entries[name] = _entry(table, where)
-    return ChannelMap(entries, path)
+    return ChannelMap(entries, path, time)
+
+
+def _time(table: Any, path: str) -> TimeEntry:
+    keys = ("column", "unit")
+    if not isinstance(table, dict) or not table or not all(isinstance(value, str) for value in table.values()):
+        raise InputError(f'{path}: [time] must be a table with column = "column of the file", unit = "ms", or both')
+    for key in table:
+        if key not in keys:
+            raise InputError(f"{path}: [time] the key '{key}' is not known{nearest(key, keys)}")
+    try:
+        scale(table.get("unit", "s"), "s")
+    except InputError as error:
+        raise InputError(f"{path}: [time] {error}") from None
+    return TimeEntry(table.get("column"), table.get("unit"))
 
 
 def _entry(table: dict[str, Any], where: str) -> Entry:

@@ -1,106 +1,212 @@
-"""A recording bit by bit: pieces of any length become slices of equal length."""
+"""A recording bit by bit: the lanes of a file, put in order and side by side, become slices of equal length."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterable, Iterator
-from dataclasses import replace
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from tierod.errors import InputError
+from tierod.readers.limits import Allowance
+from tierod.readers.source import Lane
 from tierod.recording import Channel
-from tierod.timestamps import LATE, Order, order
+from tierod.timestamps import LATE, Repairs, finite_or_missing, infinite_note
 
-Piece = dict[str, Channel]
+Stretch = tuple[np.ndarray, dict[str, np.ndarray]]
+"""Time stamps in order [s], shape (n,), and the values of the channels that they belong to, (n,) each."""
 
 
-def regrouped(pieces: Iterable[list[Channel]], seconds: float) -> Iterator[Piece]:
-    """Consecutive slices of `seconds` from pieces in the order of time; slices without a sample are left out.
+class Slice(NamedTuple):
+    """All channels over the same time.
 
     Args:
-        pieces: every one holds all channels of a stretch of time, later than the stretches before
-        seconds: length of the slices [s], counted from the first stamp of all
+        channels: fit for use; notes on repairs count from the beginning of the recording
+        share: of the file that has been read, 0 to 1
+    """
+
+    channels: list[Channel]
+    share: float
+
+
+class _Clock:
+    """The channels that have their time stamps in common, put in order, waiting until a slice is full.
+
+    Args:
+        channels: the first of them, of which nothing is kept but what they are called
+    """
+
+    def __init__(self, channels: list[Channel]):
+        self.about = {channel.name: channel for channel in channels}
+        self.repairs = Repairs(f"'{channels[0].name}'")
+        self.infinite = dict.fromkeys(self.about, 0)
+        self.waiting: list[Stretch] = []
+
+    def add(self, channels: list[Channel]) -> None:
+        """Channels over the next stretch, as recorded."""
+        time = np.asarray(channels[0].time, dtype=float)
+        values = {channel.name: _values(channel, time) for channel in channels}
+        self.about |= {channel.name: channel for channel in channels}
+        ahead = self.repairs.newest
+        kept = self.repairs.arrived(time)
+        if kept is not None:
+            time, values = time[kept], {name: each[kept] for name, each in values.items()}
+        if not len(time):
+            return
+        if time[0] >= ahead and (time[1:] >= time[:-1]).all():
+            self.waiting.append((time, values))
+            return
+        least, overlapping = float(time.min()), []
+        while self.waiting and self.waiting[-1][0][-1] > least:
+            overlapping.insert(0, self.waiting.pop())
+        joined, columns = _joined([*overlapping, (time, values)], list(self.about))
+        put = np.argsort(joined, kind="stable")
+        self.waiting.append((joined[put], {name: each[put] for name, each in columns.items()}))
+
+    def first(self) -> float:
+        """The first stamp that waits [s]; infinity where none does."""
+        return float(self.waiting[0][0][0]) if self.waiting else math.inf
+
+    def taken(self, stop: float) -> list[Channel]:
+        """The channels before `stop` [s], taken out of what waits."""
+        ready: list[Stretch] = []
+        while self.waiting and self.waiting[0][0][0] < stop:
+            time, values = self.waiting.pop(0)
+            last = int(np.searchsorted(time, stop, side="left"))
+            ready.append((time[:last], {name: each[:last] for name, each in values.items()}))
+            if last < len(time):
+                self.waiting.insert(0, (time[last:], {name: each[last:] for name, each in values.items()}))
+        time, columns = _joined(ready, list(self.about))
+        self.repairs.settled(time)
+        made = []
+        for name, channel in self.about.items():
+            values, infinite = finite_or_missing(columns[name])
+            self.infinite[name] += infinite
+            fit = Channel(name, time, values, channel.unit, channel.source, channel.note)
+            made.append(fit.noted(*self.repairs.notes, infinite_note(self.infinite[name])))
+        return made
+
+
+def _values(channel: Channel, time: np.ndarray) -> np.ndarray:
+    values = np.asarray(channel.values)
+    if values.shape != time.shape or values.ndim != 1:
+        raise InputError(
+            f"channel '{channel.name}' needs as many time stamps as values, not {time.shape} and {values.shape}; "
+            "export the recording again"
+        )
+    return np.asarray(values, dtype=float)
+
+
+def _joined(stretches: list[Stretch], names: list[str]) -> Stretch:
+    """Stretches as one; a channel that one of them lacks is missing there."""
+    if len(stretches) == 1 and len(stretches[0][1]) == len(names):
+        return stretches[0]
+    if not stretches:
+        return np.empty(0), {name: np.empty(0) for name in names}
+    time = np.concatenate([each[0] for each in stretches])
+    values = {}
+    for name in names:
+        parts = [
+            each[1].pop(name, None) for each in stretches
+        ]  # popped, so that no channel is twice in memory for long
+        values[name] = np.concatenate(
+            [
+                np.full(len(each[0]), np.nan) if part is None else part
+                for part, each in zip(parts, stretches, strict=True)
+            ]
+        )
+    return time, values
+
+
+class _Lane:
+    """One lane of a file: until when its channels are complete, and what of them waits.
+
+    Args:
+        pieces: of the file
+        allowance: counts the samples
+    """
+
+    def __init__(self, pieces: Lane, allowance: Allowance):
+        self._pieces, self._allowance = pieces, allowance
+        self.clocks: dict[str, _Clock] = {}
+        self.reach, self.share = -math.inf, 0.0
+
+    def advance(self) -> None:
+        """The next piece."""
+        piece = next(self._pieces, None)
+        if piece is None:
+            self.reach, self.share = math.inf, 1.0
+            return
+        self.share = piece.share
+        together: dict[int, list[Channel]] = {}
+        for channel in piece.channels:
+            together.setdefault(id(channel.time), []).append(channel)
+        for channels in together.values():
+            clocks: dict[int, list[Channel]] = {}
+            for channel in channels:
+                known = self.clocks.get(channel.name)
+                clocks.setdefault(id(known) if known else 0, []).append(channel)
+            for members in clocks.values():
+                clock = self.clocks.get(members[0].name)
+                if clock is None:
+                    clock = _Clock(members)
+                    self.clocks |= dict.fromkeys((member.name for member in members), clock)
+                self._allowance.take(8 * (len(members) + 1) * len(members[0].time))
+                clock.add(members)
+        newest = max((clock.repairs.newest for clock in self.clocks.values()), default=-math.inf)
+        # The next piece may bring samples that belong before the last of this one.
+        self.reach = newest - LATE
+
+
+def slices(lanes: Iterable[Lane], seconds: float, allowance: Allowance) -> Iterator[Slice]:
+    """Consecutive slices of all lanes, which do not depend on the pieces; slices without a sample are left out.
+
+    Args:
+        lanes: of a file; one lags behind another by no more than the pieces are long
+        seconds: length of the slices [s], counted from the first stamp of all; infinity gives a single slice
+        allowance: counts the samples
 
     Raises:
-        InputError: a piece begins more than LATE before the one ahead of it ended
+        InputError: a clock jumps back by more than LATE or stands still throughout, or the file unfolds to too much
     """
-    waiting: dict[str, list[Channel]] = {}
-    start: float | None = None
-    for piece in pieces:
-        _append(waiting, piece)
-        held = [parts for parts in waiting.values() if sum(len(part.time) for part in parts)]
-        if not held:
-            continue
-        if start is None:
-            start = min(float(parts[0].time[0]) for parts in held if len(parts[0].time))
-        # The next piece may bring samples that belong before the last of this one.
-        until = max(float(parts[-1].time[-1]) for parts in held) - LATE
-        start = yield from _drained(waiting, start, seconds, until)
-    yield from _drained(waiting, start or 0.0, seconds, float("inf"))
-    rest = _cut(waiting, float("inf"))
-    if any(len(channel.time) for channel in rest.values()):
-        yield rest
+    running = [_Lane(lane, allowance) for lane in lanes]
+    start = math.nan
+    while running:
+        laggard = min(running, key=lambda lane: lane.reach)
+        until = laggard.reach
+        if until > -math.inf:
+            while (first := _first(running)) < until:
+                start = first if math.isnan(start) else _begin(start, seconds, first)
+                # Beside a stamp of 1e18 s ten minutes are less than the last bit: then all the rest is one slice.
+                stop = start + seconds if start + seconds > first else math.inf
+                if stop > until:
+                    break
+                yield _taken(running, stop)
+        if until == math.inf:
+            for clock in (clock for lane in running for clock in _clocks(lane)):
+                clock.repairs.refuse_unusable()
+            return
+        laggard.advance()
 
 
-def _drained(
-    waiting: dict[str, list[Channel]], start: float, seconds: float, until: float
-) -> Generator[Piece, None, float]:
-    """The slices that end before `until`; returns where the next one begins, which is after any gap."""
-    while start < start + seconds <= until:
-        stamps = [float(parts[0].time[0]) for parts in waiting.values() if len(parts[0].time)]
-        if not stamps:
-            return start
-        start += seconds * max(math.floor((min(stamps) - start) / seconds), 0)
-        if start + seconds > until:
-            return start
-        ready = _cut(waiting, start + seconds)
+def _first(lanes: list[_Lane]) -> float:
+    return min((clock.first() for lane in lanes for clock in _clocks(lane)), default=math.inf)
+
+
+def _begin(start: float, seconds: float, first: float) -> float:
+    """Where the slice begins that holds the stamp `first`, whole slices after `start`."""
+    count = (first - start) / seconds
+    start += seconds * math.floor(count) if math.isfinite(count) else 0.0
+    while start < start + seconds <= first:
         start += seconds
-        if any(len(channel.time) for channel in ready.values()):
-            yield ready
     return start
 
 
-def _append(waiting: dict[str, list[Channel]], piece: list[Channel]) -> None:
-    orders: dict[tuple[int, int], Order] = {}
-    for channel in piece:
-        parts = waiting.setdefault(channel.name, [])
-        if not len(channel.time) and parts:
-            continue
-        if parts and not len(parts[-1].time):
-            parts.pop()
-        if parts and channel.time[0] < parts[-1].time[-1]:
-            parts.append(_put_in_order(parts.pop(), channel, orders))
-        else:
-            parts.append(channel)
+def _clocks(lane: _Lane) -> list[_Clock]:
+    return list(dict.fromkeys(lane.clocks.values()))
 
 
-def _put_in_order(before: Channel, channel: Channel, orders: dict[tuple[int, int], Order]) -> Channel:
-    """Two parts of a channel whose stamps overlap, as one; stamps that channels share stay shared."""
-    if before.time[-1] - channel.time[0] > LATE:
-        raise InputError(
-            f"the time of '{channel.name}' jumps back from {before.time[-1]:.6f} s to {channel.time[0]:.6f} s; "
-            "cut the recording there and read the parts one by one"
-        )
-    key = (id(before.time), id(channel.time))
-    if key not in orders:
-        orders[key] = order(np.concatenate((before.time, channel.time)), f"'{channel.name}'")
-    values = orders[key](np.concatenate((before.values, channel.values)))
-    return replace(before, time=orders[key].time, values=values).noted(*channel.note.split("; "), *orders[key].notes)
-
-
-def _cut(waiting: dict[str, list[Channel]], stop: float) -> Piece:
-    """Everything before `stop`, taken out of what waits; stamps that channels share stay shared."""
-    clocks: dict[tuple[int, ...], np.ndarray] = {}
-    ready: Piece = {}
-    for name, parts in waiting.items():
-        key = tuple(id(part.time) for part in parts)
-        if key not in clocks:
-            clocks[key] = np.concatenate([part.time for part in parts]) if len(parts) > 1 else parts[0].time
-        time = clocks[key]
-        values = np.concatenate([part.values for part in parts]) if len(parts) > 1 else parts[0].values
-        last = int(np.searchsorted(time, stop, side="left"))
-        notes = [note for part in parts[1:] for note in part.note.split("; ")]
-        ready[name] = replace(parts[0], time=time[:last], values=values[:last]).noted(*notes)
-        waiting[name] = [replace(parts[-1], time=time[last:], values=values[last:])]
-    return ready
+def _taken(lanes: list[_Lane], stop: float) -> Slice:
+    channels = [channel for lane in lanes for clock in _clocks(lane) for channel in clock.taken(stop)]
+    return Slice(channels, sum(lane.share for lane in lanes) / len(lanes))

@@ -3,20 +3,31 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from tierod.errors import InputError
+from tierod.errors import InputError, nearest
+from tierod.readers.channel_map import GUESSED, TimeEntry
 from tierod.readers.source import Column
 from tierod.signals import plain
-from tierod.units import scale, split_suffix
+from tierod.units import known, scale, split_name, split_suffix
 
 DATES = "YYYY-MM-DD hh:mm:ss.fff"
 """The only way of writing dates that is read: in all others day and month may be taken for each other."""
 
 _NAMES = ("time", "t", "timestamp", "timestamps", "zeit", "time_s", "times", "seconds", "sec", "ts", "date", "datetime")
+
+
+SLOWEST = 1.0
+"""Rate [Hz] below which seconds are in doubt where no unit is given: no recording of a steering is so slow."""
+
+USUAL = (5.0, 20e3)
+"""Rates [Hz] of recordings of vehicles and motors, from coarse telemetry to phase currents."""
+
+FEWEST = 8
+"""Stamps from which a rate is taken."""
 
 
 @dataclass(frozen=True)
@@ -61,17 +72,22 @@ def unread_clock(others: Sequence[Column], usable: Sequence[Column]) -> Column |
     return clocks[0] if clocks else None
 
 
-def find_clocks(columns: Sequence[Column], increasing: Sequence[str] = ()) -> tuple[Clock, ...]:
+def find_clocks(
+    columns: Sequence[Column], increasing: Sequence[str] = (), given: TimeEntry = GUESSED
+) -> tuple[Clock, ...]:
     """The clocks of a table: its first time column and every repetition ("time.2"), each for what follows it.
 
     Args:
         columns: in the order of the file
         increasing: columns that count up throughout, the resort where no title tells the time
+        given: by the user, which column is the time
 
     Raises:
-        InputError: no column can be the time
+        InputError: no column can be the time, or there is none of the given name
     """
-    first = next((column for column in columns if is_time(column.title or column.name)), None)
+    first = _named(given.column, columns) or next(
+        (column for column in columns if is_time(column.title or column.name)), None
+    )
     if first is None:
         first = next((column for column in columns if column.name in increasing), None)
     if first is None:
@@ -82,7 +98,7 @@ def find_clocks(columns: Sequence[Column], increasing: Sequence[str] = ()) -> tu
     for column in columns:
         if column.name == first.name:
             continue
-        if is_time(base) and _without_number(column) == base:
+        if (is_time(base) or given.column) and _without_number(column) == base:
             clocks.append((column, []))
         else:
             clocks[-1][1].append(column.name)
@@ -93,9 +109,62 @@ def _without_number(column: Column) -> str:
     return re.sub(r"[._ ]?\d+$", "", column.title or column.name)
 
 
-def unit_of(column: Column) -> str:
-    """The unit of a time column as written or as its name ends; "" where neither says it."""
-    return column.unit or split_suffix(column.name)[1]
+def _named(name: str | None, columns: Sequence[Column]) -> Column | None:
+    if name is None:
+        return None
+    found = [column for column in columns if name in (column.name, column.title)]
+    found = found or [column for column in columns if plain(name) in (plain(column.name), plain(column.title))]
+    if not found:
+        raise InputError(
+            f"the channel map names the time column '{name}', and no column of numbers or dates is called so"
+            f"{nearest(name, [column.name for column in columns])}"
+        )
+    return found[0]
+
+
+def unit_of(column: Column, given: TimeEntry = GUESSED) -> str:
+    """The unit of a time column as given by the user, as written, or as its name ends; "" where none says it."""
+    inside = split_name(column.name)[1]
+    return given.unit or column.unit or (inside if known(inside) else "") or split_suffix(column.name)[1]
+
+
+def require_plausible_rate(clocks: Iterable[tuple[str, str, np.ndarray]]) -> None:
+    """Refuse time stamps without a unit that are too slow in seconds and usual in another unit.
+
+    Args:
+        clocks: (column, its unit as `unit_of` tells, its first stamps as recorded) of all clocks of a table; while one
+            of them is fast enough, none is in doubt: others may belong to slow signals
+
+    Raises:
+        InputError: a unit has to be given; the message names the one that fits
+    """
+    doubtful: list[tuple[float, float, str, str]] = []
+    for column, unit, stamps in clocks:
+        steps = np.diff(stamps[np.isfinite(stamps)])
+        steps = steps[steps > 0.0]
+        if len(steps) < FEWEST - 1:
+            continue
+        applied, step = unit or _calendar_unit(stamps) or "s", float(np.median(steps))
+        rate = 1.0 / (step * scale(applied, "s").factor)
+        if rate >= SLOWEST:
+            return
+        if not unit:
+            doubtful.append((rate, step, column, applied))
+    for rate, step, column, applied in sorted(doubtful, reverse=True):
+        fitting = [
+            unit for unit in ("ms", "us", "ns", "s") if USUAL[0] <= 1.0 / (step * scale(unit, "s").factor) <= USUAL[1]
+        ]
+        if fitting and applied not in fitting:
+            raise InputError(_in_doubt(rate, step, column, applied, fitting))
+
+
+def _in_doubt(rate: float, step: float, column: str, applied: str, fitting: Sequence[str]) -> str:
+    usual = " or ".join(f"{1.0 / (step * scale(unit, 's').factor):.3g} Hz in {unit}" for unit in fitting)
+    entry = f'time = {{ column = "{column}", unit = "{fitting[0]}" }}'
+    return (
+        f"the time column '{column}' has no unit; in {applied} its samples come at {rate:.3g} Hz, but at {usual}: call "
+        f"it '{column} [{fitting[0]}]', or write {entry} into a channel map (--map); the unit {applied} confirms it"
+    )
 
 
 def seconds(stamps: np.ndarray, unit: str, column: str) -> tuple[np.ndarray, str]:

@@ -17,7 +17,8 @@ from tierod.errors import InputError, MissingExtra
 from tierod.readers.bits import Payloads, span
 from tierod.readers.frames import EXTENDED, Frames, identifier_text, messages
 from tierod.readers.j1939 import parameter_group, without_value
-from tierod.readers.source import Column, Source
+from tierod.readers.log import Heard, InOrder, Log
+from tierod.readers.source import Column, Lane, Piece, Source
 from tierod.recording import Channel
 from tierod.user_files import MOST_DATA_BYTES, read_bytes
 
@@ -32,13 +33,11 @@ class Found:
     Args:
         message: as cantools describes it
         prefix: of the names of its signals
-        rows: of the frames
         where: identifier and bus, for the source of a channel
     """
 
     message: Any
     prefix: str
-    rows: np.ndarray
     where: str
 
 
@@ -100,29 +99,30 @@ def _database(cantools: Any, path: Path, content: bytes) -> Any:
     return cantools.database.load_string(text, "dbc", strict=False)
 
 
-def match_messages(frames: Frames, database: Sequence[Any]) -> list[Found]:
-    """The messages of a database that a log holds, one per message, bus and sender.
+def match_messages(log: Heard, database: Sequence[Any]) -> dict[tuple[int, int], Found]:
+    """The messages of a database that a log holds, one per message, bus and sender, by bus and identifier.
 
     Raises:
         InputError: the log holds none of them; identifiers of both sides are named
     """
     exact = {message.frame_id | (EXTENDED if message.is_extended_frame else 0): message for message in database}
     groups = {parameter_group(message.frame_id): message for message in database if message.protocol == "j1939"}
-    found, seen = [], set()
+    found: dict[tuple[int, int], Found] = {}
+    seen = set()
     ids: dict[int, int] = {}
-    for identifier, bus, rows in messages(frames):
-        ids[identifier] = ids.get(identifier, 0) + len(rows)
+    for (bus, identifier), count in log.counts.items():
+        ids[identifier] = ids.get(identifier, 0) + count
         message = exact.get(identifier)
         if message is None and identifier & EXTENDED:
             message = groups.get(parameter_group(identifier & ~EXTENDED))
         if message is None or message.is_container:
             continue
-        where = f"{identifier_text(identifier)} on {frames.buses[bus]}"
+        where = f"{identifier_text(identifier)} on {log.buses[bus]}"
         prefix = message.name
         if message.name in seen:
-            prefix = f"{frames.buses[bus]}:{identifier_text(identifier)}:{message.name}"
+            prefix = f"{log.buses[bus]}:{identifier_text(identifier)}:{message.name}"
         seen.add(message.name)
-        found.append(Found(message, prefix, rows, where))
+        found[bus, identifier] = Found(message, prefix, where)
     if not found:
         raise InputError(_no_match(ids, exact))
     return found
@@ -140,29 +140,54 @@ def _no_match(log: dict[int, int], database: dict[int, Any]) -> str:
     )
 
 
-def bus_source(frames: Frames, database: Sequence[Any], metadata: dict[str, Any]) -> Source:
+def bus_source(log: Log, content: Heard, database: Sequence[Any], metadata: dict[str, Any]) -> Source:
     """A CAN log with its database as a source of columns named "Message.Signal".
 
     A message that several buses or senders carry keeps its plain name for the first and gets a prefix for the others.
+
+    Args:
+        log: that is read again for every reading
+        content: what is in it
+        database: messages
+        metadata: what else is known of the log
     """
-    found = match_messages(frames, database)
-    places = {f"{entry.prefix}.{item.name}": (entry, item) for entry in found for item in entry.message.signals}
+    found = match_messages(content, database)
+    places = {
+        f"{entry.prefix}.{item.name}": (key, item) for key, entry in found.items() for item in entry.message.signals
+    }
     columns = tuple(Column(name, item.unit or "", item.name, True) for name, (_, item) in places.items())
 
-    def load(names: Sequence[str]) -> list[Channel]:
-        rows: dict[str, Rows] = {}
-        channels = []
+    def lanes(names: Sequence[str]) -> list[Lane]:
+        wanted: dict[tuple[int, int], list[tuple[str, Any]]] = {}
         for name in names:
-            entry, item = places[name]
-            if entry.prefix not in rows:
-                rows[entry.prefix] = Rows.of(frames, entry)
-            channels.append(_channel(name, entry, item, rows[entry.prefix]))
-        return channels
+            key, item = places[name]
+            wanted.setdefault(key, []).append((name, item))
+        return [_decoded(log, content, found, wanted)]
 
-    metadata = {**metadata, "frames": len(frames), "messages": len(found), "buses": frames.buses}
-    came = {entry.message.name for entry in found}
+    metadata = {**metadata, "frames": content.frames, "messages": len(found), "buses": content.buses}
+    came = {entry.message.name for entry in found.values()}
     silent = tuple(f"{each.name}.{item.name}" for each in database if each.name not in came for item in each.signals)
-    return Source(columns, load, metadata, frames.origin, frames.notes, silent=silent)
+    return Source(columns, lanes, metadata, content.origin, content.notes, silent=silent)
+
+
+def _decoded(
+    log: Log,
+    content: Heard,
+    found: dict[tuple[int, int], Found],
+    wanted: dict[tuple[int, int], list[tuple[str, Any]]],
+) -> Lane:
+    """The wanted signals of a log, block by block; at first all without a sample: a message may come late."""
+    yield Piece([channel for key, items in wanted.items() for channel in _silent(found[key], items)])
+    done = 0
+    for frames in InOrder(log):
+        channels = []
+        for identifier, bus, index in messages(frames):
+            if (bus, identifier) in wanted:
+                rows = Rows.of(frames, index)
+                entry = found[bus, identifier]
+                channels += [_channel(name, entry, item, rows) for name, item in wanted[bus, identifier]]
+        done += len(frames)
+        yield Piece(channels, done / content.frames)
 
 
 @dataclass(frozen=True)
@@ -182,10 +207,17 @@ class Rows:
     shortest: int
 
     @staticmethod
-    def of(frames: Frames, entry: Found) -> Rows:
-        """The rows of a message that was found in a log."""
-        length = frames.length[entry.rows]
-        return Rows(frames.time[entry.rows], Payloads(frames.payload[entry.rows]), length, int(length.min()))
+    def of(frames: Frames, index: np.ndarray) -> Rows:
+        """Some rows of the frames."""
+        length = frames.length[index]
+        return Rows(frames.time[index], Payloads(frames.payload[index]), length, int(length.min()))
+
+
+def _silent(entry: Found, items: Sequence[tuple[str, Any]]) -> list[Channel]:
+    """Signals of a message without a sample; those that every frame carries share their time stamps."""
+    none = np.empty((0, 8), dtype=np.uint8)
+    rows = Rows(np.empty(0), Payloads(none), np.empty(0, dtype=int), 8)
+    return [_channel(name, entry, item, rows) for name, item in items]
 
 
 def _channel(name: str, entry: Found, item: Any, rows: Rows) -> Channel:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import gzip
 import os
 import re
 import stat
-import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
 from tierod.errors import InputError
 from tierod.readers.candump import LINE
+from tierod.readers.content import Content, content_of, spooled
 
 _HEAD = 1 << 16
 
@@ -56,15 +55,13 @@ class Kind:
 
     Args:
         name: "mdf", "parquet", "mat", "blf", "asc", "trc", "candump" or "csv"
-        data: the whole content where it had to be unpacked, or came through a pipe; None where the file can be read
+        content: its bytes
         warning: what the ending promised otherwise
-        piped: whether it came through a pipe, which can be read once only
     """
 
     name: str
-    data: bytes | None = None
+    content: Content
     warning: str = ""
-    piped: bool = False
 
 
 def detect(path: Path) -> Kind:
@@ -73,27 +70,27 @@ def detect(path: Path) -> Kind:
     Raises:
         InputError: the file is absent, empty, not readable, or of a kind that is not read
     """
-    head, piped = _head(path)
-    data = head if piped else None
-    if head[:2] == b"\x1f\x8b":
-        data = _unpacked(path, data)
+    content = _content(path)
+    if content.packed:
         path = path.with_suffix("")
-    if data is not None:
-        head = data[:_HEAD]
+    head = content.head(_HEAD)
+    if not head.strip(b"\0 \t\r\n\xef\xbb\xbf"):
+        raise InputError(f"{content.path} is empty; record or copy it again")
     name = _by_content(path, head)
     promised = _ENDINGS.get(path.suffix.lower())
     warning = ""
     if promised and promised != name and not (promised == "csv" and name == "candump"):
         warning = f"the ending {path.suffix} promises {promised}, the content is {name} and was read as such"
-    return Kind(name, data, warning, piped)
+    return Kind(name, content, warning)
 
 
-def _head(path: Path) -> tuple[bytes, bool]:
-    """The first bytes of a file, or all that comes through a pipe; and whether it is one."""
+def _content(path: Path) -> Content:
+    """The bytes of a file; those of a pipe are kept."""
     try:
         with path.open("rb") as file:
-            piped = stat.S_ISFIFO(os.fstat(file.fileno()).st_mode)
-            head = file.read(None if piped else _HEAD)
+            if stat.S_ISFIFO(os.fstat(file.fileno()).st_mode):
+                return spooled(path, file)
+            return content_of(path, file.read(2) == b"\x1f\x8b")
     except FileNotFoundError:
         other = "; what comes through a pipe is named /dev/stdin" if str(path) == "-" else "; check the path"
         raise InputError(f"there is no file {path}{other}") from None
@@ -101,16 +98,6 @@ def _head(path: Path) -> tuple[bytes, bool]:
         raise InputError(f"{path} is a folder; give one recording in it") from None
     except OSError as error:
         raise InputError(f"{path} cannot be read ({error.strerror or error}); check the rights") from None
-    if not head.strip(b"\0 \t\r\n\xef\xbb\xbf"):
-        raise InputError(f"{path} is empty; record or copy it again")
-    return head, piped
-
-
-def _unpacked(path: Path, data: bytes | None) -> bytes:
-    try:
-        return gzip.decompress(path.read_bytes() if data is None else data)
-    except (OSError, EOFError, zlib.error) as error:
-        raise InputError(f"{path} is damaged or cut off and cannot be unpacked ({error}); copy it again") from None
 
 
 def _by_content(path: Path, head: bytes) -> str:

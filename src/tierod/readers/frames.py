@@ -79,7 +79,7 @@ def _codes(frames: Frames, keys: np.ndarray) -> np.ndarray:
     return np.searchsorted(found, keys).astype(np.uint16) if len(found) <= 1 << 16 else keys
 
 
-def taken(frames: Frames, index: np.ndarray) -> Frames:
+def taken(frames: Frames, index: np.ndarray | slice) -> Frames:
     """The frames of these rows."""
     return replace(
         frames,
@@ -93,6 +93,8 @@ def taken(frames: Frames, index: np.ndarray) -> Frames:
 
 def joined(parts: Sequence[Frames]) -> Frames:
     """The frames of several logs or groups with one origin, in the order of time."""
+    if len(parts) == 1:
+        return _in_order(parts[0])
     buses = tuple(dict.fromkeys(name for part in parts for name in part.buses))
     width = max((part.payload.shape[1] for part in parts), default=8)
     payloads = [np.pad(part.payload, ((0, 0), (0, width - part.payload.shape[1]))) for part in parts]
@@ -107,7 +109,13 @@ def joined(parts: Sequence[Frames]) -> Frames:
         parts[0].origin,
         tuple(note for part in parts for note in part.notes),
     )
-    return taken(together, np.argsort(together.time, kind="stable"))
+    return _in_order(together)
+
+
+def _in_order(frames: Frames) -> Frames:
+    if (frames.time[1:] >= frames.time[:-1]).all():
+        return frames
+    return taken(frames, np.argsort(frames.time, kind="stable"))
 
 
 def bus_number(buses: dict[Any, int], name: Any) -> int:

@@ -11,32 +11,52 @@ from tierod.errors import InputError
 from tierod.readers.mapping import Pick, Plan
 from tierod.recording import Channel
 from tierod.signals import SIGNALS
+from tierod.timestamps import finite_or_missing
 
 FASTEST = 60.0
 """Speed [m/s] that hardly any road vehicle reaches (216 km/h), and every motorway drive in km/h does."""
 
 
-def apply(made: Plan, loaded: Sequence[Channel]) -> tuple[list[Channel], tuple[str, ...]]:
-    """The channels of a plan from the columns loaded, and warnings on what they show.
+def made_from(plan: Plan, loaded: Sequence[Channel], doubts: Doubts) -> list[Channel]:
+    """The channels of a plan from the columns loaded; a channel of which a column is missing is not made.
 
     Args:
-        made: which columns become which channels
-        loaded: the columns; a channel of which one is missing is not made
+        plan: which columns become which channels
+        loaded: the columns
+        doubts: takes note of values that a doubt may rest on
 
     Raises:
         InputError: columns that are to be summed have different time stamps
     """
     by_name = {channel.name: channel for channel in loaded}
-    channels, warnings = [], []
-    for pick in made.picks:
+    channels = []
+    for pick in plan.picks:
         parts = [by_name[column] for column in pick.columns if column in by_name]
         if len(parts) < len(pick.columns):
             continue
         channel = _made(pick, parts)
         channels.append(channel)
         if pick.assumed:
-            warnings.append(_doubt(pick, channel))
-    return channels, tuple(filter(None, warnings))
+            doubts.see(channel)
+    return channels
+
+
+class Doubts:
+    """The largest magnitude so far of signals without a unit, which may not look like their SI unit."""
+
+    def __init__(self) -> None:
+        self._most: dict[str, float] = {}
+
+    def see(self, channel: Channel) -> None:
+        """A channel over the next stretch of the recording."""
+        finite = channel.values[np.isfinite(channel.values)]
+        if len(finite):
+            self._most[channel.name] = max(self._most.get(channel.name, 0.0), float(np.abs(finite).max()))
+
+    def sentences(self, plan: Plan) -> tuple[str, ...]:
+        """What to say of the signals of a plan."""
+        seen = (pick for pick in plan.picks if pick.assumed and pick.name in self._most)
+        return tuple(filter(None, (_doubt(pick, self._most[pick.name]) for pick in seen)))
 
 
 def _made(pick: Pick, parts: list[Channel]) -> Channel:
@@ -54,17 +74,14 @@ def _made(pick: Pick, parts: list[Channel]) -> Channel:
     if pick.entry.offset:
         values = values + pick.entry.offset
     source = " + ".join(part.source or part.name for part in parts)
-    channel = Channel(pick.name, parts[0].time, pick.scale(values), pick.unit, source, parts[0].note)
-    return channel.noted(*pick.notes)
+    values, infinite = finite_or_missing(pick.scale(values))
+    channel = Channel(pick.name, parts[0].time, values, pick.unit, source, parts[0].note)
+    return channel.noted(*pick.notes, "values that are too large taken as missing" if infinite else "")
 
 
-def _doubt(pick: Pick, channel: Channel) -> str:
-    """What to say of a signal without a unit whose values do not look like its SI unit."""
+def _doubt(pick: Pick, most: float) -> str:
+    """What to say of a signal without a unit whose values, up to a magnitude, do not look like its SI unit."""
     known = SIGNALS[pick.name]
-    finite = channel.values[np.isfinite(channel.values)]
-    if not len(finite):
-        return ""
-    most = float(np.abs(finite).max())
     low, high = known.plausible
     angular, speed = known.unit.startswith("rad"), known.unit == "m/s"
     place = f"{pick.name} ('{pick.columns[0]}') has no unit in the file and was taken as {known.unit}"

@@ -2,31 +2,130 @@
 
 from __future__ import annotations
 
+import contextlib
+import math
+import zlib
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tierod.errors import InputError
-from tierod.readers.clocks import is_time, unit_of
+from tierod.readers.channel_map import GUESSED, TimeEntry
+from tierod.readers.clocks import is_time, require_plausible_rate, unit_of
 from tierod.readers.clocks import seconds as to_seconds
-from tierod.readers.source import Column, Source
+from tierod.readers.content import BLOCK, Kept
+from tierod.readers.limits import Allowance
+from tierod.readers.source import Column, Lane, Piece, Source
 from tierod.recording import Channel
 
 _PERIODS = ("Ts", "ts", "dt", "Dt", "SampleTime", "sample_time")
 
+SAMPLES = 1 << 17
+"""Samples of a vector that are read at a time."""
 
-def open_mat(path: Path) -> Source:
+_HEADER, _PACKED = 128, 15
+"""Bytes before the first variable, and the type of one that is packed."""
+
+_AT_ONCE, _STRUCTURE = 1 << 25, 1 << 16
+"""Bytes of variables that are loaded at a time, and what one is taken to hold whose size is not told."""
+
+
+def open_mat(path: Path, given: TimeEntry = GUESSED) -> Source:
     """A MATLAB file of version 5 to 7.2.
+
+    Args:
+        path: of the file
+        given: which vector is the time, as a user says
 
     Raises:
         InputError: the file is damaged, of version 7.3, or holds no vectors beside a time vector
     """
+    kept = Kept()
+    content = _content(path, kept)
+    signals: dict[str, Signal] = {}
+    clocks: list[tuple[str, str, np.ndarray]] = []
+    for prefix, members in _structures("", content):
+        for signal in _timed(prefix, members, given, clocks):
+            signals.setdefault(signal.name, signal)
+    try:
+        if given.column and given.column not in [name for name, *_ in clocks]:
+            raise InputError(f"the channel map names the time '{given.column}', and no vector is called so")
+        require_plausible_rate(clocks)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    if not signals:
+        raise InputError(f"{path} holds no vectors beside a time vector; save a vector 't' in seconds with the signals")
+    several = len({name.rpartition(".")[0] for name in signals}) > 1
+    columns = tuple(Column(name, "", name.rpartition(".")[2], several and "." in name) for name in signals)
+
+    def lanes(names: Sequence[str]) -> list[Lane]:
+        by_clock: dict[tuple[str, int], list[Signal]] = {}
+        for name in names:
+            by_clock.setdefault((signals[name].prefix, signals[name].values.count), []).append(signals[name])
+        return [_lane(members) for members in by_clock.values()]
+
+    return Source(columns, lanes, {"format": "MATLAB 5"})
+
+
+@dataclass(frozen=True)
+class Vector:
+    """A vector of the file, kept in a temporary file as it is.
+
+    Args:
+        kept: the temporary file
+        at: where it begins there
+        kind: of its numbers
+        count: of its numbers
+    """
+
+    kept: Kept
+    at: int
+    kind: np.dtype[Any]
+    count: int
+
+    def part(self, begin: int, end: int) -> np.ndarray:
+        """Some of its numbers as floats."""
+        size = self.kind.itemsize
+        data = self.kept.read((min(end, self.count) - begin) * size, self.at + begin * size)
+        return np.frombuffer(data, dtype=self.kind).astype(float)
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A vector that has as many samples as its time.
+
+    Args:
+        prefix: of the structure that it is in
+        name: with that prefix
+        values: as stored
+        clock: its time, or the period [s] of its samples
+        unit: of the time
+    """
+
+    prefix: str
+    name: str
+    values: Vector
+    clock: Vector | float
+    unit: str = ""
+
+
+def _content(path: Path, kept: Kept) -> dict[str, Any]:
+    """The variables of a file, some at a time, with vectors kept in a temporary file.
+
+    Raises:
+        InputError: the file is damaged, of version 7.3, or unfolds to too much
+    """
     import scipy.io
 
+    _refuse_large(path)
+    found: dict[str, Any] = {}
     try:
-        content = scipy.io.loadmat(path, squeeze_me=True, struct_as_record=False)
+        for names in _together(scipy.io.whosmat(path)):
+            loaded = scipy.io.loadmat(path, squeeze_me=True, struct_as_record=False, variable_names=names)
+            found |= {name: _kept(value, kept) for name, value in loaded.items() if not name.startswith("__")}
     except NotImplementedError:
         raise InputError(f"{path} is a MATLAB 7.3 file; save it with -v7") from None
     except Exception as error:
@@ -34,24 +133,72 @@ def open_mat(path: Path) -> Source:
         raise InputError(
             f"{path} is damaged or cut off and cannot be read as MATLAB file ({reason}); save it again"
         ) from None
-    channels: dict[str, Channel] = {}
-    for prefix, members in _structures(
-        "", {name: value for name, value in content.items() if not name.startswith("__")}
-    ):
-        for channel in _timed(prefix, members):
-            channels.setdefault(channel.name, channel)
-    if not channels:
-        raise InputError(f"{path} holds no vectors beside a time vector; save a vector 't' in seconds with the signals")
-    several = len({name.rpartition(".")[0] for name in channels}) > 1
-    columns = tuple(
-        Column(name, channel.unit, name.rpartition(".")[2], several and "." in name)
-        for name, channel in channels.items()
-    )
+    return found
 
-    def load(names: Sequence[str]) -> list[Channel]:
-        return [channels[name] for name in names]
 
-    return Source(columns, load, {"format": "MATLAB 5"})
+def _refuse_large(path: Path) -> None:
+    """Unpack every packed variable without keeping it, and stop where all of them are too much.
+
+    Raises:
+        InputError: they are
+    """
+    allowance = Allowance(path, path.stat().st_size)
+    with path.open("rb") as file:
+        file.seek(_HEADER)
+        while len(tag := file.read(8)) == 8:
+            kind, size = np.frombuffer(tag, dtype="<u4").tolist()
+            if kind != _PACKED:
+                file.seek(size, 1)
+                continue
+            worker = zlib.decompressobj()
+            while size > 0 and (data := file.read(min(size, BLOCK))):
+                size -= len(data)
+                with contextlib.suppress(zlib.error):
+                    while data:
+                        allowance.take(len(worker.decompress(data, BLOCK)))
+                        data = worker.unconsumed_tail
+
+
+def _together(variables: Sequence[tuple[str, tuple[int, ...], str]]) -> Iterator[list[str]]:
+    """The names of variables, so many at a time that they fit into memory."""
+    names: list[str] = []
+    size = 0
+    for name, shape, _ in variables:
+        names.append(name)
+        size += 8 * math.prod(shape) + _STRUCTURE
+        if size > _AT_ONCE:
+            yield names
+            names, size = [], 0
+    if names:
+        yield names
+
+
+def _kept(value: Any, kept: Kept) -> Any:
+    """A value with the vectors in it replaced by what is kept of them, and structures by dictionaries."""
+    if hasattr(value, "_fieldnames"):
+        return {field: _kept(getattr(value, field), kept) for field in value._fieldnames}
+    if isinstance(value, np.ndarray) and value.dtype == object and value.ndim == 1:
+        return [_kept(entry, kept) for entry in value]
+    if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "fiub" and len(value) > 1:
+        vector = Vector(kept, kept.size, value.dtype, len(value))
+        kept.append(value.tobytes())
+        return vector
+    return value
+
+
+def _lane(signals: list[Signal]) -> Lane:
+    """The signals of one structure that have their time in common."""
+    first = signals[0]
+    for begin in range(0, first.values.count, SAMPLES):
+        end = min(begin + SAMPLES, first.values.count)
+        if isinstance(first.clock, Vector):
+            time, note = to_seconds(first.clock.part(begin, end), first.unit, first.name)
+        else:
+            time, note = first.clock * np.arange(begin, end), ""
+        yield Piece(
+            [Channel(each.name, time, each.values.part(begin, end), "", each.name, note) for each in signals],
+            end / first.values.count,
+        )
 
 
 def _structures(prefix: str, members: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -59,32 +206,36 @@ def _structures(prefix: str, members: dict[str, Any]) -> Iterator[tuple[str, dic
     yield prefix, members
     for name, value in members.items():
         full = f"{prefix}.{name}" if prefix else name
-        if hasattr(value, "_fieldnames"):
-            yield from _structures(full, {field: getattr(value, field) for field in value._fieldnames})
-        elif isinstance(value, np.ndarray) and value.dtype == object and value.ndim == 1:
+        if isinstance(value, dict):
+            yield from _structures(full, value)
+        elif isinstance(value, list):
             for number, entry in enumerate(value):
-                if hasattr(entry, "_fieldnames"):
-                    yield from _structures(
-                        f"{full}{number}", {field: getattr(entry, field) for field in entry._fieldnames}
-                    )
+                if isinstance(entry, dict):
+                    yield from _structures(f"{full}{number}", entry)
 
 
-def _timed(prefix: str, members: dict[str, Any]) -> Iterator[Channel]:
-    """The vectors of one structure that have as many samples as its time, or as its sampling period allows."""
-    vectors = {name: value for name, value in members.items() if _is_vector(value)}
-    clock, note = next((name for name in vectors if is_time(name)), None), ""
-    if clock is not None:
-        time, note = to_seconds(np.asarray(vectors.pop(clock), dtype=float), unit_of(Column(clock)), clock)
+def _timed(
+    prefix: str, members: dict[str, Any], given: TimeEntry, clocks: list[tuple[str, str, np.ndarray]]
+) -> Iterator[Signal]:
+    """The vectors of one structure that have as many samples as its time, or as its sampling period allows.
+
+    Its clock is added to `clocks`: name, unit as far as it is told, first stamps as recorded.
+    """
+    vectors = {name: value for name, value in members.items() if isinstance(value, Vector)}
+    name = next((name for name in vectors if name == given.column), None)
+    name = name or next((name for name in vectors if is_time(name)), None)
+    clock: Vector | float
+    if name is not None:
+        clock, unit = vectors.pop(name), unit_of(Column(name), given)
+        clocks.append((name, unit, clock.part(0, SAMPLES)))
+        count = clock.count
+        to_seconds(clock.part(0, 1), unit, name)
     else:
         period = next((members[name] for name in _PERIODS if np.ndim(members.get(name, [0])) == 0), None)
         if not isinstance(period, int | float | np.number) or not vectors:
             return
-        time = float(period) * np.arange(max(len(value) for value in vectors.values()))
+        clock, unit = float(period), ""
+        count = max(value.count for value in vectors.values())
     for name, value in vectors.items():
-        if len(value) == len(time):
-            full = f"{prefix}.{name}" if prefix else name
-            yield Channel(full, time, np.asarray(value, dtype=float), "", full, note)
-
-
-def _is_vector(value: Any) -> bool:
-    return isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "fiub" and len(value) > 1
+        if value.count == count:
+            yield Signal(prefix, f"{prefix}.{name}" if prefix else name, value, clock, unit)

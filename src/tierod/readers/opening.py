@@ -6,23 +6,24 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from tierod.errors import InputError, nearest
-from tierod.readers.channel_map import maps_beside
+from tierod.readers.channel_map import GUESSED, TimeEntry, maps_beside
+from tierod.readers.content import whole_lines
 from tierod.readers.detect import Kind, detect
-from tierod.readers.frames import Frames, identifier_text, taken
+from tierod.readers.frames import identifier_text
+from tierod.readers.log import Heard, Log, Remembered, heard
 from tierod.readers.source import Source
-from tierod.timestamps import order
 
 Paths = str | Path | Sequence[str | Path] | None
 
-TOLD = 0.005
-"""Frames that come later than this are told of, though they can be put in order [s]: drivers of buses are less late."""
 
-
-def open_source(path: str | Path, dbc: Paths = None) -> tuple[Source, Kind]:
+def open_source(path: str | Path, dbc: Paths = None, time: TimeEntry | None = None) -> tuple[Source, Kind]:
     """The columns of a file, and what kind of file it is; nothing is loaded that the listing does not need.
+
+    Args:
+        path: of the file
+        dbc: databases of a CAN log
+        time: which column of a table is the time, and in which unit; MDF files and CAN logs tell their time themselves
 
     Raises:
         InputError: the file or the database cannot be used
@@ -30,41 +31,49 @@ def open_source(path: str | Path, dbc: Paths = None) -> tuple[Source, Kind]:
     """
     path = Path(path)
     kind = detect(path)
-    if kind.data is not None and kind.name in ("mdf", "parquet", "mat"):
-        if kind.piped:
+    if kind.name in ("mdf", "parquet", "mat"):
+        if kind.content.piped:
             raise InputError(f"{path} is a pipe, through which only text and CAN logs can come; give the file itself")
-        raise InputError(f"{path} is packed, which only text and CAN logs may be; unpack it first: gunzip -k {path}")
-    opened = _OPENERS[kind.name](path, kind)
+        if kind.content.packed:
+            raise InputError(
+                f"{path} is packed, which only text and CAN logs may be; unpack it first: gunzip -k {path}"
+            )
+    if kind.name in _TABLES:
+        opened: Source | Log = _TABLES[kind.name](path, kind, time or GUESSED)
+    else:
+        opened = _OPENERS[kind.name](path, kind)
     if isinstance(opened, Source):
         for entry in [dbc] if isinstance(dbc, str | Path) else dbc or ():
             if not shipped(entry, ".dbc").is_file():
                 raise InputError(f"there is no CAN database {entry}; check the path, or leave it out for this file")
-        return opened, kind
-    return _decoded(path, opened, dbc, kind), kind
+        return replace(opened, size=kind.content.size), kind
+    return replace(_decoded(path, opened, dbc, kind), size=kind.content.size), kind
 
 
-def _decoded(path: Path, frames: Frames, dbc: Paths, kind: Kind) -> Source:
+def _decoded(path: Path, log: Log, dbc: Paths, kind: Kind) -> Source:
     from tierod.readers.dbc import bus_source, load_databases
 
     if dbc is None or (not isinstance(dbc, str | Path) and not dbc):
-        ids = np.unique(frames.identifier)
-        some = ", ".join(identifier_text(int(identifier)) for identifier in ids[:6]) + ", ..." * (len(ids) > 6)
+        heard = _heard(path, log)
+        ids = sorted({identifier for _, identifier in heard.counts})
+        some = ", ".join(identifier_text(identifier) for identifier in ids[:6]) + ", ..." * (len(ids) > 6)
         raise InputError(
-            f"{path} holds {len(frames)} CAN frames of {len(ids)} identifiers ({some}); "
+            f"{path} holds {heard.frames} CAN frames of {len(ids)} identifiers ({some}); "
             "which signals they carry stands in a DBC file: give it with dbc= (--dbc)"
         )
     paths = [dbc] if isinstance(dbc, str | Path) else list(dbc)
-    put = order(frames.time, f"the log {path.name}")
-    if put.index is not None:
-        frames = taken(frames, put.index)
-    if put.behind > TOLD:
-        late = (
-            f"frames of the log come up to {put.behind:.2g} s late and were put in order: was a clock set back there?"
-        )
-        frames = replace(frames, notes=(*frames.notes, late))
     found = [shipped(entry, ".dbc") for entry in paths]
+    database = load_databases(found)
     names = {"format": kind.name, "dbc": tuple(str(entry) for entry in paths)}
-    return replace(bus_source(frames, load_databases(found), names), maps=maps_beside(found))
+    return replace(bus_source(log, _heard(path, log), database, names), maps=maps_beside(found))
+
+
+def _heard(path: Path, log: Log) -> Heard:
+    try:
+        return heard(log)
+    except InputError as error:
+        # The packed file and its limits name it themselves.
+        raise InputError(str(error) if str(path) in str(error) else f"{path}: {error}") from None
 
 
 def shipped(name: str | Path, ending: str) -> Path:
@@ -81,60 +90,52 @@ def shipped(name: str | Path, ending: str) -> Path:
     return shipped[path.name]
 
 
-def _open_mdf(path: Path, kind: Kind) -> Source | Frames:
+def _open_mdf(path: Path, kind: Kind) -> Source | Log:
     from tierod.readers.mdf import open_mdf
 
     return open_mdf(path)
 
 
-def _open_parquet(path: Path, kind: Kind) -> Source:
+def _open_parquet(path: Path, kind: Kind, time: TimeEntry) -> Source:
     from tierod.readers.parquet import open_parquet
 
-    return open_parquet(path)
+    return open_parquet(path, time)
 
 
-def _open_mat(path: Path, kind: Kind) -> Source:
+def _open_mat(path: Path, kind: Kind, time: TimeEntry) -> Source:
     from tierod.readers.mat import open_mat
 
-    return open_mat(path)
+    return open_mat(path, time)
 
 
-def _open_csv(path: Path, kind: Kind) -> Source:
+def _open_csv(path: Path, kind: Kind, time: TimeEntry) -> Source:
     from tierod.readers.csv import open_csv
 
-    return open_csv(path, _data(path, kind))
+    return open_csv(kind.content, time)
 
 
-def _open_candump(path: Path, kind: Kind) -> Frames:
-    from tierod.readers.candump import read_frames
+def _open_candump(path: Path, kind: Kind) -> Log:
+    from tierod.readers.candump import frames_of
 
-    return _named(path, lambda: read_frames(_data(path, kind)))
-
-
-def _open_vendor(path: Path, kind: Kind) -> Frames:
-    from tierod.readers.vendor_can import read_frames
-
-    return _named(path, lambda: read_frames(_data(path, kind), kind.name))
+    return Log(path.name, lambda: [frames_of(whole_lines(kind.content.blocks(), path))])
 
 
-_OPENERS: dict[str, Callable[[Path, Kind], Source | Frames]] = {
-    "mdf": _open_mdf,
+def _open_vendor(path: Path, kind: Kind) -> Log:
+    from tierod.readers.vendor_can import frames_of
+
+    return Log(path.name, Remembered(lambda: frames_of(kind.content, kind.name)))
+
+
+_TABLES: dict[str, Callable[[Path, Kind, TimeEntry], Source]] = {
     "parquet": _open_parquet,
     "mat": _open_mat,
     "csv": _open_csv,
+}
+
+_OPENERS: dict[str, Callable[[Path, Kind], Source | Log]] = {
+    "mdf": _open_mdf,
     "candump": _open_candump,
     "asc": _open_vendor,
     "blf": _open_vendor,
     "trc": _open_vendor,
 }
-
-
-def _data(path: Path, kind: Kind) -> bytes:
-    return path.read_bytes() if kind.data is None else kind.data
-
-
-def _named(path: Path, work: Callable[[], Frames]) -> Frames:
-    try:
-        return work()
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,40 +10,78 @@ import numpy as np
 
 from tierod.arrow import calendar_seconds, floats, is_number
 from tierod.errors import InputError
-from tierod.readers.clocks import Clock, find_clocks, seconds, unit_of, unread_clock
-from tierod.readers.source import Column, Source
+from tierod.readers.channel_map import GUESSED, TimeEntry
+from tierod.readers.clocks import Clock, find_clocks, require_plausible_rate, seconds, unit_of, unread_clock
+from tierod.readers.limits import Allowance
+from tierod.readers.source import Column, Lane, Piece, Source
 from tierod.readers.written import description_in
 from tierod.recording import Channel
 
 LAYOUT = b"tierod"
 """Key of the schema metadata that holds clocks, units, sources and notes of tierod's own layout, as JSON."""
 
-_BATCH = 1 << 17
+_HEAD = 4096
+"""Rows from which the rate of a clock is told."""
+
+BATCH = 1 << 17
+"""Rows that are read at a time, of all lanes together."""
+
 _BUFFER = 1 << 20
-"""Bytes read at once: a mapped file or a read-ahead would count its whole length as memory."""
+"""Bytes read at once, of all lanes together: a mapped file or a read-ahead would count its whole length as memory."""
 
 
-def open_parquet(path: Path) -> Source:
+def open_parquet(path: Path, time: TimeEntry = GUESSED) -> Source:
     """A Parquet file.
+
+    Args:
+        path: of the file
+        time: which column is the time, as a user says; not looked at in a file that tierod wrote
 
     Raises:
         InputError: the file is damaged, or holds no time column
     """
+    file = _opened(path)
+    if not file.metadata.num_rows:
+        raise InputError(f"{path} holds columns but no samples; record again")
+    layout = _layout(file)
+    time = GUESSED if layout else time
+    if time.column is None:
+        _refuse_text_as_clock(path, file, layout)
+    try:
+        clocks = find_clocks_of(file, layout, time)
+        units = {
+            column.name: "s" if layout else unit_of(column, time)
+            for clock in clocks
+            for column in _columns(file, layout)
+            if column.name == clock.column
+        }
+        _require_plausible_rate(path, file, units)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return _source(path, file, layout, clocks, units)
+
+
+def _opened(path: Path, lanes: int = 1) -> Any:
+    """The file, with a share of the buffer."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     try:
-        file = pq.ParquetFile(path, pre_buffer=False, buffer_size=_BUFFER)
+        return pq.ParquetFile(path, pre_buffer=False, buffer_size=max(_BUFFER // lanes, 1 << 13))
     except (pa.ArrowException, OSError) as error:
         reason = " ".join(str(error).split())[:120]
         raise InputError(
             f"{path} is damaged or cut off and cannot be read as Parquet ({reason}); write it again"
         ) from None
-    if not file.metadata.num_rows:
-        raise InputError(f"{path} holds columns but no samples; record again")
-    layout = _layout(file)
-    _refuse_text_as_clock(path, file, layout)
-    return _source(path, file, layout, find_clocks_of(file, layout))
+
+
+def _require_plausible_rate(path: Path, file: Any, units: dict[str, str]) -> None:
+    if all(units.values()) or not all(is_number(file.schema_arrow.field(name).type) for name in units):
+        return
+    batches = file.iter_batches(_HEAD, row_groups=[0], columns=list(units))
+    batch = _guarded(path, lambda: next(batches, None))
+    if batch is not None:
+        require_plausible_rate((name, unit, floats(batch[name])) for name, unit in units.items())
 
 
 def _refuse_text_as_clock(path: Path, file: Any, layout: dict[str, Any]) -> None:
@@ -70,11 +108,11 @@ def _layout(file: Any) -> dict[str, Any]:
     return layout if fits else {}
 
 
-def find_clocks_of(file: Any, layout: dict[str, Any]) -> tuple[Clock, ...]:
-    """The clocks that the layout names, or those that the columns' names tell."""
+def find_clocks_of(file: Any, layout: dict[str, Any], time: TimeEntry = GUESSED) -> tuple[Clock, ...]:
+    """The clocks that the layout names, that the user gives, or those that the columns' names tell."""
     columns = [column for column in _columns(file, layout) if not column.name.startswith("__index")]
     if not layout:
-        return find_clocks(columns)
+        return find_clocks(columns, given=time)
     clocks = tuple(Clock(clock["time"], tuple(clock["channels"])) for clock in layout["clocks"])
     added = _added(columns, clocks)
     return (Clock(clocks[0].column, (*clocks[0].columns, *added)),) if len(clocks) == 1 else clocks
@@ -102,12 +140,10 @@ def _text(written: bytes) -> str:
     return written.decode("utf-8", "replace")
 
 
-def _source(path: Path, file: Any, layout: dict[str, Any], clocks: tuple[Clock, ...]) -> Source:
-
+def _source(path: Path, file: Any, layout: dict[str, Any], clocks: tuple[Clock, ...], units: dict[str, str]) -> Source:
     columns = {column.name: column for column in _columns(file, layout)}
     numbers = {name for name in columns if is_number(file.schema_arrow.field(name).type)}
     timed = {name: clock for clock in clocks for name in clock.columns if name in numbers}
-    units = {clock.column: "s" if layout else unit_of(columns[clock.column]) for clock in clocks}
     notes = layout.get("channels", {})
 
     def channels(table: Any, names: Sequence[str]) -> list[Channel]:
@@ -125,23 +161,38 @@ def _source(path: Path, file: Any, layout: dict[str, Any], clocks: tuple[Clock, 
             made.append(Channel(name, time, values, columns[name].unit, *told).noted(guess))
         return made
 
-    def load(names: Sequence[str]) -> list[Channel]:
-        return _guarded(path, lambda: channels(file.read(columns=_needed(names, timed)), names))
+    def lane(names: Sequence[str], number: int) -> Lane:
+        needed = list(dict.fromkeys([*(timed[name].column for name in names), *names]))
+        opened = _opened(path, number)
+        _refuse_large(path, opened, needed)
+        batches = opened.iter_batches(max(BATCH // number, 1 << 10), columns=needed)
+        done = 0
+        while (batch := _guarded(path, lambda: next(batches, None))) is not None:
+            done += batch.num_rows
+            yield Piece(channels(batch, names), min(done / rows, 1.0))
 
-    def pieces(names: Sequence[str]) -> Iterator[list[Channel]]:
-        needed = _needed(names, timed)
-        if len(clocks) > 1:
-            for group in range(file.num_row_groups):
-                yield _guarded(path, lambda group=group: channels(file.read_row_group(group, columns=needed), names))
-        else:
-            batches = file.iter_batches(_BATCH, columns=needed)
-            while (batch := _guarded(path, lambda: next(batches, None))) is not None:
-                yield channels(batch, names)
+    def lanes(names: Sequence[str]) -> list[Lane]:
+        by_clock: dict[str, list[str]] = {}
+        for name in names:
+            by_clock.setdefault(timed[name].column, []).append(name)
+        return [lane(members, len(by_clock)) for members in by_clock.values()]
 
     metadata = {**layout.get("metadata", {}), "format": "Parquet"}
     used = tuple(columns[name] for name in timed)
     origin, rows = float(layout.get("origin", 0.0)), file.metadata.num_rows
-    return Source(used, load, metadata, origin, _left_out(columns, clocks), pieces, rows)
+    return Source(used, lanes, metadata, origin, _left_out(columns, clocks))
+
+
+def _refuse_large(path: Path, file: Any, needed: Sequence[str]) -> None:
+    """Stop where the columns unfold to too much, as the file says itself before anything is unpacked."""
+    about = file.metadata
+    places = [place for place in range(about.num_columns) if about.schema.column(place).path in needed]
+    allowance = Allowance(path, path.stat().st_size)
+    allowance.take(8 * len(places) * about.num_rows)
+    allowance = Allowance(path, path.stat().st_size)
+    for group in range(about.num_row_groups):
+        for place in places:
+            allowance.take(about.row_group(group).column(place).total_uncompressed_size)
 
 
 def _left_out(columns: dict[str, Column], clocks: Sequence[Clock]) -> tuple[str, ...]:
@@ -150,10 +201,6 @@ def _left_out(columns: dict[str, Column], clocks: Sequence[Clock]) -> tuple[str,
         return ()
     names = ", ".join(f"'{name}'" for name in added)
     return (f"{names} added to a file with several clocks, left out: write them with tierod.write",)
-
-
-def _needed(names: Sequence[str], timed: dict[str, Clock]) -> list[str]:
-    return list(dict.fromkeys([*(timed[name].column for name in names), *names]))
 
 
 def _guarded(path: Path, work: Any) -> Any:

@@ -1,23 +1,25 @@
-"""Reading a recording slice by slice, so that it need not fit into memory."""
+"""Reading a recording slice by slice: the one way in which every format is read."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from tierod.derive import RECIPES, complete
 from tierod.errors import InputError
-from tierod.readers.channel_map import ChannelMap
-from tierod.readers.chunks import regrouped
+from tierod.readers.channel_map import ChannelMap, load_channel_map, load_maps_beside
+from tierod.readers.chunks import slices
 from tierod.readers.detect import Kind
-from tierod.readers.making import apply, shifted
-from tierod.readers.mapping import Plan
-from tierod.readers.opening import Paths, open_source
+from tierod.readers.limits import Allowance
+from tierod.readers.making import Doubts, made_from, shifted
+from tierod.readers.mapping import Plan, plan
+from tierod.readers.opening import Paths, open_source, shipped
 from tierod.readers.source import Source
-from tierod.readers.whole import metadata_of, origin_of, planned, read_source, require_samples
-from tierod.recording import Channel, Recording, checked_together
+from tierod.recording import Channel, Recording
+from tierod.timestamps import CALENDAR
 
 SHARE_READ = "share_read"
 """Metadata of a slice: how much of the file had been read when it was given out, 0 to 1."""
@@ -33,7 +35,7 @@ def open_chunks(
 ) -> Iterator[Recording]:
     """The recording in a file as consecutive slices, so that a long one need not fit into memory.
 
-    Parquet is read row group by row group; other formats are read whole and sliced.
+    Warnings and notes on repairs count from the beginning of the recording: those of the last slice are complete.
 
     Args:
         path, dbc, channel_map, names: as for `read`
@@ -45,48 +47,102 @@ def open_chunks(
     if not seconds > 0.0:
         raise InputError(f"slices need a positive length, not {seconds} s")
     names = None if names is None else tuple(names)
-    source, kind = open_source(path, dbc)
-    if source.pieces is None:
-        whole = read_source(path, source, kind, channel_map, names)
-        first, last = whole.span
-        for slice_ in regrouped([list(whole.channels.values())], seconds):
-            part = Recording(slice_, whole.metadata)
-            share = (part.span[1] - first) / max(last - first, 1e-9)
-            yield Recording(slice_, {**whole.metadata, SHARE_READ: min(share, 1.0)})
-        return
-    made = planned(path, source, channel_map, names)
-    yield from _streamed(path, source, kind, made, names, seconds)
-
-
-def _streamed(
-    path: str | Path, source: Source, kind: Kind, made: Plan, names: tuple[str, ...] | None, seconds: float
-) -> Iterator[Recording]:
-    loaded_pieces = source.pieces
-    if loaded_pieces is None:
-        return
-    origin: float | None = 0.0 if source.origin else None
-    doubts: dict[str, None] = {}
-    rows = 0
-
-    def pieces() -> Iterator[list[Channel]]:
-        nonlocal origin, rows
-        for loaded in loaded_pieces(made.columns):
-            channels, found = apply(made, loaded)
-            doubts.update(dict.fromkeys(found))
-            if origin is None:
-                origin = origin_of(channels)
-            rows += max((len(channel.time) for channel in channels), default=0)
-            yield checked_together(shifted(channels, origin) if origin else channels)
-
+    channel_map = loaded_map(channel_map)
+    source, kind = open_source(path, dbc, channel_map and channel_map.time)
+    reading = Reading(path, source, kind, planned(path, source, channel_map, names))
     past: Recording | None = None
-    for slice_ in regrouped(pieces(), seconds):
-        share = {SHARE_READ: min(rows / source.rows, 1.0)} if source.rows else {}
-        recording = Recording(slice_, metadata_of(path, source, made, origin or 0.0) | share)
-        recording = recording.warned(kind.warning, *source.warnings, *made.warnings, *doubts)
+    for recording in reading.slices(seconds):
         yield recording if names is None else _completed(recording, past, names)
         past = recording
-    if past is None:
-        require_samples(path, [])
+
+
+def loaded_map(channel_map: str | Path | ChannelMap | None) -> ChannelMap | None:
+    """The channel map of a path or of a name that is shipped.
+
+    Raises:
+        InputError: it cannot be read
+    """
+    if isinstance(channel_map, str | Path):
+        return load_channel_map(shipped(channel_map, ".channels.toml"))
+    return channel_map
+
+
+def planned(path: str | Path, source: Source, channel_map: ChannelMap | None, names: tuple[str, ...] | None) -> Plan:
+    """Which columns of an opened file become which channels.
+
+    Raises:
+        InputError: the channel map does not fit, or the file holds none of the named signals
+    """
+    if channel_map is None and source.maps:
+        channel_map = load_maps_beside(source.maps)
+    made = plan(source.columns, channel_map, names, source.silent)
+    if not made.picks and source.silent:
+        raise InputError(
+            f"{path}: no message with a wanted signal came on the bus ({', '.join(source.silent[:4])}, ...); record "
+            "them, or give DBC and channel map of this bus"
+        )
+    if not made.picks:
+        has = ", ".join(f"'{column.name}'" for column in source.columns[:12])
+        more = f" and {len(source.columns) - 12} more" if len(source.columns) > 12 else ""
+        raise InputError(f"{path} holds none of {', '.join(names or ())}; it holds {has}{more}: write a channel map")
+    return made
+
+
+@dataclass
+class Reading:
+    """One way through an opened file, from its beginning to its end.
+
+    Args:
+        path, source, kind: the file, opened
+        plan: what becomes of its columns
+    """
+
+    path: str | Path
+    source: Source
+    kind: Kind
+    plan: Plan
+    _origin: float | None = None
+    _doubts: Doubts = field(default_factory=Doubts)
+
+    def slices(self, seconds: float) -> Iterator[Recording]:
+        """The channels of the plan, not yet those that are derived.
+
+        Args:
+            seconds: length of the slices [s]; infinity gives the whole
+
+        Raises:
+            InputError: the file cannot be read to its end, or holds no sample
+        """
+        lanes = self.source.lanes(self.plan.columns)
+        empty = True
+        for loaded, share in slices(lanes, seconds, Allowance(self.path, self.source.size)):
+            empty = False
+            if self._origin is None:
+                self._origin = 0.0 if self.source.origin else origin_of(loaded)
+            channels = made_from(self.plan, loaded, self._doubts)
+            channels = shifted(channels, self._origin) if self._origin else channels
+            yield self._recording(channels, share)
+        if empty:
+            raise InputError(f"{self.path} holds no samples of the wanted channels; check that the file is whole")
+
+    def _recording(self, channels: list[Channel], share: float) -> Recording:
+        told = {"channel_map": self.plan.channel_map} if self.plan.channel_map else {}
+        origin = self.source.origin or self._origin
+        metadata = {**self.source.metadata, **told, "path": str(self.path), "origin": origin, SHARE_READ: share}
+        recording = Recording({channel.name: channel for channel in channels}, metadata)
+        return recording.warned(
+            self.kind.warning,
+            *self.source.warnings,
+            *self.source.found(),
+            *self.plan.warnings,
+            *self._doubts.sentences(self.plan),
+        )
+
+
+def origin_of(channels: Iterable[Channel]) -> float:
+    """The first stamp of all where stamps are calendar times, else 0."""
+    stamps = [float(channel.time[0]) for channel in channels if len(channel.time)]
+    return min(stamps) if stamps and min(stamps) > CALENDAR else 0.0
 
 
 def _completed(recording: Recording, past: Recording | None, names: tuple[str, ...]) -> Recording:

@@ -1,0 +1,235 @@
+"""Peak memory of `diagnose` on ten hours of driving at 100 Hz, in every format: `python -m benchmarks.long_recordings`.
+
+Memory is the sum over the process and its children of the largest resident set each ever had: an upper bound.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import gzip
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+RATE = 100.0
+HOURS = 10.0
+TARGET_MB = 350.0
+
+SIGNALS = {
+    "steering_wheel_angle": "rad",
+    "steering_wheel_rate": "rad/s",
+    "driver_torque": "N*m",
+    "motor_torque": "N*m",
+    "yaw_rate": "rad/s",
+    "vehicle_speed": "m/s",
+    "lateral_acceleration": "m/s**2",
+}
+
+FORMATS = ("parquet", "csv", "csv.gz", "mf4", "log", "log.gz", "asc", "blf", "mat")
+
+_STEP = 36_000
+"""Samples that are made at a time."""
+
+_SCALE = 1e-3
+"""Physical value of one bit on the bus."""
+
+_MESSAGES = (tuple(SIGNALS)[:4], tuple(SIGNALS)[4:])
+
+
+def main() -> int:
+    """Make the recordings that are not there yet, diagnose each, print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("formats", nargs="*", default=FORMATS)
+    parser.add_argument("--hours", type=float, default=HOURS)
+    parser.add_argument("--folder", type=Path, help="where the recordings lie and are kept; a temporary one if absent")
+    arguments = parser.parse_args()
+    most = 0.0
+    with contextlib.ExitStack() as stack:
+        folder = arguments.folder or Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        (folder / "bus.dbc").write_text(database())
+        print(f"{'format':10} {'file [MB]':>10} {'time [s]':>9} {'peak memory [MB]':>17} {'exit':>5}")
+        for ending in arguments.formats:
+            path = folder / f"ten-hours.{ending}"
+            if not path.exists():
+                # In a process of its own: a child's peak memory counts from what its parent had when it was started.
+                made = subprocess.run([sys.executable, "-c", _MAKE, str(path), str(arguments.hours)], check=False)
+                if made.returncode:
+                    raise RuntimeError(f"{path} could not be made")
+            seconds, memory, code = measured(path, folder / "bus.dbc")
+            print(f"{ending:10} {path.stat().st_size / 1e6:10.1f} {seconds:9.1f} {memory:17.0f} {code:5}", flush=True)
+            most = max(most, memory)
+    return int(most > TARGET_MB)
+
+
+_MAKE = """
+import sys
+from pathlib import Path
+from benchmarks.long_recordings import make
+make(Path(sys.argv[1]), float(sys.argv[2]))
+"""
+
+
+def measured(path: Path, dbc: Path) -> tuple[float, float, int]:
+    """Seconds, peak memory of the process and its children [MB], exit code of the diagnosis of one file."""
+    command = [sys.executable, "-m", "tierod", "diagnose", str(path), "--vehicle", "midsize-eps", "--no-report"]
+    command += ["--dbc", str(dbc)] if path.name.split(".")[1] in ("log", "asc", "blf") else []
+    begin = time.perf_counter()
+    peaks: dict[int, float] = {}
+    with subprocess.Popen(command, cwd=path.parent, stdout=subprocess.DEVNULL) as process:
+        while process.poll() is None:
+            for each in _family(process.pid):
+                peaks[each] = max(peaks.get(each, 0.0), _largest(each))
+            time.sleep(0.02)
+    return time.perf_counter() - begin, sum(peaks.values()), process.returncode
+
+
+def _family(pid: int) -> list[int]:
+    """A process and its children."""
+    with contextlib.suppress(OSError):
+        children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+        return [pid, *(each for child in children for each in _family(int(child)))]
+    return [pid]
+
+
+def _largest(pid: int) -> float:
+    with contextlib.suppress(OSError):
+        for line in Path(f"/proc/{pid}/status").read_text().splitlines():
+            if line.startswith("VmHWM:"):
+                return float(line.split()[1]) / 1024.0
+    return 0.0
+
+
+def signals(hours: float) -> Iterator[tuple[np.ndarray, dict[str, np.ndarray]]]:
+    """Time [s] and signals of a made-up drive, piece by piece: sines and noise, no physics."""
+    chance = np.random.default_rng(1)
+    count = round(hours * 3600.0 * RATE)
+    for begin in range(0, count, _STEP):
+        time_ = np.arange(begin, min(begin + _STEP, count)) / RATE
+        angle = 0.6 * np.sin(0.7 * time_) + 0.3 * np.sin(0.13 * time_)
+        rate = 0.42 * np.cos(0.7 * time_) + 0.039 * np.cos(0.13 * time_)
+        speed = 20.0 + 4.0 * np.sin(0.01 * time_)
+        yaw = angle / 16.0 * speed / 3.0
+        torque = 2.0 * angle + np.sign(rate)
+        columns = (angle, rate, 0.3 * torque, 0.7 * torque, yaw, speed, yaw * speed)
+        noise = 0.01 * chance.normal(size=(len(columns), len(time_)))
+        quantised = (np.round((column + each) / _SCALE) * _SCALE for column, each in zip(columns, noise, strict=True))
+        yield time_, dict(zip(SIGNALS, quantised, strict=True))
+
+
+def make(path: Path, hours: float = HOURS) -> None:
+    """Write the drive in the format of the file's ending, without holding it in memory where the format allows."""
+    ending = path.name.split(".", 1)[1]
+    maker = {"csv": _text, "csv.gz": _text, "log": _text, "log.gz": _text, "asc": _text, "blf": _blf}.get(
+        ending, _whole
+    )
+    temporary = path.with_name(f"part-{path.name}")
+    maker(temporary, ending, hours)
+    os.replace(temporary, path)
+
+
+def database() -> str:
+    """The DBC of the made-up bus."""
+    text = 'VERSION ""\n\nNS_ :\n\nBS_:\n\nBU_: A\n\n'
+    for number, names in enumerate(_MESSAGES):
+        text += f"BO_ {256 + number} M{number}: 8 A\n"
+        for place, name in enumerate(names):
+            text += f' SG_ {name} : {16 * place}|16@1- ({_SCALE},0) [0|0] "{SIGNALS[name].replace("**", "^")}" A\n'
+    return text
+
+
+def _frames(columns: dict[str, np.ndarray]) -> list[np.ndarray]:
+    """The payloads of the messages, shape (n, 8) each."""
+    payloads = []
+    for names in _MESSAGES:
+        words = np.zeros((len(columns[names[0]]), 4), dtype="<i2")
+        for place, name in enumerate(names):
+            words[:, place] = np.round(columns[name] / _SCALE)
+        payloads.append(words.view(np.uint8))
+    return payloads
+
+
+def _text(path: Path, ending: str, hours: float) -> None:
+    with gzip.open(path, "wt", compresslevel=1) if ending.endswith("gz") else path.open("w") as file:
+        if ending.startswith("csv"):
+            file.write(",".join(["time [s]", *(f"{name} [{unit}]" for name, unit in SIGNALS.items())]) + "\n")
+        elif ending == "asc":
+            file.write("date Mon Jan 1 12:00:00.000 2024\nbase hex  timestamps absolute\ninternal events logged\n")
+        for time_, columns in signals(hours):
+            if ending.startswith("csv"):
+                rows = zip(time_.tolist(), *(column.tolist() for column in columns.values()), strict=True)
+                file.write("".join(f"{row[0]:.2f},{','.join(f'{value:.3f}' for value in row[1:])}\n" for row in rows))
+                continue
+            texts = [
+                [bytes(row).hex(" " if ending == "asc" else "\0").upper() for row in part] for part in _frames(columns)
+            ]
+            for stamp, *payloads in zip(time_.tolist(), *texts, strict=True):
+                for number, payload in enumerate(payloads):
+                    late = stamp + 1e-4 * number
+                    if ending == "asc":
+                        file.write(f"{late:11.6f} 1  {0x100 + number:X}             Rx   d 8 {payload}\n")
+                    else:
+                        file.write(f"({1.7e9 + late:.6f}) can0 {0x100 + number:03X}#{payload.replace(chr(0), '')}\n")
+
+
+def _blf(path: Path, ending: str, hours: float) -> None:
+    """A log of Vector's binary format: CAN_MESSAGE objects in packed containers of some 128 kB."""
+    kind = np.dtype(
+        [("sign", "S4"), ("header", "<u2"), ("version", "<u2"), ("size", "<u4"), ("type", "<u4"), ("flags", "<u4"),
+         ("client", "<u2"), ("object", "<u2"), ("time", "<u8"), ("channel", "<u2"), ("dir", "u1"), ("dlc", "u1"),
+         ("id", "<u4"), ("data", "u1", 8)]
+    )  # fmt: skip
+    with path.open("wb") as file:
+        file.write(bytes(144))
+        unpacked, count = 144, 0
+        for time_, columns in signals(hours):
+            payloads = _frames(columns)
+            table = np.zeros((len(time_), len(payloads)), dtype=kind)
+            table["sign"], table["header"], table["version"] = b"LOBJ", 32, 1
+            table["size"], table["type"], table["flags"] = kind.itemsize, 1, 2
+            table["channel"], table["dlc"] = 1, 8
+            for number, payload in enumerate(payloads):
+                table["time"][:, number] = np.round((time_ + 1e-4 * number) * 1e9)
+                table["id"][:, number], table["data"][:, number] = 0x100 + number, payload
+            content = table.tobytes()
+            for begin in range(0, len(content), 48 * 2700):
+                part = content[begin : begin + 48 * 2700]
+                packed = zlib.compress(part, 1)
+                file.write(struct.pack("<4sHHLL", b"LOBJ", 16, 1, 32 + len(packed), 10))
+                file.write(struct.pack("<H6xL4x", 2, len(part)) + packed + bytes(len(packed) % 4))
+                unpacked += len(part) + 32
+            count += table.size
+        size = file.tell()
+        file.seek(0)
+        file.write(struct.pack("<4sLBBBBBBBBQQLL", b"LOGG", 144, 5, 0, 0, 0, 2, 6, 8, 1, size, unpacked, count, 0))
+        file.write(struct.pack("<8H", 2024, 1, 1, 1, 12, 0, 0, 0) * 2)
+
+
+def _whole(path: Path, ending: str, hours: float) -> None:
+    from tierod.recording import Channel, Recording
+    from tierod.writers import write
+
+    pieces = list(signals(hours))
+    time_ = np.concatenate([stamps for stamps, _ in pieces])
+    columns = {name: np.concatenate([part[name] for _, part in pieces]) for name in SIGNALS}
+    if ending == "mat":
+        from scipy.io import savemat
+
+        savemat(path, {"t": time_, **columns}, appendmat=False, do_compression=True)
+        return
+    channels = {name: Channel(name, time_, values, SIGNALS[name]) for name, values in columns.items()}
+    temporary = path.with_suffix(f".made.{ending}")
+    write(Recording(channels), temporary)
+    os.replace(temporary, path)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
