@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
 from tierod.findings import Finding, Status
 from tierod.monitors.delays import BLOCK, RATE, Lag, LagOverDrive
+from tierod.monitors.stuck_over_drive import Stuck
 from tierod.recording import Recording
+
+if TYPE_CHECKING:
+    from tierod.monitors.session import Monitor
 
 MAXIMUM_AGE = 0.1
 """A sample older than this is missing [s]."""
@@ -132,13 +136,14 @@ class InputDefects:
         self._samples = 0
         self._pending = np.empty((0, len(self.names)))
 
-    def add(self, recording: Recording, start: float, until: float) -> None:
+    def add(self, recording: Recording, start: float, until: float, stuck: Iterable[Stuck] = ()) -> None:
         """The next piece.
 
         Args:
             recording: that holds the signals
             start: of the whole recording [s]
             until: time up to which the piece reaches [s]
+            stuck: signals that do not count meanwhile, from when that was known
         """
         if not self.names:
             return
@@ -148,6 +153,11 @@ class InputDefects:
             return
         aligned = recording.align(self.names, RATE, maximum_age=MAXIMUM_AGE, start=first, stop=until + 1e-6)
         self._samples += len(aligned.time)
+        for each in stuck:
+            if each.name in self.names:
+                end = np.inf if each.end is None else each.end
+                without = (aligned.time >= each.found) & (aligned.time < end)
+                aligned.values[without, self.names.index(each.name)] = np.nan
         self._pending = np.vstack([self._pending, aligned.values])
         while len(self._pending) >= BLOCK:
             self._take(dict(zip(self.names, self._pending[:BLOCK].T, strict=True)))
@@ -228,13 +238,13 @@ def _quantities(key: str, block: Mapping[str, np.ndarray]) -> tuple[np.ndarray, 
     return block["driver_torque"], block["motor_torque"]
 
 
-def with_defects(finding: Finding, defects: Sequence[Defect], required: Sequence[str]) -> Finding:
+def with_defects(finding: Finding, defects: Sequence[Defect], monitor: Monitor) -> Finding:
     """The finding with the defects of its signals; suspect where one of a signal that is needed may have made it.
 
     Args:
         finding: of a monitor
         defects: of its signals
-        required: signals without which it judges nothing
+        monitor: that judges nothing without its required signals
     """
     named: set[str] = set()
     kept = []
@@ -242,7 +252,7 @@ def with_defects(finding: Finding, defects: Sequence[Defect], required: Sequence
         if not named & set(defect.names):
             kept.append(defect)
             named |= set(defect.names)
-    decisive = [defect.sentence for defect in kept if any(name in required for name in defect.names)]
+    decisive = [defect.sentence for defect in kept if any(name in monitor.required for name in defect.names)]
     warned = replace(finding, warnings=(*(defect.sentence for defect in kept), *finding.warnings))
     if not decisive or finding.status not in (Status.HEALTHY, Status.RISING, Status.FAULT, Status.SUSPECT):
         return warned
@@ -250,7 +260,7 @@ def with_defects(finding: Finding, defects: Sequence[Defect], required: Sequence
     return replace(
         warned,
         status=Status.SUSPECT,
-        headline=f"{Status.SUSPECT.value}, since {why}. Without regard to that: {finding.headline}",
+        headline=f"{monitor.title}: {Status.SUSPECT.value}, since {why}. Without regard to that: {finding.headline}",
         cause=f"{why}; {finding.cause}",
         action=f"repair the signal, or its entry in channel map or vehicle file, and record again; {finding.action}",
     )

@@ -119,7 +119,7 @@ class Run:
         usable = self._stuck.without(aligned, whole)
         self._judged.add(usable)
         assert self._start is not None
-        self._defects.add(whole, self._start, float(aligned.time[-1]))
+        self._defects.add(whole, self._start, float(aligned.time[-1]), self._stuck.spans())
         # What is stuck is shown as it was recorded; only the monitor does not see it.
         shown = {**dict(zip(aligned.names, aligned.values.T, strict=True)), **self.session.absorb(usable)}
         if self.feed:
@@ -152,7 +152,7 @@ class Run:
     def _limited(self, conclusion: Conclusion) -> Conclusion:
         """The conclusion, with what is wrong with its signals, and with what of the recording was judged at all."""
         before, defects = conclusion.finding, (*self._defects.found(), *conclusion.defects)
-        conclusion = dataclasses.replace(conclusion, finding=with_defects(before, defects, self.monitor.required))
+        conclusion = dataclasses.replace(conclusion, finding=with_defects(before, defects, self.monitor))
         if conclusion.finding.status is not before.status:
             conclusion = dataclasses.replace(conclusion, own_level=None)
         before = conclusion.finding

@@ -103,7 +103,7 @@ class GainsOverDrive:
 
     def add(self, signals: Mapping[str, np.ndarray]) -> None:
         """The next piece: signals by name, (n,) each, NaN where missing."""
-        if self._map is None:
+        if self._map is None or "vehicle_speed" not in signals:
             return
         first = -self._seen % STRIDE
         self._seen += len(signals["driver_torque"])
