@@ -18,6 +18,10 @@ LONGEST = 50
 """Largest delay that is looked for, in samples: one second."""
 
 
+SPAN = 20
+"""Samples of the change that is compared, 0.4 s: emphasises 0.4 to 2 Hz, where drivers steer and cars follow."""
+
+
 @dataclass(frozen=True)
 class Lag:
     """How one signal follows another.
@@ -25,15 +29,17 @@ class Lag:
     Args:
         delay: of the second against the first; negative where the first is late [s]
         deviation: its standard deviation, from block to block [s]
-        gain: of the second over the first at that delay
-        correlation: there
+        correlation: of their changes at that delay
+        gain: of the second over the first, slow turns included
+        gain_correlation: of the two without regard to the delay
         seconds: compared [s]
     """
 
     delay: Annotated[float, "s"]
     deviation: Annotated[float, "s"]
-    gain: float
     correlation: float
+    gain: float
+    gain_correlation: float
     seconds: Annotated[float, "s"]
 
 
@@ -42,32 +48,34 @@ class LagOverDrive:
     """Sums over the blocks of a drive; the result does not depend on how the recording is cut.
 
     Args:
-        smallest: root mean square of the first signal that a block needs [its unit]: below it noise is compared
+        smallest: root mean square of the first signal's change over SPAN that a block needs [its unit]: below it noise
+            is compared
     """
 
     smallest: float
     _cross: np.ndarray = field(default_factory=lambda: np.zeros(2 * LONGEST + 1))
-    _first: float = 0.0
-    _second: float = 0.0
+    _powers: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    _slow: np.ndarray = field(default_factory=lambda: np.zeros((2, 2)))
     _delays: list[tuple[float, float]] = field(default_factory=list)
 
     def add(self, first: np.ndarray, second: np.ndarray) -> None:
         """One block of both signals, (BLOCK,) each; a block with missing samples is left out."""
         if not (np.isfinite(first).all() and np.isfinite(second).all()):
             return
-        first, second = first - first.mean(), second - second.mean()
+        both = np.vstack([first - first.mean(), second - second.mean()])
+        first, second = _change(first), _change(second)
         power = float(first @ first)
         if power < len(first) * self.smallest**2:
             return
         cross = _cross_correlation(first, second)
         self._cross += cross
-        self._first += power
-        self._second += float(second @ second)
+        self._powers += (power, float(second @ second))
+        self._slow += both @ both.T
         self._delays.append((_peak(cross)[0], power))
 
     def found(self) -> Lag | None:
         """What the drive says; None where it was too short or the signals do not follow each other."""
-        norm = math.sqrt(self._first * self._second)
+        norm, slow = math.sqrt(self._powers.prod()), self._slow
         if len(self._delays) < 2 or not norm > 0.0:
             return None
         lag, height = _peak(self._cross)
@@ -78,10 +86,16 @@ class LagOverDrive:
         return Lag(
             lag / RATE,
             max(spread, 0.1) / RATE,
-            height / self._first,
             height / norm,
+            float(slow[0, 1] / slow[0, 0]),
+            float(slow[0, 1] / math.sqrt(slow[0, 0] * slow[1, 1])),
             len(delays) * BLOCK / RATE,
         )
+
+
+def _change(values: np.ndarray) -> np.ndarray:
+    """Change over SPAN samples: a steady turn says nothing of a delay, and offsets vanish."""
+    return values[SPAN:] - values[:-SPAN]
 
 
 def _cross_correlation(first: np.ndarray, second: np.ndarray) -> np.ndarray:
