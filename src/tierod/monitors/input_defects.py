@@ -73,7 +73,7 @@ RELATIONS = {
     "turn": Relation(
         ("yaw_rate", "vehicle_speed"),
         ("lateral_acceleration",),
-        0.2,
+        0.15,
         -0.15,
         0.2,
         1.5,
