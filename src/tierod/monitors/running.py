@@ -15,6 +15,8 @@ from tierod.derive import complete, ingredients
 from tierod.errors import InputError, ParameterError
 from tierod.findings import Diagnosis, Finding, Trace
 from tierod.monitors.decided import decided
+from tierod.monitors.input_defects import InputDefects, with_defects
+from tierod.monitors.judged_time import JudgedTime
 from tierod.monitors.named_vehicle import other_vehicle
 from tierod.monitors.over_time import OverTime
 from tierod.monitors.own_level import OwnLevel, refuse_foreign
@@ -23,6 +25,7 @@ from tierod.monitors.quality_over_chunks import QualityOverChunks
 from tierod.monitors.sample_digest import SampleDigest
 from tierod.monitors.session import Conclusion, Monitor, Session, StatusChange, Variant
 from tierod.monitors.silence import Silence
+from tierod.monitors.stuck_over_drive import StuckOverDrive
 from tierod.monitors.suitable import refuse_unsuitable
 from tierod.readers import SHARE_READ
 from tierod.recording import Aligned, Recording
@@ -67,8 +70,12 @@ class Run:
         self.learnt: OwnLevel | None = None
         self.course: tuple[StatusChange, ...] = ()
         self.code_courses: Mapping[str, tuple[StatusChange, ...]] = {}
-        self.needs = ingredients([*monitor.required, *monitor.optional])
-        self._quality = QualityOverChunks(self.needs)
+        used = ingredients([*monitor.required, *monitor.optional])
+        self._quality = QualityOverChunks(used)
+        self._stuck = StuckOverDrive(self.session.signals, monitor.rate, monitor.subjects)
+        self._judged = JudgedTime(monitor.required, monitor.rate)
+        self._defects = InputDefects(self._stuck.names)
+        self.needs = tuple(dict.fromkeys((*used, *self._stuck.beside)))
         self._before: Recording | None = None
         self._start: float | None = None
         self._steps = 0
@@ -103,7 +110,7 @@ class Run:
         for skip_to, stop in self._silence.stretches(stamps, begin, last + 0.5 / self.monitor.rate):
             self._steps = max(self._steps, math.floor((skip_to - self._start) * self.monitor.rate))
             while len((aligned := self._aligned(whole, stop)).time):
-                self._absorb(aligned)
+                self._absorb(aligned, whole)
 
     def _aligned(self, whole: Recording, stop: float) -> Aligned:
         """What follows on what was judged already, no more than CHUNK of it: a long piece must fit into memory."""
@@ -117,9 +124,14 @@ class Run:
             stop=min(stop, start + CHUNK),
         )
 
-    def _absorb(self, aligned: Aligned) -> None:
+    def _absorb(self, aligned: Aligned, whole: Recording) -> None:
         self._steps += len(aligned.time)
-        shown = {**dict(zip(aligned.names, aligned.values.T, strict=True)), **self.session.absorb(aligned)}
+        usable = self._stuck.without(aligned, whole)
+        self._judged.add(usable)
+        assert self._start is not None
+        self._defects.add(whole, self._start, float(aligned.time[-1]), self._stuck.spans())
+        # What is stuck is shown as it was recorded; only the monitor does not see it.
+        shown = {**dict(zip(aligned.names, aligned.values.T, strict=True)), **self.session.absorb(usable)}
         if self.feed:
             self.feed.add(aligned, self.monitor.rate)
         if self.kept:
@@ -139,7 +151,7 @@ class Run:
         if not self._steps:
             raise InputError("the recording holds no samples; check that the file is whole and the channel map fits it")
         self._quality.refuse_unusable(self.monitor.required)
-        conclusion = self.session.conclude()
+        conclusion = self._limited(self.session.conclude())
         self.learnt, self.course = conclusion.own_level, conclusion.course
         self.code_courses = conclusion.code_courses
         diagnosis = self._diagnosis(conclusion, command)
@@ -147,6 +159,20 @@ class Run:
             taken = self.feed.finish(diagnosis, self.course, self.code_courses, self._digest.result())
             diagnosis = diagnosis.remarked("fault memory", taken)
         return diagnosis
+
+    def _limited(self, conclusion: Conclusion) -> Conclusion:
+        """The conclusion, with what is wrong with its signals, and with what of the recording was judged at all."""
+        before, defects = conclusion.finding, (*self._defects.found(), *conclusion.defects)
+        conclusion = dataclasses.replace(conclusion, finding=with_defects(before, defects, self.monitor))
+        if conclusion.finding.status is not before.status:
+            conclusion = dataclasses.replace(conclusion, own_level=None)
+        before = conclusion.finding
+        finding = self._judged.limited(before, self.monitor.title, self.monitor.reaction, self._stuck.lasting())
+        finding = dataclasses.replace(finding, evidence={**finding.evidence, **self._judged.evidence()})
+        if finding.status is before.status or self._judged.last is None:
+            return dataclasses.replace(conclusion, finding=finding)
+        until = StatusChange(self._judged.last, finding.status)
+        return dataclasses.replace(conclusion, finding=finding, own_level=None, course=(*conclusion.course, until))
 
     def _diagnosis(self, conclusion: Conclusion, command: str) -> Diagnosis:
         return Diagnosis(
@@ -188,6 +214,7 @@ class Run:
         told = (
             *finding.warnings,
             *((other,) if other else ()),
+            *self._stuck.warnings(self._quality.units),
             *self._metadata.get("warnings", ()),
             *self._quality.contradictions(),
             *self._quality.range_warnings(),
