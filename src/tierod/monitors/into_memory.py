@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tierod.diagnosis.counting import Counting
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.files import require_folder
@@ -36,6 +37,8 @@ class MemoryFeed:
         require_folder(path)
         self.path, self.vehicle, self.monitor = path, vehicle, monitor
         self.codes, self.identifiers = memory.codes.of_monitor(monitor), memory.codes.identifiers
+        # Traces and compiles what the transaction at the end needs, which would hold up all others.
+        Counting(memory.codes).add(np.zeros(1), {})
         self._pieces: list[tuple[np.ndarray, dict[str, np.ndarray]]] = []
         self._seen = 0
 

@@ -57,7 +57,8 @@ class _Clock:
         if time[0] >= ahead and (time[1:] >= time[:-1]).all():
             self.waiting.append((time, values))
             return
-        least, overlapping = float(time.min()), []
+        least = float(time.min())
+        overlapping: list[Stretch] = []
         while self.waiting and self.waiting[-1][0][-1] > least:
             overlapping.insert(0, self.waiting.pop())
         joined, columns = _joined([*overlapping, (time, values)], list(self.about))
@@ -81,9 +82,9 @@ class _Clock:
         self.repairs.settled(time)
         made = []
         for name, channel in self.about.items():
-            values, infinite = finite_or_missing(columns[name])
+            usable, infinite = finite_or_missing(columns[name])
             self.infinite[name] += infinite
-            fit = Channel(name, time, values, channel.unit, channel.source, channel.note)
+            fit = Channel(name, time, usable, channel.unit, channel.source, channel.note)
             made.append(fit.noted(*self.repairs.notes, infinite_note(self.infinite[name])))
         return made
 

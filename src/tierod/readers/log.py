@@ -158,7 +158,8 @@ def heard(log: Log) -> Heard:
     Raises:
         InputError: no frame is in it, it cannot be read, or its clock was set back
     """
-    found, counts = Heard(), {}
+    found = Heard()
+    counts: dict[tuple[int, int], int] = {}
     blocks = InOrder(log)
     for frames in blocks:
         found.origin = found.origin if found.frames else frames.origin

@@ -155,7 +155,8 @@ class Reader:
             from asammdf import MDF
 
             # Given a stream it maps no file into memory, which would count as memory, and be read by native code.
-            self._file = MDF(_stream(self._path), process_bus_logging=False)
+            options: dict[str, Any] = {"process_bus_logging": False}
+            self._file = MDF(_stream(self._path), **options)
             self._file.configure(read_fragment_size=FRAGMENT)
         if "lane" not in request:
             return {}, self._content()

@@ -47,9 +47,9 @@ def open_chunks(
     if not seconds > 0.0:
         raise InputError(f"slices need a positive length, not {seconds} s")
     names = None if names is None else tuple(names)
-    channel_map = loaded_map(channel_map)
-    source, kind = open_source(path, dbc, channel_map and channel_map.time)
-    reading = Reading(path, source, kind, planned(path, source, channel_map, names))
+    used = loaded_map(channel_map)
+    source, kind = open_source(path, dbc, used.time if used else None)
+    reading = Reading(path, source, kind, planned(path, source, used, names))
     past: Recording | None = None
     for recording in reading.slices(seconds):
         yield recording if names is None else _completed(recording, past, names)

@@ -19,7 +19,7 @@ from tierod.readers.blf import cut_off, unpacked
 from tierod.readers.content import Content, Stream, whole_lines
 from tierod.readers.frames import EXTENDED, IDENTIFIERS, Frames, bus_number, taken
 
-BLOCK = 100_000
+BLOCK = 10_000
 """Frames that are Python objects at a time: each takes 0.5 to 1 kB until it stands in arrays of 30 bytes."""
 
 

@@ -40,9 +40,9 @@ def read(
         MissingExtra: the library for this format is not installed
     """
     names = None if names is None else tuple(names)
-    channel_map = loaded_map(channel_map)
-    source, kind = open_source(path, dbc, channel_map and channel_map.time)
-    (whole,) = Reading(path, source, kind, planned(path, source, channel_map, names)).slices(math.inf)
+    used = loaded_map(channel_map)
+    source, kind = open_source(path, dbc, used.time if used else None)
+    (whole,) = Reading(path, source, kind, planned(path, source, used, names)).slices(math.inf)
     metadata = {key: value for key, value in whole.metadata.items() if key != SHARE_READ}
     whole = dataclasses.replace(whole, metadata=metadata)
     return whole if names is None else complete(whole, names)
