@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tierod import __version__
-from tierod.decimation import Decimator
+from tierod.decimation import Decimator, bins_each
 from tierod.derive import complete, ingredients
 from tierod.errors import InputError, ParameterError
 from tierod.findings import Diagnosis, Finding, Trace
@@ -70,7 +70,7 @@ class Run:
         self._steps = 0
         self._metadata: dict[str, Any] = {}
         units = dict.fromkeys(self.session.signals, "") | dict(self.session.traces)
-        self._traces = {name: Decimator(name, unit) for name, unit in units.items()}
+        self._traces = {name: Decimator(name, unit, bins_each(len(units))) for name, unit in units.items()}
 
     def add(self, piece: Recording) -> None:
         """The next piece of the recording.

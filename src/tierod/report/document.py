@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from tierod.decimation import merged
 from tierod.findings import ChannelQuality, Diagnosis, Element, Estimate, Finding, Trace
 from tierod.report import SCHEMA
 from tierod.report.display import INTERVAL
@@ -36,7 +37,7 @@ def document(diagnosis: Diagnosis, series: bool) -> str:
         ],
     }
     if series:
-        content["traces"] = {name: _trace(trace) for name, trace in diagnosis.traces.items()}
+        content["traces"] = {name: _trace(merged(trace)) for name, trace in diagnosis.traces.items()}
         content["histograms"] = {
             name: {"edges": edges, "counts": counts} for name, (edges, counts) in diagnosis.histograms.items()
         }

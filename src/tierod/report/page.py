@@ -11,7 +11,7 @@ from typing import Any
 from tierod.findings import Diagnosis, Finding
 from tierod.report.charts.decisions import decision_figure, design_figures
 from tierod.report.charts.elements import state_figure, substitute_figures
-from tierod.report.charts.figure import Figure
+from tierod.report.charts.figure import Figure, drawn_from
 from tierod.report.charts.histograms import histogram_figure
 from tierod.report.charts.loops import loop_figure
 from tierod.report.charts.over_time import estimate_figures, innovation_figure, result_figure, signal_figure
@@ -19,6 +19,7 @@ from tierod.report.display import date, duration, evidence, interval, number, sh
 from tierod.report.elements import COLUMNS, rows
 from tierod.report.gauge import gauge
 from tierod.report.html import chart_script, library, looks, moment, template
+from tierod.report.series import packed_series, series_script
 from tierod.report.status import appearance, overall
 from tierod.timestamps import CALENDAR
 
@@ -54,6 +55,8 @@ def render(diagnosis: Diagnosis) -> str:
         "designs": design_figures(diagnosis),
         "signals": signal_figure(diagnosis),
     }
+    drawn = _all(figures)
+    packed = packed_series(diagnosis.traces, sorted(set().union(*(drawn_from(m) for f in drawn for m in f.data))))
     return template("report.html.j2").render(
         diagnosis=diagnosis,
         status=overall(diagnosis),
@@ -61,7 +64,8 @@ def render(diagnosis: Diagnosis) -> str:
         elements=[row for element in diagnosis.elements for row in rows(element)],
         element_columns=COLUMNS,
         figures=figures,
-        charts=[chart_script(figure) for figure in _all(figures)],
+        charts=[chart_script(figure, packed) for figure in drawn],
+        series=series_script(packed),
         quality=[_quality_row(row) for row in diagnosis.quality],
         parameters=[_parameter_row(row) for row in diagnosis.parameters if not _is_tuning(row)],
         tuning=[_parameter_row(row) for row in diagnosis.parameters if _is_tuning(row)],
@@ -75,7 +79,7 @@ def render(diagnosis: Diagnosis) -> str:
         recording=_facts(diagnosis.recording),
         details=[row for key, value in diagnosis.recording.items() if _is_nested(value) for row in _flat(key, value)],
         vehicle=_facts(diagnosis.vehicle),
-        library=library() if _all(figures) else "",
+        library=library() if drawn else "",
         **looks(),
     )
 

@@ -6,19 +6,20 @@ from typing import Any
 
 import numpy as np
 
-from tierod.findings import Decided, Diagnosis
+from tierod.decimation import merged
+from tierod.findings import Decided, Diagnosis, Trace
 from tierod.report.charts.figure import (
     BLUE,
     GREY,
     RED,
     Figure,
     axis,
-    band,
     centres,
+    drawn_as,
     layout,
     line,
-    merged,
     rounded,
+    strip,
     strip_title,
     summary,
 )
@@ -55,7 +56,7 @@ def decision_figure(diagnosis: Diagnosis) -> Figure | None:
         domain = [1.0 - (index + 1) / len(found), 1.0 - index / len(found) - 26.0 / height]
         axes[f"yaxis{suffix}"] = axis("", domain=domain, nticks=4)
         limits = [level * factor for level in levels]
-        data += _strip(trace, per_second, factor, limits, f"y{suffix}")
+        data += _strip(trace, per_second, factor, label, levels, f"y{suffix}")
         shapes += [_level(limit, f"y{suffix}") for limit in limits]
         titles.append(strip_title(_titled(name, label, limits), domain[1]))
         rows.append(summary(words(name), trace, factor, label))
@@ -79,21 +80,20 @@ def _titled(name: str, label: str, limits: list[float]) -> str:
     return bracketed(words(name), label) + (f", alarm from {told}" if told else "")
 
 
-def _strip(trace: Any, per_second: float, factor: float, limits: list[float], axis_name: str) -> list[dict[str, Any]]:
-    time = centres(trace, per_second)
-    lower, upper, mean = (np.asarray(part, float) * factor for part in (trace.lower, trace.upper, trace.mean))
-    beyond = np.zeros(len(mean), bool)
-    for limit in limits:
-        beyond |= (upper >= limit) if limit > 0.0 else (lower <= limit)
-    extreme = np.where(beyond, np.where(np.abs(upper) >= np.abs(lower), upper, lower), np.nan)
-    text = {"hovertemplate": "%{y:.4g}<extra>" + words(trace.name) + "</extra>"}
-    drawn = [
-        band(time, lower, upper, "rgba(29,95,168,0.30)", yaxis=axis_name),
-        line(time, mean, BLUE, words(trace.name), yaxis=axis_name, **text) | {"line": {"color": BLUE, "width": 1.0}},
-    ]
+def _strip(
+    trace: Trace, per_second: float, factor: float, label: str, levels: tuple[float, ...], axis_name: str
+) -> list[dict[str, Any]]:
+    """The statistic, and a red mark over every bin that is beyond one of the levels."""
+    lower, upper = np.asarray(trace.lower, float), np.asarray(trace.upper, float)
+    beyond = np.zeros(len(upper), bool)
+    for level in levels:
+        beyond |= (upper >= level) if level > 0.0 else (lower <= level)
+    drawn = strip(trace, per_second, factor, label, axis_name)
     if beyond.any():
-        marks = {"mode": "markers", "marker": {"color": RED, "size": 4}}
-        drawn.append(line(time, extreme, RED, "alarm", yaxis=axis_name, hoverinfo="skip") | marks)
+        extreme = factor * np.where(beyond, np.where(np.abs(upper) >= np.abs(lower), upper, lower), np.nan)
+        marks = {"mode": "markers", "marker": {"color": RED, "size": 4}, "hoverinfo": "skip", "yaxis": axis_name}
+        marks |= drawn_as("beyond", trace, per_second, factor, limits=list(levels))
+        drawn.append(line(centres(trace, per_second), extreme, RED, "alarm", **marks))
     return drawn
 
 

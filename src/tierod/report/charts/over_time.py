@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from tierod.decimation import bin_width, merged
 from tierod.findings import Diagnosis, Trace
 from tierod.report.charts.figure import (
     BLUE,
@@ -17,12 +18,13 @@ from tierod.report.charts.figure import (
     axis,
     band,
     centres,
+    drawn_as,
     layout,
     level_colour,
     line,
-    merged,
     references,
     rounded,
+    strip,
     strip_title,
     summary,
 )
@@ -101,9 +103,10 @@ def innovation_figure(diagnosis: Diagnosis) -> Figure | None:
 
 
 def span(diagnosis: Diagnosis) -> tuple[float, float]:
-    """First and last time of all traces [s]."""
-    times = [np.asarray(trace.time, float) for trace in diagnosis.traces.values() if len(trace.time)]
-    return (min(t[0] for t in times), max(t[-1] for t in times)) if times else (0.0, 1.0)
+    """First and last time of all traces [s]; the last bin is shown whole."""
+    known = [trace for trace in diagnosis.traces.values() if len(trace.time)]
+    ends = [(float(trace.time[0]), float(trace.time[-1]) + bin_width(trace)) for trace in known]
+    return (min(start for start, _ in ends), max(end for _, end in ends)) if ends else (0.0, 1.0)
 
 
 def _estimate(diagnosis: Diagnosis, name: str) -> Figure:
@@ -115,10 +118,13 @@ def _estimate(diagnosis: Diagnosis, name: str) -> Figure:
     half = half * factor
     levels = references(diagnosis, trace.unit)
     strip = next((each for each in STRIPS if each in diagnosis.traces), None)
+    apart = drawn_as("interval", trace, per_second, factor, deviation=deviation.name, deviations=INTERVAL)
+    within, middle = (drawn_as(part, trace, per_second, factor) for part in ("range", "mean"))
+    text = {"hovertemplate": "%{y:.4g} " + label + "<extra>estimate</extra>"}
     data = [
-        band(time, mean - half, mean + half, "rgba(29,95,168,0.18)", name="95 % interval", showlegend=True),
-        band(time, lower, upper, "rgba(29,95,168,0.45)", name="lowest to highest", showlegend=False),
-        line(time, mean, BLUE, "estimate", hovertemplate="%{y:.4g} " + label + "<extra>estimate</extra>"),
+        band(time, mean - half, mean + half, "rgba(29,95,168,0.18)", name="95 % interval", showlegend=True, **apart),
+        band(time, lower, upper, "rgba(29,95,168,0.45)", name="lowest to highest", showlegend=False, **within),
+        line(time, mean, BLUE, "estimate", **text, **middle),
         *_truth(diagnosis, name, per_second, factor),
         *([_beneath(merged(diagnosis.traces[strip]), per_second)] if strip else []),
     ]
@@ -164,7 +170,7 @@ def _truth(diagnosis: Diagnosis, name: str, per_second: float, factor: float) ->
         return []
     truth = merged(truth)
     values = np.asarray(truth.mean, float) * factor
-    looks = {"line": {"color": "#111827", "width": 1.6, "dash": "dot"}}
+    looks = {"line": {"color": "#111827", "width": 1.6, "dash": "dot"}} | drawn_as("mean", truth, per_second, factor)
     return [line(centres(truth, per_second), values, "#111827", "truth", **looks)]
 
 
@@ -177,7 +183,7 @@ def _beneath(trace: Trace, per_second: float) -> dict[str, Any]:
         "line": {"width": 0.8, "color": GREEN, "shape": "hvh"},
     }
     name = STRIPS[trace.name][0]
-    text = {"hovertemplate": f"%{{y:.0%}}<extra>{name}</extra>"}
+    text = {"hovertemplate": f"%{{y:.0%}}<extra>{name}</extra>"} | drawn_as("mean", trace, per_second, absent=0.0)
     return line(centres(trace, per_second), known, GREEN, name, yaxis="y2", **area, **text)
 
 
@@ -263,7 +269,7 @@ def _strips(diagnosis: Diagnosis, names: list[str], name: str, title: str, capti
         share, gap = 1.0 / len(names), 26.0 / height
         domain = [1.0 - (index + 1) * share, 1.0 - index * share - gap]
         axes[f"yaxis{suffix}"] = axis("", domain=domain, nticks=4)
-        data += _strip(trace, per_second, factor, label, words(each), f"y{suffix}")
+        data += strip(trace, per_second, factor, label, f"y{suffix}")
         titles.append(strip_title(bracketed(words(each), label), domain[1]))
         shapes += _two_sigma(suffix) if each.startswith("normalised_innovation") else []
         rows.append(summary(words(each), trace, factor, label))
@@ -280,18 +286,6 @@ def _strips(diagnosis: Diagnosis, names: list[str], name: str, title: str, capti
         summary=rows,
         timed=True,
     )
-
-
-def _strip(
-    trace: Trace, per_second: float, factor: float, label: str, name: str, axis_name: str
-) -> list[dict[str, Any]]:
-    time = centres(trace, per_second)
-    lower, upper, mean = (np.asarray(part, float) * factor for part in (trace.lower, trace.upper, trace.mean))
-    text = {"hovertemplate": "%{y:.4g} " + label + f"<extra>{name}</extra>"}
-    return [
-        band(time, lower, upper, "rgba(29,95,168,0.30)", yaxis=axis_name),
-        line(time, mean, BLUE, name, yaxis=axis_name, **text) | {"line": {"color": BLUE, "width": 1.0}},
-    ]
 
 
 def _two_sigma(suffix: str) -> list[dict[str, Any]]:
