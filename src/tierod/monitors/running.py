@@ -17,6 +17,7 @@ from tierod.monitors.decided import decided
 from tierod.monitors.named_vehicle import other_vehicle
 from tierod.monitors.over_time import OverTime
 from tierod.monitors.own_level import OwnLevel, refuse_foreign
+from tierod.monitors.passing import Passing
 from tierod.monitors.pieces import CHUNK, OVERLAP, joined, refuse_leap
 from tierod.monitors.quality_over_chunks import QualityOverChunks
 from tierod.monitors.session import Conclusion, Monitor, Session, StatusChange, Variant
@@ -65,6 +66,7 @@ class Run:
         self.code_courses: Mapping[str, tuple[StatusChange, ...]] = {}
         self.needs = ingredients([*monitor.required, *monitor.optional])
         self._quality = QualityOverChunks(self.needs)
+        self._passing = Passing(variant.decisions, self.session)
         self._before: Recording | None = None
         self._start: float | None = None
         self._steps = 0
@@ -114,6 +116,7 @@ class Run:
             self.feed.add(aligned, self.monitor.rate)
         if self.kept:
             self.kept.add(aligned.time, shown)
+        self._passing.add(aligned.time, shown)
         for name, values in shown.items():
             self._traces[name].add(aligned.time, values)
 
@@ -148,7 +151,12 @@ class Run:
             remarks=dict(conclusion.remarks),
             quality=self._quality.rows(),
             parameters=(*self.vehicle.rows(), *conclusion.parameters),
-            decisions=decided(self.variant.decisions, self.session),
+            decisions=decided(
+                self.variant.decisions,
+                self.session,
+                {**self._passing.reached, **conclusion.distances},
+                self._passing.passed,
+            ),
             recording=self._metadata | {"duration_s": self._steps / self.monitor.rate, "start_s": self._start},
             vehicle={
                 "name": self.vehicle.name,

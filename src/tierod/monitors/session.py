@@ -41,6 +41,7 @@ class Conclusion:
         course: the running verdict from change to change; empty for a monitor that judges a recording as a whole
         code_courses: the same for single trouble codes by name, of a monitor that tells several faults apart
         elements: state of every sensor and actuator, of a monitor that judges several
+        distances: by the name of a decision that looks once at a recording, what it saw
     """
 
     finding: Finding
@@ -54,6 +55,7 @@ class Conclusion:
     course: tuple[StatusChange, ...] = ()
     code_courses: Mapping[str, tuple[StatusChange, ...]] = field(default_factory=dict)
     elements: tuple[Element, ...] = ()
+    distances: Mapping[str, float] = field(default_factory=dict)
 
 
 class Session(Protocol):

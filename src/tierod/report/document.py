@@ -65,7 +65,8 @@ def plain(value: Any) -> Any:
 
 
 def _finding(finding: Finding) -> dict[str, Any]:
-    content = {field.name: getattr(finding, field.name) for field in dataclasses.fields(finding)}
+    names = [field.name for field in dataclasses.fields(finding) if field.name != "decided_by"]
+    content = {name: getattr(finding, name) for name in names}
     return content | {"estimate": _estimate(finding.estimate)}
 
 

@@ -41,6 +41,18 @@ TRACES = {
     "mismatch": ("pinion_angle_mismatch", "rad"),
     "known": ("angle_known", ""),
     "nis": ("nis", ""),
+    "speed_sum": ("speed_residual_sum", "rad/s"),
+    "tested.model_sum": ("innovation_sum", ""),
+    "tested.backwards_sum": ("turned_backwards", ""),
+    "tested.turned_meanwhile": ("turned_while_sensor_stood", "rad"),
+    "tested.following_error": ("following_error", "rad"),
+    "tested.electrical.angle_age": ("age_of_angle", "s"),
+    "tested.electrical.angle_step": ("leap_of_angle", ""),
+    "tested.electrical.resolver_amplitude": ("change_of_resolver_amplitude", ""),
+    "tested.electrical.resolver_mismatch": ("resolver_mismatch_electrical", "rad"),
+    "tested.electrical.current_sum": ("sum_of_phase_currents", "A"),
+    "tested.electrical.same_current": ("samples_of_a_still_current", ""),
+    "tested.electrical.same_voltage": ("samples_of_a_still_voltage", ""),
 }
 """Outputs of the block that a report shows."""
 
