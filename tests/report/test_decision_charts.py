@@ -34,7 +34,7 @@ def diagnosis():
 
 
 def test_rules_that_share_a_statistic_share_a_strip(diagnosis):
-    assert statistics(diagnosis) == {"excess": (1.0, -1.0)}
+    assert statistics(diagnosis) == {"excess": [(1.0, False), (-1.0, True)]}
     figure = decision_figure(diagnosis)
     assert sorted(shape["y0"] for shape in figure.layout["shapes"]) == [-1.0, 1.0]
 

@@ -89,6 +89,19 @@ def duration(seconds: float | None) -> str:
     return " ".join(parts)
 
 
+def instant(seconds: float | None) -> str:
+    """A moment of a recording [s] to a hundredth of a second, in the units of a clock."""
+    if seconds is None or not math.isfinite(seconds):
+        return "–"
+    hundredths = round(100.0 * seconds)
+    if abs(hundredths) < 6000:
+        return f"{number(hundredths / 100.0, 6)} s"
+    minutes, rest = divmod(hundredths, 6000)
+    hours, minutes = divmod(minutes, 60)
+    parts = [f"{hours} h"] * bool(hours) + [f"{minutes} min"] * bool(minutes)
+    return " ".join([*parts, f"{number(rest / 100.0, 6)} s"])
+
+
 def date(seconds: float) -> str:
     """A calendar time that counts from 1970 [s], in universal time."""
     moment = datetime.datetime.fromtimestamp(seconds, datetime.UTC)
@@ -131,5 +144,6 @@ def evidence(name: str, value: Any) -> tuple[str, str]:
             return words(name[: -len(ending) - 1]), f"{number(value * factor)} {label}"
     stem, _, ending = name.rpartition("_")
     if ending == "seconds" or (stem and ending == "s"):
-        return words(stem or "duration"), duration(value)
+        told = instant if stem.endswith(("from", "at")) else duration
+        return words(stem or "duration"), told(value)
     return words(name), share(value) if ending == "share" else number(value)

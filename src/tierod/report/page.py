@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from tierod.findings import Diagnosis, Finding
-from tierod.report.charts.decisions import decision_figure, design_figures
+from tierod.report.charts.decisions import decision_figure, design_figures, looks_figure, quiet_figure
 from tierod.report.charts.elements import state_figure, substitute_figures
 from tierod.report.charts.figure import Figure, drawn_from
 from tierod.report.charts.histograms import histogram_figure
 from tierod.report.charts.loops import loop_figure
 from tierod.report.charts.over_time import estimate_figures, innovation_figure, result_figure, signal_figure
-from tierod.report.display import date, duration, evidence, interval, number, share, shown, words
+from tierod.report.deciding import deciding
+from tierod.report.display import date, duration, evidence, instant, interval, number, share, shown, words
 from tierod.report.elements import COLUMNS, rows
 from tierod.report.gauge import gauge
 from tierod.report.html import chart_script, library, looks, moment, template
@@ -39,6 +40,7 @@ class Verdict:
     interval: str
     gauge: str
     evidence: list[tuple[str, str]]
+    deciding: list[str]
 
 
 def render(diagnosis: Diagnosis) -> str:
@@ -52,6 +54,8 @@ def render(diagnosis: Diagnosis) -> str:
         "innovations": innovation_figure(diagnosis),
         "results": result_figure(diagnosis),
         "decisions": decision_figure(diagnosis),
+        "looks": looks_figure(diagnosis),
+        "quiet": quiet_figure(diagnosis),
         "designs": design_figures(diagnosis),
         "signals": signal_figure(diagnosis),
     }
@@ -60,7 +64,7 @@ def render(diagnosis: Diagnosis) -> str:
     return template("report.html.j2").render(
         diagnosis=diagnosis,
         status=overall(diagnosis),
-        verdicts=[verdict(finding) for finding in diagnosis.findings],
+        verdicts=[verdict(diagnosis, finding) for finding in diagnosis.findings],
         elements=[row for element in diagnosis.elements for row in rows(element)],
         element_columns=COLUMNS,
         figures=figures,
@@ -84,8 +88,9 @@ def render(diagnosis: Diagnosis) -> str:
     )
 
 
-def verdict(finding: Finding) -> Verdict:
+def verdict(diagnosis: Diagnosis, finding: Finding) -> Verdict:
     """A finding in words and figures."""
+    decisive = [_sentence(told) for told in deciding(diagnosis, finding)]
     looks = appearance(finding.status)
     value = spread = picture = ""
     if finding.estimate is not None:
@@ -101,8 +106,8 @@ def verdict(finding: Finding) -> Verdict:
         action=_sentence(finding.action),
         warnings=tuple(map(_sentence, finding.warnings)),
     )
-    since = "" if finding.since is None else f"at {duration(finding.since)}" if finding.since > 0.0 else "at the start"
-    return Verdict(finding, looks.symbol, looks.kind, since, value, spread, picture, figures)
+    since = "" if finding.since is None else f"at {instant(finding.since)}" if finding.since > 0.0 else "at the start"
+    return Verdict(finding, looks.symbol, looks.kind, since, value, spread, picture, figures, decisive)
 
 
 def _sentence(text: str) -> str:

@@ -123,7 +123,8 @@ def _departures(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
         return apart
     apart["ratio"] = (found.ratio / vehicle["motor_ratio"] - 1.0) / RATIO_SPREAD
     apart["lag"] = found.lag / LAG_SPREAD if abs(found.lag) > drive.sample_time else 0.0
-    apart["stiffness"] = math.log(found.stiffness / vehicle["torsion_bar_stiffness"]) / STIFFNESS_SPREAD
+    bar = found.stiffness / vehicle["torsion_bar_stiffness"]
+    apart["stiffness"] = math.log(bar) / STIFFNESS_SPREAD if bar > 0.0 else -math.inf
     if _zeroed(vehicle):
         apart["offset"] = (found.torque_offset - drive.torque_offset) / OFFSET_SPREAD
     return apart

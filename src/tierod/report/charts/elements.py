@@ -25,7 +25,7 @@ from tierod.report.charts.figure import (
     summary,
 )
 from tierod.report.charts.over_time import span
-from tierod.report.display import INTERVAL, bracketed, duration, shown, time_scale, words
+from tierod.report.display import INTERVAL, bracketed, instant, shown, time_scale, words
 
 STATE, SUPPLIED, DEVIATION = "state_of_", "supplied_", "deviation_of_supplied_"
 """Beginnings of the traces that are drawn here."""
@@ -139,7 +139,7 @@ def _substitute(diagnosis: Diagnosis, element: Element) -> Figure:
         caption=f"Red: as recorded. Blue: as others may use it, with its 95 % interval where it is replaced, mostly by "
         f"{what}. Shaded: at fault. Drag to zoom, double-click to see everything.",
         alternative=f"{words(name)} as recorded and as replaced by {what}; at fault "
-        + "; ".join(f"from {duration(each.start)} to {_end(each)}" for each in element.episodes)
+        + "; ".join(f"from {instant(each.start)} to {_end(each)}" for each in element.episodes)
         + ".",
         data=[
             band(time, supplied - half, supplied + half, "rgba(29,95,168,0.25)", name="95 % interval", **apart),
@@ -184,4 +184,4 @@ def _marks(episode: Episode, first: float, last: float, per_second: float) -> tu
 
 
 def _end(episode: Episode) -> str:
-    return "the end" if episode.end is None else duration(episode.end)
+    return "the end" if episode.end is None else instant(episode.end)

@@ -130,7 +130,7 @@ def _estimate(diagnosis: Diagnosis, name: str) -> Figure:
     ]
     bottom = 0.16 if strip else 0.0
     top = first_range(mean, upper, mean + half, [value for _, value in levels])
-    marks = _since(diagnosis, per_second)
+    marks = since_marks(diagnosis, per_second)
     return Figure(
         name=f"estimate-{name}",
         title=f"{words(name)} over time",
@@ -215,7 +215,8 @@ def _level_label(group: list[tuple[str, float]], label: str) -> dict[str, Any]:
     return {"text": f"{text} {label}"} | place | looks
 
 
-def _since(diagnosis: Diagnosis, per_second: float) -> tuple[list[dict], list[dict]]:
+def since_marks(diagnosis: Diagnosis, per_second: float) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """The line and the label at which the change began that led to the verdict; none where it holds throughout."""
     finding = diagnosis.findings[0] if diagnosis.findings else None
     if finding is None or finding.since is None:
         return [], []

@@ -109,9 +109,10 @@ const series = (() => {
     return { x, y };
   }
 
+  // The extreme of a bin where it is beyond a limit: [level, whether the rule acts below it].
   function beyond(bin, limits) {
-    const out = limits.some((limit) => (limit > 0 ? bin.upper >= limit : bin.lower <= limit));
-    return out ? (Math.abs(bin.upper) >= Math.abs(bin.lower) ? bin.upper : bin.lower) : NaN;
+    const passed = limits.find(([level, low]) => (low ? bin.lower <= level : bin.upper >= level));
+    return passed ? (passed[1] ? bin.lower : bin.upper) : NaN;
   }
 
   // What a mark of a chart draws: x and y, or z of several rows.
