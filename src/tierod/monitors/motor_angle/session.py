@@ -56,6 +56,14 @@ TRACES = {
 }
 """Outputs of the block that a report shows."""
 
+AT_READINGS = (
+    "leap_of_angle",
+    "change_of_resolver_amplitude",
+    "resolver_mismatch_electrical",
+    "sum_of_phase_currents",
+)
+"""Traces that are known at readings only; 0 stands for none in between."""
+
 INVERTER_TRACES = {
     "inverter_voltage_loss": ("estimated_inverter_voltage_loss", "V"),
     "inverter_knee_current": ("estimated_inverter_knee_current", "A"),
@@ -122,6 +130,8 @@ class MotorAngleSession(BlockSession):
         deviation = self.monitor.observer.parameters.motor_pole_pairs * result["motor_angle_standard_deviation"]
         shown["angle_residual_electrical_standard_deviation"] = np.where(known, deviation, np.nan)
         window = round(self.monitor.comparison.increments.window * self.rate)
+        for name in AT_READINGS:
+            shown[name] = np.where(shown[name] == 0.0, np.nan, shown[name])
         shown["motor_speed_residual"] = _stood(shown["motor_speed_residual"], windows, window)
         return shown
 

@@ -40,7 +40,8 @@ def statistics(diagnosis: Diagnosis) -> dict[str, list[Limit]]:
     """The traces that rules compare, with their thresholds: several rules may share one."""
     found: dict[str, list[Limit]] = {}
     for each in diagnosis.decisions:
-        if each.statistic in diagnosis.traces:
+        trace = diagnosis.traces.get(each.statistic)
+        if trace is not None and np.isfinite(trace.mean).any():
             limits = [(level, each.below or level < 0.0) for level in each.levels]
             found[each.statistic] = list(dict.fromkeys((*found.get(each.statistic, ()), *limits)))
     return found
@@ -49,7 +50,7 @@ def statistics(diagnosis: Diagnosis) -> dict[str, list[Limit]]:
 def telling(diagnosis: Diagnosis) -> list[str]:
     """The statistics that say most: those that decided first, then others beyond a threshold; all where none was."""
     decisive = {name for finding in diagnosis.findings for name in finding.decided_by}
-    known = [each for each in diagnosis.decisions if each.statistic in diagnosis.traces]
+    known = [each for each in diagnosis.decisions if each.statistic in statistics(diagnosis)]
     ordered = [
         *(each.statistic for each in known if each.name in decisive),
         *(each.statistic for each in known if each.passed is not None),
@@ -78,7 +79,7 @@ def _statistics(diagnosis: Diagnosis, names: list[str], name: str, title: str) -
     height = _STRIP * len(names) + 70
     data: list[dict[str, Any]] = []
     axes: dict[str, Any] = {}
-    shapes, notes = since_marks(diagnosis, per_second)
+    shapes, notes = since_marks(diagnosis, per_second, 1.0 - 30.0 / height)
     rows = []
     for index, each in enumerate(names):
         trace = merged(diagnosis.traces[each])

@@ -215,8 +215,16 @@ def _level_label(group: list[tuple[str, float]], label: str) -> dict[str, Any]:
     return {"text": f"{text} {label}"} | place | looks
 
 
-def since_marks(diagnosis: Diagnosis, per_second: float) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """The line and the label at which the change began that led to the verdict; none where it holds throughout."""
+def since_marks(
+    diagnosis: Diagnosis, per_second: float, top: float = 0.99
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """The line and the label at which the change began that led to the verdict; none where it holds throughout.
+
+    Args:
+        diagnosis: whose first finding says when
+        per_second: what the axis counts a second as
+        top: upper end of the label, as a share of the chart
+    """
     finding = diagnosis.findings[0] if diagnosis.findings else None
     if finding is None or finding.since is None:
         return [], []
@@ -230,7 +238,7 @@ def since_marks(diagnosis: Diagnosis, per_second: float) -> tuple[list[dict[str,
         "x1": at,
         "line": {"color": RED, "width": 1.3},
     }
-    text = {"text": "change began", "x": at, "yref": "paper", "y": 0.99, "yanchor": "top"}
+    text = {"text": "change began", "x": at, "yref": "paper", "y": top, "yanchor": "top"}
     later = at > 0.6 * span(diagnosis)[1] * per_second
     looks = {"showarrow": False, "xanchor": "right" if later else "left", "font": {"color": RED, "size": 12}}
     return [shape], [text | looks | {"bgcolor": LABEL_GROUND, "xshift": -4 if later else 4}]
