@@ -58,7 +58,7 @@ class Run:
         self.monitor, self.variant, self.vehicle = monitor, variant, vehicle
         if own_level is not None:
             refuse_foreign(own_level, vehicle.name, f"{monitor.name}, {variant.name}")
-        self.session: Session = _opened(monitor, variant, vehicle, own_level)
+        self.session: Session = opened(monitor, variant, vehicle, own_level)
         self.feed = _feed(memory, vehicle, monitor) if memory else None
         self.kept = kept
         self.learnt: OwnLevel | None = None
@@ -110,6 +110,8 @@ class Run:
         )
 
     def _absorb(self, aligned: Aligned) -> None:
+        if not self._steps:
+            self.session.refuse(aligned)
         self._steps += len(aligned.time)
         shown = {**dict(zip(aligned.names, aligned.values.T, strict=True)), **self.session.absorb(aligned)}
         if self.feed:
@@ -198,7 +200,12 @@ def _feed(memory: str | Path, vehicle: Vehicle, monitor: Monitor) -> MemoryFeed:
     return MemoryFeed(memory, vehicle.name, monitor.name)
 
 
-def _opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: OwnLevel | None) -> Session:
+def opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: OwnLevel | None = None) -> Session:
+    """The session of a variant for a vehicle.
+
+    Raises:
+        ParameterError: the variant cannot run with this vehicle
+    """
     try:
         return variant.open(vehicle, monitor.rate, own_level)
     except ParameterError as error:

@@ -67,6 +67,13 @@ class Session(Protocol):
     traces: Mapping[str, str]
     """What a report shows over time beside the signals: name -> unit."""
 
+    def refuse(self, aligned: Aligned) -> None:
+        """Refuse a recording that it cannot judge, from its first piece; called before the first `absorb`.
+
+        Raises:
+            InputError: signals come too slowly together, or one that only this vehicle or variant needs is missing
+        """
+
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
 
@@ -96,6 +103,9 @@ class BlockSession(ABC):
         self._outputs = {name: output for output, (name, _) in traces.items()}
         self._running = running
         self._memory: Memory | None = None
+
+    def refuse(self, aligned: Aligned) -> None:  # noqa: B027  # most blocks judge whatever has their signals
+        """Refuse a recording that it cannot judge, from its first piece."""
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""

@@ -108,6 +108,9 @@ class ConditionSession:
         self._memory: Memory | None = None
         self._supply: Memory | None = None
 
+    def refuse(self, aligned: Aligned) -> None:
+        """Nothing is refused here: what cannot be judged is told in the finding."""
+
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
         self._read |= np.isfinite(aligned.values[:, : len(MEASURED)]).any(axis=0)

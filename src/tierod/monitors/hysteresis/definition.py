@@ -106,6 +106,9 @@ class HysteresisSession:
         self.identification = HysteresisIdentification.of_vehicle(vehicle, rate)
         self._pieces: list[Aligned] = []
 
+    def refuse(self, aligned: Aligned) -> None:
+        """Nothing is refused here: what cannot be judged is told in the finding."""
+
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece."""
         self._pieces.append(aligned)

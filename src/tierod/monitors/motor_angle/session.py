@@ -91,11 +91,13 @@ class MotorAngleSession(BlockSession):
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
-        if not self._over.seen:
-            self._refuse_slow(aligned)
-            self._refuse_without_supply(aligned)
         parts = [self._slice(aligned, start) for start in range(0, len(aligned.time), SLICE)]
         return {name: np.concatenate([part[name] for part in parts]) for name in self.traces}
+
+    def refuse(self, aligned: Aligned) -> None:
+        """Refuse currents and voltages that come too slowly, and duty cycles without a supply."""
+        self._refuse_slow(aligned)
+        self._refuse_without_supply(aligned)
 
     def _refuse_slow(self, aligned: Aligned) -> None:
         """Held currents would be ones that stand still: they must come as fast as the observer runs."""
