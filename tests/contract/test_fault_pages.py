@@ -16,8 +16,9 @@ from tierod.physics.clarke_park import StatorVector, inverse_clarke
 from tierod.readers import read
 from tierod.recording import Channel
 from tierod.report.deciding import deciding
-from tierod.report.display import number, shown, time_scale
+from tierod.report.display import number, time_scale
 from tierod.report.page import render
+from tierod.shown import shown
 from tierod.vehicles import load
 
 SCENARIOS = {

@@ -180,7 +180,8 @@ def _say_which_vehicle(car: Vehicle | None) -> None:
 
 
 def _cells(row: ChannelQuality) -> tuple[str, ...]:
-    from tierod.report.display import number, share, shown
+    from tierod.report.display import number, share
+    from tierod.shown import shown
 
     factor, label = shown(row.unit)
     figures = (number(row.rate, 4), share(row.missing_share), number(row.longest_gap, 3))

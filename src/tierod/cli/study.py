@@ -113,6 +113,7 @@ def _print(claims: Sequence[Claim]) -> None:
     import sys
 
     from tierod.report.display import number
+    from tierod.shown import written
     from tierod.studies.content import Table
 
     words = {True: "yes", False: "**no**", None: ""}
@@ -122,7 +123,7 @@ def _print(claims: Sequence[Claim]) -> None:
             claim.printed if isinstance(claim.printed, str) else _told_or_nothing(claim.printed),
             number(claim.figure),
             "" if claim.goal is None else str(claim.goal),
-            claim.unit,
+            written(claim.unit),
             words[claim.met],
         )
         for claim in claims

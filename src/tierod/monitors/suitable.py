@@ -7,6 +7,7 @@ from tierod.errors import InputError, nearest
 from tierod.monitors.named_vehicle import made_with
 from tierod.monitors.session import Monitor
 from tierod.recording import Recording
+from tierod.shown import written
 from tierod.signals import SIGNALS
 from tierod.units import COUNT
 from tierod.vehicles import Vehicle
@@ -49,8 +50,8 @@ def _refuse_counts(monitor: Monitor, vehicle: Vehicle, piece: Recording) -> None
         if piece[name].unit == COUNT and (vehicle.calibrated or not torque):
             other = ', or torque_unit = "count" in the vehicle file' if torque else ""
             raise InputError(
-                f"{name} is in raw counts, but the vehicle '{vehicle.name}' needs {SIGNALS[name].unit}; "
-                f"give unit and factor (the {SIGNALS[name].unit} of one count) in the channel map{other}"
+                f"{name} is in raw counts, but the vehicle '{vehicle.name}' needs {written(SIGNALS[name].unit)}; "
+                f"give unit and factor (the {written(SIGNALS[name].unit)} of one count) in the channel map{other}"
             )
 
 

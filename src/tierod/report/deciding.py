@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from tierod.findings import Decided, Diagnosis, Finding
-from tierod.report.display import instant, number, shown, words
+from tierod.report.display import instant, number, words
+from tierod.shown import shown
 
 
 def deciding(diagnosis: Diagnosis, finding: Finding) -> list[str]:

@@ -8,16 +8,7 @@ import re
 from typing import Any
 
 from tierod.findings import Estimate
-
-_SHOWN = {
-    "rad": (180.0 / math.pi, "°"),
-    "rad/s": (180.0 / math.pi, "°/s"),
-    "rad/s**2": (180.0 / math.pi, "°/s²"),
-    "m/s": (3.6, "km/h"),
-    "count": (1.0, "counts"),
-    "percent": (1.0, "%"),
-    "": (1.0, ""),
-}
+from tierod.shown import shown
 
 _CAPITALS = {"nis", "nees", "eps", "can", "rms", "dbc", "csv", "mf4"}
 
@@ -37,11 +28,6 @@ _ENDINGS = {
 
 INTERVAL = 1.96
 """Standard deviations on each side that hold 95 % of a normal distribution."""
-
-
-def shown(unit: str) -> tuple[float, str]:
-    """(factor, label) with which a value in this unit is shown: angles in degrees, speeds in km/h."""
-    return _SHOWN.get(unit, (1.0, unit.replace("**2", "²").replace("**3", "³").replace("*", "·")))
 
 
 def bracketed(title: str, label: str) -> str:

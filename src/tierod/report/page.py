@@ -16,12 +16,13 @@ from tierod.report.charts.histograms import histogram_figure
 from tierod.report.charts.loops import loop_figure
 from tierod.report.charts.over_time import estimate_figures, innovation_figure, result_figure, signal_figure
 from tierod.report.deciding import deciding
-from tierod.report.display import date, duration, evidence, instant, interval, number, share, shown, words
+from tierod.report.display import date, duration, evidence, instant, interval, number, share, words
 from tierod.report.elements import COLUMNS, rows
 from tierod.report.gauge import gauge
 from tierod.report.html import chart_script, library, looks, moment, template
 from tierod.report.series import packed_series, series_script
 from tierod.report.status import appearance, overall
+from tierod.shown import shown, written
 from tierod.timestamps import CALENDAR
 
 LATEST = 2.5e11
@@ -141,7 +142,7 @@ def _quality_row(row: Any) -> dict[str, Any]:
 def _parameter_row(row: tuple[str, float, str, float | None, str]) -> tuple[str, str, str, str, str]:
     name, value, unit, spread, source = row
     # Parameters stay in SI, as in the vehicle file: an angle in degrees would not be found there again.
-    label = unit.replace("**2", "²").replace("*", "·")
+    label = written(unit)
     return words(name), number(value, 5), label, "" if spread is None else number(spread, 3), source
 
 

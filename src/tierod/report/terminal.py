@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 from tierod.findings import Diagnosis, Finding
 from tierod.report.deciding import deciding
-from tierod.report.display import evidence, instant, interval, number, shown, words
+from tierod.report.display import evidence, instant, interval, number, words
 from tierod.report.elements import COLUMNS, rows
 from tierod.report.status import appearance, overall
+from tierod.shown import shown
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -11,6 +10,7 @@ import numpy as np
 from tierod.graph import Result
 from tierod.monitors.condition.kinds.catalogue import DELAY, DRIFT, GAIN, LOSS, NOISE, OFFSET, OUTLIER, STUCK
 from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS
+from tierod.shown import in_words
 from tierod.signals import SIGNALS
 
 LARGEST_LEAD = 20.0
@@ -159,16 +159,7 @@ def shown(value: float, unit: str) -> str:
         value: in the unit
         unit: as in a `Told`
     """
-    degrees = 180.0 / math.pi
-    usual = {
-        "rad": (degrees, "°"),
-        "rad/s": (degrees, "°/s"),
-        "rad/s**2": (degrees, "°/s²"),
-        "m/s": (3.6, "km/h"),
-        "percent": (1.0, "%"),
-    }
-    factor, label = usual.get(unit, (1.0, unit.replace("**2", "²").replace("*", "·")))
-    return f"{factor * value:.3g} {label}".rstrip()
+    return in_words(value, unit)
 
 
 def listed(names: Sequence[str], word: str = "and") -> str:

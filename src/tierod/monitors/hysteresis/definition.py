@@ -143,7 +143,7 @@ class HysteresisSession:
     def _finding(self, found: HysteresisFriction) -> Finding:
         limits = self._limits
         if limits is None:
-            return self._withheld("the torques are raw counts, not N*m", Status.NOT_IDENTIFIABLE)
+            return self._withheld("the torques are raw counts, not N·m", Status.NOT_IDENTIFIABLE)
         if self.own_level is not None:
             base, name, against = self.own_level.value, "unfaulted", f"{self.own_level.value:.2f} N·m when unfaulted"
             deviation = math.hypot(found.independent_deviation, self.own_level.deviation)

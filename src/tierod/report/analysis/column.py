@@ -20,7 +20,8 @@ from tierod.models.steering_column import ColumnParameters
 from tierod.recording import Recording
 from tierod.report.analysis.column_measured import Measured, measured_column
 from tierod.report.analysis.subjects import Analysis
-from tierod.report.display import number, shown, words
+from tierod.report.display import number, words
+from tierod.shown import shown
 from tierod.studies.column.bode import DRAWN, measured_chart, reduced_chart
 from tierod.studies.content import Chart, Heading, Table
 from tierod.vehicles import Vehicle

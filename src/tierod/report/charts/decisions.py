@@ -25,7 +25,8 @@ from tierod.report.charts.figure import (
 )
 from tierod.report.charts.over_time import since_marks, span
 from tierod.report.deciding import alarm_from
-from tierod.report.display import bracketed, number, shown, time_scale, words
+from tierod.report.display import bracketed, number, time_scale, words
+from tierod.shown import shown
 
 Limit = tuple[float, bool]
 """A threshold, and whether the rule acts below it."""

@@ -25,7 +25,8 @@ from tierod.report.charts.figure import (
     summary,
 )
 from tierod.report.charts.over_time import span
-from tierod.report.display import INTERVAL, bracketed, instant, shown, time_scale, words
+from tierod.report.display import INTERVAL, bracketed, instant, time_scale, words
+from tierod.shown import shown
 
 STATE, SUPPLIED, DEVIATION = "state_of_", "supplied_", "deviation_of_supplied_"
 """Beginnings of the traces that are drawn here."""

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from tierod.findings import Diagnosis, Trace
-from tierod.report.display import number, shown, words
+from tierod.report.display import number, words
+from tierod.shown import shown
 
 BLUE, GREY, GREEN, AMBER, RED, TEXT, GRID = "#1d5fa8", "#64748b", "#17692f", "#8a5a00", "#b3261e", "#1e293b", "#e2e8f0"
 

@@ -29,7 +29,8 @@ from tierod.report.charts.figure import (
     summary,
 )
 from tierod.report.charts.first_range import first_range
-from tierod.report.display import INTERVAL, bracketed, number, shown, time_scale, words
+from tierod.report.display import INTERVAL, bracketed, number, time_scale, words
+from tierod.shown import shown
 from tierod.signals import SIGNALS
 
 DEVIATION = "_standard_deviation"
