@@ -1,6 +1,5 @@
 """What inspection says of a recording is what a diagnosis then does."""
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -67,7 +66,13 @@ def changed(whole, name, change):
     return whole.with_channels([replace(whole[name], values=change(whole[name].values))])
 
 
-@pytest.mark.parametrize(("name", "change"), list(itertools.product(RECORDINGS, CHANGES)))
+CASES = [
+    *((name, change) for name in ("drive", "motor") for change in CHANGES),
+    *((name, change) for name in ("column", "by wire") for change in ("as it is", "raw counts")),
+]
+
+
+@pytest.mark.parametrize(("name", "change"), CASES)
 def test_inspection_refuses_what_a_diagnosis_refuses(recorded, name, change):
     whole, car = CHANGES[change](recorded(name)), load(RECORDINGS[name][2])
     for monitor in MONITORS.values():

@@ -49,6 +49,10 @@ def _refusal(monitor: Monitor, variant: Variant, vehicle: Vehicle | None, whole:
             session, start = opened(suited, variant, vehicle), whole.span[0]
             age = suited.maximum_age
             session.refuse(whole.align(session.signals, suited.rate, maximum_age=age, start=start, stop=start + SEEN))
+            # A test that no channel tells of is known by its end only; it is short.
+            if monitor.condition:
+                session.absorb(whole.align(session.signals, suited.rate, maximum_age=age))
+                session.conclude()
     except TierodError as error:
         return str(error)
     return ""
