@@ -1,8 +1,11 @@
 """What tests read in a page."""
 
+import base64
 import json
 import re
 from html.parser import HTMLParser
+
+from tierod.decimation import Packed, unpack
 
 
 class Page(HTMLParser):
@@ -36,3 +39,12 @@ class Page(HTMLParser):
 def charts(text):
     found = re.findall(r'<script type="application/json" class="figure">(.*?)</script>', text, re.DOTALL)
     return {chart["name"]: chart for chart in map(json.loads, found)}
+
+
+def series(text):
+    """The traces that a page holds packed, by name."""
+    found = re.search(r'<script type="application/json" id="series">(.*?)</script>', text, re.DOTALL)
+    return {
+        name: unpack(Packed(name, "", **{**head, "data": base64.b64decode(head["data"])}))
+        for name, head in json.loads(found[1]).items()
+    }

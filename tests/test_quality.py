@@ -43,11 +43,11 @@ def test_absent_channel():
     ("values", "expected"),
     [
         (np.full(len(TIME), np.nan), "every sample is missing"),
-        (np.full(len(TIME), 0.25), "constant at 0.25 throughout"),
-        (60.0 * np.sin(TIME), "looks like degrees"),
+        (np.full(len(TIME), 0.25), "constant at 14.3239 °/s throughout"),
+        (60.0 * np.sin(TIME), "leaves the plausible"),
         (np.clip(np.sin(TIME), -0.7, 0.7), "saturated"),
         (np.where(TIME % 10.0 < 1.0, np.nan, np.sin(TIME)), "10 % of the samples are missing"),
-        (np.round(np.sin(TIME), 1), "coarse: 21 distinct values, 0.1 rad/s apart"),
+        (np.round(np.sin(TIME), 1), "coarse: 21 distinct values, 5.73 °/s apart"),
     ],
 )
 def test_remarks_on_values(values, expected):
@@ -157,3 +157,28 @@ def test_straight_driving_says_nothing():
     noise = {name: turns(name, 0.0, 0.001) for name in ("yaw_rate", "lateral_acceleration")}
     assert sign_warnings(Recording(noise)) == ()
     assert sign_warnings(Recording({})) == ()
+
+
+def test_a_wheel_that_comes_to_rest_is_not_saturated():
+    angle = 2.0 * np.sin(0.5 * TIME)
+    peak = int(np.argmax(angle))
+    wait = np.insert(angle, peak, np.full(200, angle[peak]))[: len(TIME)]
+    assert "saturated" not in remarks(np.round(wait, 4))
+    assert "saturated" in remarks(np.round(np.clip(angle, -2.0, 1.2), 4))
+
+
+def test_a_unit_that_somebody_gave_is_not_guessed_again():
+    degrees = Channel("yaw_rate", TIME, 60.0 * np.sin(TIME), "rad/s")
+    told = " ".join(channel_quality(degrees).remarks)
+    assert "check sensor, unit and factor" in told
+    assert "looks like" not in told
+    assumed = " ".join(channel_quality(degrees.noted("unit not given, taken as rad/s")).remarks)
+    assert "looks like degrees: check the unit" in assumed
+
+
+def test_remarks_have_the_units_of_the_tables():
+    told = " ".join(channel_quality(Channel("yaw_rate", TIME, 60.0 * np.sin(TIME), "rad/s")).remarks)
+    assert "°/s" in told
+    assert "rad" not in told
+    torque = " ".join(channel_quality(Channel("driver_torque", TIME, np.round(np.sin(TIME), 1), "N*m")).remarks)
+    assert "0.1 N·m apart" in torque

@@ -1,10 +1,32 @@
-"""Long time series in bounded memory: lowest, highest and mean value of every bin, so that nothing is hidden."""
+"""Long time series in bounded memory: lowest, highest and mean value of every bin, so that nothing is hidden.
+
+A `Decimator` makes a trace, as fine as memory allows; `merged` and `coarser` make levels of it for less room; `pack`
+makes a level small enough for a page or a store, and `unpack` a trace again.
+"""
 
 from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from tierod.findings import Trace
+
+MEMORY = 2**20
+"""Bins of all traces of a recording together, 32 bytes each."""
+
+OVERVIEW = 4000
+"""Points of a trace that are enough to see all of it at once."""
+
+MISSING = 0
+"""Code of a bin without a sample in a packed trace."""
+
+
+def bins_each(traces: int) -> int:
+    """Bins of one of so many traces, at the least once they are full: a power of two, 16 384 for 30 traces."""
+    return 1 << max(MEMORY // (2 * max(traces, 1)), 1).bit_length() - 1
 
 
 class Decimator:
@@ -68,3 +90,106 @@ class Decimator:
         self._upper = self._upper.reshape(-1, 2).max(axis=1)
         self._sum, self._count = (old.reshape(-1, 2).sum(axis=1) for old in (self._sum, self._count))
         self._width *= 2.0
+
+
+def coarser(trace: Trace, step: int) -> Trace:
+    """The trace with `step` neighbouring bins merged into one; nothing is hidden."""
+    if step <= 1:
+        return trace
+    pad = -len(trace.time) % step
+    lower, upper, mean = (
+        np.pad(np.asarray(part, float), (0, pad), constant_values=np.nan).reshape(-1, step)
+        for part in (trace.lower, trace.upper, trace.mean)
+    )
+    seen = np.isfinite(mean)
+    count = seen.sum(axis=1)
+    none = count == 0
+    total = np.where(seen, mean, 0.0).sum(axis=1)
+    return Trace(
+        trace.name,
+        trace.unit,
+        np.asarray(trace.time)[::step],
+        np.where(none, np.nan, np.where(seen, lower, np.inf).min(axis=1)),
+        np.where(none, np.nan, np.where(seen, upper, -np.inf).max(axis=1)),
+        np.divide(total, count, out=np.full(len(count), np.nan), where=~none),
+    )
+
+
+def merged(trace: Trace, points: int = OVERVIEW) -> Trace:
+    """The trace with neighbouring bins merged until there are no more than `points`."""
+    return coarser(trace, -(-len(trace.time) // points))
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A trace in whole numbers, compressed.
+
+    Args:
+        name, unit: of the trace
+        start: left edge of the first bin [s]
+        width: of a bin [s]
+        count: of the bins
+        lowest: value of the code 1 [unit]
+        step: value from one code to the next [unit]
+        data: mean, highest less mean, and mean less lowest code of every bin, the mean as its change, in zigzag; of all
+            numbers the low bytes, then the high ones; zlib
+    """
+
+    name: str
+    unit: str
+    start: Annotated[float, "s"]
+    width: Annotated[float, "s"]
+    count: int
+    lowest: float
+    step: float
+    data: bytes
+
+
+def bin_width(trace: Trace) -> float:
+    """Width of the bins [s]; 0 where there are fewer than two."""
+    time = np.asarray(trace.time, float)
+    return float(time[-1] - time[0]) / (len(time) - 1) if len(time) > 1 else 0.0
+
+
+def pack(trace: Trace, bits: int = 16) -> Packed | None:
+    """The trace packed; None where its bins differ in width.
+
+    Args:
+        trace: as `Decimator` or `coarser` gives it
+        bits: of a code, 2 to 16: values are rounded to the range of the trace over 2**bits
+    """
+    time = np.asarray(trace.time, float)
+    width, count = bin_width(trace), len(time)
+    start = float(time[0]) if count else 0.0
+    if count > 1 and not np.all(np.abs(time - start - width * np.arange(count)) < 0.01 * width):
+        return None
+    lower, upper, mean = (np.asarray(part, float) for part in (trace.lower, trace.upper, trace.mean))
+    seen = np.isfinite(mean)
+    low, high = (float(np.min(lower[seen])), float(np.max(upper[seen]))) if seen.any() else (0.0, 0.0)
+    most = 2**bits - 1
+    # A range that rounding makes of one value is none; halves keep the widest range finite.
+    step = max(high / (most - 1) - low / (most - 1), 1e-12 * max(abs(low), abs(high))) or 1.0
+
+    def code(values: np.ndarray) -> np.ndarray:
+        known = np.where(seen, values, low)
+        return np.where(seen, np.clip(np.round(known / step - low / step) + 1.0, 1, most), MISSING).astype(int)
+
+    least, middle, greatest = code(lower), code(mean), code(upper)
+    middle = np.clip(middle, least, greatest)
+    change = (np.diff(middle, prepend=0) + 2**15) % 2**16 - 2**15
+    numbers = np.concatenate([(change << 1) ^ (change >> 15), greatest - middle, middle - least]).astype("<u2")
+    data = zlib.compress(numbers.view(np.uint8).reshape(-1, 2).T.tobytes(), 6)
+    return Packed(trace.name, trace.unit, start, width, count, low, step, data)
+
+
+def unpack(packed: Packed) -> Trace:
+    """The trace that was packed, its values rounded to the steps of the codes."""
+    places = np.frombuffer(zlib.decompress(packed.data), np.uint8).astype(int)
+    low, high = places.reshape(2, -1)
+    turned, above, below = (low + 256 * high).reshape(3, -1)
+    middle = np.cumsum((turned >> 1) ^ -(turned & 1)) % 2**16
+    lower, upper, mean = (
+        np.where(middle == MISSING, np.nan, packed.lowest + packed.step * (codes - 1.0))
+        for codes in (middle - below, middle + above, middle)
+    )
+    return Trace(packed.name, packed.unit, packed.start + packed.width * np.arange(packed.count), lower, upper, mean)

@@ -61,6 +61,7 @@ class Finding:
         cause: why the status is what it is
         action: what to do
         warnings: what a reader of the verdict must know (wrong sign suspected, torque in raw counts, ...)
+        decided_by: names of the decisions that raised the alarm; empty without one
     """
 
     monitor: str
@@ -72,6 +73,7 @@ class Finding:
     cause: str = ""
     action: str = ""
     warnings: tuple[str, ...] = ()
+    decided_by: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -177,8 +179,11 @@ class Decided:
     Args:
         name, distance, rule, false_alarms, source: in words
         statistic: trace that the rule compares; "" where there is none
-        levels: thresholds in the unit of that trace
+        levels: thresholds in the unit of that trace, or of what is looked at once
         curve: of its design; None without one
+        below: whether the rule acts below its levels; else it acts above positive ones and below negative ones
+        reached: what came furthest over the recording, or the value that one look saw; None where neither is known
+        passed: time [s] at which a level was first passed; None where none was, or where one looks once
     """
 
     name: str
@@ -189,6 +194,9 @@ class Decided:
     statistic: str = ""
     levels: tuple[float, ...] = ()
     curve: Curve | None = None
+    below: bool = False
+    reached: float | None = None
+    passed: float | None = None
 
 
 @dataclass(frozen=True)

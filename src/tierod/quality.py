@@ -10,6 +10,7 @@ import numpy as np
 
 from tierod.findings import ChannelQuality
 from tierod.recording import Channel, Recording
+from tierod.shown import in_words
 from tierod.signals import SIGNALS
 from tierod.timestamps import longest_run
 
@@ -66,9 +67,10 @@ def channel_quality(channel: Channel, limits: QualityLimits = LIMITS) -> Channel
     gap = float(np.diff(time[good]).max()) if len(seen) > 1 else float("nan")
     missing = 1.0 - len(seen) / len(values) if len(values) else 1.0
     least, most = (float(seen.min()), float(seen.max())) if len(seen) else (float("nan"), float("nan"))
+    assumed = assumes_unit(channel.note)
     remarks = [
         *_rate_remarks(time, gap, len(seen), limits),
-        *figure_remarks(channel.name, channel.unit, missing, gap, mean_rate(time), (least, most), limits),
+        *figure_remarks(channel.name, channel.unit, missing, gap, mean_rate(time), (least, most), assumed, limits),
         *_value_remarks(channel, seen, limits),
     ]
     if channel.note:
@@ -94,6 +96,7 @@ def figure_remarks(
     gap: float,
     mean: float,
     extremes: tuple[float, float],
+    assumed: bool,
     limits: QualityLimits = LIMITS,
 ) -> list[str]:
     """The remarks that follow from figures alone, so that they can be made again for several pieces together.
@@ -104,6 +107,7 @@ def figure_remarks(
         gap: its longest gap [s]
         mean: its mean rate [Hz]
         extremes: its least and greatest value [unit]
+        assumed: whether nobody says its unit, so that the one of the signal was taken
         limits: when a figure deserves a remark
     """
     if missing == 1.0 or not np.isfinite(extremes).all():
@@ -113,7 +117,12 @@ def figure_remarks(
         remarks.append(f"{100.0 * missing:.3g} {_MISSING}")
     if gap > max(limits.gap, 3.0 / mean if mean > 0.0 else 0.0):
         remarks.append(f"{_GAP} {gap:.3g} s" if gap < 1000.0 else f"{_GAP} {gap:.0f} s")
-    return remarks + _range_remark(name, unit, *extremes)
+    return remarks + _range_remark(name, unit, *extremes, assumed)
+
+
+def assumes_unit(note: str) -> bool:
+    """Whether a note says that a file gives no unit, and that of the signal was taken."""
+    return "unit not given" in note
 
 
 def follows_from_figures(remark: str) -> bool:
@@ -149,24 +158,30 @@ def _value_remarks(channel: Channel, seen: np.ndarray, limits: QualityLimits) ->
         return []
     least, most = seen.min(), seen.max()
     if least == most:
-        return [f"constant at {least:z.6g} throughout" if len(seen) > 1 else "holds a single sample"]
+        value = in_words(least, channel.unit, 6)
+        return [f"constant at {value} throughout" if len(seen) > 1 else "holds a single sample"]
     remarks = []
     remarks += _saturation_remark(channel, seen, limits)
     values = np.unique(seen)
     if len(values) < limits.steps:
-        remarks.append(f"coarse: {len(values)} distinct values, {np.diff(values).min():.3g} {channel.unit} apart")
+        apart = in_words(float(np.diff(values).min()), channel.unit)
+        remarks.append(f"coarse: {len(values)} distinct values, {apart} apart")
     return remarks
 
 
-def _range_remark(name: str, unit: str, least: float, most: float) -> list[str]:
+def _range_remark(name: str, unit: str, least: float, most: float, assumed: bool) -> list[str]:
     known = SIGNALS.get(name)
     if known is None or known.unit != unit or least == most:
         return []
     low, high = known.plausible
     if low <= least and most <= high:
         return []
-    reason = "; looks like degrees" if known.unit.startswith("rad") else ""
-    return [f"{least:.4g} to {most:.4g} {known.unit} {_PLAUSIBLE} {low:g} to {high:g}{reason}: check the unit"]
+    first, last, lower, upper = (in_words(value, unit, 4) for value in (least, most, low, high))
+    # A unit that the file or the map says is not guessed again.
+    advice = "check sensor, unit and factor"
+    if assumed:
+        advice = "looks like degrees: check the unit" if unit.startswith("rad") else "check the unit"
+    return [f"{first} to {last} {_PLAUSIBLE} {lower} to {upper}; {advice}"]
 
 
 def _saturation_remark(channel: Channel, seen: np.ndarray, limits: QualityLimits) -> list[str]:
@@ -175,9 +190,28 @@ def _saturation_remark(channel: Channel, seen: np.ndarray, limits: QualityLimits
     remarks = []
     for end, extreme in (("upper", float(seen.max())), ("lower", float(seen.min()))):
         run = longest_run(seen == extreme)
-        if run >= needed and extreme != 0.0 and _is_clipped(seen, extreme):
-            remarks.append(f"saturated: {run} samples in a row at the {end} end, {extreme:.4g} {channel.unit}")
+        if run >= needed and extreme != 0.0 and _is_clipped(seen, extreme) and _stops_at(seen, extreme, run, rate):
+            remarks.append(f"saturated: {run} samples in a row at the {end} end, {in_words(extreme, channel.unit, 4)}")
     return remarks
+
+
+def _stops_at(seen: np.ndarray, extreme: float, run: int, rate: float) -> bool:
+    """Whether the longest run at the extreme begins and ends at the pace at which the signal moves elsewhere.
+
+    What comes to rest there slows down before it and starts slowly; what is cut off does neither.
+    """
+    width = max(round(APPROACH * rate), 1) if rate > 0.0 else 1
+    moves = np.abs(seen[width:] - seen[:-width])
+    moving = moves[moves > 0.0]
+    if not len(moving):
+        return False
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], seen == extreme, [False])).astype(int)))
+    starts, stops = edges[::2], edges[1::2]
+    first = int(starts[np.argmax(stops - starts >= run)])
+    last = first + run - 1
+    ends = [abs(seen[first - width] - extreme)] if first >= width else []
+    ends += [abs(seen[last + width] - extreme)] if last + width < len(seen) else []
+    return bool(ends) and min(ends) >= 0.5 * float(np.median(moving))
 
 
 def _is_clipped(seen: np.ndarray, extreme: float) -> bool:
@@ -187,6 +221,9 @@ def _is_clipped(seen: np.ndarray, extreme: float) -> bool:
         counts = counts[::-1]
     return bool(counts[-1] > 4 * counts[-4:-1].max(initial=1))
 
+
+APPROACH = 0.1
+"""Seconds before and after a rest at the extreme over which the pace is taken: a hand stops a wheel in 0.3 s."""
 
 COMPARED = 3600.0
 """Seconds from the beginning whose signs are compared: a sign does not change, and memory must stay bounded."""

@@ -22,7 +22,7 @@ def piece(start: float, top: float = 30.0) -> tuple[np.ndarray, np.ndarray]:
 def test_the_range_is_that_of_all_pieces_and_told_once():
     assert remarks(piece(0.0)) == []
     (remark,) = remarks(piece(0.0, 100.0), piece(60.0), piece(120.0, 120.0))
-    assert remark.startswith("10 to 120 m/s leaves the plausible")
+    assert remark.startswith("36 km/h to 432 km/h leaves the plausible")
 
 
 def test_the_longest_gap_is_told_wherever_it_lies():

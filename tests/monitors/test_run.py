@@ -215,12 +215,12 @@ def test_a_dead_channel_is_refused(healthy, values, sentence):
 def test_degrees_taken_for_radians_are_told_beside_the_verdict(healthy):
     wrong = changed(healthy, "yaw_rate", values=np.degrees(healthy["yaw_rate"].values))
     warnings = diagnose(wrong, "midsize-eps").findings[0].warnings
-    assert any(warning.startswith("yaw_rate: ") and "looks like degrees" in warning for warning in warnings)
+    assert any(warning.startswith("yaw_rate: ") and "leaves the plausible" in warning for warning in warnings)
 
 
 @pytest.mark.parametrize("name", ["driver_torque", "steering_wheel_angle"])
 def test_raw_counts_are_never_taken_for_a_unit(healthy, name):
-    unit = healthy[name].unit.replace("*", "[*]")
+    unit = healthy[name].unit.replace("*", "·")
     with pytest.raises(InputError, match=f"{name} is in raw counts, but the vehicle 'midsize-eps' needs {unit}; give"):
         diagnose(changed(healthy, name, unit="count"), "midsize-eps")
 

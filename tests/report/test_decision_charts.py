@@ -6,7 +6,15 @@ import pytest
 from diagnosis_examples import friction_fault, trace
 from report_pages import Page, charts
 from tierod.findings import Curve, Decided
-from tierod.report.charts.decisions import decision_figure, design_figures, statistics
+from tierod.report.charts.decisions import (
+    decision_figure,
+    design_figures,
+    looks_figure,
+    quiet_figure,
+    statistics,
+    telling,
+)
+from tierod.report.deciding import deciding
 from tierod.report.page import render
 
 TIME = np.arange(0.0, 100.0)
@@ -34,9 +42,11 @@ def diagnosis():
 
 
 def test_rules_that_share_a_statistic_share_a_strip(diagnosis):
-    assert statistics(diagnosis) == {"excess": (1.0, -1.0)}
+    assert statistics(diagnosis) == {"excess": [(1.0, False), (-1.0, True)]}
     figure = decision_figure(diagnosis)
-    assert sorted(shape["y0"] for shape in figure.layout["shapes"]) == [-1.0, 1.0]
+    across = [shape["y0"] for shape in figure.layout["shapes"] if shape["yref"] == "y"]
+    assert sorted(across) == [-1.0, 1.0]
+    assert [shape["x0"] for shape in figure.layout["shapes"] if shape["yref"] == "paper"] == [1811.0 / 60.0]
 
 
 def test_the_alarm_is_marked_where_the_statistic_is_beyond(diagnosis):
@@ -68,3 +78,34 @@ def test_the_page_tells_every_rule(diagnosis):
 
 def test_a_page_without_decisions_has_no_such_section():
     assert "How it was decided" not in render(friction_fault())
+
+
+def test_what_decided_stands_first_and_what_stayed_quiet_is_folded_away(diagnosis):
+    quiet = trace("calm", "", TIME, np.zeros(100))
+    decisions = (
+        dataclasses.replace(decision("calm", "calm", (1.0,)), reached=0.0),
+        dataclasses.replace(decision("on", "excess", (1.0,)), reached=1.5, passed=61.0),
+    )
+    finding = dataclasses.replace(diagnosis.findings[0], decided_by=("on",))
+    known = dataclasses.replace(
+        diagnosis, findings=(finding,), traces={**diagnosis.traces, "calm": quiet}, decisions=decisions
+    )
+    assert telling(known) == ["excess"]
+    assert {mark["meta"]["series"] for mark in quiet_figure(known).data} == {"calm"}
+    assert deciding(known, finding) == ["On: 1.5, alarm from 1, first at 1 min 1 s"]
+    assert telling(dataclasses.replace(known, findings=(), decisions=decisions[:1])) == ["calm"]
+
+
+def test_what_rules_saw_at_the_end_stands_beside_their_thresholds(diagnosis):
+    decisions = (
+        dataclasses.replace(decision("apart", levels=(4.0, -4.0)), reached=-8.0),
+        dataclasses.replace(decision("covered", levels=(0.8,)), below=True, reached=0.4),
+        dataclasses.replace(decision("fits", levels=(4.0, -4.0)), reached=1.0),
+        decision("unseen", levels=(4.0,)),
+    )
+    bar = looks_figure(dataclasses.replace(diagnosis, decisions=decisions)).data[0]
+    assert bar["y"] == ["Apart", "Covered", "Fits"]
+    assert bar["x"] == [2.0, 2.0, 0.25]
+    assert bar["text"] == ["−8, alarm beyond ±4", "0.4, alarm below 0.8", "1, alarm beyond ±4"]
+    assert len(set(bar["marker"]["color"])) == 2
+    assert looks_figure(friction_fault()) is None

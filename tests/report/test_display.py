@@ -3,7 +3,8 @@ import math
 import pytest
 
 from tierod.findings import Estimate
-from tierod.report.display import duration, evidence, interval, number, share, shown, time_scale, words
+from tierod.report.display import duration, evidence, interval, number, share, time_scale, words
+from tierod.shown import shown
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,6 +15,7 @@ if TYPE_CHECKING:
     from tierod.findings import ChannelQuality
     from tierod.monitors.session import Monitor
     from tierod.recording import Recording
+    from tierod.vehicles import Vehicle
 
 _SHOWN = 40
 """Channels without a canonical name that are listed without --all."""
@@ -35,18 +38,21 @@ def inspect(
         whole = _read(recording, dbc, channel_map, vehicle)
         advance(1.0)
     from tierod.derive import complete
+    from tierod.monitors.inspection import refusals
     from tierod.monitors.registry import MONITORS
     from tierod.quality import channel_quality, sign_warnings
     from tierod.turns import turn_warnings
 
+    car = _vehicle(whole, vehicle)
+    reasons = {name: refusals(monitor, car, whole) for name, monitor in MONITORS.items()}
     whole = complete(whole)
     quality = [channel_quality(channel) for channel in whole.channels.values()]
     warnings = (*whole.warnings, *sign_warnings(whole), *turn_warnings(whole))
-    lacks = {name: fewest_obstacles(monitor, {row.name: row for row in quality}) for name, monitor in MONITORS.items()}
     if json:
-        print_json(_document(whole, quality, warnings, lacks))
+        print_json(_document(whole, quality, warnings, reasons))
     else:
-        _show(whole, quality, warnings, lacks, every)
+        _show(whole, quality, warnings, reasons, every)
+        _say_which_vehicle(car)
 
 
 def _read(path: Path, dbc: list[Path] | None, channel_map: Path | None, vehicle: str | None) -> Recording:
@@ -58,45 +64,22 @@ def _read(path: Path, dbc: list[Path] | None, channel_map: Path | None, vehicle:
     return read(path, dbc=databases, channel_map=channel_map or (car.channel_map if car else None))
 
 
-def fewest_obstacles(monitor: Monitor, quality: dict[str, ChannelQuality]) -> list[str]:
-    """Those of the default, or of another variant that a diagnosis would take in its place.
+def _vehicle(whole: Recording, name: str | None) -> Vehicle | None:
+    """The vehicle as which a diagnosis would judge the recording: the one given, or the one that it names."""
+    from tierod.errors import TierodError
+    from tierod.monitors.named_vehicle import vehicle_named_in
+    from tierod.vehicles import load
 
-    Args:
-        monitor: with the signals and the rate that it needs
-        quality: by name of the channel
-    """
-    found = obstacles(monitor, quality)
-    others = [monitor.needing(each) for each in monitor.variants.values()] if monitor.default else []
-    return found if all(obstacles(each, quality) for each in others) else []
-
-
-def obstacles(monitor: Monitor, quality: dict[str, ChannelQuality]) -> list[str]:
-    """Why a monitor cannot run on channels of this quality; empty where it can.
-
-    Args:
-        monitor: with the signals and the rate that it needs
-        quality: by name of the channel
-    """
-    from tierod.monitors.quality_over_chunks import FEWEST
-
-    found = []
-    for name in monitor.required:
-        row = quality.get(name)
-        if row is None:
-            found.append(f"{name} is missing")
-        elif row.missing_share >= 1.0:
-            found.append(f"{name} holds no values")
-        elif row.samples < FEWEST:
-            found.append(f"{name} has too few samples ({row.samples})")
-        elif row.minimum == row.maximum:
-            found.append(f"{name} is constant at {row.minimum:g}")
-        elif row.rate < monitor.minimum_rate:
-            found.append(f"{name} comes at {row.rate:.3g} Hz; {monitor.minimum_rate:g} Hz are needed")
-    return found
+    if name is not None:
+        return load(name)
+    try:
+        return load(vehicle_named_in(whole, None, None))
+    except TierodError:
+        return None
 
 
 def _document(
-    whole: Recording, quality: list[ChannelQuality], warnings: tuple[str, ...], lacks: dict[str, list[str]]
+    whole: Recording, quality: list[ChannelQuality], warnings: tuple[str, ...], reasons: dict[str, Mapping[str, str]]
 ) -> dict[str, Any]:
     import dataclasses
 
@@ -104,21 +87,31 @@ def _document(
     from tierod.writers.layout import plain
 
     return {
-        "schema": "tierod.inspection/1",
+        "schema": "tierod.inspection/2",
         "metadata": plain(whole.metadata),
         "start": whole.span[0],
         "end": whole.span[1],
         "channels": [dataclasses.asdict(row) for row in quality],
         "warnings": list(warnings),
         "monitors": [
-            {"name": name, "can_run": not lack, "condition": MONITORS[name].condition, "obstacles": lack}
-            for name, lack in lacks.items()
+            {
+                "name": name,
+                "can_run": any(not reason for reason in each.values()),
+                "condition": MONITORS[name].condition,
+                "obstacles": _obstacles(MONITORS[name], each),
+                "variants": [{"name": variant, "obstacle": reason} for variant, reason in each.items()],
+            }
+            for name, each in reasons.items()
         ],
     }
 
 
 def _show(
-    whole: Recording, quality: list[ChannelQuality], warnings: tuple[str, ...], lacks: dict[str, list[str]], every: bool
+    whole: Recording,
+    quality: list[ChannelQuality],
+    warnings: tuple[str, ...],
+    reasons: dict[str, Mapping[str, str]],
+    every: bool,
 ) -> None:
     from rich.text import Text
 
@@ -143,23 +136,52 @@ def _show(
             for line in lines:
                 console.print(Text(f"  - {line}"))
     console.print("\n[bold]Monitors[/bold]")
-    for name, lack in lacks.items():
-        console.print(Text(f"  {name}: {'cannot run' if lack else _can_run(MONITORS[name])}"))
-        for obstacle in lack:
+    for name, each in reasons.items():
+        lack = _obstacles(MONITORS[name], each)
+        console.print(Text(f"  {name}: {'cannot run' if lack else _can_run(MONITORS[name], each)}"))
+        # Other variants than the default lack as much, or they would run in its place.
+        for obstacle in dict.fromkeys(map(_short, lack[:1] if MONITORS[name].default else lack)):
             console.print(Text(f"    - {obstacle}"))
-    if any(lacks.values()):
+    if any(_obstacles(MONITORS[name], each) for name, each in reasons.items()):
         messages().print("Signals under other names need a channel map: --map map.toml; see docs/recordings.md")
 
 
-def _can_run(monitor: Monitor) -> str:
-    """That it can run, on what condition, and whether a variant must be chosen."""
+def _obstacles(monitor: Monitor, reasons: Mapping[str, str]) -> list[str]:
+    """Why no variant runs, the default's reason first and each reason once; empty where one would."""
+    if not all(reasons.values()):
+        return []
+    return list(dict.fromkeys(reasons[name] for name in sorted(reasons, key=lambda name: name != monitor.default)))
+
+
+def _short(reason: str) -> str:
+    """A reason without the advice that stands behind it: there is one for all monitors beneath the list."""
+    return re.split(r"; did you mean|; known: |; none of the|\\. (?=[A-Z])", reason)[0].rstrip(".")
+
+
+def _can_run(monitor: Monitor, reasons: Mapping[str, str]) -> str:
+    """That it can run, on what condition, as which variant, and whether one must be chosen."""
+    from tierod.monitors.inspection import taken
+
+    free = taken(monitor, reasons)
     condition = f" if {monitor.condition}" if monitor.condition else ""
-    choice = "" if monitor.default else f"; choose --variant {' or '.join(monitor.variants)}"
-    return f"can run{condition}{choice}"
+    if monitor.default is None:
+        return f"can run{condition}; choose --variant {' or '.join(free)}"
+    alone = "" if len(free) == len(reasons) else f", as {', '.join(free)} only"
+    return f"can run{condition}{alone}"
+
+
+def _say_which_vehicle(car: Vehicle | None) -> None:
+    """What the list of monitors rests on."""
+    if car is None:
+        text = "no vehicle is named, so only signals were looked at; --vehicle looks at its parameters too"
+    else:
+        text = f"looked at as the vehicle {car.name}; --vehicle takes another"
+    messages().print(text, soft_wrap=True, markup=False)
 
 
 def _cells(row: ChannelQuality) -> tuple[str, ...]:
-    from tierod.report.display import number, share, shown
+    from tierod.report.display import number, share
+    from tierod.shown import shown
 
     factor, label = shown(row.unit)
     figures = (number(row.rate, 4), share(row.missing_share), number(row.longest_gap, 3))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tierod.cli.terminal import output, print_json, rows
+from tierod.shown import written
 
 if TYPE_CHECKING:
     from tierod.monitors.decision import Decision
@@ -78,7 +79,7 @@ def _show(monitor: Monitor) -> None:
     )
     console.print("\n[bold]Signals[/bold]")
     signals = [
-        (name, use, SIGNALS[name].unit, SIGNALS[name].meaning)
+        (name, use, written(SIGNALS[name].unit), SIGNALS[name].meaning)
         for use, names in (("needed", monitor.required), ("helps", _measured(monitor.optional)))
         for name in names
     ]

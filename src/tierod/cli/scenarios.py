@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tierod.cli.terminal import output, print_json, rows
+from tierod.shown import written
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -140,7 +141,9 @@ def _car(name: str, as_json: bool) -> None:
     parts = [(place, part, ", ".join(known[place])) for place, part in told["parts"].items()]
     console.print(rows(("part", "is", "can be"), parts))
     console.print()
-    cells = [(each["name"], f"{each['value']:.6g}", each["unit"], each["source"]) for each in told["parameters"]]
+    cells = [
+        (each["name"], f"{each['value']:.6g}", written(each["unit"]), each["source"]) for each in told["parameters"]
+    ]
     console.print(rows(("parameter", "value", "unit", "source"), cells, right=(1,)))
 
 
@@ -158,6 +161,6 @@ def _course(name: str, as_json: bool) -> None:
     if told["source"]:
         console.print(Text(told["source"]))
     console.print(Text(f"\nA {told['kind']} of {told['duration']:.6g} s"))
-    cells = [(each["name"], f"{each['value']:.6g}", each["unit"]) for each in told["parameters"]]
+    cells = [(each["name"], f"{each['value']:.6g}", written(each["unit"])) for each in told["parameters"]]
     if cells:
         console.print(rows(("parameter", "value", "unit"), cells, right=(1,)))

@@ -95,8 +95,14 @@ def _show(scenario: Scenario, outcome: Outcome, path: Path, took: float) -> None
     )
     console.print(f"look into it with: {shlex.join(['tierod', 'inspect', str(path)])}", soft_wrap=True, markup=False)
     if scenario.vehicle:
-        judge = shlex.join(["tierod", "diagnose", str(path), "--vehicle", scenario.vehicle])
-        console.print(f"judge it with: {judge}", soft_wrap=True, markup=False)
+        console.print(f"go on with: {shlex.join(_next(scenario, path))}", soft_wrap=True, markup=False)
+
+
+def _next(scenario: Scenario, path: Path) -> list[str]:
+    """The command that the run is for: the words of the scenario, with the recording before their options."""
+    words = scenario.next_command.split() or ["diagnose"]
+    options = next((place for place, word in enumerate(words) if word.startswith("--")), len(words))
+    return ["tierod", *words[:options], str(path), "--vehicle", scenario.vehicle, *words[options:]]
 
 
 def _window(window: Any) -> tuple[str, ...]:

@@ -116,6 +116,7 @@ def _print(claims: Sequence[Claim]) -> None:
 
     from tierod.content import Table
     from tierod.report.display import number
+    from tierod.shown import written
 
     words = {True: "yes", False: "**no**", None: ""}
     rows = tuple(
@@ -124,7 +125,7 @@ def _print(claims: Sequence[Claim]) -> None:
             claim.printed if isinstance(claim.printed, str) else _told_or_nothing(claim.printed),
             number(claim.figure),
             "" if claim.goal is None else str(claim.goal),
-            claim.unit,
+            written(claim.unit),
             words[claim.met],
         )
         for claim in claims

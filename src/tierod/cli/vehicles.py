@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tierod.cli.terminal import output, print_json, rows
+from tierod.shown import written
 
 if TYPE_CHECKING:
     from tierod.vehicles import Vehicle
@@ -67,7 +68,7 @@ def _document(vehicle: Vehicle) -> dict[str, Any]:
 def _list(found: list[Vehicle]) -> None:
     console = output()
     console.print(
-        rows(("vehicle", "what it is", "torques in"), [(v.name, v.description, v.torque_unit) for v in found])
+        rows(("vehicle", "what it is", "torques in"), [(v.name, v.description, written(v.torque_unit)) for v in found])
     )
     console.print(
         "\nShow one with 'tierod vehicles NAME'; begin your own with 'tierod vehicles NAME --toml > car.toml'."
@@ -82,7 +83,7 @@ def _show(vehicle: Vehicle) -> None:
     for title, lines in (("Good for", vehicle.good_for), ("Not good for", vehicle.not_good_for)):
         console.print(f"\n[bold]{title}[/bold]", *(Text(f"  - {line}") for line in lines), sep="\n")
     cells = [
-        (name, f"{value:.6g}", "" if spread is None else f"{spread:.6g}", unit, source)
+        (name, f"{value:.6g}", "" if spread is None else f"{spread:.6g}", written(unit), source)
         for name, value, unit, spread, source in vehicle.rows()
     ]
     console.print()

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 from tierod.errors import ParameterError
@@ -17,8 +18,20 @@ SIZES = 25
 """Points of a curve of chances."""
 
 
-def decided(decisions: Iterable[Decision], session: Any) -> tuple[Decided, ...]:
-    """What a report tells of the decisions that a session takes; those of parts that the vehicle lacks are left out."""
+def decided(
+    decisions: Iterable[Decision],
+    session: Any,
+    reached: Mapping[str, float] = MappingProxyType({}),
+    passed: Mapping[str, float] = MappingProxyType({}),
+) -> tuple[Decided, ...]:
+    """What a report tells of the decisions that a session takes; those of parts that the vehicle lacks are left out.
+
+    Args:
+        decisions: of the variant
+        session: that takes them
+        reached: how far each came, by name
+        passed: when each was first beyond its threshold [s], by name
+    """
     return tuple(
         Decided(
             each.name,
@@ -27,8 +40,11 @@ def decided(decisions: Iterable[Decision], session: Any) -> tuple[Decided, ...]:
             each.false_alarms_told,
             each.source,
             each.statistic,
-            each.levels,
+            each.levels_in(session),
             curve_of(each),
+            each.below,
+            reached.get(each.name),
+            passed.get(each.name),
         )
         for each in decisions
         if each.part_of(session) is not None

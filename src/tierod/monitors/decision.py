@@ -72,7 +72,9 @@ class Decision:
         unit: "h", or "recording" or "car" for a rule that looks once at each
         design: from which the threshold follows; None where there is no statistic to design with
         statistic: trace of the report that the rule compares; "" where there is none
-        levels: thresholds in the unit of that trace
+        levels: thresholds in the unit of that trace, or of the value that one look at a recording sees
+        level: where a session has the threshold, attribute by attribute, where the vehicle file gives it; "" elsewhere
+        below: whether the rule acts below its levels; else it acts above positive ones and below negative ones
     """
 
     name: str
@@ -86,6 +88,18 @@ class Decision:
     design: RuleDesign | None = None
     statistic: str = ""
     levels: tuple[float, ...] = ()
+    level: str = ""
+    below: bool = False
+
+    def levels_in(self, session: Any) -> tuple[float, ...]:
+        """The thresholds in effect in a session."""
+        if self.level:
+            return (float(attrgetter(self.level)(session)),)
+        if self.statistic or isinstance(self.rule, OwnRule) or self.levels:
+            return self.levels
+        # One look at a recording: the threshold of the rule itself.
+        sides = {"upper": (1.0,), "lower": (-1.0,)}.get(self.rule.sides, (1.0, -1.0))
+        return tuple(side * self.rule.threshold for side in sides)
 
     @property
     def rule_told(self) -> str:

@@ -11,6 +11,7 @@ from tierod.errors import InputError
 from tierod.findings import ChannelQuality
 from tierod.quality import (
     COMPARED,
+    assumes_unit,
     channel_quality,
     figure_remarks,
     follows_from_figures,
@@ -19,6 +20,7 @@ from tierod.quality import (
     too_slow,
 )
 from tierod.recording import Channel, Recording
+from tierod.shown import in_words
 from tierod.turns import turn_warnings
 
 REDUCED_RATE = 10.0
@@ -118,8 +120,8 @@ class QualityOverChunks:
                 )
             if row.minimum == row.maximum:
                 raise InputError(
-                    f"{name} is constant at {row.minimum:g} {row.unit} throughout; check the sensor and the channel "
-                    "map, or give a recording in which the vehicle is driven"
+                    f"{name} is constant at {in_words(row.minimum, row.unit)} throughout; check the sensor and the "
+                    "channel map, or give a recording in which the vehicle is driven"
                 )
 
     def _merge(self, name: str, piece: Recording) -> None:
@@ -146,6 +148,7 @@ def _merged(old: ChannelQuality, new: ChannelQuality, old_span: float, new_span:
     missing = (old.samples * old.missing_share + new.samples * new.missing_share) / samples
     gap = float(np.fmax(np.fmax(old.longest_gap, new.longest_gap), pause))
     extremes = float(np.fmin(old.minimum, new.minimum)), float(np.fmax(old.maximum, new.maximum))
+    assumed = any(assumes_unit(remark) for remark in (*old.remarks, *new.remarks))
     mean = samples / (old_span + new_span) if old_span + new_span > 0.0 else np.nan
     return dataclasses.replace(
         old,
@@ -155,7 +158,7 @@ def _merged(old: ChannelQuality, new: ChannelQuality, old_span: float, new_span:
         longest_gap=gap,
         minimum=extremes[0],
         maximum=extremes[1],
-        remarks=(*figure_remarks(old.name, old.unit, missing, gap, mean, extremes), *_remarks(old, new)),
+        remarks=(*figure_remarks(old.name, old.unit, missing, gap, mean, extremes, assumed), *_remarks(old, new)),
     )
 
 

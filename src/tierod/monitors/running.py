@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tierod import __version__
-from tierod.decimation import Decimator
+from tierod.decimation import Decimator, bins_each
 from tierod.derive import complete, ingredients
 from tierod.errors import InputError, ParameterError
 from tierod.findings import Diagnosis, Finding, Trace
@@ -20,6 +20,7 @@ from tierod.monitors.judged_time import JudgedTime
 from tierod.monitors.named_vehicle import other_vehicle
 from tierod.monitors.over_time import OverTime
 from tierod.monitors.own_level import OwnLevel, refuse_foreign
+from tierod.monitors.passing import Passing
 from tierod.monitors.pieces import CHUNK, OVERLAP, joined
 from tierod.monitors.quality_over_chunks import QualityOverChunks
 from tierod.monitors.sample_digest import SampleDigest
@@ -63,7 +64,7 @@ class Run:
         self.monitor, self.variant, self.vehicle = monitor, variant, vehicle
         if own_level is not None:
             refuse_foreign(own_level, vehicle.name, f"{monitor.name}, {variant.name}")
-        self.session: Session = _opened(monitor, variant, vehicle, own_level)
+        self.session: Session = opened(monitor, variant, vehicle, own_level)
         self.feed = _feed(memory, vehicle, monitor) if memory else None
         self._digest = SampleDigest(_common(monitor))
         self.kept = kept
@@ -76,13 +77,14 @@ class Run:
         self._judged = JudgedTime(monitor.required, monitor.rate)
         self._defects = InputDefects(self._stuck.names)
         self.needs = tuple(dict.fromkeys((*used, *self._stuck.beside)))
+        self._passing = Passing(variant.decisions, self.session)
         self._before: Recording | None = None
         self._start: float | None = None
         self._steps = 0
         self._silence, self._paced = Silence(), False
         self._metadata: dict[str, Any] = {}
         units = dict.fromkeys(self.session.signals, "") | dict(self.session.traces)
-        self._traces = {name: Decimator(name, unit) for name, unit in units.items()}
+        self._traces = {name: Decimator(name, unit, bins_each(len(units))) for name, unit in units.items()}
 
     def add(self, piece: Recording) -> None:
         """The next piece of the recording.
@@ -125,6 +127,8 @@ class Run:
         )
 
     def _absorb(self, aligned: Aligned, whole: Recording) -> None:
+        if not self._steps:
+            self.session.refuse(aligned)
         self._steps += len(aligned.time)
         usable = self._stuck.without(aligned, whole)
         self._judged.add(usable)
@@ -136,6 +140,7 @@ class Run:
             self.feed.add(aligned, self.monitor.rate)
         if self.kept:
             self.kept.add(aligned.time, shown)
+        self._passing.add(aligned.time, shown)
         for name, values in shown.items():
             self._traces[name].add(aligned.time, values)
 
@@ -185,7 +190,12 @@ class Run:
             remarks=dict(conclusion.remarks),
             quality=self._quality.rows(),
             parameters=(*self.vehicle.rows(), *conclusion.parameters),
-            decisions=decided(self.variant.decisions, self.session),
+            decisions=decided(
+                self.variant.decisions,
+                self.session,
+                {**self._passing.reached, **conclusion.distances},
+                self._passing.passed,
+            ),
             recording=self._metadata | {"duration_s": self._steps / self.monitor.rate, "start_s": self._start},
             vehicle={
                 "name": self.vehicle.name,
@@ -234,7 +244,12 @@ def _common(monitor: Monitor) -> set[str]:
     return set.intersection(*(set(ingredients([*each.required, *each.optional])) for each in own))
 
 
-def _opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: OwnLevel | None) -> Session:
+def opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: OwnLevel | None = None) -> Session:
+    """The session of a variant for a vehicle.
+
+    Raises:
+        ParameterError: the variant cannot run with this vehicle
+    """
     try:
         return variant.open(vehicle, monitor.rate, own_level)
     except ParameterError as error:

@@ -43,6 +43,7 @@ class Conclusion:
         code_courses: the same for single trouble codes by name, of a monitor that tells several faults apart
         elements: state of every sensor and actuator, of a monitor that judges several
         defects: of its input signals, over the whole drive
+        distances: by the name of a decision that looks once at a recording, what it saw
     """
 
     finding: Finding
@@ -57,6 +58,7 @@ class Conclusion:
     code_courses: Mapping[str, tuple[StatusChange, ...]] = field(default_factory=dict)
     elements: tuple[Element, ...] = ()
     defects: tuple[Defect, ...] = ()
+    distances: Mapping[str, float] = field(default_factory=dict)
 
 
 class Session(Protocol):
@@ -67,6 +69,13 @@ class Session(Protocol):
 
     traces: Mapping[str, str]
     """What a report shows over time beside the signals: name -> unit."""
+
+    def refuse(self, aligned: Aligned) -> None:
+        """Refuse a recording that it cannot judge, from its first piece; called before the first `absorb`.
+
+        Raises:
+            InputError: signals come too slowly together, or one that only this vehicle or variant needs is missing
+        """
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
@@ -97,6 +106,9 @@ class BlockSession(ABC):
         self._outputs = {name: output for output, (name, _) in traces.items()}
         self._running = running
         self._memory: Memory | None = None
+
+    def refuse(self, aligned: Aligned) -> None:  # noqa: B027  # most blocks judge whatever has their signals
+        """Refuse a recording that it cannot judge, from its first piece."""
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""

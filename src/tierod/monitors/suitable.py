@@ -7,17 +7,18 @@ from tierod.errors import InputError, nearest
 from tierod.monitors.named_vehicle import made_with
 from tierod.monitors.session import Monitor
 from tierod.recording import Recording
+from tierod.shown import written
 from tierod.signals import SIGNALS
 from tierod.units import COUNT
 from tierod.vehicles import Vehicle
 
 
-def refuse_unsuitable(monitor: Monitor, vehicle: Vehicle, piece: Recording) -> None:
+def refuse_unsuitable(monitor: Monitor, vehicle: Vehicle | None, piece: Recording) -> None:
     """Refuse a recording without a signal that the monitor needs, or with one in counts where a torque is needed.
 
     Args:
         monitor: what judges
-        vehicle: whose torques may be counts
+        vehicle: whose torques may be counts; None where nobody has named one
         piece: the first one of the recording, with all derived signals
 
     Raises:
@@ -27,8 +28,8 @@ def refuse_unsuitable(monitor: Monitor, vehicle: Vehicle, piece: Recording) -> N
     if missing:
         strangers = [name for name in piece.names if name not in SIGNALS]
         near = nearest(missing[0], strangers) if strangers else "."
-        other = made_with(piece.metadata, vehicle.name)
-        if other is not None:
+        other = None if vehicle is None else made_with(piece.metadata, vehicle.name)
+        if vehicle is not None and other is not None:
             raise InputError(
                 f"the monitor '{monitor.name}' needs {', '.join(missing)}, which the recording does not have; it was "
                 f"made with the vehicle '{other}', not with '{vehicle.name}': judge it with --vehicle {other}"
@@ -38,7 +39,8 @@ def refuse_unsuitable(monitor: Monitor, vehicle: Vehicle, piece: Recording) -> N
             f"recording does not have{near} {_in_their_place(monitor, missing)}Give a channel map that names it; "
             "'tierod inspect' shows what the recording has"
         )
-    _refuse_counts(monitor, vehicle, piece)
+    if vehicle is not None:
+        _refuse_counts(monitor, vehicle, piece)
 
 
 def _refuse_counts(monitor: Monitor, vehicle: Vehicle, piece: Recording) -> None:
@@ -48,8 +50,8 @@ def _refuse_counts(monitor: Monitor, vehicle: Vehicle, piece: Recording) -> None
         if piece[name].unit == COUNT and (vehicle.calibrated or not torque):
             other = ', or torque_unit = "count" in the vehicle file' if torque else ""
             raise InputError(
-                f"{name} is in raw counts, but the vehicle '{vehicle.name}' needs {SIGNALS[name].unit}; "
-                f"give unit and factor (the {SIGNALS[name].unit} of one count) in the channel map{other}"
+                f"{name} is in raw counts, but the vehicle '{vehicle.name}' needs {written(SIGNALS[name].unit)}; "
+                f"give unit and factor (the {written(SIGNALS[name].unit)} of one count) in the channel map{other}"
             )
 
 

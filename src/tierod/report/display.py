@@ -8,16 +8,7 @@ import re
 from typing import Any
 
 from tierod.findings import Estimate
-
-_SHOWN = {
-    "rad": (180.0 / math.pi, "°"),
-    "rad/s": (180.0 / math.pi, "°/s"),
-    "rad/s**2": (180.0 / math.pi, "°/s²"),
-    "m/s": (3.6, "km/h"),
-    "count": (1.0, "counts"),
-    "percent": (1.0, "%"),
-    "": (1.0, ""),
-}
+from tierod.shown import shown
 
 _CAPITALS = {"nis", "nees", "eps", "can", "rms", "dbc", "csv", "mf4"}
 
@@ -37,11 +28,6 @@ _ENDINGS = {
 
 INTERVAL = 1.96
 """Standard deviations on each side that hold 95 % of a normal distribution."""
-
-
-def shown(unit: str) -> tuple[float, str]:
-    """(factor, label) with which a value in this unit is shown: angles in degrees, speeds in km/h."""
-    return _SHOWN.get(unit, (1.0, unit.replace("**2", "²").replace("**3", "³").replace("*", "·")))
 
 
 def bracketed(title: str, label: str) -> str:
@@ -89,6 +75,19 @@ def duration(seconds: float | None) -> str:
     return " ".join(parts)
 
 
+def instant(seconds: float | None) -> str:
+    """A moment of a recording [s] to a hundredth of a second, in the units of a clock."""
+    if seconds is None or not math.isfinite(seconds):
+        return "–"
+    hundredths = round(100.0 * seconds)
+    if abs(hundredths) < 6000:
+        return f"{number(hundredths / 100.0, 6)} s"
+    minutes, rest = divmod(hundredths, 6000)
+    hours, minutes = divmod(minutes, 60)
+    parts = [f"{hours} h"] * bool(hours) + [f"{minutes} min"] * bool(minutes)
+    return " ".join([*parts, f"{number(rest / 100.0, 6)} s"])
+
+
 def date(seconds: float) -> str:
     """A calendar time that counts from 1970 [s], in universal time."""
     moment = datetime.datetime.fromtimestamp(seconds, datetime.UTC)
@@ -131,5 +130,6 @@ def evidence(name: str, value: Any) -> tuple[str, str]:
             return words(name[: -len(ending) - 1]), f"{number(value * factor)} {label}"
     stem, _, ending = name.rpartition("_")
     if ending == "seconds" or (stem and ending == "s"):
-        return words(stem or "duration"), duration(value)
+        told = instant if stem.endswith(("from", "at")) else duration
+        return words(stem or "duration"), told(value)
     return words(name), share(value) if ending == "share" else number(value)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from tierod.decimation import merged
 from tierod.findings import ChannelQuality, Diagnosis, Element, Estimate, Finding, Trace
 from tierod.report.display import INTERVAL
 from tierod.report.status import overall
@@ -38,7 +39,7 @@ def document(diagnosis: Diagnosis, series: bool) -> str:
         ],
     }
     if series:
-        content["traces"] = {name: _trace(trace) for name, trace in diagnosis.traces.items()}
+        content["traces"] = {name: _trace(merged(trace)) for name, trace in diagnosis.traces.items()}
         content["histograms"] = {
             name: {"edges": edges, "counts": counts} for name, (edges, counts) in diagnosis.histograms.items()
         }
@@ -66,7 +67,8 @@ def plain(value: Any) -> Any:
 
 
 def _finding(finding: Finding) -> dict[str, Any]:
-    content = {field.name: getattr(finding, field.name) for field in dataclasses.fields(finding)}
+    names = [field.name for field in dataclasses.fields(finding) if field.name != "decided_by"]
+    content = {name: getattr(finding, name) for name in names}
     return content | {"estimate": _estimate(finding.estimate)}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from tierod.findings import Element, Episode
-from tierod.report.display import duration, interval, words
+from tierod.report.display import instant, interval, words
 from tierod.report.status import Appearance, appearance
 
 COLUMNS = ("sensor or actuator", "state", "fault", "from", "to", "size", "replaced by", "code")
@@ -55,8 +55,8 @@ def rows(element: Element) -> list[ElementRow]:
                 looks,
                 element.status if first else "",
                 _fault(episode),
-                duration(episode.start) if episode.start > 0.0 else "start",
-                "end" if episode.end is None else duration(episode.end),
+                instant(episode.start) if episode.start > 0.0 else "start",
+                "end" if episode.end is None else instant(episode.end),
                 _size(episode),
                 element.substitute if first else "",
                 element.trouble_code if first else "",

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from tierod.diagnosis.entry import FreezeFrame
 from tierod.diagnosis.fault_memory import FaultMemory
-from tierod.report.display import number, shown
+from tierod.report.display import number
+from tierod.shown import shown
 from tierod.signals import SIGNALS
 
 if TYPE_CHECKING:

@@ -7,7 +7,8 @@ from html import escape
 
 from tierod.findings import Estimate
 from tierod.report.charts.figure import BLUE, level_colour
-from tierod.report.display import INTERVAL, interval, number, shown, words
+from tierod.report.display import INTERVAL, interval, number, words
+from tierod.shown import shown
 
 _WIDTH, _MARGIN = 640.0, 14.0
 _ROW = 26.0

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
+from collections.abc import Collection
 from datetime import datetime
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from tierod.report.charts.figure import Figure
+from tierod.report.charts.figure import Figure, drawn_from
 
 TEMPLATES = Path(__file__).parent / "templates"
+
+LIBRARY = "plotly-cartesian.min.js.gz"
+"""Of plotly.js what draws in a plane: a third of the whole."""
 
 
 @cache
@@ -31,20 +36,35 @@ def looks() -> dict[str, str]:
     """Style and script of every page, as its template takes them."""
     return {
         "style": (TEMPLATES / "report.css").read_text(encoding="utf-8"),
-        "script": (TEMPLATES / "report.js").read_text(encoding="utf-8"),
+        "script": "".join((TEMPLATES / name).read_text(encoding="utf-8") for name in ("series.js", "report.js")),
     }
 
 
 def library() -> str:
-    """The source of the charting library, which goes into the page: it opens without network."""
-    from plotly.offline import get_plotlyjs
-
-    return get_plotlyjs()
+    """The charting library, packed, which goes into the page: it opens without network."""
+    return base64.b64encode((Path(__file__).parent / "library" / LIBRARY).read_bytes()).decode("ascii")
 
 
-def chart_script(figure: Figure) -> str:
-    """A chart as the JSON that the page's script draws."""
-    content = {"name": figure.name, "timed": figure.timed, "data": figure.data, "layout": figure.layout}
+def chart_script(figure: Figure, packed: Collection[str] = ()) -> str:
+    """A chart as the JSON that the page's script draws.
+
+    Args:
+        figure: the chart
+        packed: names of the series that the page holds packed, whose points the chart need not hold
+    """
+    data = [
+        _without_points(mark) if drawn_from(mark) and drawn_from(mark) <= set(packed) else mark for mark in figure.data
+    ]
+    return script_json({"name": figure.name, "timed": figure.timed, "data": data, "layout": figure.layout})
+
+
+def _without_points(mark: dict[str, Any]) -> dict[str, Any]:
+    points = ("x", "z", "text") if mark["type"] == "heatmap" else ("x", "y")
+    return {key: value for key, value in mark.items() if key not in points}
+
+
+def script_json(content: Any) -> str:
+    """Content as JSON that may stand in a script element."""
     # A "<" in the text of a name must not end the script element that holds it.
     return json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 

@@ -13,6 +13,7 @@ from tierod.identification.column_result import ColumnIdentification, Found, Sho
 from tierod.report.display import number
 from tierod.report.html import chart_script, library, looks, moment, template
 from tierod.report.study_page import sections
+from tierod.shown import written
 from tierod.vehicles.catalogue import QUANTITIES
 
 _POINTS = 4000
@@ -79,7 +80,7 @@ def found_table(found: Sequence[Found], beyond: str = "") -> Table:
             number(each.deviation, 2),
             f"{number(each.low, 5)} to {number(each.high, 5)}",
             f"{100.0 * each.change:+.2f} %".replace("-", "−") if np.isfinite(each.change) else "–",
-            QUANTITIES[each.name].unit.replace("**2", "²").replace("*", "·"),
+            written(QUANTITIES[each.name].unit),
             each.method,
         )
         for each in found

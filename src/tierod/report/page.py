@@ -9,17 +9,20 @@ from pathlib import Path
 from typing import Any
 
 from tierod.findings import Diagnosis, Finding
-from tierod.report.charts.decisions import decision_figure, design_figures
+from tierod.report.charts.decisions import decision_figure, design_figures, looks_figure, quiet_figure
 from tierod.report.charts.elements import state_figure, substitute_figures
-from tierod.report.charts.figure import Figure
+from tierod.report.charts.figure import Figure, drawn_from
 from tierod.report.charts.histograms import histogram_figure
 from tierod.report.charts.loops import loop_figure
 from tierod.report.charts.over_time import estimate_figures, innovation_figure, result_figure, signal_figure
-from tierod.report.display import date, duration, evidence, interval, number, share, shown, words
+from tierod.report.deciding import deciding
+from tierod.report.display import date, duration, evidence, instant, interval, number, share, words
 from tierod.report.elements import COLUMNS, rows
 from tierod.report.gauge import gauge
 from tierod.report.html import chart_script, library, looks, moment, template
+from tierod.report.series import packed_series, series_script
 from tierod.report.status import appearance, overall
+from tierod.shown import shown, written
 from tierod.timestamps import CALENDAR
 
 LATEST = 2.5e11
@@ -38,6 +41,7 @@ class Verdict:
     interval: str
     gauge: str
     evidence: list[tuple[str, str]]
+    deciding: list[str]
 
 
 def render(diagnosis: Diagnosis) -> str:
@@ -51,17 +55,22 @@ def render(diagnosis: Diagnosis) -> str:
         "innovations": innovation_figure(diagnosis),
         "results": result_figure(diagnosis),
         "decisions": decision_figure(diagnosis),
+        "looks": looks_figure(diagnosis),
+        "quiet": quiet_figure(diagnosis),
         "designs": design_figures(diagnosis),
         "signals": signal_figure(diagnosis),
     }
+    drawn = _all(figures)
+    packed = packed_series(diagnosis.traces, sorted(set().union(*(drawn_from(m) for f in drawn for m in f.data))))
     return template("report.html.j2").render(
         diagnosis=diagnosis,
         status=overall(diagnosis),
-        verdicts=[verdict(finding) for finding in diagnosis.findings],
+        verdicts=[verdict(diagnosis, finding) for finding in diagnosis.findings],
         elements=[row for element in diagnosis.elements for row in rows(element)],
         element_columns=COLUMNS,
         figures=figures,
-        charts=[chart_script(figure) for figure in _all(figures)],
+        charts=[chart_script(figure, packed) for figure in drawn],
+        series=series_script(packed),
         quality=[_quality_row(row) for row in diagnosis.quality],
         parameters=[_parameter_row(row) for row in diagnosis.parameters if not _is_tuning(row)],
         tuning=[_parameter_row(row) for row in diagnosis.parameters if _is_tuning(row)],
@@ -75,13 +84,14 @@ def render(diagnosis: Diagnosis) -> str:
         recording=_facts(diagnosis.recording),
         details=[row for key, value in diagnosis.recording.items() if _is_nested(value) for row in _flat(key, value)],
         vehicle=_facts(diagnosis.vehicle),
-        library=library() if _all(figures) else "",
+        library=library() if drawn else "",
         **looks(),
     )
 
 
-def verdict(finding: Finding) -> Verdict:
+def verdict(diagnosis: Diagnosis, finding: Finding) -> Verdict:
     """A finding in words and figures."""
+    decisive = [_sentence(told) for told in deciding(diagnosis, finding)]
     looks = appearance(finding.status)
     value = spread = picture = ""
     if finding.estimate is not None:
@@ -97,8 +107,8 @@ def verdict(finding: Finding) -> Verdict:
         action=_sentence(finding.action),
         warnings=tuple(map(_sentence, finding.warnings)),
     )
-    since = "" if finding.since is None else f"at {duration(finding.since)}" if finding.since > 0.0 else "at the start"
-    return Verdict(finding, looks.symbol, looks.kind, since, value, spread, picture, figures)
+    since = "" if finding.since is None else f"at {instant(finding.since)}" if finding.since > 0.0 else "at the start"
+    return Verdict(finding, looks.symbol, looks.kind, since, value, spread, picture, figures, decisive)
 
 
 def _sentence(text: str) -> str:
@@ -132,7 +142,7 @@ def _quality_row(row: Any) -> dict[str, Any]:
 def _parameter_row(row: tuple[str, float, str, float | None, str]) -> tuple[str, str, str, str, str]:
     name, value, unit, spread, source = row
     # Parameters stay in SI, as in the vehicle file: an angle in degrees would not be found there again.
-    label = unit.replace("**2", "²").replace("*", "·")
+    label = written(unit)
     return words(name), number(value, 5), label, "" if spread is None else number(spread, 3), source
 
 

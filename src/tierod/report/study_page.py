@@ -12,6 +12,7 @@ from tierod.report.charts.figure import Figure
 from tierod.report.charts.study import study_figure
 from tierod.report.display import number
 from tierod.report.html import chart_script, library, looks, moment, template
+from tierod.shown import written
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ def _groups(titles: Mapping[str, str], claims: Sequence[Claim]) -> list[tuple[st
 
 def _row(claim: Claim) -> dict[str, Any]:
     symbol, told, kind = _VERDICTS[claim.met]
-    unit = claim.unit.replace("**2", "²").replace("*", "·")
+    unit = written(claim.unit)
     return {
         "id": claim.id,
         "claim": claim.claim,

@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from tierod.findings import Diagnosis, Finding
-from tierod.report.display import duration, evidence, interval, number, shown, words
+from tierod.report.deciding import deciding
+from tierod.report.display import evidence, instant, interval, number, words
 from tierod.report.elements import COLUMNS, rows
 from tierod.report.status import appearance, overall
+from tierod.shown import shown
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -22,7 +24,7 @@ def show(diagnosis: Diagnosis, console: Console) -> None:
             f"[{appearance(overall(diagnosis)).style}]{overall(diagnosis)}[/]: no monitor ran on this recording"
         )
     for finding in diagnosis.findings:
-        _finding(finding, console)
+        _finding(diagnosis, finding, console)
     if diagnosis.elements:
         _elements(diagnosis, console)
     told = {warning for finding in diagnosis.findings for warning in finding.warnings}
@@ -51,7 +53,7 @@ def _elements(diagnosis: Diagnosis, console: Console) -> None:
     console.print(table)
 
 
-def _finding(finding: Finding, console: Console) -> None:
+def _finding(diagnosis: Diagnosis, finding: Finding, console: Console) -> None:
     from rich.markup import escape
     from rich.table import Table
 
@@ -60,21 +62,22 @@ def _finding(finding: Finding, console: Console) -> None:
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     table.add_column(style="dim", no_wrap=True)
     table.add_column(overflow="fold")
-    for name, text in _rows(finding):
+    for name, text in _rows(diagnosis, finding):
         table.add_row(escape(name), escape(text))
     console.print(table)
 
 
-def _rows(finding: Finding) -> list[tuple[str, str]]:
+def _rows(diagnosis: Diagnosis, finding: Finding) -> list[tuple[str, str]]:
     rows = [("monitor", finding.monitor)]
     if finding.since is not None:
-        rows.append(("change began", duration(finding.since) if finding.since > 0.0 else "at the start"))
+        rows.append(("change began", instant(finding.since) if finding.since > 0.0 else "at the start"))
     if finding.estimate is not None:
         value, low, high, unit = interval(finding.estimate)
         factor, _ = shown(finding.estimate.unit)
         rows.append((finding.estimate.quantity, f"{value} {unit}  (95 %: {low} to {high})"))
         levels = ", ".join(f"{words(n).lower()} {number(v * factor, 3)}" for n, v in finding.estimate.reference.items())
         rows += [("judged against", f"{levels} {unit}")] if levels else []
+    rows += [("decided by", told) for told in deciding(diagnosis, finding)]
     rows += [(title, text) for title, text in (("why", finding.cause), ("what to do", finding.action)) if text]
     rows += [("to know", warning) for warning in finding.warnings]
     return rows + [(name.lower(), text) for name, text in (evidence(*each) for each in finding.evidence.items())]

@@ -24,7 +24,15 @@ def sound(seconds=10.0):
     untold = np.full(no.shape, np.nan)
     gated = no[:, : len(SENSORS)].copy()
     return np.arange(count) * PERIOD, Said(
-        no.copy(), no.copy(), ~no, np.zeros(no.shape), untold.copy(), untold.copy(), gated, no[:, 0].copy()
+        no.copy(),
+        no.copy(),
+        ~no,
+        np.zeros(no.shape),
+        untold.copy(),
+        untold.copy(),
+        gated,
+        no[:, 0].copy(),
+        np.zeros(count),
     )
 
 

@@ -29,7 +29,8 @@ def sound():
 
 def failing(values):
     found = scan(ElectricalChecks(4.0), np.column_stack([values[name] for name in ElectricalSample._fields]))
-    return {name: int(np.argmax(found[name])) for name in ElectricalAlarms._fields if found[name].any()}
+    flags = {name: found[f"alarms.{name}"] for name in ElectricalAlarms._fields}
+    return {name: int(np.argmax(flag)) for name, flag in flags.items() if flag.any()}
 
 
 def test_sound_signals_pass():

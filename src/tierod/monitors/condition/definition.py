@@ -13,7 +13,7 @@ from tierod.monitors.condition.residuals.parameters import ResidualParameters
 from tierod.monitors.condition.rolling_bank import rolling_bank
 from tierod.monitors.condition.rule_monitor import rule_monitor
 from tierod.monitors.condition.said import said_by_bank, said_by_rules
-from tierod.monitors.condition.session import Car, ConditionSession, filtered_by_bank
+from tierod.monitors.condition.session import EVIDENCE, Car, ConditionSession, filtered_by_bank
 from tierod.monitors.condition.signals import ConditionSample
 from tierod.monitors.condition.structure import rolls
 from tierod.monitors.condition.vehicle_bank import bank_of
@@ -27,6 +27,8 @@ PAPER = (
     "vehicle, Sensors 23 (2023)"
 )
 
+_BANK_DECIDES, _RULES_DECIDE = "fault of a sensor or actuator", "symptom of a residual"
+"""Names of the decisions by which faults are declared."""
 
 _MOTION = (
     "the vehicle file tells nothing of torques and forces of the steering and the drives: wheel speeds, yaw rate and "
@@ -40,10 +42,11 @@ def _bank(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Conditio
         car = Car(replace(vehicle.parameters_for(RollingCar.Parameters), sample_time=1.0 / rate), _MOTION)
         bank = rolling_bank(vehicle, sample_time=1.0 / rate)
         return ConditionSession(
-            "condition, bank", bank, said_by_bank, filtered_by_bank, vehicle, rate, calibrated=False, car=car
+            "condition, bank", bank, said_by_bank, filtered_by_bank, vehicle, rate, False, _BANK_DECIDES, car
         )
     bank, calibrated = bank_of(vehicle, 1.0 / rate), has_own_limits(vehicle)
-    return ConditionSession("condition, bank", bank, said_by_bank, filtered_by_bank, vehicle, rate, calibrated)
+    said = said_by_bank, filtered_by_bank
+    return ConditionSession("condition, bank", bank, *said, vehicle, rate, calibrated, _BANK_DECIDES)
 
 
 def _rules(name: str) -> Callable[[Vehicle, float, OwnLevel | None], ConditionSession]:
@@ -55,7 +58,8 @@ def _rules(name: str) -> Callable[[Vehicle, float, OwnLevel | None], ConditionSe
         block = rule_monitor(car, calibration_of(vehicle, printed), name, 1.0 / rate)
         calibrated = name_of(printed) in vehicle.thresholds
         # Their models go by sensors that may be at fault too, and nobody has measured what they are off by then.
-        return ConditionSession(f"condition, {name}", block, said_by_rules, None, vehicle, rate, calibrated)
+        said = said_by_rules, None
+        return ConditionSession(f"condition, {name}", block, *said, vehicle, rate, calibrated, _RULES_DECIDE)
 
     return opened
 
@@ -77,7 +81,7 @@ _WIRING = Decision(
 
 _BANK_DECISIONS = (
     Decision(
-        name="fault of a sensor or actuator",
+        name=_BANK_DECIDES,
         distance="log-likelihood ratio of the filter that leaves it out, per sample, means over 0.05 and 0.5 s",
         rule=OwnRule(
             "beyond the vehicle file's limits, 2 nat ahead of all others, 3 samples in a row, 10 for an actuator, "
@@ -97,13 +101,15 @@ _BANK_DECISIONS = (
         demonstrated=Demonstrated(3.0),
         source="tierod.monitors.condition.calibration.limits, "
         "for a vehicle that 'tierod identify thresholds' has calibrated",
+        statistic=EVIDENCE,
+        levels=(2.0,),
     ),
     _WIRING,
 )
 
 _RULE_DECISIONS = (
     Decision(
-        name="symptom of a residual",
+        name=_RULES_DECIDE,
         distance="residual over its threshold of the vehicle file",
         rule=OwnRule(
             "above one; the rule of a fault must hold for 0.1 s; candidates fit to 0.75", {"least_score": 0.75}
@@ -112,6 +118,8 @@ _RULE_DECISIONS = (
         mean_time_between_false_alarms=None,
         demonstrated=None,
         source="thresholds 1.15 times the largest residual of an hour of healthy driving; docs/condition.md",
+        statistic=EVIDENCE,
+        levels=(1.0,),
     ),
     _WIRING,
 )

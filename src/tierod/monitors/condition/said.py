@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -11,7 +10,11 @@ import numpy as np
 from tierod.graph import Result
 from tierod.monitors.condition.kinds.catalogue import DELAY, DRIFT, GAIN, LOSS, NOISE, OFFSET, OUTLIER, STUCK
 from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS
+from tierod.shown import in_words
 from tierod.signals import SIGNALS
+
+LARGEST_LEAD = 20.0
+"""By how much one sample may speak for one hypothesis against another [nat]; without a rival a lead has no end."""
 
 LOST_TORQUE = 100.0
 """Number of the kind "loss of torque" of an actuator, beside the kinds of sensors."""
@@ -26,6 +29,8 @@ class Said(NamedTuple):
         size, deviation: of the fault, see `told`; NaN where none is told
         gated: readings that are too far off to be believed, declared or not, (n, sensors)
         slid: whether the tyres slid, so that nothing could be told, (n,)
+        evidence: what a fault is declared by, (n,): of filters the lead of the likeliest over its rivals [nat per
+            sample], of rules the share that is so of what the best one asks; NaN where nothing is judged
     """
 
     faulty: np.ndarray
@@ -36,6 +41,7 @@ class Said(NamedTuple):
     deviation: np.ndarray
     gated: np.ndarray
     slid: np.ndarray
+    evidence: np.ndarray
 
     def only(self, available: np.ndarray, moving: np.ndarray) -> Said:
         """Without doubts about what is not there to be doubted; a fault that was declared before stays.
@@ -56,7 +62,7 @@ def nothing_said(count: int) -> Said:
         count: of them
     """
     no, untold = np.zeros((count, len(ELEMENTS)), bool), np.full((count, len(ELEMENTS)), np.nan)
-    return Said(no, no, no, np.zeros(no.shape), untold, untold, no[:, : len(SENSORS)], no[:, 0])
+    return Said(no, no, no, np.zeros(no.shape), untold, untold, no[:, : len(SENSORS)], no[:, 0], untold[:, 0])
 
 
 def said_by_bank(result: Result) -> Said:
@@ -81,6 +87,7 @@ def said_by_bank(result: Result) -> Said:
         deviation,
         _columns(result, "decision.gated", SENSORS) > 0.5,
         result["decision.low_grip"] > 0.5,
+        np.minimum(result["decision.lead"], LARGEST_LEAD),
     )
 
 
@@ -95,7 +102,9 @@ def said_by_rules(result: Result) -> Said:
     )
     untold = np.full(testable.shape, np.nan)
     nothing = np.zeros((len(faulty), len(SENSORS)), bool)
-    return Said(faulty, candidates, testable, np.zeros(testable.shape), untold, untold, nothing, nothing[:, 0])
+    fits = np.hstack([_columns(result, "sensor_scores", SENSORS), _columns(result, "actuator_scores", ACTUATORS)])
+    kinds = np.zeros(testable.shape)
+    return Said(faulty, candidates, testable, kinds, untold, untold, nothing, nothing[:, 0], fits.max(axis=1))
 
 
 def _columns(result: Result, group: str, names: tuple[str, ...]) -> np.ndarray:
@@ -150,16 +159,7 @@ def shown(value: float, unit: str) -> str:
         value: in the unit
         unit: as in a `Told`
     """
-    degrees = 180.0 / math.pi
-    usual = {
-        "rad": (degrees, "°"),
-        "rad/s": (degrees, "°/s"),
-        "rad/s**2": (degrees, "°/s²"),
-        "m/s": (3.6, "km/h"),
-        "percent": (1.0, "%"),
-    }
-    factor, label = usual.get(unit, (1.0, unit.replace("**2", "²").replace("*", "·")))
-    return f"{factor * value:.3g} {label}".rstrip()
+    return in_words(value, unit)
 
 
 def listed(names: Sequence[str], word: str = "and") -> str:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from tierod.block import Block
+from tierod.findings import Status
 from tierod.graph import Memory, Result, scan
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.blind import untold
@@ -30,6 +32,8 @@ from tierod.vehicles import Vehicle
 
 MEASURED = (*SENSORS, *ACCELERATIONS)
 """What is read, in the order of the samples."""
+EVIDENCE = "evidence_for_a_fault"
+"""Trace of what a fault is declared by."""
 SLICE = 60_000
 """Samples that are judged at once, lest all outputs of a long piece lie in memory together."""
 FAULT, CANDIDATE, NOT_TESTABLE, SOUND = 1.0, 0.5, 0.25, 0.0
@@ -60,6 +64,7 @@ class ConditionSession:
         vehicle: that is judged
         rate: of the samples [Hz]
         calibrated: whether its limits were designed on this very vehicle
+        decision: by which it declares a fault
         car: what is known of a car whose torques nobody knows; None where the file tells of everything
     """
 
@@ -72,10 +77,12 @@ class ConditionSession:
         vehicle: Vehicle,
         rate: float,
         calibrated: bool,
+        decision: str,
         car: Car | None = None,
     ):
         self.name, self.block, self.vehicle, self.rate, self.calibrated = name, block, vehicle, rate, calibrated
         self.signals: tuple[str, ...] = ConditionSample._fields
+        self.decision = decision
         whole = car is None
         self.reconfiguration = (
             Reconfiguration.of_vehicle(vehicle, 1.0 / rate, calibrated, filters=filtered is not None)
@@ -84,6 +91,7 @@ class ConditionSession:
         )
         self._notes = () if car is None else car.notes
         self.traces: Mapping[str, str] = {
+            EVIDENCE: "",
             **{f"state_of_{each}": "" for each in ELEMENTS},
             **{f"supplied_{each}": SIGNALS[each].unit for each in SENSORS},
             **{f"deviation_of_supplied_{each}": SIGNALS[each].unit for each in SENSORS},
@@ -99,6 +107,9 @@ class ConditionSession:
         self._courses = {each: ElementCourse(each, 1.0 / rate) for each in ELEMENTS}
         self._memory: Memory | None = None
         self._supply: Memory | None = None
+
+    def refuse(self, aligned: Aligned) -> None:
+        """Nothing is refused here: what cannot be judged is told in the finding."""
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
@@ -144,6 +155,7 @@ class ConditionSession:
         supplied = self._supplied(aligned.values, said, filtered)
         self._driven.add_sources(supplied, self.reconfiguration.switchover.graph)
         return {
+            EVIDENCE: said.evidence,
             **{f"state_of_{name}": states[:, place] for place, name in enumerate(ELEMENTS)},
             **{f"supplied_{name}": supplied[f"{name}.value"] for name in SENSORS},
             **{f"deviation_of_supplied_{name}": supplied[f"{name}.deviation"] for name in SENSORS},
@@ -172,6 +184,8 @@ class ConditionSession:
         notes = untold(self.vehicle, missing) if missing and self._read.any() else ()
         told = self.calibrated or bool(self._notes)
         finding = judge(self.name, states, self._driven, problems, lost, interruptions, told, (*self._notes, *notes))
+        if finding.status in (Status.FAULT, Status.SUSPECT):
+            finding = replace(finding, decided_by=(self.decision,))
         sound = {each.name for each in states if each.role == "sensor" and not each.substitute}
         withheld = tuple(f"{what}{name}" for name in sorted(sound) for what in ("supplied_", "deviation_of_supplied_"))
         # What was wired wrongly is nobody's fault, and must fill no fault memory.

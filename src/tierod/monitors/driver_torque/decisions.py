@@ -42,6 +42,10 @@ OFF_DESIGN = RuleDesign(
 holding it asks for 32.4 nats; 33 are taken. Hands that leave give a nat in 10.6 ms (thresholds from 8 to 45)."""
 
 
+COLUMN, INNOVATIONS = "column as the vehicle file says", "innovations as expected"
+"""Names of the decisions whether vehicle file and recording fit each other."""
+
+
 @dataclass(frozen=True)
 class FitRules:
     """The rules that tell whether vehicle file and recording fit each other.
@@ -65,7 +69,20 @@ class FitRules:
 
     def misfit(self, nis: float) -> bool:
         """Whether a mean NIS per measurement is more than that of a column that fits; NaN is not."""
-        return nis > 0.0 and alarms_at(self.above, math.log(nis) / MISFIT_SPREAD)
+        return nis > 0.0 and alarms_at(self.above, misfit(nis))
+
+    def beyond(self, name: str, distance: float) -> bool:
+        """Whether the decision of a name alarms at a distance [standard deviations]."""
+        return alarms_at(self.above if name == INNOVATIONS else self.either, distance)
+
+
+def misfit(nis: float) -> float:
+    """Distance of a mean NIS per measurement from that of a column that fits [standard deviations].
+
+    Args:
+        nis: above zero
+    """
+    return math.log(nis) / MISFIT_SPREAD
 
 
 _BENCHES = "benches that are 2 % off, 10 h and another 2 h (tierod study column)"
@@ -95,7 +112,7 @@ DECISIONS = (
         levels=(-1.0,),
     ),
     Decision(
-        name="column as the vehicle file says",
+        name=COLUMN,
         distance="wheel's and motor's inertia, stiffness, ratio, offset and lag of a signal, each less what is "
         "expected, in standard deviations of sound cars",
         rule=FIT_DESIGN.block(),
@@ -108,7 +125,7 @@ DECISIONS = (
         design=FIT_DESIGN,
     ),
     Decision(
-        name="innovations as expected",
+        name=INNOVATIONS,
         distance="logarithm of the mean NIS per measurement, in standard deviations of columns that fit",
         rule=MISFIT_DESIGN.block(),
         place="rules.above",

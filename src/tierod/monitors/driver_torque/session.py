@@ -20,7 +20,7 @@ from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
 from tierod.monitors.driver_torque.sensor_noise import measured_noise
 from tierod.monitors.driver_torque.signs import SignVerdict, wrong_signs
 from tierod.monitors.driver_torque.stretches import Stretches
-from tierod.monitors.driver_torque.verdict import Drive, judge
+from tierod.monitors.driver_torque.verdict import Drive, distances, judge
 from tierod.monitors.session import BlockSession, Conclusion
 from tierod.recording import Aligned
 from tierod.vehicles import Vehicle
@@ -145,11 +145,12 @@ class DriverTorqueSession(BlockSession):
         unfit = finding.status is Status.SUSPECT
         withheld = (TRUTH,) if told else (TRUTH, *(name for name in self.traces if not (unfit and name == "nis")))
         remarks = {"estimate": WITHHELD if unfit else self._remark if told else ""}
+        seen = distances(drive, self.vehicle) if told or unfit else {}
         if found is None:
-            return Conclusion(finding, remarks=_given(remarks), withheld=withheld)
+            return Conclusion(finding, remarks=_given(remarks), withheld=withheld, distances=seen)
         remarks["consistency"] = SIZED
         figures = {"enabled_samples": float(found.samples), "nis_mean": found.nis}
-        return Conclusion(finding, consistency=figures, remarks=_given(remarks), withheld=withheld)
+        return Conclusion(finding, consistency=figures, remarks=_given(remarks), withheld=withheld, distances=seen)
 
 
 def _given(remarks: dict[str, str]) -> dict[str, str]:

@@ -7,13 +7,16 @@ from typing import Annotated, NamedTuple
 
 from tierod.findings import Estimate, Finding, Status
 from tierod.monitors.driver_torque.decisions import (
+    COLUMN,
     INERTIA_SPREAD,
+    INNOVATIONS,
     LAG_SPREAD,
     MOTOR_INERTIA_SPREAD,
     OFFSET_SPREAD,
     RATIO_SPREAD,
     STIFFNESS_SPREAD,
     FitRules,
+    misfit,
 )
 from tierod.monitors.driver_torque.geometry import ColumnGeometry
 from tierod.monitors.driver_torque.stretches import Stretch
@@ -92,7 +95,11 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules) -> Finding
         action = "correct the vehicle file, or identify the column; if it is right, look for a sensor's gain or delay"
         headline = f"Torque of the driver's hands: withheld; vehicle file and recording do not fit: {cause}."
         notice = ("the torque of the hands, and when they were on the wheel, are withheld",)
-        return Finding(name, Status.SUSPECT, headline, evidence=evidence, cause=cause, action=action, warnings=notice)
+        decided_by = tuple(name for name, distance in distances(drive, vehicle).items() if rules.beyond(name, distance))
+        return Finding(
+            name, Status.SUSPECT, headline, evidence=evidence, cause=cause, action=action, warnings=notice,
+            decided_by=decided_by,
+        )  # fmt: skip
     evidence |= _value(drive)
     estimate = None  # what has no deviation has no interval
     if drive.hand_deviation > 0.0:
@@ -100,6 +107,27 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules) -> Finding
     notices = _notices(drive, vehicle, rules)
     action = "correct the vehicle file before the disturbance torque is used" if notices else "none"
     return Finding(name, Status.HEALTHY, _told(drive), None, estimate, evidence, action=action, warnings=notices)
+
+
+def distances(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
+    """By the name of the decision, how far the recording is from the vehicle file [standard deviations]."""
+    furthest = max(_departures(drive, vehicle).values(), key=abs)
+    innovations = {INNOVATIONS: misfit(drive.nis)} if drive.nis > 0.0 else {}
+    return {COLUMN: furthest} | innovations
+
+
+def _departures(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
+    """How far every value of the column is from that of the vehicle file [standard deviations]."""
+    apart = {"inertia": drive.inertia_error / (INERTIA_SPREAD * vehicle["steering_wheel_inertia"])}
+    if (found := drive.geometry) is None:
+        return apart
+    apart["ratio"] = (found.ratio / vehicle["motor_ratio"] - 1.0) / RATIO_SPREAD
+    apart["lag"] = found.lag / LAG_SPREAD if abs(found.lag) > drive.sample_time else 0.0
+    bar = found.stiffness / vehicle["torsion_bar_stiffness"]
+    apart["stiffness"] = math.log(bar) / STIFFNESS_SPREAD if bar > 0.0 else -math.inf
+    if _zeroed(vehicle):
+        apart["offset"] = (found.torque_offset - drive.torque_offset) / OFFSET_SPREAD
+    return apart
 
 
 def _notices(drive: Drive, vehicle: Vehicle, rules: FitRules) -> tuple[str, ...]:
@@ -162,7 +190,7 @@ def _evidence(drive: Drive, vehicle: Vehicle, rules: FitRules) -> dict[str, floa
         found["stiffness_in_recording_Nm_per_rad"] = drive.geometry.stiffness
         if _zeroed(vehicle):
             found["torque_offset_in_recording_Nm"] = drive.geometry.torque_offset
-        if _late(drive, rules):
+        if _late(drive, vehicle, rules):
             found[f"{drive.geometry.late}_lag_s"] = drive.geometry.lag
     return found
 
@@ -198,11 +226,11 @@ def _misfits(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
     """What of the vehicle file the data contradicts."""
     if unit := _wrong_unit(drive, vehicle):
         return [unit]
-    if _late(drive, rules):
+    if _late(drive, vehicle, rules):
         return _misshapen(drive, vehicle, rules)
     wrong = []
     inertia = vehicle["steering_wheel_inertia"]
-    if rules.apart(drive.inertia_error, INERTIA_SPREAD * inertia):
+    if rules.apart(_departures(drive, vehicle)["inertia"], 1.0):
         there = inertia + drive.inertia_error
         wrong.append(
             f"steering_wheel_inertia is {inertia:.3g} kg·m², but without hands the wheel moves as with {there:.3g}"
@@ -223,15 +251,16 @@ def _misshapen(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
         return []
     wrong = []
     ratio, bar = vehicle["motor_ratio"], vehicle["torsion_bar_stiffness"]
-    if rules.apart(found.ratio / ratio - 1.0, RATIO_SPREAD):
+    apart = _departures(drive, vehicle)
+    if rules.apart(apart["ratio"], 1.0):
         wrong.append(f"motor_ratio is {ratio:.4g}, but the angles go by {found.ratio:.4g}")
-    if _late(drive, rules):
+    if _late(drive, vehicle, rules):
         others = "the others" if found.lag > 0.0 else "both others, which may themselves be late"
         when = "late" if found.lag > 0.0 else "early"
         return [*wrong, f"{found.late} is some {1e3 * abs(found.lag):.0f} ms {when} against {others}"]
-    if rules.apart(math.log(found.stiffness / bar), STIFFNESS_SPREAD):
+    if rules.apart(apart["stiffness"], 1.0):
         wrong.append(f"torsion_bar_stiffness is {bar:.3g} N·m/rad, but the bar twists as with {found.stiffness:.3g}")
-    elif _zeroed(vehicle) and rules.apart(found.torque_offset - drive.torque_offset, OFFSET_SPREAD):
+    elif rules.apart(apart.get("offset", 0.0), 1.0):
         offset, turn = found.torque_offset, math.degrees(abs(found.torque_offset) / found.stiffness)
         way = "high" if offset > 0.0 else "low"
         wrong.append(
@@ -241,13 +270,12 @@ def _misshapen(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
     return wrong
 
 
-def _late(drive: Drive, rules: FitRules) -> bool:
+def _late(drive: Drive, vehicle: Vehicle, rules: FitRules) -> bool:
     """Whether a signal is late beyond its sampling, and the observer does not get along with it."""
     unfit = math.isnan(drive.nis) or rules.misfit(drive.nis)
     if drive.geometry is None or not unfit:
         return False
-    lag = drive.geometry.lag
-    return abs(lag) > drive.sample_time and rules.apart(lag, LAG_SPREAD)
+    return rules.apart(_departures(drive, vehicle)["lag"], 1.0)
 
 
 def _wrong_unit(drive: Drive, vehicle: Vehicle) -> str:

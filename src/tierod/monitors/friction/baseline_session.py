@@ -11,6 +11,7 @@ from tierod.detectors.rule_design import alarms_at
 from tierod.findings import Estimate, Finding, Status
 from tierod.graph import Result
 from tierod.monitors.friction.baseline import BaselineFrictionMonitor
+from tierod.monitors.friction.decisions import BASELINE_DECISIONS
 from tierod.monitors.friction.over_drive import EstimateOverDrive
 from tierod.monitors.friction.session import tuning_rows
 from tierod.monitors.session import BlockSession, Conclusion
@@ -103,6 +104,7 @@ class BaselineSession(BlockSession):
             "the two self-aligning torques differ more than on the healthy car" if fault else "the two torques agree",
             "judge again with the variant 'pre-sliding', which gives a torque" if fault else "none",
             ("the variance depends on tyres and parameters of the car as much as on friction",),
+            (BASELINE_DECISIONS[0].name,) if fault else (),
         )
 
     def _began(self, above: np.ndarray) -> float | None:

@@ -54,23 +54,29 @@ OWN_LEVEL = tuple(
     )
 )
 
-ABSOLUTE = Decision(
-    name="limits of the vehicle file",
-    distance="friction over the limit, in standard deviations of the torques' common gain (8 %) and of the estimate",
-    rule=OwnRule(
-        "the same sum for friction less one standard deviation; 1.2 times nominal is 3.8 of them away",
-        {"tuning.confidence": 1.0, "tuning.gain_deviation": 0.08, "tuning.excess": TUNING.excess},
-    ),
-    place="block.verdict",
-    mean_time_between_false_alarms=13_900.0,
-    demonstrated=Demonstrated(152.0, 1),
-    source="Gaussian gains of 8 %; cars of the virtual fleet, estimates of 7.6 to 8.5 %",
-    unit="car",
-    design=ABSOLUTE_DESIGN,
+ABSOLUTE = tuple(
+    Decision(
+        name=f"{name}, vehicle file",
+        distance="friction over the limit, in standard deviations of the torques' common gain (8 %) and of the "
+        "estimate",
+        rule=OwnRule(
+            "the same sum for friction less one standard deviation; 1.2 times nominal is 3.8 of them away",
+            {"tuning.confidence": 1.0, "tuning.gain_deviation": 0.08, "tuning.excess": TUNING.excess},
+        ),
+        place="block.verdict",
+        mean_time_between_false_alarms=mean,
+        demonstrated=Demonstrated(152.0, 1),
+        source="Gaussian gains of 8 %; cars of the virtual fleet, estimates of 7.6 to 8.5 %",
+        unit="car",
+        design=ABSOLUTE_DESIGN if name == "rising" else None,
+        statistic=statistic,
+        levels=(1.0,),
+    )
+    for name, mean, statistic in (("rising", 13_900.0, STATISTICS[0]), ("fault", None, STATISTICS[1]))
 )
 
-DECISIONS = (*OWN_LEVEL, ABSOLUTE)
-"""Of every variant with the running verdict."""
+DECISIONS = (*OWN_LEVEL, *ABSOLUTE)
+"""Of every variant with the running verdict: rising and fault by the car's own level, and by the vehicle file."""
 
 BASELINE_DECISIONS = (
     Decision(
@@ -84,6 +90,7 @@ BASELINE_DECISIONS = (
         "conditions were met too seldom for a verdict in any of these drives",
         unit="recording",
         statistic="variance",
+        level="threshold",
     ),
 )
 """Of the paper's baseline."""

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from tierod.findings import Estimate, Finding, Status
+from tierod.monitors.friction.decisions import ABSOLUTE, OWN_LEVEL
 from tierod.monitors.friction.limits import Limits, limits_of
 from tierod.monitors.friction.notices import notices
 from tierod.monitors.friction.obstacles import Obstacle, obstacles
 from tierod.monitors.friction.run import FrictionRun
 from tierod.monitors.friction.verdict import UNKNOWN_LIMITS
 from tierod.monitors.friction.verdict_state import STATUSES
-from tierod.monitors.friction.wording import explained, held_against, implausible
+from tierod.monitors.friction.wording import BY_ABSOLUTE, explained, held_against, implausible
 
 PLACE = "friction torque at the steering wheel axis"
 
@@ -47,7 +48,16 @@ def judge(run: FrictionRun) -> Finding:
         cause=cause,
         action=action,
         warnings=notices(run),
+        decided_by=_decided_by(run, status),
     )
+
+
+def _decided_by(run: FrictionRun, status: Status) -> tuple[str, ...]:
+    """Names of the decisions behind an alarm."""
+    if status not in (Status.RISING, Status.FAULT):
+        return ()
+    rules = ABSOLUTE if run.state.onset.decisive == BY_ABSOLUTE else OWN_LEVEL
+    return (rules[status is Status.FAULT].name,)
 
 
 def _withheld(run: FrictionRun, found: list[Obstacle]) -> Finding:

@@ -79,6 +79,8 @@ def _fault_to_come(limits: Limits) -> str:
     fault = limits.fault
     if fault.in_margin:
         return f"above the fault limit of {fault.absolute:.4g} N·m too, which acts from {fault.absolute_from:.2f}"
+    if fault.friction > fault.acts_from:
+        return f"beyond the {fault.acts_from:.2f} N·m of a fault, but not for long enough to be one"
     return f"fault from {fault.acts_from:.2f} N·m"
 
 

@@ -81,6 +81,10 @@ class GroundSuspicion:
         )
 
 
+INCREASES = ("increase_Nm", "increase_standard_deviation_Nm")
+"""Figures of the evidence: above what was held against, and one standard deviation of it."""
+
+
 class HysteresisSession:
     """Keeps the test, which lasts a minute or two, and judges it as a whole.
 
@@ -102,6 +106,9 @@ class HysteresisSession:
         self.identification = HysteresisIdentification.of_vehicle(vehicle, rate)
         self._pieces: list[Aligned] = []
 
+    def refuse(self, aligned: Aligned) -> None:
+        """Nothing is refused here: what cannot be judged is told in the finding."""
+
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece."""
         self._pieces.append(aligned)
@@ -119,7 +126,9 @@ class HysteresisSession:
         # On the ground the first test defines the unfaulted loop: there is nothing else to hold it against.
         first = self.support == "ground" and self.own_level is None and self.vehicle.calibrated
         sound = finding.status is Status.HEALTHY or first
-        return Conclusion(finding, loops=loops, own_level=level if sound else None)
+        increase, spread = (finding.evidence.get(name) for name in INCREASES)
+        distances = {INCREASE.name: increase / max(spread, 1e-9)} if increase is not None and spread is not None else {}
+        return Conclusion(finding, loops=loops, own_level=level if sound else None, distances=distances)
 
     def _recording(self) -> Recording:
         time = np.concatenate([piece.time for piece in self._pieces])
@@ -134,7 +143,7 @@ class HysteresisSession:
     def _finding(self, found: HysteresisFriction) -> Finding:
         limits = self._limits
         if limits is None:
-            return self._withheld("the torques are raw counts, not N*m", Status.NOT_IDENTIFIABLE)
+            return self._withheld("the torques are raw counts, not N·m", Status.NOT_IDENTIFIABLE)
         if self.own_level is not None:
             base, name, against = self.own_level.value, "unfaulted", f"{self.own_level.value:.2f} N·m when unfaulted"
             deviation = math.hypot(found.independent_deviation, self.own_level.deviation)
@@ -157,11 +166,11 @@ class HysteresisSession:
             f"{status.value}, {found.friction_torque - base:+z.2f} N·m against {against}, "
             f"fault from {reference['fault']:.1f} N·m.",
             estimate=self._estimate(found, reference),
-            evidence=_evidence(found)
-            | {"increase_Nm": found.friction_torque - base, "increase_standard_deviation_Nm": spread},
+            evidence=_evidence(found) | dict(zip(INCREASES, (found.friction_torque - base, spread), strict=True)),
             cause=_CAUSES.get(status, "the loop is wider than it should be"),
             action=_ACTIONS[status],
             warnings=self._warnings(found.friction_torque),
+            decided_by=(INCREASE.name,) if status in (Status.RISING, Status.FAULT) else (),
         )
 
     def _nominal_deviation(self) -> float:

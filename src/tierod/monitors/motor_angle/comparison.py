@@ -57,7 +57,7 @@ class SensorComparison:
         speed: Any
 
     class Output(NamedTuple):
-        """Whether the difference counts, the sums, what both gain, and 1 while a test alarms."""
+        """Whether the difference counts, the sums, what both gain, 1 while a test alarms, and what two tests see."""
 
         known: Annotated[float, ""]
         counts: Annotated[float, ""]
@@ -72,6 +72,8 @@ class SensorComparison:
         speed_alarm: Annotated[float, ""]
         backwards_alarm: Annotated[float, ""]
         stuck_alarm: Annotated[float, ""]
+        backwards_sum: Annotated[float, ""]
+        turned_meanwhile: Annotated[float, "rad"]
 
     def init(self) -> State:
         """Nothing seen."""
@@ -104,4 +106,6 @@ class SensorComparison:
             speeds.alarm,
             against.alarm,
             still.alarm,
+            against.up,
+            still.turned,
         )

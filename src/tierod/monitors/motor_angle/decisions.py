@@ -43,14 +43,39 @@ def _of(part: type[Any], told: str, *names: str) -> OwnRule:
     return OwnRule(told.format(**values), values)
 
 
-def _decision(name: str, distance: str, rule: Any, place: str, demonstrated: Demonstrated | None = TURNING) -> Decision:
+def _decision(
+    name: str,
+    distance: str,
+    rule: Any,
+    place: str,
+    statistic: str,
+    levels: tuple[float, ...],
+    demonstrated: Demonstrated | None = TURNING,
+    below: bool = False,
+) -> Decision:
     source = _SOURCE if demonstrated is TURNING else _SOURCE.replace("hours of turning", "hours driven")
     source = source if demonstrated else "what no sound part does; the bench's drives do not hold what it reads"
-    return Decision(name, distance, rule, f"block.{place}", None, demonstrated, source)
+    return Decision(
+        name, distance, rule, f"block.{place}", None, demonstrated, source, "h", None, statistic, levels, below=below
+    )
 
 
-def _electrical(name: str, distance: str, told: str, *names: str, demonstrated: Demonstrated | None = None) -> Decision:
-    return _decision(name, distance, _of(ElectricalChecks, told, *names), "electrical", demonstrated)
+def _electrical(
+    name: str,
+    distance: str,
+    told: str,
+    *names: str,
+    statistic: str,
+    levels: tuple[float, ...],
+    demonstrated: Demonstrated | None = None,
+    below: bool = False,
+) -> Decision:
+    rule = _of(ElectricalChecks, told, *names)
+    return _decision(name, distance, rule, "electrical", statistic, levels, demonstrated, below)
+
+
+def _either(level: float) -> tuple[float, float]:
+    return level, -level
 
 
 ANGLE = Decision(
@@ -74,28 +99,41 @@ DECISIONS = (
         "what the sensor gains in 10 ms less what the observer gains [rad/s]",
         Cusum(SPEED_DRIFT, SPEED_THRESHOLD, 2.0 * SPEED_THRESHOLD),
         "comparison.speed",
+        "speed_residual_sum",
+        (SPEED_THRESHOLD,),
     ),
     _decision(
         "model",
         "normalised innovation squared of three measurements",
         Cusum(MODEL_DRIFT, MODEL_THRESHOLD, 2.0 * MODEL_THRESHOLD, "upper"),
         "model",
+        "innovation_sum",
+        (MODEL_THRESHOLD,),
         DRIVEN,
     ),
     _decision(
-        "backwards", "sign of both gains over 10 ms, against each other", Backwards().sum, "comparison.backwards.sum"
+        "backwards",
+        "sign of both gains over 10 ms, against each other",
+        Backwards().sum,
+        "comparison.backwards.sum",
+        "turned_backwards",
+        (Backwards.windows,),
     ),
     _decision(
         "stuck",
         "travel of the observer while the sensor stays where it is",
         _of(Stuck, "more than {travel:g} rad within {still:g} rad of the sensor", "travel", "still"),
         "comparison.stuck",
+        "turned_while_sensor_stood",
+        _either(Stuck.travel),
     ),
     _decision(
         "not following",
         "sensor less its target",
         _of(NotFollowing, "more than {widest:g} rad for {hold:g} s", "widest", "hold"),
         "not_following",
+        "following_error",
+        _either(NotFollowing.widest),
         DRIVEN,
     ),
     _decision(
@@ -103,16 +141,37 @@ DECISIONS = (
         "pinion less what motor, steering wheel and torsion bar make of it",
         _of(AnglePlausibility, "more than {greatest:g} rad for {hold:g} s", "greatest", "hold"),
         "plausibility",
+        "pinion_angle_mismatch",
+        _either(AnglePlausibility.greatest),
         None,
     ),
-    _electrical("supply low", "supply", "below {least_supply:g} V for {hold:g} s", "least_supply", "hold"),
-    _electrical("angle lost", "age of the last reading", "above {longest_gap:g} s", "longest_gap", demonstrated=DRIVEN),
+    _electrical(
+        "supply low",
+        "supply",
+        "below {least_supply:g} V for {hold:g} s",
+        "least_supply",
+        "hold",
+        statistic="supply_voltage",
+        levels=(ElectricalChecks.least_supply,),
+        below=True,
+    ),
+    _electrical(
+        "angle lost",
+        "age of the last reading",
+        "above {longest_gap:g} s",
+        "longest_gap",
+        statistic="age_of_angle",
+        levels=(ElectricalChecks.longest_gap,),
+        demonstrated=DRIVEN,
+    ),
     _electrical(
         "angle leaps",
         "change from one reading to the next",
         "beyond {greatest_speed:g} rad/s and {step_margin:g} rad",
         "greatest_speed",
         "step_margin",
+        statistic="leap_of_angle",
+        levels=(1.0,),
         demonstrated=DRIVEN,
     ),
     _electrical(
@@ -121,6 +180,8 @@ DECISIONS = (
         "beyond {amplitude_margin:g} for {hold:g} s",
         "amplitude_margin",
         "hold",
+        statistic="change_of_resolver_amplitude",
+        levels=_either(ElectricalChecks.amplitude_margin),
     ),
     _electrical(
         "resolver mismatch",
@@ -128,16 +189,30 @@ DECISIONS = (
         "beyond {greatest_mismatch:g} rad for {hold:g} s",
         "greatest_mismatch",
         "hold",
+        statistic="resolver_mismatch_electrical",
+        levels=_either(ElectricalChecks.greatest_mismatch),
     ),
-    _electrical("current sum", "sum of the phases", "beyond {greatest_sum:g} A for {hold:g} s", "greatest_sum", "hold"),
     _electrical(
-        "saturation",
-        "samples for which a current or voltage stands still at its peak, while the motor turns",
-        "{same_samples:g} samples beyond {least_peak_current:g} A or {least_peak_voltage:g} V",
-        "same_samples",
-        "least_peak_current",
-        "least_peak_voltage",
-        demonstrated=DRIVEN,
+        "current sum",
+        "sum of the phases",
+        "beyond {greatest_sum:g} A for {hold:g} s",
+        "greatest_sum",
+        "hold",
+        statistic="sum_of_phase_currents",
+        levels=_either(ElectricalChecks.greatest_sum),
+    ),
+    *(
+        _electrical(
+            f"{quantity} saturated",
+            f"samples for which a {quantity} stands still at its peak, while the motor turns",
+            f"{{same_samples:g}} samples beyond {{least_peak_{quantity}:g}} {unit}",
+            "same_samples",
+            f"least_peak_{quantity}",
+            statistic=f"samples_of_a_still_{quantity}",
+            levels=(ElectricalChecks.same_samples,),
+            demonstrated=DRIVEN,
+        )
+        for quantity, unit in (("current", "A"), ("voltage", "V"))
     ),
 )
 """Of every variant: those fed with commands decide alike, but only measured voltages were driven for so long."""

@@ -8,7 +8,12 @@ from typing import Annotated, Any, NamedTuple
 from tierod.detectors.cusum import Cusum
 from tierod.graph.maths import any_of, where
 from tierod.monitors.motor_angle.comparison import SensorComparison
-from tierod.monitors.motor_angle.electrical import ElectricalAlarms, ElectricalChecks, ElectricalSample
+from tierod.monitors.motor_angle.electrical import (
+    ElectricalAlarms,
+    ElectricalChecks,
+    ElectricalFigures,
+    ElectricalSample,
+)
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Angles
 from tierod.monitors.motor_angle.residual import Observed, ResidualGate
@@ -47,6 +52,24 @@ class Alarms(NamedTuple):
     not_following: Annotated[float, ""]
     plausibility: Annotated[float, ""]
     electrical: ElectricalAlarms
+
+
+class Tested(NamedTuple):
+    """What the tests compare with their thresholds, beside what the output tells otherwise.
+
+    Args:
+        model_sum: of the innovations
+        backwards_sum: windows in which the sensor turned against the observer, less those with it
+        turned_meanwhile: by the observer, while the sensor stood still
+        following_error: target less sensor; 0 without a target
+        electrical: see `ElectricalFigures`
+    """
+
+    model_sum: Annotated[float, ""]
+    backwards_sum: Annotated[float, ""]
+    turned_meanwhile: Annotated[float, "rad"]
+    following_error: Annotated[float, "rad"]
+    electrical: ElectricalFigures
 
 
 @dataclass(frozen=True)
@@ -113,6 +136,7 @@ class MotorAngleMonitor:
         alarms: Alarms
         verdict: Annotated[float, ""]
         voltage: MotorVoltages.Output
+        tested: Tested
 
     @classmethod
     def of_vehicle(
@@ -182,10 +206,11 @@ class MotorAngleMonitor:
             fitting.alarm,
             behind.alarm,
             fits.alarm,
-            checks,
+            checks.alarms,
         )
+        tested = Tested(fitting.up, compared.backwards_sum, compared.turned_meanwhile, behind.error, checks.figures)
         after = self.State(observer, comparison, electrical, following, plausible, model, voltages, which)
-        return after, self._told(estimate, compared, fits.mismatch, suspect, alarms, voltage)
+        return after, self._told(estimate, compared, fits.mismatch, suspect, alarms, voltage, tested)
 
     def _observed(self, estimate: Any, sensor: Any) -> SensorComparison.Sample:
         """What the comparison wants of the observer."""
@@ -207,6 +232,7 @@ class MotorAngleMonitor:
         suspect: Any,
         alarms: Alarms,
         voltage: Any,
+        tested: Tested,
     ) -> Output:
         """All that is said of one sample."""
         return self.Output(
@@ -233,6 +259,7 @@ class MotorAngleMonitor:
             alarms,
             self._verdict(compared, alarms),
             voltage,
+            tested,
         )
 
     def _electrical(self, sample: Any) -> ElectricalSample:

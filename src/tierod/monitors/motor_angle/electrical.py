@@ -12,8 +12,10 @@ from tierod.graph.maths import (
     absolute,
     all_of,
     any_of,
+    arctan2,
     both,
     cos,
+    greatest_of,
     hypot,
     maximum,
     minimum,
@@ -68,6 +70,28 @@ class ElectricalAlarms(NamedTuple):
     voltage_saturated: Annotated[float, ""]
 
 
+class ElectricalFigures(NamedTuple):
+    """What the checks compare with their limits; 0 where what it takes is missing.
+
+    Args:
+        angle_age: of the last reading of the angle
+        angle_step: from one reading to the next, over what a motor can make
+        resolver_amplitude: over that of the start, less one
+        resolver_mismatch: electrical angle less that of sine and cosine
+        current_sum: of the phases
+        same_current, same_voltage: samples for which a current or a voltage has stood still at a peak, the longest,
+            while the motor turned
+    """
+
+    angle_age: Annotated[float, "s"]
+    angle_step: Annotated[float, ""]
+    resolver_amplitude: Annotated[float, ""]
+    resolver_mismatch: Annotated[float, "rad"]
+    current_sum: Annotated[float, "A"]
+    same_current: Annotated[float, ""]
+    same_voltage: Annotated[float, ""]
+
+
 class Clipped(NamedTuple):
     """A signal, for how many samples it has stood still, away from zero, and the angle when it began to."""
 
@@ -113,7 +137,12 @@ class ElectricalChecks:
     holding: Debounce = field(init=False, repr=False)
 
     Sample = ElectricalSample
-    Output = ElectricalAlarms
+
+    class Output(NamedTuple):
+        """Of one sample."""
+
+        alarms: ElectricalAlarms
+        figures: ElectricalFigures
 
     class State(NamedTuple):
         """Last angle, its age, whether there is one; amplitude, time learnt; last mismatch; clipped signals; holds."""
@@ -136,10 +165,10 @@ class ElectricalChecks:
         fresh = Clipped(0.0, 0.0, 0.0)
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, (fresh,) * 7, (self.holding.init(),) * 4)
 
-    def step(self, state: State, sample: Any) -> tuple[State, ElectricalAlarms]:
+    def step(self, state: State, sample: Any) -> tuple[State, Output]:
         """One sample on."""
-        age, timeout, gradient = self._angle(state, sample)
-        amplitude, learnt, strange, mismatched = self._resolver(state, sample)
+        age, timeout, gradient, leap = self._angle(state, sample)
+        amplitude, learnt, strange, mismatched, resolver = self._resolver(state, sample)
         total = sample.motor_current_a + sample.motor_current_b + sample.motor_current_c
         conditions = (
             (sample.supply_voltage < self.least_supply, present(sample.supply_voltage)),
@@ -152,7 +181,7 @@ class ElectricalChecks:
             for held, (fails, told) in zip(state.held, conditions, strict=True)
         ]
         low, strange_now, mismatch_now, sum_now = (out.active for _, out in steps)
-        clipped, current, voltage = self._saturation(state, sample)
+        clipped, (current, voltage), same = self._saturation(state, sample)
         fresh = present(sample.motor_angle_mechanical)
         after = self.State(
             where(fresh, sample.motor_angle_mechanical, state.angle),
@@ -165,20 +194,22 @@ class ElectricalChecks:
             tuple(held for held, _ in steps),
         )
         alarms = ElectricalAlarms(low, timeout, gradient, strange_now, mismatch_now, sum_now, current, voltage)
-        return after, alarms
+        summed = where(present(total), total, 0.0)
+        return after, self.Output(alarms, ElectricalFigures(age, leap, *resolver, summed, *same))
 
-    def _angle(self, state: State, sample: Any) -> tuple[Any, Any, Any]:
-        """Age of the last reading, and whether it is too old, or the new one too far."""
+    def _angle(self, state: State, sample: Any) -> tuple[Any, Any, Any, Any]:
+        """Age of the last reading, whether it is too old, or the new one too far, and its step over the longest."""
         fresh = present(sample.motor_angle_mechanical)
         waited = minimum(state.age + self.sample_time, 1.0)
         age = where(fresh, 0.0, waited)
         timeout = both(state.begun, age > self.longest_gap)
         step = absolute(wrapped(where(fresh, sample.motor_angle_mechanical, state.angle) - state.angle))
-        far = step > minimum(self.greatest_speed * waited, 0.5 * math.pi) + self.step_margin
-        return age, where(timeout, 1.0, 0.0), where(all_of(fresh, state.begun, far), 1.0, 0.0)
+        longest = minimum(self.greatest_speed * waited, 0.5 * math.pi) + self.step_margin
+        leaps = where(all_of(fresh, state.begun, step > longest), 1.0, 0.0)
+        return where(state.begun, age, 0.0), where(timeout, 1.0, 0.0), leaps, where(state.begun, step / longest, 0.0)
 
-    def _resolver(self, state: State, sample: Any) -> tuple[Any, Any, tuple[Any, Any], Any]:
-        """Amplitude as learnt and for how long; whether the present one is strange; whether the angle is another."""
+    def _resolver(self, state: State, sample: Any) -> tuple[Any, Any, tuple[Any, Any], Any, tuple[Any, Any]]:
+        """Amplitude as learnt and for how long; whether the present one is strange, the angle another; both figures."""
         told = both(present(sample.resolver_sine), present(sample.resolver_cosine))
         sine, cosine = where(told, sample.resolver_sine, 0.0), where(told, sample.resolver_cosine, 0.0)
         size = hypot(sine, cosine)
@@ -192,9 +223,14 @@ class ElectricalChecks:
         across = sine * cos(angle) - cosine * sin(angle)
         along = sine * sin(angle) + cosine * cos(angle)
         mismatch = any_of(along < 0.0, absolute(across) > self.greatest_mismatch * size)
-        return amplitude, learnt, (strange, both(told, negated(learning))), where(known, mismatch, state.mismatched)
+        judged = both(told, negated(learning))
+        change = where(both(judged, amplitude > 0.0), size / maximum(amplitude, 1e-12) - 1.0, 0.0)
+        apart = where(both(known, size > 0.0), arctan2(across, along), 0.0)
+        mismatched = where(known, mismatch, state.mismatched)
+        return amplitude, learnt, (strange, judged), mismatched, (change, apart)
 
-    def _saturation(self, state: State, sample: Any) -> tuple[tuple[Clipped, ...], Any, Any]:
+    def _saturation(self, state: State, sample: Any) -> tuple[tuple[Clipped, ...], tuple[Any, Any], tuple[Any, Any]]:
+        """What stands still, whether a current or a voltage is saturated, and for how many samples it has been so."""
         names = (
             "current_alpha",
             "current_beta",
@@ -206,7 +242,7 @@ class ElectricalChecks:
         )
         fresh = present(sample.motor_angle_mechanical)
         angle = where(fresh, sample.motor_angle_mechanical, state.angle)
-        clipped, flags = [], []
+        clipped, flags, counts = [], [], []
         for old, name in zip(state.clipped, names, strict=True):
             value = getattr(sample, f"motor_{name}")
             told = present(value)
@@ -216,5 +252,9 @@ class ElectricalChecks:
             since = where(told, where(here, old.since, angle), old.since)
             turned = self.pole_pairs * absolute(wrapped(angle - since))
             clipped.append(Clipped(where(told, value, old.last), same, since))
-            flags.append(both(same > self.same_samples - 0.5, turned > self.least_turn))
-        return tuple(clipped), where(any_of(*flags[:5]), 1.0, 0.0), where(any_of(*flags[5:]), 1.0, 0.0)
+            counts.append(where(turned > self.least_turn, same, 0.0))
+            flags.append(counts[-1] > self.same_samples - 0.5)
+        parts = slice(None, 5), slice(5, None)
+        saturated = tuple(where(any_of(*flags[part]), 1.0, 0.0) for part in parts)
+        longest = tuple(greatest_of(*counts[part]) for part in parts)
+        return tuple(clipped), saturated, longest

@@ -82,6 +82,19 @@ CAUSES: Mapping[str, tuple[str, str]] = {
 }
 """Alarms from root to consequence: what it means, what to do."""
 
+DECIDES: Mapping[str, str] = {
+    "electrical.supply_low": "supply low",
+    "electrical.angle_timeout": "angle lost",
+    "electrical.angle_gradient": "angle leaps",
+    **{
+        f"electrical.{name}": name.replace("_", " ")
+        for name in ("resolver_amplitude", "resolver_mismatch", "current_sum", "current_saturated", "voltage_saturated")
+    },
+    **{name: name.replace("_", " ") for name in ("model", "stuck", "backwards", "angle", "speed", "plausibility")},
+    "not_following": "not following",
+}
+"""The decision behind each alarm."""
+
 STARTLES = ("stuck", "backwards", "electrical.resolver_mismatch", "electrical.angle_gradient", "not_following")
 """What a sensor does that startles the observer: it lets the drive stall, as swapped currents do too, or leaps while
 the motor is slow and its increments count."""
@@ -236,7 +249,11 @@ def _fault(drive: Drive, estimate: Estimate | None, evidence: dict[str, float]) 
         size = f" by {math.degrees(drive.offset):+.1f}° electrical"
     since = drive.starts[root]
     headline = f"{cause[0].upper()}{cause[1:]}{size}, since {since:.2f} s."
-    return Finding(drive.monitor, Status.FAULT, headline, since, estimate, evidence, cause, action)
+    # The difference from the observer is the size of the fault only where it decided.
+    size_of = estimate if root == "angle" else None
+    return Finding(
+        drive.monitor, Status.FAULT, headline, since, size_of, evidence, cause, action, decided_by=(DECIDES[root],)
+    )
 
 
 def _wrong_scale(drive: Drive, pole_pairs: float) -> tuple[str, str] | None:

@@ -41,8 +41,28 @@ TRACES = {
     "mismatch": ("pinion_angle_mismatch", "rad"),
     "known": ("angle_known", ""),
     "nis": ("nis", ""),
+    "speed_sum": ("speed_residual_sum", "rad/s"),
+    "tested.model_sum": ("innovation_sum", ""),
+    "tested.backwards_sum": ("turned_backwards", ""),
+    "tested.turned_meanwhile": ("turned_while_sensor_stood", "rad"),
+    "tested.following_error": ("following_error", "rad"),
+    "tested.electrical.angle_age": ("age_of_angle", "s"),
+    "tested.electrical.angle_step": ("leap_of_angle", ""),
+    "tested.electrical.resolver_amplitude": ("change_of_resolver_amplitude", ""),
+    "tested.electrical.resolver_mismatch": ("resolver_mismatch_electrical", "rad"),
+    "tested.electrical.current_sum": ("sum_of_phase_currents", "A"),
+    "tested.electrical.same_current": ("samples_of_a_still_current", ""),
+    "tested.electrical.same_voltage": ("samples_of_a_still_voltage", ""),
 }
 """Outputs of the block that a report shows."""
+
+AT_READINGS = (
+    "leap_of_angle",
+    "change_of_resolver_amplitude",
+    "resolver_mismatch_electrical",
+    "sum_of_phase_currents",
+)
+"""Traces that are known at readings only; 0 stands for none in between."""
 
 INVERTER_TRACES = {
     "inverter_voltage_loss": ("estimated_inverter_voltage_loss", "V"),
@@ -71,11 +91,13 @@ class MotorAngleSession(BlockSession):
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
-        if not self._over.seen:
-            self._refuse_slow(aligned)
-            self._refuse_without_supply(aligned)
         parts = [self._slice(aligned, start) for start in range(0, len(aligned.time), SLICE)]
         return {name: np.concatenate([part[name] for part in parts]) for name in self.traces}
+
+    def refuse(self, aligned: Aligned) -> None:
+        """Refuse currents and voltages that come too slowly, and duty cycles without a supply."""
+        self._refuse_slow(aligned)
+        self._refuse_without_supply(aligned)
 
     def _refuse_slow(self, aligned: Aligned) -> None:
         """Held currents would be ones that stand still: they must come as fast as the observer runs."""
@@ -110,6 +132,8 @@ class MotorAngleSession(BlockSession):
         deviation = self.monitor.observer.parameters.motor_pole_pairs * result["motor_angle_standard_deviation"]
         shown["angle_residual_electrical_standard_deviation"] = np.where(known, deviation, np.nan)
         window = round(self.monitor.comparison.increments.window * self.rate)
+        for name in AT_READINGS:
+            shown[name] = np.where(shown[name] == 0.0, np.nan, shown[name])
         shown["motor_speed_residual"] = _stood(shown["motor_speed_residual"], windows, window)
         return shown
 

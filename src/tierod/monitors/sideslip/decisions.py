@@ -82,6 +82,8 @@ BAND_DECISION = Decision(
     demonstrated=Demonstrated(24.0),
     source="drives of the virtual car, random and mixed (0.96 to 1)",
     unit="recording",
+    levels=(LEAST_COVERAGE,),
+    below=True,
 )
 
 DECISIONS = (OFFSET_DECISION, MISFIT_DECISION, BAND_DECISION)

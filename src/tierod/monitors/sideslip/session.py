@@ -27,7 +27,15 @@ from tierod.graph import Result
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.session import BlockSession, Conclusion
 from tierod.monitors.sideslip.car_signals import FromCarSignals
-from tierod.monitors.sideslip.decisions import LEAST_COVERAGE, USUAL_MISFIT, misfit_rule
+from tierod.monitors.sideslip.decisions import (
+    BAND_DECISION,
+    LEAST_COVERAGE,
+    MISFIT_DECISION,
+    OFFSET_DECISION,
+    USUAL_MISFIT,
+    USUAL_OFFSET,
+    misfit_rule,
+)
 from tierod.monitors.sideslip.over_drive import TRUTHS, OverDrive, truth_in
 from tierod.monitors.sideslip.sensors_over_drive import SensorsOverDrive
 from tierod.monitors.sideslip.signs import TOGETHER, SignsOverDrive
@@ -151,7 +159,17 @@ class SideslipSession(BlockSession):
             "nis_outside_95_share": found.outside,
         }
         finding = self._with_offset(self._told(evidence, found.nis))
-        return Conclusion(finding, consistency=figures, withheld=TRUTHS[1:])
+        return Conclusion(finding, consistency=figures, withheld=TRUTHS[1:], distances=self._distances(finding))
+
+    def _distances(self, finding: Finding) -> dict[str, float]:
+        """What the decisions saw that look once at the recording."""
+        evidence = finding.evidence
+        found = {MISFIT_DECISION.name: math.log(max(evidence["nis_mean"], 1e-12)) / USUAL_MISFIT}
+        if OFFSET in evidence:
+            found[OFFSET_DECISION.name] = evidence[OFFSET] / USUAL_OFFSET
+        if "truth_within_band_share" in evidence:
+            found[BAND_DECISION.name] = evidence["truth_within_band_share"]
+        return found
 
     def _obstacle(self, seconds: float) -> tuple[Status, str, str] | None:
         """Why nothing can be told: status, cause, what to do; None where something can."""
@@ -210,6 +228,7 @@ class SideslipSession(BlockSession):
                 cause=f"{cause}: parameters of the vehicle file or offsets of sensors are wrong by more than it says",
                 action="take that error as the uncertainty, or fit stiffness and friction of the vehicle file to the "
                 "truth and calibrate the sensors",
+                decided_by=(BAND_DECISION.name,),
             )
         return Finding(self.name, Status.HEALTHY, headline, estimate=estimate, evidence=evidence, action="none")
 
@@ -231,6 +250,7 @@ class SideslipSession(BlockSession):
             cause=told,
             action="calibrate the yaw rate, or take its offset away in the channel map, and judge anew",
             warnings=(*finding.warnings, f"{told}: the sideslip angle is wrong by it"),
+            decided_by=(*finding.decided_by, OFFSET_DECISION.name),
         )
 
 

@@ -44,6 +44,8 @@ class ScenarioFile:
         sensors: those of a production car where absent
         scatter: none where absent
         faults: a table each; none where absent
+        next_command: what the run is for ("diagnose --monitor sideslip"), told once it is driven; the diagnosis that
+            the vehicle file names where absent
     """
 
     name: str
@@ -55,6 +57,7 @@ class ScenarioFile:
     sensors: SensorSet = field(default_factory=SensorSet.production)
     scatter: Scatter | None = None
     faults: tuple[Mapping[str, Any], ...] = ()
+    next_command: str = ""
 
 
 def shipped() -> tuple[str, ...]:
@@ -111,6 +114,7 @@ def from_document(document: Document) -> Scenario:
         document=document,
         files=named_files(document),
         vehicle=vehicle,
+        next_command=file.next_command,
     )
     require_sound(scenario)
     return scenario

@@ -41,6 +41,7 @@ class Scenario:
         document: the file
         files: SHA-256 of the files that it names, by name
         vehicle: name of the vehicle file with which monitors judge the car; "" where tierod ships none
+        next_command: what the run is for, as words of the command line; "" where the vehicle's usual monitor judges it
     """
 
     name: str
@@ -57,6 +58,7 @@ class Scenario:
     document: Document
     files: Mapping[str, str]
     vehicle: str = ""
+    next_command: str = ""
 
     def with_run(self, seconds: float | None = None, seed: int | None = None) -> Scenario:
         """The same scenario for another time or with other chance.

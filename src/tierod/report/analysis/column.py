@@ -22,7 +22,8 @@ from tierod.models.steering_column import ColumnParameters
 from tierod.recording import Recording
 from tierod.report.analysis.analysis import Analysis
 from tierod.report.analysis.column_measured import Measured, measured_column
-from tierod.report.display import number, shown, words
+from tierod.report.display import number, words
+from tierod.shown import shown
 from tierod.vehicles import Vehicle
 
 _SHORT = {

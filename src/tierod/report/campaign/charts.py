@@ -20,7 +20,8 @@ from tierod.report.charts.figure import (
     rounded,
     strip_title,
 )
-from tierod.report.display import bracketed, number, shown
+from tierod.report.display import bracketed, number
+from tierod.shown import shown
 
 _PANEL = 210
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)")

@@ -9,7 +9,8 @@ import numpy as np
 
 from tierod.report.campaign.words import TITLES, amount, value
 from tierod.report.charts.figure import BLUE, GREY, RED, Figure, axis, layout, rounded, strip_title
-from tierod.report.display import bracketed, shown
+from tierod.report.display import bracketed
+from tierod.shown import shown
 
 _SHOWN = ("detection_s", "bias", "absolute_bias", "deviation")
 """Figures whose differences are drawn."""

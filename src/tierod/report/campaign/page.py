@@ -10,9 +10,10 @@ from tierod.report.campaign.charts import box_figure, detection_figure
 from tierod.report.campaign.grid import grid
 from tierod.report.campaign.words import count, false_alarms, found, place, rate, seconds, shared, spread, value
 from tierod.report.charts.figure import Figure
-from tierod.report.display import number, shown
+from tierod.report.display import number
 from tierod.report.html import TEMPLATES, chart_script, library, looks, moment, template
 from tierod.report.status import appearance
+from tierod.shown import shown
 
 _GATES = {True: ("✓", "met", "good"), False: ("✕", "missed", "bad"), None: ("?", "not judged", "open")}
 _STATUSES = {

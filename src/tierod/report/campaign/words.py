@@ -6,7 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from tierod.report.display import duration, number, share, shown
+from tierod.report.display import duration, number, share
+from tierod.shown import shown
 
 NEVER = "never"
 

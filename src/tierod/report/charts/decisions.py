@@ -6,94 +6,177 @@ from typing import Any
 
 import numpy as np
 
-from tierod.findings import Decided, Diagnosis
+from tierod.decimation import merged
+from tierod.findings import Decided, Diagnosis, Trace
 from tierod.report.charts.figure import (
     BLUE,
     GREY,
     RED,
     Figure,
     axis,
-    band,
     centres,
+    drawn_as,
     layout,
     line,
-    merged,
     rounded,
+    strip,
     strip_title,
     summary,
 )
-from tierod.report.charts.over_time import span
-from tierod.report.display import bracketed, number, shown, time_scale, words
+from tierod.report.charts.over_time import since_marks, span
+from tierod.report.deciding import alarm_from
+from tierod.report.display import bracketed, number, time_scale, words
+from tierod.shown import shown
+
+Limit = tuple[float, bool]
+"""A threshold, and whether the rule acts below it."""
 
 _STRIP, _PANEL = 130, 250
+_WIDEST = 10.0
+"""Times its threshold that are drawn at the most."""
 DELAY = "What fewer false alarms cost, at the shift that must be found; what the estimator takes comes on top"
 
 
-def statistics(diagnosis: Diagnosis) -> dict[str, tuple[float, ...]]:
+def statistics(diagnosis: Diagnosis) -> dict[str, list[Limit]]:
     """The traces that rules compare, with their thresholds: several rules may share one."""
-    found: dict[str, tuple[float, ...]] = {}
+    found: dict[str, list[Limit]] = {}
     for each in diagnosis.decisions:
-        if each.statistic in diagnosis.traces:
-            found[each.statistic] = (*found.get(each.statistic, ()), *each.levels)
+        trace = diagnosis.traces.get(each.statistic)
+        if trace is not None and np.isfinite(trace.mean).any():
+            limits = [(level, each.below or level < 0.0) for level in each.levels]
+            found[each.statistic] = list(dict.fromkeys((*found.get(each.statistic, ()), *limits)))
     return found
 
 
+def telling(diagnosis: Diagnosis) -> list[str]:
+    """The statistics that say most: those that decided first, then others beyond a threshold; all where none was."""
+    decisive = {name for finding in diagnosis.findings for name in finding.decided_by}
+    known = [each for each in diagnosis.decisions if each.statistic in statistics(diagnosis)]
+    ordered = [
+        *(each.statistic for each in known if each.name in decisive),
+        *(each.statistic for each in known if each.passed is not None),
+    ]
+    return list(dict.fromkeys(ordered)) or list(statistics(diagnosis))
+
+
 def decision_figure(diagnosis: Diagnosis) -> Figure | None:
-    """Every statistic over time, its thresholds dashed, red where it is beyond one."""
-    found = statistics(diagnosis)
-    if not found:
+    """Every statistic that says much over time, its thresholds dashed, red where it is beyond one."""
+    return _statistics(diagnosis, telling(diagnosis), "decisions", "What was decided on")
+
+
+def quiet_figure(diagnosis: Diagnosis) -> Figure | None:
+    """The statistics that stayed within their thresholds, where others did not."""
+    said = telling(diagnosis)
+    quiet = [name for name in statistics(diagnosis) if name not in said]
+    return _statistics(diagnosis, quiet, "quiet", "What stayed within its thresholds")
+
+
+def _statistics(diagnosis: Diagnosis, names: list[str], name: str, title: str) -> Figure | None:
+    if not names:
         return None
-    per_second, clock = time_scale(span(diagnosis)[1] - span(diagnosis)[0])
-    height = _STRIP * len(found) + 70
+    limits = statistics(diagnosis)
+    first, last = span(diagnosis)
+    per_second, clock = time_scale(last - first)
+    height = _STRIP * len(names) + 70
     data: list[dict[str, Any]] = []
     axes: dict[str, Any] = {}
-    shapes, rows, titles = [], [], []
-    for index, (name, levels) in enumerate(found.items()):
-        trace = merged(diagnosis.traces[name])
+    shapes, notes = since_marks(diagnosis, per_second, 1.0 - 30.0 / height)
+    rows = []
+    for index, each in enumerate(names):
+        trace = merged(diagnosis.traces[each])
         factor, label = shown(trace.unit)
         suffix = "" if index == 0 else str(index + 1)
-        domain = [1.0 - (index + 1) / len(found), 1.0 - index / len(found) - 26.0 / height]
+        domain = [1.0 - (index + 1) / len(names), 1.0 - index / len(names) - 26.0 / height]
         axes[f"yaxis{suffix}"] = axis("", domain=domain, nticks=4)
-        limits = [level * factor for level in levels]
-        data += _strip(trace, per_second, factor, limits, f"y{suffix}")
-        shapes += [_level(limit, f"y{suffix}") for limit in limits]
-        titles.append(strip_title(_titled(name, label, limits), domain[1]))
-        rows.append(summary(words(name), trace, factor, label))
-    bottom = f"y{len(found)}" if len(found) > 1 else "y"
-    axes["xaxis"] = axis(f"time [{clock}]", range=[per_second * end for end in span(diagnosis)], anchor=bottom)
+        data += _strip(trace, per_second, factor, label, limits[each], f"y{suffix}")
+        shapes += [_level(level * factor, f"y{suffix}") for level, _ in limits[each]]
+        notes.append(strip_title(_titled(each, label, factor, limits[each]), domain[1]))
+        rows.append(summary(words(each), trace, factor, label))
+    bottom = f"y{len(names)}" if len(names) > 1 else "y"
+    axes["xaxis"] = axis(f"time [{clock}]", range=[per_second * first, per_second * last], anchor=bottom)
     return Figure(
-        name="decisions",
-        title="What was decided on",
-        caption="What the stopping rules compare, over time. Dashed: thresholds. Red: beyond one, an alarm.",
-        alternative=f"{', '.join(map(words, found))} over time, with thresholds; ranges in the table beneath.",
+        name=name,
+        title=title,
+        caption="What the stopping rules compare, over time. Dashed: thresholds. Red: beyond one.",
+        alternative=f"{', '.join(map(words, names))} over time, with thresholds; ranges in the table beneath.",
         data=data,
-        layout=layout(height, hovermode="x", showlegend=False, shapes=shapes, annotations=titles, **axes),
+        layout=layout(height, hovermode="x", showlegend=False, shapes=shapes, annotations=notes, **axes),
         height=height,
         summary=rows,
         timed=True,
     )
 
 
-def _titled(name: str, label: str, limits: list[float]) -> str:
-    told = ", ".join(number(limit, 3) for limit in limits)
-    return bracketed(words(name), label) + (f", alarm from {told}" if told else "")
+def looks_figure(diagnosis: Diagnosis) -> Figure | None:
+    """What rules saw that look once at the whole recording, over the threshold of each."""
+    seen = [(each, share) for each in diagnosis.decisions if (share := _over_threshold(each)) is not None]
+    if not seen:
+        return None
+    height = 90 + 34 * len(seen)
+    names = [words(each.name) for each, _ in seen]
+    shares = np.array([share for _, share in seen])
+    told = [f"{number(each.reached, 3)}, {alarm_from(each.levels, each.below)}" for each, _ in seen]
+    alarm = shares >= 1.0
+    return Figure(
+        name="looks",
+        title="What was decided on at the end",
+        caption="What the rules saw that look once at the whole recording, over the threshold of each. Dashed: "
+        "threshold. Red: beyond it.",
+        alternative="; ".join(f"{name}: {text}" for name, text in zip(names, told, strict=True)) + ".",
+        data=[
+            {
+                "type": "bar",
+                "orientation": "h",
+                "x": rounded(np.minimum(shares, _WIDEST)),
+                "y": names,
+                "text": told,
+                "textposition": "auto",
+                "hoverinfo": "text",
+                "marker": {"color": [RED if each else BLUE for each in alarm.tolist()]},
+            }
+        ],
+        layout=layout(
+            height,
+            showlegend=False,
+            shapes=[_upright(1.0)],
+            xaxis=axis("over the threshold", range=[0.0, 1.15 * max(1.0, float(np.minimum(shares, _WIDEST).max()))]),
+            yaxis=axis("", autorange="reversed", automargin=True),
+        ),
+        height=height,
+        summary=[(name, "", text, "") for name, text in zip(names, told, strict=True)],
+        columns=("decision", "", "saw", ""),
+    )
 
 
-def _strip(trace: Any, per_second: float, factor: float, limits: list[float], axis_name: str) -> list[dict[str, Any]]:
-    time = centres(trace, per_second)
-    lower, upper, mean = (np.asarray(part, float) * factor for part in (trace.lower, trace.upper, trace.mean))
-    beyond = np.zeros(len(mean), bool)
-    for limit in limits:
-        beyond |= (upper >= limit) if limit > 0.0 else (lower <= limit)
-    extreme = np.where(beyond, np.where(np.abs(upper) >= np.abs(lower), upper, lower), np.nan)
-    text = {"hovertemplate": "%{y:.4g}<extra>" + words(trace.name) + "</extra>"}
-    drawn = [
-        band(time, lower, upper, "rgba(29,95,168,0.30)", yaxis=axis_name),
-        line(time, mean, BLUE, words(trace.name), yaxis=axis_name, **text) | {"line": {"color": BLUE, "width": 1.0}},
-    ]
-    if beyond.any():
-        marks = {"mode": "markers", "marker": {"color": RED, "size": 4}}
-        drawn.append(line(time, extreme, RED, "alarm", yaxis=axis_name, hoverinfo="skip") | marks)
+def _over_threshold(each: Decided) -> float | None:
+    """How much of its threshold one look saw, 1 and more where it alarms; None where there was no look."""
+    if each.statistic or each.reached is None or not each.levels:
+        return None
+    if each.below:
+        return each.levels[0] / max(each.reached, 1e-9)
+    return max((each.reached / level for level in each.levels), default=0.0)
+
+
+def _titled(name: str, label: str, factor: float, limits: list[Limit]) -> str:
+    below = all(low and level > 0.0 for level, low in limits)
+    told = alarm_from(tuple(level * factor for level, _ in limits), below)
+    return bracketed(words(name), label) + (f", {told}" if told else "")
+
+
+def _strip(
+    trace: Trace, per_second: float, factor: float, label: str, limits: list[Limit], axis_name: str
+) -> list[dict[str, Any]]:
+    """The statistic, and a red mark over every bin that is beyond one of the levels."""
+    lower, upper = np.asarray(trace.lower, float), np.asarray(trace.upper, float)
+    extreme = np.full(len(upper), np.nan)
+    for level, low in limits:
+        side = lower if low else upper
+        extreme = np.where(np.isnan(extreme) & ((side <= level) if low else (side >= level)), side, extreme)
+    drawn = strip(trace, per_second, factor, label, axis_name)
+    if np.isfinite(extreme).any():
+        marks = {"mode": "markers", "marker": {"color": RED, "size": 4}, "hoverinfo": "skip", "yaxis": axis_name}
+        marks |= drawn_as("beyond", trace, per_second, factor, limits=[list(each) for each in limits])
+        drawn.append(line(centres(trace, per_second), factor * extreme, RED, "alarm", **marks))
     return drawn
 
 
@@ -102,6 +185,11 @@ def _level(value: float, axis_name: str) -> dict[str, Any]:
     return {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "yref": axis_name, "y0": value, "y1": value} | {
         "line": looks
     }
+
+
+def _upright(place: float) -> dict[str, Any]:
+    looks = {"color": RED, "width": 1.2, "dash": "dash"}
+    return {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "x0": place, "x1": place, "line": looks}
 
 
 def design_figures(diagnosis: Diagnosis) -> list[Figure]:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tierod.decimation import merged
 from tierod.findings import Diagnosis, Element, Episode
 from tierod.report.charts.figure import (
     AMBER,
@@ -17,14 +18,15 @@ from tierod.report.charts.figure import (
     axis,
     band,
     centres,
+    drawn_as,
     layout,
     line,
-    merged,
     rounded,
     summary,
 )
 from tierod.report.charts.over_time import span
-from tierod.report.display import INTERVAL, bracketed, duration, shown, time_scale, words
+from tierod.report.display import INTERVAL, bracketed, instant, time_scale, words
+from tierod.shown import shown
 
 STATE, SUPPLIED, DEVIATION = "state_of_", "supplied_", "deviation_of_supplied_"
 """Beginnings of the traces that are drawn here."""
@@ -38,6 +40,7 @@ _HEATS = (
     (1.0, "fault", RED),
 )
 """Values of a state, what they mean, and their colours; blank where nothing was judged."""
+OTHERWISE = "not judged"
 
 
 def state_figure(diagnosis: Diagnosis) -> Figure | None:
@@ -49,7 +52,7 @@ def state_figure(diagnosis: Diagnosis) -> Figure | None:
     traces = [merged(diagnosis.traces[STATE + name], _POINTS) for name in names]
     worst = [np.asarray(trace.upper, float) for trace in traces]
     meanings = {value: meaning for value, meaning, _ in _HEATS}
-    text = [[meanings.get(value, "not judged") for value in row.tolist()] for row in worst]
+    text = [[meanings.get(value, OTHERWISE) for value in row.tolist()] for row in worst]
     height = 26 * len(names) + 120
     heat = {
         "type": "heatmap",
@@ -58,6 +61,13 @@ def state_figure(diagnosis: Diagnosis) -> Figure | None:
         "z": [rounded(row) for row in worst],
         "text": text,
         "hovertemplate": "%{y}: %{text}<extra>%{x}</extra>",
+        "meta": {
+            "rows": [trace.name for trace in traces],
+            "part": "rows",
+            "per_second": per_second,
+            "meanings": [[value, meaning] for value, meaning in meanings.items()],
+            "otherwise": OTHERWISE,
+        },
         "colorscale": _steps(),
         "zmin": 0.0,
         "zmax": 1.0,
@@ -122,18 +132,20 @@ def _substitute(diagnosis: Diagnosis, element: Element) -> Figure:
     text = {"hovertemplate": "%{y:.4g} " + label}
     marks = [_marks(each, first, last, per_second) for each in element.episodes]
     what = element.substitute or "another signal"
+    apart = drawn_as("interval", value, per_second, factor, deviation=deviation.name, deviations=INTERVAL)
+    read, given = (text | drawn_as("mean", trace, per_second, factor) for trace in (reading, value))
     return Figure(
         name=f"substitute-{name}",
         title=f"{words(name)}: its reading, and what replaced it",
         caption=f"Red: as recorded. Blue: as others may use it, with its 95 % interval where it is replaced, mostly by "
         f"{what}. Shaded: at fault. Drag to zoom, double-click to see everything.",
         alternative=f"{words(name)} as recorded and as replaced by {what}; at fault "
-        + "; ".join(f"from {duration(each.start)} to {_end(each)}" for each in element.episodes)
+        + "; ".join(f"from {instant(each.start)} to {_end(each)}" for each in element.episodes)
         + ".",
         data=[
-            band(time, supplied - half, supplied + half, "rgba(29,95,168,0.25)", name="95 % interval"),
-            line(centres(reading, per_second), np.asarray(reading.mean, float) * factor, RED, "reading", **text),
-            line(time, supplied, BLUE, "supplied", **text),
+            band(time, supplied - half, supplied + half, "rgba(29,95,168,0.25)", name="95 % interval", **apart),
+            line(centres(reading, per_second), np.asarray(reading.mean, float) * factor, RED, "reading", **read),
+            line(time, supplied, BLUE, "supplied", **given),
         ],
         layout=layout(
             330,
@@ -173,4 +185,4 @@ def _marks(episode: Episode, first: float, last: float, per_second: float) -> tu
 
 
 def _end(episode: Episode) -> str:
-    return "the end" if episode.end is None else duration(episode.end)
+    return "the end" if episode.end is None else instant(episode.end)

@@ -10,15 +10,13 @@ from typing import Any
 import numpy as np
 
 from tierod.findings import Diagnosis, Trace
-from tierod.report.display import number, shown
+from tierod.report.display import number, words
+from tierod.shown import shown
 
 BLUE, GREY, GREEN, AMBER, RED, TEXT, GRID = "#1d5fa8", "#64748b", "#17692f", "#8a5a00", "#b3261e", "#1e293b", "#e2e8f0"
 
 LABEL_GROUND = "rgba(255,255,255,0.92)"
 """Behind text that stands over a curve."""
-
-MOST_POINTS = 4000
-"""Points of a series in the page; longer ones are merged by their lowest, highest and mean value."""
 
 Summary = tuple[str, str, str, str]
 """One row beneath a chart: series, lowest, mean, highest."""
@@ -87,28 +85,24 @@ def centres(trace: Trace, factor: float) -> np.ndarray:
     return (time + 0.5 * width) * factor
 
 
-def merged(trace: Trace, points: int = MOST_POINTS) -> Trace:
-    """The trace with neighbouring bins merged until there are no more than `points`; nothing is hidden."""
-    step = -(-len(trace.time) // points)
-    if step <= 1:
-        return trace
-    pad = -len(trace.time) % step
-    lower, upper, mean = (
-        np.pad(np.asarray(part, float), (0, pad), constant_values=np.nan).reshape(-1, step)
-        for part in (trace.lower, trace.upper, trace.mean)
-    )
-    seen = np.isfinite(mean)
-    count = seen.sum(axis=1)
-    none = count == 0
-    total = np.where(seen, mean, 0.0).sum(axis=1)
-    return Trace(
-        trace.name,
-        trace.unit,
-        np.asarray(trace.time)[::step],
-        np.where(none, np.nan, np.where(seen, lower, np.inf).min(axis=1)),
-        np.where(none, np.nan, np.where(seen, upper, -np.inf).max(axis=1)),
-        np.divide(total, count, out=np.full(len(count), np.nan), where=~none),
-    )
+def drawn_as(part: str, trace: Trace, per_second: float, factor: float = 1.0, **more: Any) -> dict[str, Any]:
+    """From what series a mark is made, so that a page can draw it as fine as it is zoomed to.
+
+    Args:
+        part: "mean", "range" (lowest to highest), "interval" (mean and so many `deviations` of the series `deviation`
+            on both sides) or "beyond" (the extreme of bins beyond one of the `limits`)
+        trace: the series
+        per_second: what the axis counts a second as
+        factor: from the unit of the series to the one shown
+        more: what the part needs besides
+    """
+    return {"meta": {"series": trace.name, "part": part, "per_second": per_second, "factor": factor} | more}
+
+
+def drawn_from(mark: dict[str, Any]) -> set[str]:
+    """Names of the series that a mark is made from; empty where it is made from none."""
+    meta = mark.get("meta", {})
+    return {*meta.get("rows", ()), *(meta[key] for key in ("series", "deviation") if key in meta)}
 
 
 def band(time: np.ndarray, lower: np.ndarray, upper: np.ndarray, colour: str, **more: Any) -> dict[str, Any]:
@@ -127,6 +121,18 @@ def line(time: np.ndarray, values: np.ndarray, colour: str, name: str, **more: A
     """A line with gaps where values are missing."""
     looks = {"type": "scatter", "mode": "lines", "line": {"color": colour, "width": 1.6}, "name": name}
     return looks | {"x": rounded(time, 7), "y": rounded(values), "connectgaps": False} | more
+
+
+def strip(trace: Trace, per_second: float, factor: float, label: str, axis_name: str) -> list[dict[str, Any]]:
+    """A trace as a thin line of its mean in a band from lowest to highest value."""
+    time, name = centres(trace, per_second), words(trace.name)
+    lower, upper, mean = (np.asarray(part, float) * factor for part in (trace.lower, trace.upper, trace.mean))
+    text = {"hovertemplate": "%{y:.4g} " + label + f"<extra>{name}</extra>"}
+    within, middle = (drawn_as(part, trace, per_second, factor) for part in ("range", "mean"))
+    return [
+        band(time, lower, upper, "rgba(29,95,168,0.30)", yaxis=axis_name, **within),
+        line(time, mean, BLUE, name, yaxis=axis_name, **text, **middle) | {"line": {"color": BLUE, "width": 1.0}},
+    ]
 
 
 def stretches(flags: np.ndarray) -> Iterable[tuple[int, int]]:

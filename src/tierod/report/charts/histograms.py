@@ -8,7 +8,8 @@ import numpy as np
 
 from tierod.findings import Diagnosis
 from tierod.report.charts.figure import BLUE, Figure, axis, layout, level_colour, references, rounded, strip_title
-from tierod.report.display import bracketed, number, shown, words
+from tierod.report.display import bracketed, number, words
+from tierod.shown import shown
 
 
 def histogram_figure(diagnosis: Diagnosis) -> Figure | None:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from tierod.decimation import bin_width, merged
 from tierod.findings import Diagnosis, Trace
 from tierod.report.charts.figure import (
     BLUE,
@@ -17,17 +18,19 @@ from tierod.report.charts.figure import (
     axis,
     band,
     centres,
+    drawn_as,
     layout,
     level_colour,
     line,
-    merged,
     references,
     rounded,
+    strip,
     strip_title,
     summary,
 )
 from tierod.report.charts.first_range import first_range
-from tierod.report.display import INTERVAL, bracketed, number, shown, time_scale, words
+from tierod.report.display import INTERVAL, bracketed, number, time_scale, words
+from tierod.shown import shown
 from tierod.signals import SIGNALS
 
 DEVIATION = "_standard_deviation"
@@ -101,9 +104,10 @@ def innovation_figure(diagnosis: Diagnosis) -> Figure | None:
 
 
 def span(diagnosis: Diagnosis) -> tuple[float, float]:
-    """First and last time of all traces [s]."""
-    times = [np.asarray(trace.time, float) for trace in diagnosis.traces.values() if len(trace.time)]
-    return (min(t[0] for t in times), max(t[-1] for t in times)) if times else (0.0, 1.0)
+    """First and last time of all traces [s]; the last bin is shown whole."""
+    known = [trace for trace in diagnosis.traces.values() if len(trace.time)]
+    ends = [(float(trace.time[0]), float(trace.time[-1]) + bin_width(trace)) for trace in known]
+    return (min(start for start, _ in ends), max(end for _, end in ends)) if ends else (0.0, 1.0)
 
 
 def _estimate(diagnosis: Diagnosis, name: str) -> Figure:
@@ -115,16 +119,19 @@ def _estimate(diagnosis: Diagnosis, name: str) -> Figure:
     half = half * factor
     levels = references(diagnosis, trace.unit)
     strip = next((each for each in STRIPS if each in diagnosis.traces), None)
+    apart = drawn_as("interval", trace, per_second, factor, deviation=deviation.name, deviations=INTERVAL)
+    within, middle = (drawn_as(part, trace, per_second, factor) for part in ("range", "mean"))
+    text = {"hovertemplate": "%{y:.4g} " + label + "<extra>estimate</extra>"}
     data = [
-        band(time, mean - half, mean + half, "rgba(29,95,168,0.18)", name="95 % interval", showlegend=True),
-        band(time, lower, upper, "rgba(29,95,168,0.45)", name="lowest to highest", showlegend=False),
-        line(time, mean, BLUE, "estimate", hovertemplate="%{y:.4g} " + label + "<extra>estimate</extra>"),
+        band(time, mean - half, mean + half, "rgba(29,95,168,0.18)", name="95 % interval", showlegend=True, **apart),
+        band(time, lower, upper, "rgba(29,95,168,0.45)", name="lowest to highest", showlegend=False, **within),
+        line(time, mean, BLUE, "estimate", **text, **middle),
         *_truth(diagnosis, name, per_second, factor),
         *([_beneath(merged(diagnosis.traces[strip]), per_second)] if strip else []),
     ]
     bottom = 0.16 if strip else 0.0
     top = first_range(mean, upper, mean + half, [value for _, value in levels])
-    marks = _since(diagnosis, per_second)
+    marks = since_marks(diagnosis, per_second)
     return Figure(
         name=f"estimate-{name}",
         title=f"{words(name)} over time",
@@ -164,7 +171,7 @@ def _truth(diagnosis: Diagnosis, name: str, per_second: float, factor: float) ->
         return []
     truth = merged(truth)
     values = np.asarray(truth.mean, float) * factor
-    looks = {"line": {"color": "#111827", "width": 1.6, "dash": "dot"}}
+    looks = {"line": {"color": "#111827", "width": 1.6, "dash": "dot"}} | drawn_as("mean", truth, per_second, factor)
     return [line(centres(truth, per_second), values, "#111827", "truth", **looks)]
 
 
@@ -177,7 +184,7 @@ def _beneath(trace: Trace, per_second: float) -> dict[str, Any]:
         "line": {"width": 0.8, "color": GREEN, "shape": "hvh"},
     }
     name = STRIPS[trace.name][0]
-    text = {"hovertemplate": f"%{{y:.0%}}<extra>{name}</extra>"}
+    text = {"hovertemplate": f"%{{y:.0%}}<extra>{name}</extra>"} | drawn_as("mean", trace, per_second, absent=0.0)
     return line(centres(trace, per_second), known, GREEN, name, yaxis="y2", **area, **text)
 
 
@@ -209,7 +216,16 @@ def _level_label(group: list[tuple[str, float]], label: str) -> dict[str, Any]:
     return {"text": f"{text} {label}"} | place | looks
 
 
-def _since(diagnosis: Diagnosis, per_second: float) -> tuple[list[dict], list[dict]]:
+def since_marks(
+    diagnosis: Diagnosis, per_second: float, top: float = 0.99
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """The line and the label at which the change began that led to the verdict; none where it holds throughout.
+
+    Args:
+        diagnosis: whose first finding says when
+        per_second: what the axis counts a second as
+        top: upper end of the label, as a share of the chart
+    """
     finding = diagnosis.findings[0] if diagnosis.findings else None
     if finding is None or finding.since is None:
         return [], []
@@ -223,7 +239,7 @@ def _since(diagnosis: Diagnosis, per_second: float) -> tuple[list[dict], list[di
         "x1": at,
         "line": {"color": RED, "width": 1.3},
     }
-    text = {"text": "change began", "x": at, "yref": "paper", "y": 0.99, "yanchor": "top"}
+    text = {"text": "change began", "x": at, "yref": "paper", "y": top, "yanchor": "top"}
     later = at > 0.6 * span(diagnosis)[1] * per_second
     looks = {"showarrow": False, "xanchor": "right" if later else "left", "font": {"color": RED, "size": 12}}
     return [shape], [text | looks | {"bgcolor": LABEL_GROUND, "xshift": -4 if later else 4}]
@@ -263,7 +279,7 @@ def _strips(diagnosis: Diagnosis, names: list[str], name: str, title: str, capti
         share, gap = 1.0 / len(names), 26.0 / height
         domain = [1.0 - (index + 1) * share, 1.0 - index * share - gap]
         axes[f"yaxis{suffix}"] = axis("", domain=domain, nticks=4)
-        data += _strip(trace, per_second, factor, label, words(each), f"y{suffix}")
+        data += strip(trace, per_second, factor, label, f"y{suffix}")
         titles.append(strip_title(bracketed(words(each), label), domain[1]))
         shapes += _two_sigma(suffix) if each.startswith("normalised_innovation") else []
         rows.append(summary(words(each), trace, factor, label))
@@ -280,18 +296,6 @@ def _strips(diagnosis: Diagnosis, names: list[str], name: str, title: str, capti
         summary=rows,
         timed=True,
     )
-
-
-def _strip(
-    trace: Trace, per_second: float, factor: float, label: str, name: str, axis_name: str
-) -> list[dict[str, Any]]:
-    time = centres(trace, per_second)
-    lower, upper, mean = (np.asarray(part, float) * factor for part in (trace.lower, trace.upper, trace.mean))
-    text = {"hovertemplate": "%{y:.4g} " + label + f"<extra>{name}</extra>"}
-    return [
-        band(time, lower, upper, "rgba(29,95,168,0.30)", yaxis=axis_name),
-        line(time, mean, BLUE, name, yaxis=axis_name, **text) | {"line": {"color": BLUE, "width": 1.0}},
-    ]
 
 
 def _two_sigma(suffix: str) -> list[dict[str, Any]]:

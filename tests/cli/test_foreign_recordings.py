@@ -1,0 +1,175 @@
+"""Every command on recordings as cars give them: no truth, foreign column names, units of the workshop, any format."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from tierod.cli import main
+from tierod.monitors.registry import MONITORS
+from tierod.physics.clarke_park import StatorVector, inverse_clarke
+from tierod.readers import read
+from tierod.recording import Channel, Recording
+from tierod.writers import write
+
+FORMATS = ("csv", "parquet", "mf4")
+FOREIGN = {
+    "rad": ("deg", 180.0 / math.pi),
+    "rad/s": ("deg/s", 180.0 / math.pi),
+    "m/s": ("km/h", 3.6),
+    "m/s**2": ("g", 1.0 / 9.80665),
+    "N": ("kN", 1e-3),
+    "A": ("mA", 1e3),
+    "": ("%", 100.0),
+}
+"""Unit of the workshop for each unit of tierod, and how many of it make one; units that are missing stay."""
+
+DRIVES = {
+    "friction": ("mixed-drive-healthy", "120", "midsize-eps", ()),
+    "hysteresis": ("lock-to-lock-on-hoist", None, "midsize-eps", ("--variant", "hoist")),
+    "sideslip": ("steer-by-wire-sideslip", "15", "steer-by-wire", ()),
+    "driver-torque": ("column-bench-hands", "20", "column-bench", ()),
+    "motor-angle": ("motor-bench-sweep", "4", "motor-bench", ()),
+    "condition": ("demonstrator-lap", "15", "smartload", ()),
+}
+"""For every monitor: scenario, duration [s], vehicle, further options."""
+
+COMMANDS = {
+    "analyse column": ("analyse", "column", "--vehicle", "column-bench", "--recording"),
+    "identify column": ("identify", "column", "--vehicle", "column-bench", "--free", "motor_friction"),
+    "identify motor": ("identify", "motor", "--vehicle", "motor-bench", "--free", "motor_flux"),
+    "identify inverter": ("identify", "inverter", "--vehicle", "motor-bench"),
+}
+SCENARIOS = {
+    "analyse column": ("column-bench-multisine", "12"),
+    "identify column": ("column-bench-multisine", "5"),
+    "identify motor": ("motor-bench-multisine", "2"),
+    "identify inverter": ("motor-bench-multisine", "2"),
+}
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory):
+    """A function that gives the recording of a scenario, driven once."""
+    folder, driven = tmp_path_factory.mktemp("drives"), {}
+
+    def of(scenario, seconds):
+        if (scenario, seconds) not in driven:
+            path = folder / f"{scenario}-{seconds}.parquet"
+            limit = ["--seconds", seconds] if seconds else []
+            assert main(["simulate", scenario, "-o", str(path), "--json", *limit]) == 0
+            driven[scenario, seconds] = with_duty_cycles(path) if scenario == "motor-bench-sweep" else path
+        return driven[scenario, seconds]
+
+    return of
+
+
+def with_duty_cycles(path):
+    """The recording of a motor with what its inverter was told added as duty cycles of the supply."""
+    whole = read(path)
+    alpha, beta = (whole[f"motor_target_voltage_{axis}"] for axis in ("alpha", "beta"))
+    supply = np.nanmedian(whole["supply_voltage"].values)
+    phases = inverse_clarke(StatorVector(alpha.values, beta.values))
+    named = zip("abc", phases, strict=True)
+    write(
+        whole.with_channels(
+            Channel(f"motor_duty_cycle_{each}", alpha.time, 0.5 + values / supply, "") for each, values in named
+        ),
+        path,
+    )
+    return path
+
+
+def as_a_car_gives_it(path, folder, ending):
+    """(recording without truth and metadata under foreign names and units, the map that says what they are)."""
+    channels, lines = {}, []
+    known = [each for each in read(path).channels.values() if not each.name.startswith("truth_")]
+    for place, channel in enumerate(known):
+        name, (unit, factor) = f"Grp{place % 3}.x{place}_raw", FOREIGN.get(channel.unit, (channel.unit, 1.0))
+        channels[name] = Channel(name, channel.time, factor * channel.values, unit)
+        lines += [f"[signals.{channel.name}]", f'source = "{name}"', f'unit = "{unit}"', "optional = true"]
+    target, channel_map = folder / f"foreign.{ending}", folder / "map.toml"
+    write(Recording(channels), target)
+    channel_map.write_text("\n".join(lines), encoding="utf-8")
+    return target, channel_map
+
+
+def document(capsys, arguments):
+    """(exit code, JSON document) of a command."""
+    capsys.readouterr()
+    code = main([*arguments, "--json"])
+    captured = capsys.readouterr()
+    return code, json.loads(captured.out) if captured.out else captured.err
+
+
+def alike(one, other):
+    """Whether two JSON values are the same but for rounding, by which steps of a sensor may fall to either side."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(alike(one[key], other[key]) for key in one)
+    if isinstance(one, list) and isinstance(other, list):
+        return len(one) == len(other) and all(map(alike, one, other))
+    if isinstance(one, float) and isinstance(other, float | int):
+        return math.isclose(one, other, rel_tol=1e-3, abs_tol=1e-6)
+    return one == other
+
+
+def judged(finding):
+    """What a finding says of the car, less what it says beside a truth and on where the signals came from."""
+    evidence = {name: value for name, value in finding["evidence"].items() if "truth" not in name}
+    return {key: finding[key] for key in ("monitor", "status", "since", "estimate", "cause")} | {"evidence": evidence}
+
+
+CASES = [
+    *((monitor, None, ending) for monitor in MONITORS for ending in FORMATS),
+    *((name, variant, "parquet") for name, each in MONITORS.items() for variant in each.variants),
+]
+"""Every monitor in every format, and every variant in one."""
+
+
+@pytest.mark.parametrize(("monitor", "variant", "ending"), CASES)
+def test_a_verdict_needs_no_truth_and_no_names_of_ours(drive, tmp_path, capsys, monitor, variant, ending):
+    if ending == "mf4":
+        pytest.importorskip("asammdf")
+    scenario, seconds, vehicle, more = DRIVES[monitor]
+    ours = drive(scenario, seconds)
+    foreign, channel_map = as_a_car_gives_it(ours, tmp_path, ending)
+    chosen = ["--variant", variant] if variant else more
+    options = ["--monitor", monitor, "--vehicle", vehicle, *chosen, "--no-report"]
+    code, expected = document(capsys, ["diagnose", str(ours), *options])
+    again, found = document(capsys, ["diagnose", str(foreign), *options, "--map", str(channel_map)])
+    assert again == code < 3, found
+    assert alike(judged(found["findings"][0]), judged(expected["findings"][0]))
+    assert alike(
+        [(each["name"], each["status"], each["episodes"]) for each in found["elements"]],
+        [(each["name"], each["status"], each["episodes"]) for each in expected["elements"]],
+    )
+
+
+@pytest.mark.parametrize("ending", FORMATS)
+@pytest.mark.parametrize("command", COMMANDS)
+def test_no_other_command_needs_a_truth_or_names_of_ours(drive, tmp_path, capsys, command, ending):
+    if ending == "mf4":
+        pytest.importorskip("asammdf")
+    ours = drive(*SCENARIOS[command])
+    foreign, channel_map = as_a_car_gives_it(ours, tmp_path, ending)
+    report = [] if command == "analyse column" else ["-o", str(tmp_path / "found.toml")]
+    report = ["--no-report"] if command == "analyse column" else report
+    code, expected = document(capsys, [*COMMANDS[command], str(ours), *report])
+    again, found = document(capsys, [*COMMANDS[command], str(foreign), *report, "--map", str(channel_map)])
+    assert again == code < 3, found
+    if command.startswith("identify"):
+        values = [{each["name"]: each["value"] for each in told["parameters"]} for told in (found, expected)]
+        assert alike(*values)
+
+
+@pytest.mark.parametrize("ending", FORMATS)
+def test_inspect_says_the_same_of_a_recording_without_truth_and_names_of_ours(drive, tmp_path, capsys, ending):
+    if ending == "mf4":
+        pytest.importorskip("asammdf")
+    ours = drive("column-bench-hands", "20")
+    foreign, channel_map = as_a_car_gives_it(ours, tmp_path, ending)
+    _, expected = document(capsys, ["inspect", str(ours)])
+    code, found = document(capsys, ["inspect", str(foreign), "--map", str(channel_map)])
+    assert code == 0
+    assert [each["can_run"] for each in found["monitors"]] == [each["can_run"] for each in expected["monitors"]]

@@ -1,0 +1,49 @@
+"""The command that a simulation prints is run, and judges what the scenario is made for."""
+
+import shlex
+
+import pytest
+
+from tierod.cli import main
+from tierod.proving_ground.scenarios import load, shipped
+
+LONG = ("country-drive-friction-ramp", "demonstrator-healthy", "mixed-drive-friction-step", "mixed-drive-healthy",
+        "worn-sensors-in-town", "hot-motor-in-town", "active-front-steering-drive", "column-bench-locked-sweep",
+        "column-bench-ramps", "column-bench-sweep")  # fmt: skip
+"""Scenarios that take seconds to drive or to judge."""
+
+CASES = [pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in shipped() if load(name).vehicle]
+
+FIRST_IS_THE_REFERENCE = "lock-to-lock-on-ground"
+"""Tyres scrub on the ground: a car is judged there from its second test on."""
+
+
+def printed(capsys, name):
+    """The command that a simulation of a shipped scenario prints in the end."""
+    assert main(["simulate", name, "-o", "drive.parquet"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    (command,) = [line.removeprefix("go on with: ") for line in lines if line.startswith("go on with: ")]
+    words = shlex.split(command)
+    assert words[0] == "tierod"
+    return words[1:]
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_next_command_ends_in_a_judgement(name, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    words = printed(capsys, name)
+    code = main(words)
+    if name == FIRST_IS_THE_REFERENCE:
+        assert code == 2
+        assert "NOT TESTABLE" in capsys.readouterr().out
+        code = main(words)
+    captured = capsys.readouterr()
+    assert code in (0, 1), captured.out + captured.err
+    assert "NOT ENABLED" not in captured.out
+
+
+def test_a_car_without_a_vehicle_file_has_no_next_command(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert not load("weave-small-car").vehicle
+    assert main(["simulate", "weave-small-car", "-o", "drive.parquet", "--seconds", "4"]) == 0
+    assert "go on with" not in capsys.readouterr().out
