@@ -1,0 +1,73 @@
+"""python -m tests.attack fuzz | replay TARGET SEED NUMBER | show TARGET SEED NUMBER."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from .fuzz import SEED, Tally, attempt, class_of, run_all
+from .pool import Pool
+from .targets import TARGETS, case
+
+
+def main() -> int:
+    """Run what the arguments ask for."""
+    parser = argparse.ArgumentParser(prog="python -m tests.attack")
+    verbs = parser.add_subparsers(dest="verb", required=True)
+    fuzz = verbs.add_parser("fuzz", help="mutate files of all targets and open them")
+    fuzz.add_argument("targets", nargs="*", default=list(TARGETS))
+    fuzz.add_argument("--count", type=int, default=2000, help="cases of each target")
+    fuzz.add_argument("--seed", type=int, default=SEED)
+    fuzz.add_argument("--workers", type=int, default=2)
+    fuzz.add_argument("--seconds", type=float, default=float("inf"), help="after which no further case begins")
+    replay = verbs.add_parser("replay", help="run one case again and print what became of it")
+    show = verbs.add_parser("show", help="write the file of a case")
+    for verb in (replay, show):
+        verb.add_argument("target")
+        verb.add_argument("seed", type=int)
+        verb.add_argument("number", type=int)
+    show.add_argument("folder", type=Path)
+    given = parser.parse_args()
+    return {"fuzz": _fuzz, "replay": _replay, "show": _show}[given.verb](given)
+
+
+def _fuzz(given: argparse.Namespace) -> int:
+    found = run_all(given.targets, given.count, given.seed, given.workers, given.seconds, _told)
+    return int(any(tally.failed for tally in found.values()))
+
+
+def _told(target: str, tally: Tally) -> None:
+    codes = ", ".join(f"{code}: {count}" for code, count in sorted(tally.codes.items(), key=str))
+    print(
+        f"{target}: {tally.cases} cases, {len(tally.failed)} failed, {tally.unrepeated} unrepeated, exit {codes}, "
+        f"slowest {tally.slowest:.2f} s, largest {tally.largest / 1e6:.0f} MB",
+        flush=True,
+    )
+    classes: dict[str, list[str]] = {}
+    for each, result in tally.failed:
+        classes.setdefault(class_of(result), []).append(each.key)
+    for name, keys in sorted(classes.items(), key=lambda pair: -len(pair[1])):
+        print(f"    {len(keys):4d} x {name}   [{', '.join(keys[:3])}]", flush=True)
+
+
+def _replay(given: argparse.Namespace) -> int:
+    each = case(given.target, given.seed, given.number)
+    with Pool() as pool:
+        result = attempt(pool, each)
+    print(f"tierod {' '.join(each.command)}   # {each.name}, {len(each.content)} bytes")
+    print(result.stdout + result.stderr, end="")
+    print(f"exit {result.code}, {result.seconds:.2f} s, {result.memory / 1e6:.0f} MB: {result.kind or 'held'}")
+    print(result.detail)
+    return int(bool(result.kind))
+
+
+def _show(given: argparse.Namespace) -> int:
+    each = case(given.target, given.seed, given.number)
+    given.folder.mkdir(parents=True, exist_ok=True)
+    print(" ".join(each.placed(given.folder)))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
