@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import re
@@ -35,7 +36,8 @@ class Result:
     """What became of a command.
 
     Args:
-        kind: "" where it held, else what went wrong: crash, hang, memory, traceback, defect, code, escape, flood, silence
+        kind: "" where it held, else what went wrong: crash, hang, memory, traceback, defect, code, escape, flood or
+            silence
         code: exit code; None where there is none
         stdout: what it printed
         stderr: what it said
@@ -130,17 +132,13 @@ class Pool:
         """The worker's whole group goes: a reader may have children of its own."""
         if self.process is None:
             return
-        try:
+        with contextlib.suppress(ProcessLookupError):
             os.killpg(self.process.pid, signal.SIGKILL)
-        except ProcessLookupError:
-            pass
         self.process.wait()
         for stream in (self.process.stdin, self.process.stdout):
             assert stream is not None
-            try:
+            with contextlib.suppress(BrokenPipeError):
                 stream.close()
-            except BrokenPipeError:
-                pass
         self.process = None
 
     def _died(self) -> Result:

@@ -1,6 +1,7 @@
 """A small valid example of each format that tierod reads, and of each file that a user writes: what is mutated.
 
-Made by code with the writers and the vendors' own libraries; the same bytes on every day, so that a case can be replayed.
+Made by code with the writers and the vendors' own libraries; the same bytes on every day, so that a case can be
+replayed.
 """
 
 from __future__ import annotations
