@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from .fuzz import SEED, Tally, attempt, class_of, run_all
+from .minimise import entry, minimised
 from .pool import Pool
 from .targets import TARGETS, case
 
@@ -23,13 +24,14 @@ def main() -> int:
     fuzz.add_argument("--seconds", type=float, default=float("inf"), help="after which no further case begins")
     replay = verbs.add_parser("replay", help="run one case again and print what became of it")
     show = verbs.add_parser("show", help="write the file of a case")
-    for verb in (replay, show):
+    keep = verbs.add_parser("keep", help="make the file of a failing case small and print it for the corpus")
+    for verb in (replay, show, keep):
         verb.add_argument("target")
         verb.add_argument("seed", type=int)
         verb.add_argument("number", type=int)
     show.add_argument("folder", type=Path)
     given = parser.parse_args()
-    return {"fuzz": _fuzz, "replay": _replay, "show": _show}[given.verb](given)
+    return {"fuzz": _fuzz, "replay": _replay, "show": _show, "keep": _keep}[given.verb](given)
 
 
 def _fuzz(given: argparse.Namespace) -> int:
@@ -66,6 +68,11 @@ def _show(given: argparse.Namespace) -> int:
     each = case(given.target, given.seed, given.number)
     given.folder.mkdir(parents=True, exist_ok=True)
     print(" ".join(each.placed(given.folder)))
+    return 0
+
+
+def _keep(given: argparse.Namespace) -> int:
+    print(entry(*minimised(case(given.target, given.seed, given.number))))
     return 0
 
 

@@ -109,6 +109,8 @@ def class_of(result: Result) -> str:
     """What a failure has in common with others: its kind, and the innermost lines of tierod that led to it."""
     frames = re.findall(r'File "[^"]*/(tierod/[^"]+)", line (\d+), in (\w+)', result.detail)
     lines = [line for line in result.detail.strip().splitlines() if line and not line.startswith(" ")]
+    if result.kind == "escape":
+        return "escape: a control character in what it prints"
     if frames:
         file, line, function = frames[-1]
         return f"{result.kind}: {file}:{line} {function}: {lines[-1][:110]}"

@@ -30,6 +30,8 @@ WORKER_LIFE = 1500
 # A terminal acts on these; a line end and a tab are all that output needs.
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 
+_SHORT = re.compile(r"memory is not enough|MemoryError|malloc of size|bad_alloc|[Uu]nable to allocate|out of memory")
+
 
 @dataclass(frozen=True)
 class Result:
@@ -56,9 +58,14 @@ class Result:
 
 
 class Pool:
-    """One worker process, and the folder in which its commands run."""
+    """One worker process, and the folder in which its commands run.
 
-    def __init__(self) -> None:
+    Args:
+        wait: by the clock, after which a worker that does not answer is ended [s]
+    """
+
+    def __init__(self, wait: float = WAIT) -> None:
+        self.wait = wait
         self.home = Path(tempfile.mkdtemp(prefix="tierod-attack-"))
         self.process: subprocess.Popen | None = None
         self.left = 0
@@ -77,11 +84,12 @@ class Pool:
         folder.mkdir()
         return folder
 
-    def run(self, arguments: list[str]) -> Result:
+    def run(self, arguments: list[str], encoding: str = "utf-8") -> Result:
         """Run a command in the folder that was asked for last.
 
         Args:
             arguments: of tierod
+            encoding: of its output
         """
         if self.process is None or not self.left:
             self._end()
@@ -89,19 +97,19 @@ class Pool:
         assert self.process is not None
         assert self.process.stdin is not None
         self.left -= 1
-        wish = {"arguments": arguments, "folder": str(self.home / "case")}
+        wish = {"arguments": arguments, "folder": str(self.home / "case"), "encoding": encoding}
         try:
             self.process.stdin.write(json.dumps(wish).encode() + b"\n")
             self.process.stdin.flush()
-            line = self._line(WAIT)
+            line = self._line(self.wait)
         except BrokenPipeError:
             line = b""
         if line is None:
             self._end()
-            return self._result("hang", None, f"no end after {WAIT:g} s by the clock")
+            return self._result("hang", None, f"no end after {self.wait:g} s by the clock")
         if not line:
             return self._died()
-        return self._judged(json.loads(line))
+        return self.judged(json.loads(line))
 
     def _begin(self) -> None:
         for name in ("stdout", "stderr"):
@@ -150,7 +158,12 @@ class Pool:
         reason = signal.Signals(-status).name if status < 0 else f"exit {status}"
         return self._result("crash", None, reason)
 
-    def _judged(self, told: dict[str, Any]) -> Result:
+    def judged(self, told: dict[str, Any]) -> Result:
+        """What became of a command that came to an end.
+
+        Args:
+            told: by the worker
+        """
         figures = {"seconds": told["seconds"], "memory": told["memory"]}
         stdout, stderr = self._text("stdout"), self._text("stderr")
         both = stdout + stderr
@@ -164,7 +177,7 @@ class Pool:
             kind, detail = "traceback", both[both.index("Traceback (most") :][:2000]
         elif code not in (0, 1, 2, 3):
             kind, detail = "code", f"exit {code}"
-        elif told["memory"] > MEMORY or "the memory is not enough" in stderr:
+        elif told["memory"] > MEMORY or _SHORT.search(stderr):
             kind, detail = "memory", f"{told['memory'] / 1e6:.0f} MB"
         elif told["seconds"] > SECONDS:
             kind, detail = "hang", f"{told['seconds']:.1f} s of processor time"

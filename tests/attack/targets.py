@@ -159,8 +159,9 @@ def arguments(command: Sequence[str], folder: Path, name: str) -> list[str]:
     """The arguments of a command with paths in place of their names; what lies beside the file is written."""
     drive, bus = folder / "beside.csv", folder / "beside.log"
     places = {FILE: folder / name, BESIDE: drive, FITTING: bus if name.startswith("rav4") else drive}
-    drive.write_bytes(drive_file())
-    bus.write_bytes(seeds()["candump"]["bus.log"])
+    if BESIDE in command or FITTING in command:
+        drive.write_bytes(drive_file())
+        bus.write_bytes(seeds()["candump"]["bus.log"])
     return [str(places[each]) if each in places else _code() if each == "{code}" else each for each in command]
 
 

@@ -1,7 +1,8 @@
 """A process that runs commands of tierod one after the other, each within limits, and says what became of each.
 
-Lines of JSON come in: {"arguments": [...], "folder": "..."}; one goes out for each. What a command prints goes into the
-files `stdout` and `stderr` above the folder. It ends by SIGPROF where a command takes more processor time than it may.
+Lines of JSON come in: {"arguments": [...], "folder": "...", "encoding": "..."}; one goes out for each. What a command
+prints goes into the files `stdout` and `stderr` above the folder. The process ends by SIGPROF where a command takes more
+processor time than it may.
 """
 
 from __future__ import annotations
@@ -37,8 +38,6 @@ def main(folder: str) -> None:
     streams = [os.open(f"{folder}/{name}", os.O_RDWR | os.O_CREAT, 0o600) for name in ("stdout", "stderr")]
     for number, stream in enumerate(streams, 1):
         os.dup2(stream, number)
-    for stream in (sys.stdout, sys.stderr):
-        stream.reconfigure(encoding="utf-8", errors="strict" if stream is sys.stdout else "backslashreplace")
     _warm_up()
     _limit()
     answer.write("ready\n")
@@ -48,6 +47,8 @@ def main(folder: str) -> None:
         for number in (1, 2):
             os.ftruncate(number, 0)
             os.lseek(number, 0, os.SEEK_SET)
+        sys.stdout.reconfigure(encoding=wish.get("encoding", "utf-8"), errors="strict")
+        sys.stderr.reconfigure(encoding=wish.get("encoding", "utf-8"), errors="backslashreplace")
         os.chdir(wish["folder"])
         told = _run(wish["arguments"])
         os.chdir("/")
