@@ -1,14 +1,23 @@
-"""python -m tests.attack fuzz | replay TARGET SEED NUMBER | show TARGET SEED NUMBER."""
+"""Attacks tierod: python -m tests.attack VERB.
+
+all                                 everything for an hour, with the table for docs/reliability.md: `make attack`
+fuzz [TARGET ...]                   mutated files of some targets
+replay TARGET SEED NUMBER           one case again, with what it printed
+show TARGET SEED NUMBER FOLDER      the file of a case, and the command that opens it
+keep TARGET SEED NUMBER             the file of a failing case made small, as an entry of the corpus
+"""
 
 from __future__ import annotations
 
 import argparse
 import sys
+import time
 from pathlib import Path
 
 from .fuzz import SEED, Tally, attempt, class_of, run_all
 from .minimise import entry, minimised
 from .pool import Pool
+from .reliability import attack, passed, table, write
 from .targets import TARGETS, case
 
 
@@ -16,12 +25,14 @@ def main() -> int:
     """Run what the arguments ask for."""
     parser = argparse.ArgumentParser(prog="python -m tests.attack")
     verbs = parser.add_subparsers(dest="verb", required=True)
+    every = verbs.add_parser("all", help="run every attack and write the table of docs/reliability.md")
     fuzz = verbs.add_parser("fuzz", help="mutate files of all targets and open them")
     fuzz.add_argument("targets", nargs="*", default=list(TARGETS))
-    fuzz.add_argument("--count", type=int, default=2000, help="cases of each target")
-    fuzz.add_argument("--seed", type=int, default=SEED)
-    fuzz.add_argument("--workers", type=int, default=2)
-    fuzz.add_argument("--seconds", type=float, default=float("inf"), help="after which no further case begins")
+    for verb in (every, fuzz):
+        verb.add_argument("--count", type=int, default=2000, help="cases of each target")
+        verb.add_argument("--seed", type=int, default=SEED)
+        verb.add_argument("--workers", type=int, default=2)
+        verb.add_argument("--seconds", type=float, default=3600.0, help="after which no further case begins")
     replay = verbs.add_parser("replay", help="run one case again and print what became of it")
     show = verbs.add_parser("show", help="write the file of a case")
     keep = verbs.add_parser("keep", help="make the file of a failing case small and print it for the corpus")
@@ -31,11 +42,22 @@ def main() -> int:
         verb.add_argument("number", type=int)
     show.add_argument("folder", type=Path)
     given = parser.parse_args()
-    return {"fuzz": _fuzz, "replay": _replay, "show": _show, "keep": _keep}[given.verb](given)
+    return {"all": _all, "fuzz": _fuzz, "replay": _replay, "show": _show, "keep": _keep}[given.verb](given)
+
+
+def _all(given: argparse.Namespace) -> int:
+    figures = attack(given.count, given.seed, given.seconds, given.workers, lambda line: print(line, flush=True))
+    write(figures)
+    print(table(figures))
+    for name, target in figures["targets"].items():
+        for what, keys in target["classes"].items():
+            print(f"{name}: {what}   [{', '.join(keys)}]")
+    return int(not passed(figures))
 
 
 def _fuzz(given: argparse.Namespace) -> int:
-    found = run_all(given.targets, given.count, given.seed, given.workers, given.seconds, _told)
+    until = time.monotonic() + given.seconds
+    found = run_all(given.targets, given.count, given.seed, given.workers, until, _told)
     return int(any(tally.failed for tally in found.values()))
 
 

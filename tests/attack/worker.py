@@ -1,8 +1,8 @@
 """A process that runs commands of tierod one after the other, each within limits, and says what became of each.
 
 Lines of JSON come in: {"arguments": [...], "folder": "...", "encoding": "..."}; one goes out for each. What a command
-prints goes into the files `stdout` and `stderr` above the folder. The process ends by SIGPROF where a command takes more
-processor time than it may.
+prints goes into the files `stdout` and `stderr` above the folder. The process ends by SIGPROF where a command takes
+more processor time than it may.
 """
 
 from __future__ import annotations

@@ -87,6 +87,14 @@ def test_what_goes_wrong_becomes_one_line(verb, capsys, error, code, sentence):
     assert captured.out == ""
 
 
+def test_a_sentence_that_repeats_a_file_is_shortened(verb, capsys):
+    assert verb(raising(InputError(f"there is no column {'x' * 100_000}; name another one")))() == 3
+    said = capsys.readouterr().err
+    assert len(said) < app.LONGEST_SENTENCE + 50
+    assert said.startswith("tierod: there is no column xxx")
+    assert said.endswith("xxx; name another one\n")
+
+
 def test_debug_shows_the_traceback(verb):
     with pytest.raises(ZeroDivisionError):
         verb(raising(ZeroDivisionError()))("--debug")

@@ -21,6 +21,9 @@ HEALTHY, FAULT, NOT_JUDGED, BAD_INPUT, DEFECT, INTERRUPTED, UNHEARD = 0, 1, 2, 3
 """Exit codes; DEFECT means that tierod itself is wrong, INTERRUPTED that the user stopped it, UNHEARD (128 + SIGPIPE)
 that nobody read the output to its end before a verdict was known."""
 
+LONGEST_SENTENCE = 1200
+"""Characters of an error that are printed: a name in a damaged file may be as long as the file."""
+
 _NOT_COMMANDS = {"analysed", "app", "fault_memory", "identified", "terminal"}
 
 _HEADER = """\
@@ -58,8 +61,15 @@ def run(arguments: Sequence[str]) -> int:
         if debug:
             raise
         code, sentence = _explain(error)
-        print(f"tierod: {sentence}", file=sys.stderr)
+        print(f"tierod: {_shortened(sentence)}", file=sys.stderr)
         return code
+
+
+def _shortened(sentence: str) -> str:
+    """The sentence, without its middle where it is very long: what is wrong stands in front, what to do at the end."""
+    if len(sentence) <= LONGEST_SENTENCE:
+        return sentence
+    return f"{sentence[: LONGEST_SENTENCE // 2]} ... {sentence[-LONGEST_SENTENCE // 2 :]}"
 
 
 def _dispatch(arguments: Sequence[str]) -> int:
