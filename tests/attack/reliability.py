@@ -1,4 +1,4 @@
-"""The whole attack: mutated files, the corpus, crowds, kills, changes of signals; its figures go into the documentation."""
+"""The whole attack: damaged files, the corpus, crowds, kills, changed signals; its figures go into the documentation."""
 
 from __future__ import annotations
 

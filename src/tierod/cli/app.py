@@ -24,6 +24,9 @@ that nobody read the output to its end before a verdict was known."""
 LONGEST_SENTENCE = 1200
 """Characters of an error that are printed: a name in a damaged file may be as long as the file."""
 
+_LOOP = "Symlink loop from "
+"""How the error begins that Python before 3.13 raises where it resolves such a link."""
+
 _NOT_COMMANDS = {"analysed", "app", "fault_memory", "identified", "terminal"}
 
 _HEADER = """\
@@ -133,6 +136,8 @@ def _explain(error: BaseException) -> tuple[int, str]:
         return BAD_INPUT, "the memory is not enough; give a shorter recording or fewer channels"
     if isinstance(error, OSError):
         return BAD_INPUT, _of_the_system(error)
+    if isinstance(error, RuntimeError) and str(error).startswith(_LOOP):
+        return BAD_INPUT, f"{str(error).removeprefix(_LOOP)} is a link that leads back to itself; name another file"
     return DEFECT, (
         f"a defect of tierod itself: {type(error).__name__}: {' '.join(str(error).split())[:200]}; "
         "please report it with the output of the same command and --debug"
