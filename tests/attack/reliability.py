@@ -1,4 +1,4 @@
-"""The whole attack: damaged files, the corpus, crowds, kills, changed signals; its figures go into the documentation."""
+"""The whole attack: damaged files, corpus, crowds, kills, changed signals; its figures go into the documentation."""
 
 from __future__ import annotations
 
