@@ -97,7 +97,7 @@ def _run(arguments: list[str]) -> dict[str, Any]:
 
     with open("/proc/self/clear_refs", "w", encoding="ascii") as file:
         file.write("5")  # the highest resident memory counts anew
-    before, began, cpu = _status("VmRSS"), time.monotonic(), time.process_time()
+    before, children, began, cpu = _status("VmRSS"), _children(), time.monotonic(), time.process_time()
     # Libraries reserve more than they use, and keep it: what counts is what this command asks for.
     resource.setrlimit(resource.RLIMIT_AS, (_status("VmSize") + MEMORY, resource.RLIM_INFINITY))
     signal.setitimer(signal.ITIMER_PROF, SECONDS)
@@ -107,14 +107,20 @@ def _run(arguments: list[str]) -> dict[str, Any]:
     told = {
         "code": code,
         "escaped": escaped,
-        "seconds": time.process_time() - cpu,
+        "seconds": time.process_time() - cpu + _children()[0] - children[0],
         "waited": time.monotonic() - began,
-        "memory": max(_status("VmHWM") - before, 0),
+        "memory": max(_status("VmHWM") - before, _children()[1] if _children()[1] > children[1] else 0, 0),
         "resident": before,
     }
     if code == 4:
         told["where"] = _coded(command, [*arguments, "--debug"])[1]
     return told
+
+
+def _children() -> tuple[float, int]:
+    """Processor time of the processes that commands started [s], and the largest of those that ended so far [bytes]."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime, used.ru_maxrss * 1024
 
 
 def _coded(command: Any, arguments: list[str]) -> tuple[int | None, str]:
