@@ -69,6 +69,7 @@ class Pool:
         self.home = Path(tempfile.mkdtemp(prefix="tierod-attack-"))
         self.process: subprocess.Popen | None = None
         self.left = 0
+        self.folder()
 
     def __enter__(self) -> Pool:
         return self

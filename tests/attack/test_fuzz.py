@@ -17,7 +17,7 @@ COUNT = 20
 FEW = 4
 """Cases of MF4, each of which takes a process of its own."""
 
-FAILING: dict[str, str] = {}
+FAILING = {"parquet": "escapes", "channel-map": "units", "own-level": "escapes"}
 """Targets of which some of the first cases still fail, and what has to be mended before."""
 
 KEPT = load()
