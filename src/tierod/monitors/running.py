@@ -5,9 +5,11 @@ from __future__ import annotations
 import dataclasses
 import datetime
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from tierod import __version__
 from tierod.decimation import Decimator
@@ -95,11 +97,26 @@ class Run:
         if not self._paced:
             self._paced = self._quality.refuse_slow(self.monitor.required, self.monitor.minimum_rate)
         self._before = piece.slice(last - OVERLAP)
+        waiting: list[Aligned] = []
+        count = 0
+        for aligned in self._judged(whole, begin, last):
+            # Every piece that a session takes in costs some milliseconds: what lies between pauses goes together.
+            count += len(aligned.time)
+            if count > CHUNK * self.monitor.rate:
+                self._absorb(waiting)
+                waiting, count = [], len(aligned.time)
+            waiting.append(aligned)
+        self._absorb(waiting)
+
+    def _judged(self, whole: Recording, begin: float, last: float) -> Iterator[Aligned]:
+        """What is judged of a piece, in the order of time."""
+        assert self._start is not None
         stamps = [whole[name].time for name in self.session.signals if name in whole]
         for skip_to, stop in self._silence.stretches(stamps, begin, last + 0.5 / self.monitor.rate):
             self._steps = max(self._steps, math.floor((skip_to - self._start) * self.monitor.rate))
             while len((aligned := self._aligned(whole, stop)).time):
-                self._absorb(aligned)
+                self._steps += len(aligned.time)
+                yield aligned
 
     def _aligned(self, whole: Recording, stop: float) -> Aligned:
         """What follows on what was judged already, no more than CHUNK of it: a long piece must fit into memory."""
@@ -113,8 +130,13 @@ class Run:
             stop=min(stop, start + CHUNK),
         )
 
-    def _absorb(self, aligned: Aligned) -> None:
-        self._steps += len(aligned.time)
+    def _absorb(self, parts: Sequence[Aligned]) -> None:
+        if not parts:
+            return
+        aligned = parts[0]
+        if len(parts) > 1:
+            time, values = (np.concatenate(each) for each in zip(*((p.time, p.values) for p in parts), strict=True))
+            aligned = Aligned(time, values, parts[0].names)
         shown = {**dict(zip(aligned.names, aligned.values.T, strict=True)), **self.session.absorb(aligned)}
         if self.feed:
             self.feed.add(aligned, self.monitor.rate)

@@ -14,9 +14,15 @@ from tierod.timestamps import LATE, Order, order
 
 Piece = dict[str, Channel]
 
+FEWEST = 0.1
+"""Samples per second [Hz] that a slice has at least; every slice costs some milliseconds, however little it holds."""
+
 
 def regrouped(pieces: Iterable[list[Channel]], seconds: float) -> Iterator[Piece]:
     """Consecutive slices of `seconds` from pieces in the order of time; slices without a sample are left out.
+
+    A slice of fewer than `FEWEST` samples a second goes on until it has them: work follows the samples, whatever their
+    stamps are.
 
     Args:
         pieces: every one holds all channels of a stretch of time, later than the stretches before
@@ -47,18 +53,34 @@ def _drained(
     waiting: dict[str, list[Channel]], start: float, seconds: float, until: float
 ) -> Generator[Piece, None, float]:
     """The slices that end before `until`; returns where the next one begins, which is after any gap."""
-    while start < start + seconds <= until:
+    while (
+        start < start + seconds <= until and (stop := max(start + seconds, _filled(waiting, FEWEST * seconds))) <= until
+    ):
         stamps = [float(parts[0].time[0]) for parts in waiting.values() if len(parts[0].time)]
         if not stamps:
             return start
         start += seconds * max(math.floor((min(stamps) - start) / seconds), 0)
-        if start + seconds > until:
+        stop = max(stop, start + seconds)
+        if stop > until:
             return start
-        ready = _cut(waiting, start + seconds)
-        start += seconds
+        ready = _cut(waiting, stop)
+        start = stop
         if any(len(channel.time) for channel in ready.values()):
             yield ready
     return start
+
+
+def _filled(waiting: dict[str, list[Channel]], samples: float) -> float:
+    """The time at which the densest of the waiting channels has so many samples; infinite where none has yet."""
+    times = []
+    for parts in waiting.values():
+        left = math.floor(samples)
+        for part in parts:
+            if left < len(part.time):
+                times.append(float(part.time[left]))
+                break
+            left -= len(part.time)
+    return min(times, default=math.inf)
 
 
 def _append(waiting: dict[str, list[Channel]], piece: list[Channel]) -> None:
