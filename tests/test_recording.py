@@ -105,3 +105,11 @@ def test_a_grid_over_a_clock_that_was_set_is_refused():
     time = np.array([0.0, 1.0, 1.7e9])
     with pytest.raises(InputError, match="from 0 s to 1.7e\\+09 s is too long: does a clock leap ahead"):
         Recording({"a": Channel("a", time, time, "")}).align(["a"], 100.0)
+
+
+def test_a_grid_follows_the_samples_not_the_span():
+    time = 10.0 * np.arange(10_000.0)
+    slow = Recording({"a": Channel("a", time, time, "")})
+    assert len(slow.align(["a"], 40.0).time) == 3_999_601
+    with pytest.raises(InputError, match="from 0 s to 99990 s is too long.*count milliseconds"):
+        slow.align(["a"], 50.0)

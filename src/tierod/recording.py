@@ -16,6 +16,12 @@ Method = Literal["hold", "linear"]
 MOST_SAMPLES = 300_000_000
 """Longest grid: a month at 100 Hz. What is longer spans a clock that was set, and would exhaust the memory."""
 
+FREE_SAMPLES = 4_000_000
+"""Grid that any recording may have: eleven hours at 100 Hz."""
+
+MOST_PER_SAMPLE = 100
+"""Points of a longer grid per sample of the densest channel: a kilohertz for telemetry of 10 Hz."""
+
 
 @dataclass(frozen=True)
 class Channel:
@@ -168,6 +174,24 @@ class Recording:
         again = [replace(self[name], time=paced(self[name].time, period)).noted(note) for name in names or self.names]
         return replace(self, channels={**self.channels, **{channel.name: channel for channel in again}})
 
+    def require_grid(self, rate: float, first: float, count: int) -> None:
+        """See that a grid is not much longer than what was recorded, before memory is taken for it.
+
+        Args:
+            rate: samples per second of the grid [Hz]
+            first: its first time [s]
+            count: how many times it has
+
+        Raises:
+            InputError: it is
+        """
+        densest = max((len(channel.time) for channel in self.channels.values()), default=0)
+        if count > min(MOST_SAMPLES, max(FREE_SAMPLES, MOST_PER_SAMPLE * densest)):
+            raise InputError(
+                f"a grid of {rate:g} Hz from {first:.6g} s to {first + count / rate:.6g} s is too long: does a clock "
+                "leap ahead, or count milliseconds? Cut the recording there, or give start and stop"
+            )
+
     def align(
         self,
         names: Iterable[str],
@@ -199,11 +223,7 @@ class Recording:
             if stop is None
             else int(np.ceil((stop - first) * rate - 1e-6))
         )
-        if count > MOST_SAMPLES:
-            raise InputError(
-                f"a grid of {rate:g} Hz from {first:.6g} s to {first + count / rate:.6g} s is too long: does a clock "
-                "leap ahead? Cut the recording there, or give start and stop"
-            )
+        self.require_grid(rate, first, count)
         grid = first + np.arange(max(count, 0)) / rate
         names = tuple(names)
         values = np.full((len(grid), len(names)), np.nan)

@@ -50,7 +50,7 @@ def test_of_a_long_pause_so_much_is_judged_as_verdicts_need():
 
 
 def test_a_pause_is_where_no_signal_has_a_sample():
-    fast, slow = np.concatenate([drive(0.0, 30.0), drive(7200.0, 30.0)]), np.arange(0.0, 7300.0, 9.0)
+    fast, slow = np.concatenate([drive(0.0, 30.0), drive(7200.0, 30.0)]), np.arange(0.0, 7300.0, 1.5)
     assert judged([fast, slow]) == [(0.0, pytest.approx(slow[-1], abs=STEP))]
     ends_early = drive(0.0, 10.0)
     assert judged([fast, ends_early])[0] == (0.0, pytest.approx(29.99 + LONGEST))

@@ -85,3 +85,13 @@ def test_a_clock_that_leaps_ahead_costs_no_time(leap):
         regrouped([[Channel("a", np.array([0.0, 1.0]), np.zeros(2), "")], [Channel("a", later, later, "")]], 5.0)
     )
     assert np.array_equal(np.concatenate([part["a"].time for part in slices]), np.concatenate(([0.0, 1.0], later)))
+
+
+def test_sparse_samples_are_not_slices_of_their_own():
+    time = np.concatenate([np.arange(0.0, 1200.0, 0.5), 700.0 * np.arange(2.0, 2002.0)])
+    for cuts in (1, 7):
+        parts = [[Channel("a", part, part, "")] for part in np.array_split(time, cuts)]
+        slices = list(regrouped(parts, 600.0))
+        assert 30 < len(slices) < 40
+        assert max(len(part["a"].time) for part in slices) == 1200
+        assert np.array_equal(np.concatenate([part["a"].time for part in slices]), time)

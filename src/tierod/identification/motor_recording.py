@@ -86,7 +86,9 @@ def motor_recording(name: str, recording: Recording, pole_pairs: float, commande
         )
     step = _step(name, recording, currents)
     start, stop = _common(name, recording, (*currents, *voltages, angle))
-    grid = start + step * np.arange(int((stop - start) / step + 1e-6) + 1)
+    count = int((stop - start) / step + 1e-6) + 1
+    recording.require_grid(1.0 / step, start, count)
+    grid = start + step * np.arange(count)
     if len(grid) < _FEWEST:
         raise InputError(
             f"{name} holds {len(grid)} samples of the currents; record at least {_FEWEST}, at the rate of "

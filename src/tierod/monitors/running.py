@@ -5,9 +5,11 @@ from __future__ import annotations
 import dataclasses
 import datetime
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from tierod import __version__
 from tierod.decimation import Decimator, bins_each
@@ -108,11 +110,28 @@ class Run:
         if not self._paced:
             self._paced = self._quality.refuse_slow(self.monitor.required, self.monitor.minimum_rate)
         self._before = piece.slice(last - OVERLAP)
+        waiting: list[tuple[Aligned, Aligned]] = []
+        count = 0
+        for aligned in self._grid(whole, begin, last):
+            # Every piece that a session takes in costs some milliseconds: what lies between pauses goes together.
+            count += len(aligned.time)
+            if count > CHUNK * self.monitor.rate:
+                self._absorb(waiting, whole)
+                waiting, count = [], len(aligned.time)
+            waiting.append((aligned, self._stuck.without(aligned, whole)))
+        self._absorb(waiting, whole)
+
+    def _grid(self, whole: Recording, begin: float, last: float) -> Iterator[Aligned]:
+        """What is judged of a piece, on the grid of the monitor, in the order of time."""
+        assert self._start is not None
         stamps = [whole[name].time for name in self.session.signals if name in whole]
         for skip_to, stop in self._silence.stretches(stamps, begin, last + 0.5 / self.monitor.rate):
             self._steps = max(self._steps, math.floor((skip_to - self._start) * self.monitor.rate))
             while len((aligned := self._aligned(whole, stop)).time):
-                self._absorb(aligned, whole)
+                if not self._steps:
+                    self.session.refuse(aligned)
+                self._steps += len(aligned.time)
+                yield aligned
 
     def _aligned(self, whole: Recording, stop: float) -> Aligned:
         """What follows on what was judged already, no more than CHUNK of it: a long piece must fit into memory."""
@@ -126,11 +145,11 @@ class Run:
             stop=min(stop, start + CHUNK),
         )
 
-    def _absorb(self, aligned: Aligned, whole: Recording) -> None:
-        if not self._steps:
-            self.session.refuse(aligned)
-        self._steps += len(aligned.time)
-        usable = self._stuck.without(aligned, whole)
+    def _absorb(self, parts: Sequence[tuple[Aligned, Aligned]], whole: Recording) -> None:
+        """What follows on what was judged already, as it was recorded and without what is stuck."""
+        if not parts:
+            return
+        aligned, usable = (_together(each) for each in zip(*parts, strict=True))
         self._judged.add(usable)
         assert self._start is not None
         self._defects.add(whole, self._start, float(aligned.time[-1]), self._stuck.spans())
@@ -236,6 +255,14 @@ def _feed(memory: str | Path, vehicle: Vehicle, monitor: Monitor) -> MemoryFeed:
     from tierod.monitors.into_memory import MemoryFeed  # few runs have a memory, and it takes its time to load
 
     return MemoryFeed(memory, vehicle.name, monitor.name)
+
+
+def _together(parts: Sequence[Aligned]) -> Aligned:
+    """Consecutive parts of one grid as one."""
+    if len(parts) == 1:
+        return parts[0]
+    time, values = (np.concatenate(each) for each in zip(*((p.time, p.values) for p in parts), strict=True))
+    return Aligned(time, values, parts[0].names)
 
 
 def _common(monitor: Monitor) -> set[str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from tierod.monitors.pieces import refuse_leap
 
-PAUSE = 10.0
+PAUSE = 2.0
 """Seconds without a sample from which on a stretch is a pause; all that a signal can mean is over by then."""
 
 LONGEST = 600.0

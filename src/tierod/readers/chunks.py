@@ -18,8 +18,15 @@ Stretch = tuple[np.ndarray, dict[str, np.ndarray]]
 """Time stamps in order [s], shape (n,), and the values of the channels that they belong to, (n,) each."""
 
 
+FEWEST = 0.1
+"""Samples per second [Hz] that a slice has at least; every slice costs some milliseconds, however little it holds."""
+
+
 class Slice(NamedTuple):
     """All channels over the same time.
+
+    A slice of fewer than `FEWEST` samples a second goes on until it has them: work follows the samples, whatever their
+    stamps are.
 
     Args:
         channels: fit for use; notes on repairs count from the beginning of the recording
@@ -68,6 +75,14 @@ class _Clock:
     def first(self) -> float:
         """The first stamp that waits [s]; infinity where none does."""
         return float(self.waiting[0][0][0]) if self.waiting else math.inf
+
+    def filled(self, samples: int) -> float:
+        """The stamp that follows on so many samples that wait [s]; infinity where there are no more."""
+        for time, _ in self.waiting:
+            if samples < len(time):
+                return float(time[samples])
+            samples -= len(time)
+        return math.inf
 
     def taken(self, stop: float) -> list[Channel]:
         """The channels before `stop` [s], taken out of what waits."""
@@ -181,6 +196,7 @@ def slices(lanes: Iterable[Lane], seconds: float, allowance: Allowance) -> Itera
                 start = first if math.isnan(start) else _begin(start, seconds, first)
                 # Beside a stamp of 1e18 s ten minutes are less than the last bit: then all the rest is one slice.
                 stop = start + seconds if start + seconds > first else math.inf
+                stop = max(stop, _filled(running, seconds))
                 if stop > until:
                     break
                 yield _taken(running, stop)
@@ -193,6 +209,12 @@ def slices(lanes: Iterable[Lane], seconds: float, allowance: Allowance) -> Itera
 
 def _first(lanes: list[_Lane]) -> float:
     return min((clock.first() for lane in lanes for clock in _clocks(lane)), default=math.inf)
+
+
+def _filled(lanes: list[_Lane], seconds: float) -> float:
+    """When the densest channels have the samples that a slice needs at least [s]."""
+    samples = math.floor(FEWEST * seconds) if math.isfinite(seconds) else 0
+    return min((clock.filled(samples) for lane in lanes for clock in _clocks(lane)), default=math.inf)
 
 
 def _begin(start: float, seconds: float, first: float) -> float:
