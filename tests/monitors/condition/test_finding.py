@@ -106,7 +106,13 @@ def test_where_both_motors_lost_torque_what_feeds_both_is_looked_at_first():
     _, finding, _ = concluded(both(*lost, faulty(YAW, 7.0, 9.0)))
     assert "what feeds" not in finding.action
     _, finding, _ = concluded(lost[0])
-    assert finding.action == "check steering motor 1: the part itself, its wiring, its supply"
+    places = "the part itself, its wiring, its supply; and the channel of "
+    places += "steering motor 1 target torque or steering motor 2 target torque"
+    assert finding.action == f"check steering motor 1: {places}"
+    assert (
+        "what is asked (steering motor 1 target torque and steering motor 2 target torque), as recorded, may be wrong"
+        in finding.cause
+    )
 
 
 def test_more_than_three_faults_are_counted():

@@ -208,8 +208,9 @@ def _why(names: Sequence[str]) -> str:
 
 
 def _targets(names: Sequence[str]) -> list[str]:
-    """What is asked of those that are actuators."""
-    return [target for actuator, target in zip(ACTUATORS, TARGETS, strict=True) if actuator in names]
+    """What is asked of those that are actuators, and of those that work with them: only what they do together shows."""
+    together = [name for pair in (MOTORS, DRIVES) if {*pair} & {*names} for name in pair]
+    return [target for actuator, target in zip(ACTUATORS, TARGETS, strict=True) if actuator in together]
 
 
 def _sentence(episode: Episode, element: Element) -> str:

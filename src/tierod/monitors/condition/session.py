@@ -192,7 +192,7 @@ class ConditionSession:
         for each in disagreeing:
             if each.sure:
                 for course in self._courses.values():
-                    course.forget(each.start - BEFORE, each.found)
+                    course.forget(each.window - BEFORE, each.found)
         faults = [each for course in self._courses.values() for each in course.episodes(self._driven.end)]
         slow = () if self._pace is None else self._pace.problems()
         wired = self._wiring.problems() or self._leap.problems([each for each in faults if not each.candidates])

@@ -57,13 +57,15 @@ class Disagreement(NamedTuple):
     Args:
         element: its name
         sure: beyond the bounds; else beyond the doubtful share of them only
-        start: of the window that showed it first [s]
+        window: start of the window that showed it [s]
+        start: from when on it disagrees, to half a second [s]
         found: when that was known [s]
         size: standard deviation, or mean, of the difference there [m/s**2]
     """
 
     element: str
     sure: bool
+    window: Annotated[float, "s"]
     start: Annotated[float, "s"]
     found: Annotated[float, "s"]
     size: Annotated[float, "m/s**2"]
@@ -112,37 +114,37 @@ class AccelerationCheck:
         if self.gone(name):
             return False
         assert self._begin is not None
-        end = self._begin + block.end / self._rate
-        self._windows[name].append(
-            (end, block.read[place] - block.moved[place], block.moved[place], block.rough[place])
-        )
-        for sure in (True, False):
-            hit = self._beyond(np.array(self._windows[name]), 1.0 if sure else self._bounds.doubtful)
-            if hit is not None:
-                known = self.found.get(name)
-                if sure or known is None:
-                    self.found[name] = Disagreement(name, sure, hit[0], end, hit[1])
-                return sure
-        return False
+        end, window = self._begin + block.end / self._rate, self._windows[name]
+        window.append((end, block.read[place] - block.moved[place], block.moved[place], block.rough[place]))
+        rows = np.array(window)
+        sure = self._beyond(rows, 1.0)
+        found = sure or self._beyond(rows, self._bounds.doubtful)
+        if found is not None and (sure or name not in self.found):
+            begin, size = found
+            off = [row for row in rows if row[0] > begin and max(abs(row[1]), row[3]) >= size]
+            start = off[0][0] - BLOCK if off else begin
+            self.found[name] = Disagreement(name, sure is not None, begin, float(start), end, size)
+        return sure is not None
 
     def _beyond(self, window: np.ndarray, share: float) -> tuple[float, float] | None:
-        """Start [s] and size [m/s**2] of a difference beyond a share of the bounds; None where there is none."""
+        """Start of the window [s] and size [m/s**2] of a difference beyond a share of the bounds, if there is one."""
         bounds, there = self._bounds, np.isfinite(window[:, 1])
         if not there[-1]:
             return None
         last = window[-1]
-        if abs(last[1]) > share * bounds.single and share >= 1.0:
+        if abs(last[1]) > bounds.single:
             return float(last[0] - BLOCK), float(abs(last[1]))
         short = round(bounds.level_time / BLOCK)
-        recent = window[-short:][there[-short:]]
-        if len(recent) >= HALF * short and abs(mean := float(recent[:, 1].mean())) > share * bounds.level:
-            return float(recent[0, 0] - BLOCK), abs(mean)
-        if len(recent) >= HALF * short and (noise := float(recent[:, 3].mean())) > share * bounds.noise:
-            return float(recent[0, 0] - BLOCK), noise
-        told = window[there]
-        if len(told) < HALF * (bounds.shape_time / BLOCK):
-            return None
+        recent, told = window[-short:][there[-short:]], window[there]
+        if len(recent) >= HALF * short:
+            level, noise = abs(float(recent[:, 1].mean())), float(recent[:, 3].mean())
+            if level > share * bounds.level:
+                return float(recent[0, 0] - BLOCK), level
+            if noise > share * bounds.noise:
+                return float(recent[0, 0] - BLOCK), noise
         apart = float(np.std(told[:, 1]))
+        if len(told) < HALF * bounds.shape_time / BLOCK:
+            return None
         if apart > share * max(bounds.shape, bounds.share * float(np.std(told[:, 2]))):
             return float(told[0, 0] - BLOCK), apart
         return None
