@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
 from tierod.findings import Element, Episode, Finding, Status
 from tierod.monitors.condition.driven import SLID, Driven
@@ -14,6 +16,19 @@ from tierod.monitors.condition.recording_checks.coverage import TARGETS
 from tierod.monitors.condition.said import listed, shown
 from tierod.monitors.condition.signals import ACCELERATIONS, ACTUATORS, DRIVES, ELEMENTS, MOTORS, SENSORS
 from tierod.monitors.condition.states import LACKING, LEAST_TOLD
+
+
+class OtherCauses(NamedTuple):
+    """Inputs of the filters that nothing replaces and that may be behind what is declared.
+
+    Args:
+        disagreeing: accelerations that do not go with the motion
+        asked: targets that do not go with what is done, the two of a pair together
+    """
+
+    disagreeing: tuple[Disagreement, ...]
+    asked: tuple[tuple[str, ...], ...]
+
 
 HARDLY = 0.3
 """Share of the driving that was not judged since tyres slid, from which on nothing is called fault-free."""
@@ -28,7 +43,7 @@ def judge(
     interruptions: int,
     calibrated: bool,
     notes: Sequence[str] = (),
-    disagreeing: Sequence[Disagreement] = (),
+    causes: OtherCauses | None = None,
 ) -> Finding:
     """The finding over all elements.
 
@@ -41,7 +56,7 @@ def judge(
         interruptions: times that nothing could be judged any more
         calibrated: whether the limits were designed on this very vehicle
         notes: what else is to be known
-        disagreeing: accelerations that do not go with the motion
+        causes: what else may be behind what is declared
     """
     evidence = _evidence(states, drive, interruptions)
     warnings = (*(() if calibrated else (UNCALIBRATED,)), *notes, *_not_judged(drive))
@@ -52,7 +67,7 @@ def judge(
     faulty = [each for each in states if each.status is Status.FAULT]
     doubtful = [each for each in states if each.status is Status.SUSPECT]
     if faulty or doubtful:
-        return _fault(name, faulty, doubtful, evidence, (*warnings, *_may_be_the_cause(disagreeing)))
+        return _and_other_causes(_fault(name, faulty, doubtful, evidence, warnings), (*faulty, *doubtful), causes)
     sound = [each for each in states if each.status is Status.HEALTHY]
     open_ = [each for each in states if each.status is not Status.HEALTHY]
     if lost:
@@ -60,7 +75,7 @@ def judge(
     if not sound:
         return _nothing_judged(name, open_, evidence, warnings)
     if drive.slid > HARDLY * drive.forward * drive.period:
-        return _hardly_judged(name, sound, drive, evidence, warnings)
+        return _and_other_causes(_hardly_judged(name, sound, drive, evidence, warnings), (), causes)
     rest = f"; not judged: {_by_cause(open_)}" if open_ else ""
     judged = drive.judged * drive.period
     headline = f"{len(sound)} of {len(ELEMENTS)} sensors and actuators are sound over {judged:.0f} s{rest}."
@@ -81,14 +96,27 @@ def _hardly_judged(
     return Finding(name, Status.NOT_TESTABLE, headline, None, None, evidence, cause, action, warnings)
 
 
-def _may_be_the_cause(disagreeing: Sequence[Disagreement]) -> tuple[str, ...]:
-    """Accelerations that go with the motion too badly to be left out as a cause of what is declared."""
-    return tuple(
+def _and_other_causes(finding: Finding, accused: Sequence[Element], causes: OtherCauses | None) -> Finding:
+    """The finding with the inputs of the filters that disagree with others too much to be left out as its cause.
+
+    A shaft torque sensor alone at fault disagrees with what is asked as well; that needs no other cause.
+    """
+    if causes is None:
+        return finding
+    alone = [each.name for each in accused] == ["steering_shaft_torque"]
+    other = [
         f"{each.element.replace('_', ' ')} may be the cause instead: it is {shown(each.size, 'm/s**2')} off "
-        f"{MOTION[each.element]} from {each.start:.0f} s on, more than is usual; check it too"
-        for each in disagreeing
+        f"{MOTION[each.element]} from {each.start:.0f} s on, more than is usual"
+        for each in causes.disagreeing
         if not each.sure
-    )
+    ]
+    other += [
+        f"{listed(targets)} may be the cause instead: what is asked does not go with "
+        f"{'the torque in the shaft' if targets == TARGETS[:2] else 'the acceleration'}"
+        for targets in causes.asked
+        if not (alone and targets == TARGETS[:2])
+    ]
+    return replace(finding, cause="; ".join((finding.cause, *other)))
 
 
 def _by_cause(open_: Sequence[Element]) -> str:

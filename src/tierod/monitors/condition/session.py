@@ -13,8 +13,9 @@ from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.blind import untold
 from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.driven import STANDING, Driven
-from tierod.monitors.condition.finding import judge
+from tierod.monitors.condition.finding import OtherCauses, judge
 from tierod.monitors.condition.recording_checks.accelerations import AccelerationCheck
+from tierod.monitors.condition.recording_checks.asked import AskedCheck
 from tierod.monitors.condition.recording_checks.clock_leap import ClockLeap
 from tierod.monitors.condition.recording_checks.coverage import Coverage
 from tierod.monitors.condition.recording_checks.impossible import Impossible
@@ -98,6 +99,7 @@ class ConditionSession:
         self._leap = ClockLeap(lambda: Wiring(parameters, rate, close=close))
         self._coverage, self._driven = Coverage(rate, asked=whole), Driven(1.0 / rate, asked=whole)
         self._pace = TargetPace(rate) if whole else None
+        self._asked = AskedCheck(parameters, rate) if whole else None
         self._impossible, self._accelerations = Impossible(), AccelerationCheck(parameters, rate)
         self._read = np.zeros(len(MEASURED), bool)
         self._courses = {each: ElementCourse(each, 1.0 / rate) for each in ELEMENTS}
@@ -114,14 +116,18 @@ class ConditionSession:
         if self._pace is not None:
             self._pace.add(values)
         values, failures = self._without_failed_accelerations(aligned.time, values)
+        if self._asked is not None:
+            self._asked.add(aligned.time, dict(zip(self.signals, values.T, strict=True)))
         changes = (np.flatnonzero(np.diff(covered.judged)) + 1).tolist()
-        starts = sorted({0, *changes, *failures, *range(0, len(values), SLICE)})
+        # One that fails with the last sample lets the monitor begin anew with the next piece.
+        begins, self._anew = failures | ({0} if self._anew else set()), len(values) in failures
+        starts = sorted({0, *changes, *(begins - {len(values)}), *range(0, len(values), SLICE)})
         parts = [
             self._part(
                 Aligned(aligned.time[part], values[part], aligned.names),
                 covered.available[part],
                 judged,
-                part.start in failures,
+                part.start in begins,
             )
             for part, judged in (
                 (slice(start, stop), bool(covered.judged[start]))
@@ -139,17 +145,15 @@ class ConditionSession:
         values = values.copy()
         for name, first in {**dict.fromkeys(gone, 0), **failed}.items():
             values[first:, self.signals.index(name)] = np.nan
-        if any(first == len(values) for first in failed.values()):
-            self._anew = True
-        return values, {first for first in failed.values() if first < len(values)}
+        return values, {*failed.values()}
 
     def _part(self, aligned: Aligned, available: np.ndarray, judged: bool, anew: bool) -> dict[str, np.ndarray]:
         """Samples that are all judged, or all not; after those that are not, the monitor begins anew.
 
         So it does where an acceleration fails, which it has believed until then.
         """
-        if anew or self._anew:
-            self._memory, self._anew = None, False
+        if anew:
+            self._memory = None
         filtered = np.full((len(aligned.time), len(SENSORS)), np.nan)
         if judged:
             self._supply = None if self._memory is None else self._supply
@@ -205,9 +209,10 @@ class ConditionSession:
         notes = untold(self.vehicle, missing) if missing and self._read.any() else ()
         told = self.calibrated or bool(self._notes)
         notes = (*self._notes, *notes, *self._impossible.notes())
+        causes = OtherCauses(disagreeing, () if self._asked is None else tuple(self._asked.found))
         if not problems:
             states = (*states, *acceleration_elements(disagreeing))
-        finding = judge(self.name, states, self._driven, problems, lost, interruptions, told, notes, disagreeing)
+        finding = judge(self.name, states, self._driven, problems, lost, interruptions, told, notes, causes)
         sound = {each.name for each in states if each.name in SENSORS and not each.substitute}
         withheld = tuple(f"{what}{name}" for name in sorted(sound) for what in ("supplied_", "deviation_of_supplied_"))
         # What was wired wrongly is nobody's fault, and must fill no fault memory.

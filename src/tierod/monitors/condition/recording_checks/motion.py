@@ -7,15 +7,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tierod.monitors.condition.recording_checks.blocks import Blocks, roughness
 from tierod.monitors.condition.recording_checks.witnesses import MOVING, YAW
 from tierod.monitors.condition.signals import ACCELERATIONS, WHEELS
 
 SENSED = ("yaw rate sensor", "rear wheels", "steering angle")
 """What tells the yaw rate without the accelerations, the most exact first."""
-BLOCK = 0.5
-"""Time over which signals are averaged [s]; noise of wheel speeds is .02 m/s**2 in its slope."""
-LEAST_READ = 0.15
-"""Share of the samples of a block that a signal must have; wheel speeds come at 20 Hz on slow buses."""
 AGREE, AGREE_SHARE = 0.06, 0.15
 """Up to which two yaw rates of a block agree, at none [rad/s] and as a share of them; a turn-in makes as much."""
 WHEELS_AGREE = 0.05
@@ -52,10 +49,7 @@ class Motion:
     """
 
     def __init__(self, vehicle: Any, rate: float):
-        self._vehicle, self._rate = vehicle, rate
-        self._width = max(round(BLOCK * rate), 2)
-        self._left: dict[str, np.ndarray] = {}
-        self._done = 0
+        self._vehicle, self._blocks = vehicle, Blocks(rate)
 
     def add(self, signals: Mapping[str, np.ndarray]) -> list[Block]:
         """The blocks that the next piece completes.
@@ -63,64 +57,24 @@ class Motion:
         Args:
             signals: by name, (n,) each; NaN where missing
         """
-        whole = {name: np.concatenate([self._left.get(name, values[:0]), values]) for name, values in signals.items()}
-        count = len(next(iter(whole.values()))) // self._width
-        used = count * self._width
-        self._left = {name: values[used:].copy() for name, values in whole.items()}
-        if not count:
+        cut, ends = self._blocks.add(signals)
+        if not ends:
             return []
-        cut = {name: values[:used] for name, values in whole.items()}
-        found = self._blocks(cut, count)
-        self._done += used
-        return found
-
-    def _blocks(self, signals: Mapping[str, np.ndarray], count: int) -> list[Block]:
-        p, shape = self._vehicle, (count, self._width)
-        yaws, slopes = zip(
-            *(self._line(YAW[name].tells(signals, p).reshape(shape)) for name in SENSED),
-            strict=True,
-        )
+        p, line = self._vehicle, self._blocks.line
+        yaws, slopes = zip(*(line(YAW[name].tells(cut, p)) for name in SENSED), strict=True)
         yaw, turning_in = _middle(np.array(yaws), np.array(slopes))
-        wheels = [self._line(signals[name].reshape(shape) / p.wheel_speed_scale) for name in WHEELS]
-        half_turn = 0.5 * p.track_width * yaw
-        speed, slope = _speed(wheels, half_turn, 0.5 * p.track_width * turning_in)
-        along = slope - p.rear_distance * yaw * yaw
-        across = speed * yaw + p.rear_distance * turning_in
-        read = [
-            self._line(signals[name].reshape(shape))[0] - getattr(p, f"{name}_offset", 0.0) for name in ACCELERATIONS
-        ]
-        rough = [_roughness(signals[name].reshape(shape)) for name in ACCELERATIONS]
-        drives = speed > MOVING
-        columns = (*read, np.where(drives, along, np.nan), np.where(drives, across, np.nan), *rough, speed)
+        wheels = [line(cut[name] / p.wheel_speed_scale) for name in WHEELS]
+        speed, slope = _speed(wheels, 0.5 * p.track_width * yaw, 0.5 * p.track_width * turning_in)
+        read = [line(cut[name])[0] - getattr(p, f"{name}_offset", 0.0) for name in ACCELERATIONS]
+        told = (slope - p.rear_distance * yaw * yaw, speed * yaw + p.rear_distance * turning_in)
+        moved = [np.where(speed > MOVING, each, np.nan) for each in told]
+        rough = [roughness(cut[name]) for name in ACCELERATIONS]
         return [
-            Block(self._done + (place + 1) * self._width, (ax, ay), (vx, vy), (nx, ny), v)
-            for place, (ax, ay, vx, vy, nx, ny, v) in enumerate(np.column_stack(columns).tolist())
+            Block(end, (ax, ay), (vx, vy), (nx, ny), v)
+            for end, (ax, ay, vx, vy, nx, ny, v) in zip(
+                ends, np.column_stack((*read, *moved, *rough, speed)).tolist(), strict=True
+            )
         ]
-
-    def _line(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean and slope per second of every row; NaN where too few are read."""
-        there = np.isfinite(values)
-        weight = there.astype(float)
-        count = weight.sum(axis=1)
-        enough = count >= max(LEAST_READ * self._width, 3.0)
-        time = (np.arange(self._width) - 0.5 * (self._width - 1)) / self._rate
-        known = np.where(there, values, 0.0)
-        safe = np.maximum(count, 1.0)
-        mean, middle = known.sum(axis=1) / safe, (weight * time).sum(axis=1) / safe
-        apart = (time - middle[:, None]) * weight
-        spread = (apart * time).sum(axis=1)
-        slope = (apart * known).sum(axis=1) / np.where(spread > 0.0, spread, 1.0)
-        at_centre = mean - slope * middle
-        return np.where(enough, at_centre, np.nan), np.where(enough & (spread > 0.0), slope, np.nan)
-
-
-def _roughness(values: np.ndarray) -> np.ndarray:
-    """Standard deviation of the noise of every row, from the steps between samples; NaN where few follow each other."""
-    steps = np.diff(values, axis=1)
-    there = np.isfinite(steps)
-    count = there.sum(axis=1)
-    squares = np.where(there, steps * steps, 0.0).sum(axis=1)
-    return np.where(count >= 3, np.sqrt(0.5 * squares / np.maximum(count, 1)), np.nan)
 
 
 def _middle(yaws: np.ndarray, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
