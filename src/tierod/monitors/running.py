@@ -14,12 +14,14 @@ from tierod.derive import complete, ingredients
 from tierod.errors import InputError, ParameterError
 from tierod.findings import Diagnosis, Finding, Trace
 from tierod.monitors.decided import decided
+from tierod.monitors.judged_time import JudgedTime
 from tierod.monitors.named_vehicle import other_vehicle
 from tierod.monitors.over_time import OverTime
 from tierod.monitors.own_level import OwnLevel, refuse_foreign
 from tierod.monitors.pieces import CHUNK, OVERLAP, joined, refuse_leap
 from tierod.monitors.quality_over_chunks import QualityOverChunks
 from tierod.monitors.session import Conclusion, Monitor, Session, StatusChange, Variant
+from tierod.monitors.stuck_over_drive import StuckOverDrive
 from tierod.monitors.suitable import refuse_unsuitable
 from tierod.readers import SHARE_READ
 from tierod.recording import Aligned, Recording
@@ -63,8 +65,11 @@ class Run:
         self.learnt: OwnLevel | None = None
         self.course: tuple[StatusChange, ...] = ()
         self.code_courses: Mapping[str, tuple[StatusChange, ...]] = {}
-        self.needs = ingredients([*monitor.required, *monitor.optional])
-        self._quality = QualityOverChunks(self.needs)
+        used = ingredients([*monitor.required, *monitor.optional])
+        self._quality = QualityOverChunks(used)
+        self._stuck = StuckOverDrive(self.session.signals, monitor.rate, monitor.subjects)
+        self._judged = JudgedTime(monitor.required, monitor.rate)
+        self.needs = tuple(dict.fromkeys((*used, *self._stuck.beside)))
         self._before: Recording | None = None
         self._start: float | None = None
         self._steps = 0
@@ -93,7 +98,7 @@ class Run:
             self._start = begin
         self._before = piece.slice(last - OVERLAP)
         while len((aligned := self._aligned(whole, last)).time):
-            self._absorb(aligned)
+            self._absorb(aligned, whole)
 
     def _aligned(self, whole: Recording, last: float) -> Aligned:
         """What follows on what was judged already, no more than CHUNK of it: a gap of days must fit into memory."""
@@ -107,9 +112,12 @@ class Run:
             stop=min(last + 0.5 / self.monitor.rate, start + CHUNK),
         )
 
-    def _absorb(self, aligned: Aligned) -> None:
+    def _absorb(self, aligned: Aligned, whole: Recording) -> None:
         self._steps += len(aligned.time)
-        shown = {**dict(zip(aligned.names, aligned.values.T, strict=True)), **self.session.absorb(aligned)}
+        usable = self._stuck.without(aligned, whole)
+        self._judged.add(usable)
+        # What is stuck is shown as it was recorded; only the monitor does not see it.
+        shown = {**dict(zip(aligned.names, aligned.values.T, strict=True)), **self.session.absorb(usable)}
         if self.feed:
             self.feed.add(aligned, self.monitor.rate)
         if self.kept:
@@ -129,13 +137,23 @@ class Run:
         if not self._steps:
             raise InputError("the recording holds no samples; check that the file is whole and the channel map fits it")
         self._quality.refuse_unusable(self.monitor.required)
-        conclusion = self.session.conclude()
+        conclusion = self._limited(self.session.conclude())
         self.learnt, self.course = conclusion.own_level, conclusion.course
         self.code_courses = conclusion.code_courses
         diagnosis = self._diagnosis(conclusion, command)
         if self.feed:
             self.feed.finish(diagnosis, self.course, self.code_courses)
         return diagnosis
+
+    def _limited(self, conclusion: Conclusion) -> Conclusion:
+        """The conclusion, with what of the recording was judged at all."""
+        before = conclusion.finding
+        finding = self._judged.limited(before, self.monitor.title, self.monitor.reaction, self._stuck.lasting())
+        finding = dataclasses.replace(finding, evidence={**finding.evidence, **self._judged.evidence()})
+        if finding.status is before.status or self._judged.last is None:
+            return dataclasses.replace(conclusion, finding=finding)
+        until = StatusChange(self._judged.last, finding.status)
+        return dataclasses.replace(conclusion, finding=finding, own_level=None, course=(*conclusion.course, until))
 
     def _diagnosis(self, conclusion: Conclusion, command: str) -> Diagnosis:
         return Diagnosis(
@@ -177,6 +195,7 @@ class Run:
         told = (
             *finding.warnings,
             *((other,) if other else ()),
+            *self._stuck.warnings(self._quality.units),
             *self._metadata.get("warnings", ()),
             *self._quality.contradictions(),
             *self._quality.range_warnings(),

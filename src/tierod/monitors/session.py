@@ -161,6 +161,9 @@ class Monitor:
             user must choose
         slower: rates for recordings whose required channels come slower than `rate` [Hz], the fastest first; empty
             where held values do no harm
+        subjects: signals whose faults it judges itself, so that it must see them stuck as well
+        reaction: time that it needs to find a fault [s]; where required signals are lost for longer at the end of a
+            recording, that is not healthy
         condition: what the recording must be and no channel tells, as a half-sentence after "if"; "" where any will do
     """
 
@@ -177,6 +180,8 @@ class Monitor:
     default: str | None
     condition: str = ""
     slower: tuple[float, ...] = ()
+    subjects: tuple[str, ...] = ()
+    reaction: Annotated[float, "s"] = 10.0
 
     def needing(self, variant: Variant) -> Monitor:
         """The monitor with the needs of one of its variants."""

@@ -146,4 +146,6 @@ CONDITION = Monitor(
         },
     },
     default="bank",
+    # A sensor that stands still is a fault of its own here.
+    subjects=ConditionSample._fields,
 )

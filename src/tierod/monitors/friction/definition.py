@@ -135,4 +135,6 @@ FRICTION = Monitor(
     maximum_age=0.1,
     variants={variant.name: variant for variant in _VARIANTS},
     default="pre-sliding",
+    # After a step of friction the torque balance does not fit for up to 57 s (verdict_tuning).
+    reaction=60.0,
 )

@@ -89,4 +89,6 @@ MOTOR_ANGLE = Monitor(
         )
     },
     default=VARIANTS[MEASURED],
+    # A sensor of the motor's angle that stands still is the fault that it looks for.
+    subjects=("motor_angle_mechanical", "resolver_sine", "resolver_cosine"),
 )

@@ -1,0 +1,79 @@
+"""Which signals of a car must move together: what shows that one of them has stopped to follow."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+SPEEDS = (
+    "vehicle_speed",
+    "wheel_speed_front_left",
+    "wheel_speed_front_right",
+    "wheel_speed_rear_left",
+    "wheel_speed_rear_right",
+)
+"""Signals that say whether the car moves."""
+
+RATES = (
+    ("steering_wheel_rate", "steering_wheel_angle"),
+    ("pinion_rate", "pinion_angle"),
+    ("motor_speed", "motor_angle_mechanical"),
+)
+"""(rate, angle) pairs: one is the derivative of the other."""
+
+TURN = ("lateral_acceleration", "yaw_rate", "vehicle_speed")
+"""In a turn the first is about the product of the other two."""
+
+SAME_SPEED = (
+    ("vehicle_speed", SPEEDS[1:]),
+    *((f"wheel_speed_{end}_left", ("vehicle_speed", f"wheel_speed_{end}_right")) for end in ("front", "rear")),
+    *((f"wheel_speed_{end}_right", ("vehicle_speed", f"wheel_speed_{end}_left")) for end in ("front", "rear")),
+)
+"""(signal, others): speeds that differ by slip and the radius of the turn alone. One of the others may slip, so the
+nearest one counts."""
+
+FOLLOWS = (
+    ("driver_torque", "motor_torque", 0.4),
+    ("motor_torque", "driver_torque", 0.4),
+    ("motor_torque", "motor_target_torque", 0.3),
+    ("steering_wheel_angle", "motor_angle_mechanical", 0.05),
+    ("steering_wheel_angle", "road_wheel_angle", 0.1),
+    ("road_wheel_angle", "steering_wheel_angle", 0.1),
+    ("motor_angle_mechanical", "steering_wheel_angle", 0.05),
+    ("steering_shaft_torque", "tie_rod_force", 0.4),
+    ("tie_rod_force", "steering_shaft_torque", 0.4),
+)
+"""(signal, other, share): the signal cannot rest while the other passes over this share of all that it has shown. The
+torques need a large share: assist has a dead band, and a lane keeping motor turns a wheel that no hand holds."""
+
+ORDERED = ("target", "truth", "lane_keeping", "duty_cycle")
+"""Parts of the names of signals that rest because somebody wants it, or that no sensor measures."""
+
+TURNED = ("angle", "rate", "position", "speed", "twist")
+"""Parts of the names of signals of motion: where no speed is recorded, these may rest however much forces jitter."""
+
+
+def witnesses(names: Iterable[str]) -> tuple[str, ...]:
+    """Further signals that show whether one of these is stuck.
+
+    Args:
+        names: canonical signals that are watched
+    """
+    known = tuple(names)
+    found: dict[str, None] = {}
+    speeds = ((name, *others) for name, others in SAME_SPEED if name in known)
+    pairs = (pair for pair in (*RATES, *(entry[:2] for entry in FOLLOWS)) if any(name in known for name in pair))
+    for together in (*pairs, *speeds):
+        found |= dict.fromkeys(together)
+    if any(name in known for name in TURN[:2]):
+        found |= dict.fromkeys(TURN)
+    return tuple(name for name in found if name not in known)
+
+
+def is_ordered(name: str) -> bool:
+    """Whether a signal may rest at will: a request, or what no sensor measures."""
+    return any(part in name for part in ORDERED)
+
+
+def is_turned(name: str) -> bool:
+    """Whether a signal is one of motion."""
+    return any(part in name for part in TURNED) and name not in SPEEDS

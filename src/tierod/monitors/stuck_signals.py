@@ -1,0 +1,404 @@
+"""Signals that repeat one value while others show that they should have moved."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Annotated, Any, NamedTuple
+
+from tierod.block import leaves, named_tuple, rebuild
+from tierod.errors import ParameterError
+from tierod.graph.maths import (
+    absolute,
+    all_of,
+    any_of,
+    both,
+    either,
+    exp,
+    maximum,
+    minimum,
+    negated,
+    present,
+    where,
+)
+from tierod.monitors.related_signals import FOLLOWS, RATES, SAME_SPEED, SPEEDS, TURN, is_ordered, is_turned
+
+
+class Run(NamedTuple):
+    """What is remembered of one signal.
+
+    Args:
+        value: its last
+        seconds: for which it has repeated that [s]
+        moving_seconds: ... of them while the car moved [s]
+        longest: such time that ended with a change [s]
+        seen: time for which it was watched [s]
+        driven: ... of that while the car moved [s]
+        low, high: least and greatest value
+        step: smallest change
+        rests_at_zero: whether it was exactly zero before
+        stuck: whether it is
+    """
+
+    value: Any
+    seconds: Any
+    moving_seconds: Any
+    longest: Any
+    seen: Any
+    driven: Any
+    low: Any
+    high: Any
+    step: Any
+    rests_at_zero: Any
+    stuck: Any
+
+
+NEW = Run(math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, math.inf, -math.inf, math.inf, 0.0, 0.0)
+
+
+class Contradiction(NamedTuple):
+    """What is remembered of one signal beside another one since its run of equal values began.
+
+    Args:
+        start: least value of the other, its value at the start of the run, or the residual before it
+        far: greatest value of the other, the way that it integrates to, or the residual
+        seconds: for which the two have contradicted each other [s]
+    """
+
+    start: Any
+    far: Any
+    seconds: Any
+
+
+@dataclass(frozen=True)
+class StuckSignals:
+    """Find signals that are stuck; comes before a monitor, which must not see them (`hold_back`).
+
+    A signal that changed with every sample and repeats one value for a second while the car moves is stuck. A coarse
+    signal rests by itself, so another one must contradict it: the angle moves while its rate stays, speeds part, the
+    lateral acceleration of a turn comes without yaw rate, one torque moves without the other.
+
+    Args:
+        names: canonical signals that are watched
+        beside: signals that testify and are not watched themselves
+        sample_time: time between two samples [s]
+        shortest: equal values that may be evidence [s]; ten samples of the slowest channel that a monitor takes, twice
+            over
+        jitter: longest run of equal values of a signal that changes with every sample [s]; three samples at 20 Hz. A
+            wheel at rest under a sensor of 0.1 degrees repeats itself for longer in every half minute of driving
+        longer: multiple of the longest run so far that may be evidence [-]; lost frames repeat a value, too
+        learning: driving from which a signal is known to change with every sample [s]
+        moving: speed from which the car counts as moving [m/s]; below it sensors may rest with the car
+        delay: signals later than that against each other are taken for stuck [s]; half a second is the largest delay
+            that is looked for elsewhere (`delays`), and a tenth
+        angle: that rate and angle may differ by over a run [rad]; six degrees, above any sensor's step
+        drift: ... and per second [rad/s]; rates have offsets, which are followed, and noise
+        offset_time: over which the offset of a rate is followed [s]; far above a turn
+        turn: by which lateral acceleration and speed times yaw rate may differ [m/s^2]; a bank of 9 degrees
+        yaw_rate: from which a speed shows in a turn [rad/s]; at 20 m/s and more an offset of the lateral acceleration
+            does not reach it
+        misfit: share of the time in which turns may not fit while all their signals change [-]: where they do more
+            often, a unit, a sign or a delay is wrong, and a turn contradicts nothing
+        smoothing: of that difference [s]; above it a car follows without delay
+        speed: by which two speeds may differ [m/s] ...
+        slip: ... and as a share of the speed [-]; radius of the turn, wear of tyres and slip in braking
+    """
+
+    names: tuple[str, ...]
+    beside: tuple[str, ...]
+    sample_time: Annotated[float, "s"]
+    shortest: Annotated[float, "s"] = 1.0
+    jitter: Annotated[float, "s"] = 0.15
+    longer: Annotated[float, ""] = 10.0
+    learning: Annotated[float, "s"] = 30.0
+    moving: Annotated[float, "m/s"] = 2.0
+    delay: Annotated[float, "s"] = 0.6
+    angle: Annotated[float, "rad"] = 0.1
+    drift: Annotated[float, "rad/s"] = 0.02
+    offset_time: Annotated[float, "s"] = 60.0
+    turn: Annotated[float, "m/s**2"] = 1.5
+    yaw_rate: Annotated[float, "rad/s"] = 0.05
+    misfit: Annotated[float, ""] = 0.05
+    smoothing: Annotated[float, "s"] = 0.5
+    speed: Annotated[float, "m/s"] = 1.0
+    slip: Annotated[float, ""] = 0.15
+
+    class State(NamedTuple):
+        """Runs of every signal, contradictions in the order of the pairs, offsets of the rates, residual of turns, and
+        for how long turns did not fit while all their signals changed [s]."""
+
+        runs: tuple[Run, ...]
+        contradictions: tuple[Contradiction, ...]
+        offsets: tuple[Any, ...]
+        turn: Any
+        misfit_seconds: Any
+
+    def __post_init__(self) -> None:
+        if not self.names or len(set(self.all_names)) < len(self.all_names):
+            raise ParameterError(f"names are {self.names}, beside {self.beside}; expected one or more, each once")
+        if not self.sample_time > 0.0:
+            raise ParameterError(f"sample_time is {self.sample_time}; expected a time greater than zero [s]")
+
+    @property
+    def Sample(self) -> type:
+        """The signals by name."""
+        return _sample(self.all_names)
+
+    @property
+    def Output(self) -> type:
+        """For how long each signal has been stuck: 0 where it is not [s]."""
+        return _sample(self.names)
+
+    @property
+    def all_names(self) -> tuple[str, ...]:
+        """Signals watched, then those beside."""
+        return (*self.names, *self.beside)
+
+    @property
+    def rates(self) -> tuple[tuple[str, str], ...]:
+        """(rate, angle) pairs that are there."""
+        return tuple(pair for pair in RATES if self._has(pair))
+
+    @property
+    def turns(self) -> tuple[str, ...]:
+        """Signals that a turn testifies of."""
+        return tuple(name for name in TURN if name in self.names) if self._has(TURN) else ()
+
+    @property
+    def speeds(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """(speed, others) that are there."""
+        there = ((name, tuple(each for each in others if each in self.all_names)) for name, others in SAME_SPEED)
+        return tuple((name, others) for name, others in there if name in self.names and others)
+
+    @property
+    def followers(self) -> tuple[tuple[str, str, float], ...]:
+        """(signal, other, share) that are there."""
+        return tuple(entry for entry in FOLLOWS if entry[0] in self.names and self._has(entry[:2]))
+
+    def _has(self, names: tuple[str, ...]) -> bool:
+        return all(name in self.all_names for name in names)
+
+    def init(self) -> State:
+        """No signal has been seen yet."""
+        pairs = 2 * len(self.rates) + len(self.turns) + len(self.speeds) + len(self.followers)
+        none = (Contradiction(0.0, 0.0, 0.0),) * pairs
+        return self.State((NEW,) * len(self.all_names), none, (0.0,) * len(self.rates), 0.0, 0.0)
+
+    def step(self, state: State, sample: Any) -> tuple[State, Any]:
+        """One sample on."""
+        now = dict(zip(self.all_names, sample, strict=True))
+        before = dict(zip(self.all_names, state.runs, strict=True))
+        moves = self._moves(now, before)
+        runs = {name: self._repeated(before[name], now[name], moves[name]) for name in self.all_names}
+        offsets = tuple(
+            self._offset(offset, now[rate], now[angle], before[angle].value)
+            for offset, (rate, angle) in zip(state.offsets, self.rates, strict=True)
+        )
+        turn = self._turn(state.turn, now)
+        misfit = state.misfit_seconds + self._misfit(turn, runs)
+        contradictions, stuck = self._contradicted(state, now, runs, offsets, turn)
+        for name in self.names:
+            alone = self._rests_alone(runs[name], moves[name], is_ordered(name))
+            found = either(alone, stuck.get(name, 0.0))
+            still = both(runs[name].seconds > 0.0, either(runs[name].stuck, found))
+            runs[name] = runs[name]._replace(stuck=where(still, 1.0, 0.0))
+        flags = [runs[name].stuck > 0.5 for name in self.names]
+        seconds = [where(flag, runs[name].seconds, 0.0) for name, flag in zip(self.names, flags, strict=True)]
+        return self.State(tuple(runs.values()), contradictions, offsets, turn, misfit), self.Output(*seconds)
+
+    def _moves(self, now: dict[str, Any], before: dict[str, Run]) -> dict[str, Any]:
+        """Whether the car moves, for each signal: by its speeds; where there are none, whether most forces change."""
+        speeds = [name for name in SPEEDS if name in now]
+        known = any_of(0.0, *(present(now[name]) for name in speeds))
+        fast = any_of(0.0, *(both(absolute(now[name]) > self.moving, before[name].stuck < 0.5) for name in speeds))
+        forces = [name for name in self.all_names if not is_turned(name) and not is_ordered(name)]
+        forces = [name for name in forces if name not in SPEEDS]
+        changing = {name: where(_changing(before[name], now[name], self.jitter), 1.0, 0.0) for name in forces}
+        there = sum((where(present(now[name]), 1.0, 0.0) for name in forces), 0.0)
+        moves = {}
+        for name in self.all_names:
+            others = sum((changing[other] for other in forces if other != name), 0.0)
+            # Half of those that are there, and never on the word of one alone.
+            most = both(others > 1.5, others > 0.5 * (there - 1.0)) if name in forces else 0.0
+            moves[name] = where(known, fast, most)
+        return moves
+
+    def _repeated(self, run: Run, value: Any, moves: Any) -> Run:
+        """The run of a signal one sample on; a missing sample changes nothing."""
+        there = present(value)
+        size = absolute(value - run.value)
+        equal = both(there, size <= 0.0)
+        changed = both(there, negated(equal))
+        proven = both(changed, run.stuck < 0.5)
+        watched = both(there, run.stuck < 0.5)
+        return Run(
+            where(there, value, run.value),
+            where(equal, run.seconds + self.sample_time, where(there, 0.0, run.seconds)),
+            where(changed, 0.0, run.moving_seconds + where(both(equal, moves), self.sample_time, 0.0)),
+            where(proven, maximum(run.longest, run.moving_seconds), run.longest),
+            run.seen + where(watched, self.sample_time, 0.0),
+            run.driven + where(both(watched, moves), self.sample_time, 0.0),
+            where(there, minimum(run.low, value), run.low),
+            where(there, maximum(run.high, value), run.high),
+            where(changed, minimum(run.step, size), run.step),
+            where(both(proven, absolute(run.value) <= 0.0), 1.0, run.rests_at_zero),
+            where(changed, 0.0, run.stuck),
+        )
+
+    def _rests_alone(self, run: Run, moves: Any, ordered: bool) -> Any:
+        """Whether a signal that changed with every sample rests at a value that it has no reason to rest at."""
+        if ordered:
+            return 0.0
+        resting = either(absolute(run.value) > 0.0, run.rests_at_zero < 0.5)
+        return all_of(
+            moves,
+            run.moving_seconds > maximum(self.shortest, self.longer * run.longest),
+            run.longest < self.jitter,
+            run.driven > self.learning,
+            run.low < run.value,
+            run.value < run.high,
+            resting,
+        )
+
+    def _offset(self, offset: Any, rate: Any, angle: Any, angle_before: Any) -> Any:
+        """Mean of a rate less the change of its angle, followed slowly."""
+        known = all_of(present(rate), present(angle), present(angle_before))
+        error = rate - (angle - where(known, angle_before, 0.0)) / self.sample_time - offset
+        share = 1.0 - exp(-self.sample_time / self.offset_time)
+        return where(known, offset + share * where(known, error, 0.0), offset)
+
+    def _turn(self, residual: Any, now: dict[str, Any]) -> Any:
+        """Lateral acceleration less speed times yaw rate, smoothed."""
+        if not self.turns:
+            return 0.0
+        acceleration, yaw, speed = (now[name] for name in TURN)
+        error = acceleration - yaw * speed - residual
+        known = present(error)
+        share = 1.0 - exp(-self.sample_time / self.smoothing)
+        return residual + where(known, share * where(known, error, 0.0), 0.0)
+
+    def _misfit(self, turn: Any, runs: dict[str, Run]) -> Any:
+        """Time of this sample in which a turn does not fit though nothing rests: wrong units, signs or delays [s]."""
+        if not self.turns:
+            return 0.0
+        alive = all_of(*(runs[name].seconds < self.delay for name in TURN))
+        return where(both(alive, absolute(turn) > self.turn), self.sample_time, 0.0)
+
+    def _contradicted(
+        self, state: State, now: dict[str, Any], runs: dict[str, Run], offsets: tuple[Any, ...], turn: Any
+    ) -> tuple[tuple[Contradiction, ...], dict[str, Any]]:
+        """Every pair one sample on, and whether each signal is contradicted."""
+        pairs: list[tuple[str, Contradiction, Any, Any]] = []
+        old = iter(state.contradictions)
+        for offset, (rate, angle) in zip(offsets, self.rates, strict=True):
+            pairs.append((rate, *self._not_the_way(next(old), now, runs, rate, angle, offset), 0.0))
+            pairs.append((angle, *self._way_without_angle(next(old), now, runs, rate, angle, offset), 0.0))
+        for name in self.turns:
+            trusted = state.misfit_seconds < self.misfit * runs[name].seen
+            shows = absolute(now["yaw_rate"]) > self.yaw_rate if name == "vehicle_speed" else 1.0
+            pairs.append((name, *self._no_turn(next(old), runs[name], turn, both(trusted, shows)), 0.0))
+        for name, others in self.speeds:
+            pairs.append((name, *self._parted(next(old), now, runs, name, others), 0.0))
+        for name, other, share in self.followers:
+            followed = self._not_followed(next(old), now[other], runs[name], runs[other], share)
+            pairs.append((name, *followed, 3.0 * runs[name].longest))
+        after: list[Contradiction] = []
+        found: dict[str, Any] = {}
+        for name, memory, violated, least in pairs:
+            seconds = where(violated, minimum(memory.seconds + self.sample_time, 2.0 * self.delay), 0.0)
+            after.append(memory._replace(seconds=seconds))
+            run = runs[name]
+            enough = both(run.seconds > maximum(self.shortest, least), seconds > self.delay)
+            found[name] = either(found.get(name, 0.0), enough)
+        return tuple(after), found
+
+    def _not_the_way(
+        self, old: Contradiction, now: dict[str, Any], runs: dict[str, Run], rate: str, angle: str, offset: Any
+    ) -> tuple[Contradiction, Any]:
+        """A rate that stays while its angle goes another way."""
+        run, there = runs[rate], present(now[angle])
+        since = run.seconds - self.delay
+        start = where(both(there, since < 0.0), now[angle], old.start)
+        apart = absolute(now[angle] - start - (run.value - offset) * since)
+        return Contradiction(start, 0.0, old.seconds), self._beyond(apart, since, runs[rate], runs[angle])
+
+    def _way_without_angle(
+        self, old: Contradiction, now: dict[str, Any], runs: dict[str, Run], rate: str, angle: str, offset: Any
+    ) -> tuple[Contradiction, Any]:
+        """An angle that stays while its rate says that it goes."""
+        since = runs[angle].seconds - self.delay
+        moved = where(both(present(now[rate]), present(now[angle])), self.sample_time * (now[rate] - offset), 0.0)
+        way = where(since < 0.0, 0.0, old.far + moved)
+        return Contradiction(0.0, way, old.seconds), self._beyond(absolute(way), since, runs[angle], runs[rate])
+
+    def _beyond(self, apart: Any, since: Any, run: Run, other: Run) -> Any:
+        """Whether rate and angle part by more than their steps and offsets explain."""
+        rate, angle = minimum(run.step, other.step), maximum(run.step, other.step)
+        return all_of(
+            since > 0.0,
+            other.stuck < 0.5,
+            apart > self.angle + 1.5 * angle + (self.drift + 1.5 * rate) * since,
+        )
+
+    def _no_turn(self, old: Contradiction, run: Run, turn: Any, shows: Any) -> tuple[Contradiction, Any]:
+        """A signal of a turn that stays while the others turn."""
+        memory = _agreed(old, run, turn)
+        apart = both(absolute(turn) > self.turn, memory.start < 0.5 * self.turn)
+        return memory, all_of(run.seconds > self.delay, apart, shows)
+
+    def _parted(
+        self, old: Contradiction, now: dict[str, Any], runs: dict[str, Run], name: str, others: tuple[str, ...]
+    ) -> tuple[Contradiction, Any]:
+        """A speed that stays while all others change; a wheel that stands may be locked."""
+        run, nearest = runs[name], math.inf
+        for other in others:
+            apart = where(runs[other].stuck < 0.5, run.value - now[other], math.inf)
+            nearest = where(absolute(apart) < absolute(nearest), apart, nearest)
+        known = present(nearest)
+        memory = _agreed(old, run, where(known, nearest, old.far))
+        most = self.speed + self.slip * absolute(run.value - where(known, nearest, 0.0))
+        free = 1.0 if name == "vehicle_speed" else absolute(run.value) > 0.0
+        parted = all_of(known, absolute(nearest) > most, memory.start < 0.5 * most)
+        return memory, all_of(run.seconds > self.delay, parted, free)
+
+    def _not_followed(
+        self, old: Contradiction, other: Any, run: Run, beside: Run, share: float
+    ) -> tuple[Contradiction, Any]:
+        """A signal that stays while one that it follows passes over much of its range."""
+        early, there = run.seconds < self.delay, present(other)
+        least = where(there, where(early, other, minimum(old.start, other)), old.start)
+        most = where(there, where(early, other, maximum(old.far, other)), old.far)
+        passed = all_of(
+            negated(early),
+            beside.stuck < 0.5,
+            beside.seen > self.learning,
+            most - least > share * (beside.high - beside.low),
+        )
+        return Contradiction(least, most, old.seconds), passed
+
+
+def hold_back(sample: Any, stuck_seconds: Any) -> Any:
+    """The sample without what is stuck: infinite, which is as good as missing (`present`).
+
+    Args:
+        sample: tree of signals
+        stuck_seconds: of each, in the same shape [s]
+    """
+    pairs = zip(leaves(sample), leaves(stuck_seconds), strict=True)
+    return rebuild(sample, [where(seconds > 0.0, math.inf, value) for (_, value), (_, seconds) in pairs])
+
+
+def _agreed(old: Contradiction, run: Run, residual: Any) -> Contradiction:
+    """With the residual of the sample before the run: what did not agree then contradicts by another defect."""
+    return Contradiction(where(run.seconds > 0.0, old.start, absolute(old.far)), residual, old.seconds)
+
+
+def _changing(run: Run, value: Any, jitter: Any) -> Any:
+    """Whether a signal is there and changes with every sample."""
+    return both(present(value), run.seconds < jitter)
+
+
+@lru_cache
+def _sample(names: tuple[str, ...]) -> type:
+    return named_tuple("Signals", [(name, float) for name in names])
