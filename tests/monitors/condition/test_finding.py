@@ -9,10 +9,11 @@ from monitors.condition.made_up_said import PERIOD, place, sound, span
 from tierod.findings import Status
 from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.driven import Driven
-from tierod.monitors.condition.finding import judge
+from tierod.monitors.condition.finding import OtherCauses, judge
 from tierod.monitors.condition.kinds.catalogue import OFFSET
+from tierod.monitors.condition.recording_checks.accelerations import Disagreement
 from tierod.monitors.condition.recording_checks.contradictions import Problem
-from tierod.monitors.condition.recording_checks.coverage import Covered
+from tierod.monitors.condition.recording_checks.coverage import TARGETS, Covered
 from tierod.monitors.condition.said import LOST_TORQUE
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS, ConditionSample
 from tierod.monitors.condition.states import NOT_ISOLABLE, code_courses, elements, losses
@@ -269,3 +270,34 @@ def test_what_was_wired_wrongly_makes_nothing_testable():
 
 def test_an_uncalibrated_vehicle_is_told():
     assert "nobody has calibrated this vehicle" in concluded(calibrated=False)[1].warnings[0]
+
+
+def slid(seconds, causes=None):
+    """The finding of a drive of 20 s of which some slid, and of causes beside what is declared."""
+    time, said = sound(20.0)
+    drive, no = Driven(PERIOD), np.zeros(len(time), bool)
+    there = np.ones(said.faulty.shape, bool)
+    values = np.full((len(time), len(ConditionSample._fields)), 5.0)
+    drive.add(time, values, Covered(there, ~no, no, no, no))
+    drive.add_slid(time < seconds)
+    courses = {name: ElementCourse(name, PERIOD) for name in ELEMENTS}
+    for column, course in enumerate(courses.values()):
+        course.add(time, said, there[:, column])
+    states = elements(courses, drive, (), substitution_graph())
+    return judge("condition, bank", states, drive, (), {}, 0, True, (), causes)
+
+
+def test_a_drive_that_slid_for_most_of_the_time_is_not_healthy():
+    assert slid(4.0).status is Status.HEALTHY
+    finding = slid(12.0)
+    assert finding.status is Status.NOT_TESTABLE
+    assert finding.cause.startswith("12 of 20 s of driving were not judged: the tyres slid")
+    assert finding.action.startswith("drive on a dry road, below 6 m/s² across")
+
+
+def test_inputs_that_disagree_with_others_are_named_beside_what_was_found():
+    doubt = Disagreement("lateral_acceleration", False, 3.0, 4.0, 9.0, 1.2)
+    cause = slid(12.0, OtherCauses((doubt,), (TARGETS[2:],))).cause
+    assert "lateral acceleration may be the cause instead: it is 1.2 m/s² off yaw rate times speed from 4 s on" in cause
+    assert "target drive torque left and target drive torque right may be the cause instead" in cause
+    assert "instead" not in slid(12.0, OtherCauses((doubt._replace(sure=True),), ())).cause

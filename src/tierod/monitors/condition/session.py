@@ -17,7 +17,7 @@ from tierod.monitors.condition.finding import OtherCauses, judge
 from tierod.monitors.condition.recording_checks.accelerations import AccelerationCheck
 from tierod.monitors.condition.recording_checks.asked import AskedCheck
 from tierod.monitors.condition.recording_checks.clock_leap import ClockLeap
-from tierod.monitors.condition.recording_checks.coverage import Coverage
+from tierod.monitors.condition.recording_checks.coverage import TARGETS, Coverage
 from tierod.monitors.condition.recording_checks.impossible import Impossible
 from tierod.monitors.condition.recording_checks.pace import TargetPace
 from tierod.monitors.condition.recording_checks.wiring import Close, Wiring
@@ -136,6 +136,12 @@ class ConditionSession:
         ]
         return {name: np.concatenate([part[name] for part in parts]) for name in self.traces}
 
+    def _not_done(self) -> tuple[tuple[str, ...], ...]:
+        """Targets that do not go with what is done; an acceleration that has failed tells nothing of the drives."""
+        blind = self._accelerations.gone("longitudinal_acceleration")
+        found = () if self._asked is None else tuple(self._asked.found)
+        return tuple(each for each in found if not (blind and each == TARGETS[2:]))
+
     def _without_failed_accelerations(self, time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, set[int]]:
         """The samples without accelerations that have failed, and at which of them one fails."""
         gone = [name for name in ACCELERATIONS if self._accelerations.gone(name)]
@@ -209,7 +215,7 @@ class ConditionSession:
         notes = untold(self.vehicle, missing) if missing and self._read.any() else ()
         told = self.calibrated or bool(self._notes)
         notes = (*self._notes, *notes, *self._impossible.notes())
-        causes = OtherCauses(disagreeing, () if self._asked is None else tuple(self._asked.found))
+        causes = OtherCauses(disagreeing, self._not_done())
         if not problems:
             states = (*states, *acceleration_elements(disagreeing))
         finding = judge(self.name, states, self._driven, problems, lost, interruptions, told, notes, causes)

@@ -5,20 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from tierod.monitors.condition.signals import ConditionSample
+from tierod.quality import impossible
 from tierod.signals import SIGNALS
-
-FAR = 10.0
-"""So many times the plausible range of a signal no fault of a sensor gives; wrong units, as degrees, still may."""
 
 
 class Impossible:
     """Removes what is infinite, or far beyond the plausible range of its signal, piece by piece."""
 
     def __init__(self) -> None:
-        ranges = [SIGNALS[name].plausible for name in ConditionSample._fields]
-        self._most = np.array([FAR * max(abs(low), abs(high)) for low, high in ranges])
-        self._count = np.zeros(len(ranges), int)
-        self._largest = np.zeros(len(ranges))
+        self._count = np.zeros(len(ConditionSample._fields), int)
+        self._largest = np.zeros(len(ConditionSample._fields))
 
     def add(self, values: np.ndarray) -> np.ndarray:
         """The next piece without impossible values.
@@ -26,12 +22,12 @@ class Impossible:
         Args:
             values: columns of `ConditionSample`, (n, signals); NaN where missing
         """
-        size = np.abs(values)
-        far = (size > self._most) | np.isinf(values)
+        pairs = zip(ConditionSample._fields, values.T, strict=True)
+        far = np.column_stack([impossible(name, column) for name, column in pairs])
         if not far.any():
             return values
         self._count += far.sum(axis=0)
-        self._largest = np.maximum(self._largest, np.where(far, size, 0.0).max(axis=0))
+        self._largest = np.maximum(self._largest, np.where(far, np.abs(values), 0.0).max(axis=0))
         return np.where(far, np.nan, values)
 
     def notes(self) -> tuple[str, ...]:
