@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isfinite, sqrt
 from typing import Annotated, NamedTuple
-
-import numpy as np
 
 from tierod.monitors.condition.recording_checks.blocks import BLOCK
 
@@ -37,6 +37,12 @@ class Bounds:
     doubtful: Annotated[float, ""] = 0.7
 
 
+def _deviation(values: Sequence[float]) -> float:
+    """Standard deviation of a few values: an array would cost more than it saves."""
+    mean = sum(values) / len(values)
+    return sqrt(sum((each - mean) ** 2 for each in values) / len(values))
+
+
 class Row(NamedTuple):
     """One block: its end [s], difference, quantity that it is compared with, noise of the reading."""
 
@@ -64,6 +70,14 @@ class Difference(NamedTuple):
     size: float
 
 
+class _Measure(NamedTuple):
+    """Size of a difference over a window from `begin` [s] on, and its bound."""
+
+    begin: float
+    size: float
+    bound: float
+
+
 class Beside:
     """Follows a difference over its windows; the first sure one, or else the first doubtful one, stays.
 
@@ -86,33 +100,31 @@ class Beside:
         if self.sure:
             return False
         self._rows.append(row)
-        rows = np.array(self._rows)
-        sure = self._beyond(rows, 1.0)
-        hit = sure or self._beyond(rows, self._bounds.doubtful)
+        if not isfinite(row.apart):
+            return False
+        measures = self._measures()
+        sure = next((each for each in measures if each.size > each.bound), None)
+        doubtful = self._bounds.doubtful
+        hit = sure or next((each for each in measures[1:] if each.size > doubtful * each.bound), None)
         if hit is not None and (sure or self.found is None):
-            begin, size = hit
+            begin, size = hit.begin, hit.size
             much = [each.end for each in self._rows if each.end > begin and max(abs(each.apart), each.noise) >= size]
             start = much[0] - BLOCK if much else begin
             self.found = Difference(sure is not None, begin, start, row.end, size)
         return sure is not None
 
-    def _beyond(self, rows: np.ndarray, share: float) -> tuple[float, float] | None:
-        """Start of the window [s] and size of a difference beyond a share of the bounds, if there is one."""
-        bounds, there = self._bounds, np.isfinite(rows[:, 1])
-        if not there[-1]:
-            return None
-        if abs(rows[-1, 1]) > bounds.single:
-            return float(rows[-1, 0] - BLOCK), float(abs(rows[-1, 1]))
+    def _measures(self) -> list[_Measure]:
+        """What the windows show now: the last block, which says nothing of a doubt, the mean, the noise, the shape."""
+        bounds, last = self._bounds, self._rows[-1]
+        found = [_Measure(last.end - BLOCK, abs(last.apart), bounds.single)]
         short = round(LEVEL_TIME / BLOCK)
-        recent, told = rows[-short:][there[-short:]], rows[there]
+        told = [each for each in self._rows if isfinite(each.apart)]
+        recent = [each for each in told if each.end > last.end - LEVEL_TIME - 0.5 * BLOCK][-short:]
         if len(recent) >= HALF * short:
-            level, noise = abs(float(recent[:, 1].mean())), float(recent[:, 3].mean())
-            if level > share * bounds.level:
-                return float(recent[0, 0] - BLOCK), level
-            if noise > share * bounds.noise:
-                return float(recent[0, 0] - BLOCK), noise
-        apart = float(np.std(told[:, 1]))
-        enough = len(told) >= HALF * SHAPE_TIME / BLOCK
-        if enough and apart > share * max(bounds.shape, bounds.share * float(np.std(told[:, 2]))):
-            return float(told[0, 0] - BLOCK), apart
-        return None
+            begin, count = recent[0].end - BLOCK, len(recent)
+            found.append(_Measure(begin, abs(sum(each.apart for each in recent)) / count, bounds.level))
+            found.append(_Measure(begin, sum(each.noise for each in recent) / count, bounds.noise))
+        if len(told) >= HALF * SHAPE_TIME / BLOCK:
+            bound = max(bounds.shape, bounds.share * _deviation([each.told for each in told]))
+            found.append(_Measure(told[0].end - BLOCK, _deviation([each.apart for each in told]), bound))
+        return found
