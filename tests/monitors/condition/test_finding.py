@@ -301,3 +301,9 @@ def test_inputs_that_disagree_with_others_are_named_beside_what_was_found():
     assert "lateral acceleration may be the cause instead: it is 1.2 m/s² off yaw rate times speed from 4 s on" in cause
     assert "target drive torque left and target drive torque right may be the cause instead" in cause
     assert "instead" not in slid(12.0, OtherCauses((doubt._replace(sure=True),), ())).cause
+
+
+def test_targets_that_disagree_are_named_where_nothing_is_declared():
+    finding = slid(0.0, OtherCauses((), (TARGETS[2:],)))
+    assert finding.status is Status.HEALTHY
+    assert "target drive torque right: what is asked does not go with the acceleration" in finding.warnings[-1]

@@ -79,6 +79,10 @@ def judge(
     rest = f"; not judged: {_by_cause(open_)}" if open_ else ""
     judged = drive.judged * drive.period
     headline = f"{len(sound)} of {len(ELEMENTS)} sensors and actuators are sound over {judged:.0f} s{rest}."
+    warnings += tuple(
+        f"{listed(targets)}: {_off(targets)}, too little for a verdict; check the channels, and the actuators with them"
+        for targets in (causes.asked if causes else ())
+    )
     return Finding(name, Status.HEALTHY, headline, None, None, evidence, "", "none", warnings)
 
 
@@ -111,12 +115,17 @@ def _and_other_causes(finding: Finding, accused: Sequence[Element], causes: Othe
         if not each.sure
     ]
     other += [
-        f"{listed(targets)} may be the cause instead: what is asked does not go with "
-        f"{'the torque in the shaft' if targets == TARGETS[:2] else 'the acceleration'}"
+        f"{listed(targets)} may be the cause instead: {_off(targets)}"
         for targets in causes.asked
         if not (alone and targets == TARGETS[:2])
     ]
     return replace(finding, cause="; ".join((finding.cause, *other)))
+
+
+def _off(targets: Sequence[str]) -> str:
+    """What the targets of a pair of actuators do not go with."""
+    shown_by = "the torque in the shaft" if targets == TARGETS[:2] else "the acceleration"
+    return f"what is asked does not go with {shown_by}"
 
 
 def _by_cause(open_: Sequence[Element]) -> str:
