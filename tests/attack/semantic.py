@@ -1,0 +1,280 @@
+"""The semantic attack: one signal of a recording is wrong, and no verdict may be confidently wrong.
+
+Of a changed faulty recording exit 0 must name the changed signal; of a changed fault-free one so must exit 1.
+`PYTHONPATH=tests python -m attack.semantic MONITOR` prints the whole matrix of a monitor.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import itertools
+import re
+import sys
+import tempfile
+import time
+import traceback
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from attack.semantic_changes import changed, changes, touched
+from attack.semantic_drives import DRIVES, Drive, recorded
+from tierod.errors import TierodError
+from tierod.findings import Diagnosis, Status
+from tierod.monitors.registry import MONITORS
+from tierod.monitors.run import diagnose
+from tierod.recording import Recording
+from tierod.report import print_table
+
+SEEDS = (11, 12)
+"""Seeds of the recordings; no threshold was tuned on them."""
+
+REFUSED, DEFECT = 3, 4
+"""Exit codes of a recording that is refused, and of a defect of tierod itself."""
+
+UNOBSERVABLE: dict[tuple[str, str, str], str] = {}
+"""Changes that no signal of the recording can show: (monitor, signal, change) -> physical reason."""
+
+CALLED: dict[str, tuple[str, ...]] = {
+    "vehicle_speed": ("the speed",),
+    "steering_wheel_angle": ("steering angle",),
+    "road_wheel_angle": ("steering angle",),
+    "motor_current": ("steering torque",),
+    "motor_torque": ("steering torque",),
+    "motor_angle_mechanical": ("motor's angle", "angle sensor"),
+    "resolver_sine": ("sine and cosine",),
+    "resolver_cosine": ("sine and cosine",),
+    "supply_voltage": ("supply of the controller",),
+    **{f"motor_current_{axis}": ("currents", "a current") for axis in ("a", "b", "c", "alpha", "beta")},
+    **{f"motor_voltage_{axis}": ("voltages", "a voltage") for axis in ("alpha", "beta")},
+    "wheel_speed_rear_left": ("rear wheel speeds",),
+    "wheel_speed_rear_right": ("rear wheel speeds",),
+}
+"""What findings call a signal besides its name."""
+
+_REFERENCE = ("than currents and voltages tell", "that currents and voltages tell", "what currents and voltages tell")
+"""Phrases that mention signals as what others are held against: they name none of them."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One change of one signal of one recording."""
+
+    drive: Drive
+    signal: str
+    change: str
+    seed: int
+
+    @property
+    def name(self) -> str:
+        """For people."""
+        return f"{self.drive.monitor}, {self.drive.name}, seed {self.seed}: {self.signal} {self.change}"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a case.
+
+    Args:
+        code: exit code of `tierod diagnose`
+        status: of the finding; "refused" or "defect" without one
+        named: whether the output names a changed signal where the unchanged recording's does not
+        blamed: the same of headline, cause, action, warnings and faulty elements alone
+        text: headline and cause, or the message
+        seconds: that it took
+    """
+
+    code: int
+    status: str
+    named: bool
+    blamed: bool
+    text: str
+    seconds: float = 0.0
+
+
+def outcome(case: Case, folder: Path) -> Outcome:
+    """Judge one case.
+
+    Args:
+        case: which
+        folder: where recordings are kept
+    """
+    recording = recorded(case.drive, case.seed, folder)
+    usual, _ = _usual(case.drive, case.seed, folder)
+    begun = time.perf_counter()
+    try:
+        diagnosis = judged(case.drive, changed(recording, case.signal, case.change, case.seed))
+    except TierodError as error:
+        named = _names(str(error), touched(case.signal, case.change))
+        return Outcome(REFUSED, "refused", named, named, str(error), time.perf_counter() - begun)
+    except Exception:
+        return Outcome(DEFECT, "defect", False, False, traceback.format_exc(), time.perf_counter() - begun)
+    seconds = time.perf_counter() - begun
+    signals, finding = touched(case.signal, case.change), diagnosis.findings[0]
+    new = {_bare(line): line for line in printed(diagnosis) if _bare(line) not in usual}
+    said = {_bare(line) for line in _said(diagnosis)}
+    named = [bare for bare, line in new.items() if _names(line, signals)]
+    text = f"{finding.headline} | {finding.cause} | {' | '.join(finding.warnings)}"
+    blamed = any(_names(line, signals) for line in _said(diagnosis) if _bare(line) in said - _usual_said(case, folder))
+    return Outcome(finding.status.exit_code, str(finding.status), bool(named), blamed, text, seconds)
+
+
+def judged(drive: Drive, recording: Recording) -> Diagnosis:
+    """The diagnosis of a recording as that of a drive."""
+    return diagnose(recording, drive.vehicle, drive.monitor, drive.variant)
+
+
+def wrong(case: Case, found: Outcome) -> str:
+    """What is wrong with the outcome of a case; empty where nothing is."""
+    if found.code == DEFECT:
+        return "defect"
+    if (case.drive.monitor, case.signal, case.change) in UNOBSERVABLE:
+        return ""
+    if case.drive.faulty and found.code == 0 and not found.named:
+        return "a fault is called healthy"
+    if not case.drive.faulty and found.code == 1 and not found.blamed:
+        return "something else is blamed"
+    return ""
+
+
+def printed(diagnosis: Diagnosis) -> list[str]:
+    """The lines that the terminal prints."""
+    from rich.console import Console
+
+    stream = io.StringIO()
+    print_table(diagnosis, Console(file=stream, width=5000, color_system=None))
+    return [line.strip() for line in stream.getvalue().splitlines() if line.strip()]
+
+
+def _said(diagnosis: Diagnosis) -> list[str]:
+    """Headline, cause, action and warnings, and what elements are at fault or were not judged."""
+    finding = diagnosis.findings[0]
+    elements = [
+        f"{each.name}: {each.status} {each.cause} {' '.join(c for e in each.episodes for c in e.candidates)}"
+        for each in diagnosis.elements
+        if each.status is not Status.HEALTHY or each.cause
+    ]
+    return [finding.headline, finding.cause, finding.action, *finding.warnings, *elements]
+
+
+@lru_cache(maxsize=64)
+def _usual(drive: Drive, seed: int, folder: Path) -> tuple[frozenset[str], frozenset[str]]:
+    """The lines of the unchanged recording, and those of its finding, without their numbers."""
+    diagnosis = judged(drive, recorded(drive, seed, folder))
+    return frozenset(map(_bare, printed(diagnosis))), frozenset(map(_bare, _said(diagnosis)))
+
+
+def _usual_said(case: Case, folder: Path) -> frozenset[str]:
+    return _usual(case.drive, case.seed, folder)[1]
+
+
+def _bare(line: str) -> str:
+    return re.sub(r"[-+−]?[\d.]+(e[-+]?\d+)?", "#", line)
+
+
+def _names(text: str, signals: tuple[str, ...]) -> bool:
+    """Whether a text names one of the signals, by its name or what findings call it."""
+    plain = text.lower().replace("_", " ")
+    for phrase in _REFERENCE:
+        plain = plain.replace(phrase, "")
+    called = [each for signal in signals for each in (signal.replace("_", " "), *CALLED.get(signal, ()))]
+    return any(re.search(rf"\b{re.escape(each)}\b", plain) for each in called)
+
+
+def signals_of(drive: Drive, recording: Recording) -> tuple[str, ...]:
+    """The signals of a recording that its monitor reads."""
+    monitor = MONITORS[drive.monitor]
+    needs = dict.fromkeys((*monitor.required, *monitor.optional))
+    return tuple(name for name in needs if name in recording)
+
+
+def matrix(drive: Drive, seed: int, folder: Path) -> Iterator[Case]:
+    """Every case of one recording.
+
+    Args:
+        drive: which
+        seed: of the recording
+        folder: where it is kept
+    """
+    names = signals_of(drive, recorded(drive, seed, folder))
+    for signal in names:
+        for change in changes(names, signal):
+            yield Case(drive, signal, change, seed)
+
+
+def run(count: int, seed: int, folder: Path) -> dict[str, Any]:
+    """Judge a sample of all cases, drawn at random, those of one recording together.
+
+    Args:
+        count: of cases; all of them where there are no more
+        seed: of the draw
+        folder: where recordings are kept
+
+    Returns:
+        figures of the attack: cases, exit codes, wrong words by kind with their names, slowest case [s]
+    """
+    every = [case for drive, each in itertools.product(DRIVES, SEEDS) for case in matrix(drive, each, folder)]
+    drawn = np.random.default_rng(seed).permutation(len(every))[:count]
+    codes: Counter[int] = Counter()
+    failed: dict[str, str] = {}
+    slowest = 0.0
+    for place in sorted(drawn):
+        found = outcome(every[place], folder)
+        codes[found.code] += 1
+        slowest = max(slowest, found.seconds)
+        if reason := wrong(every[place], found):
+            failed[every[place].name] = f"{reason}: {found.text}"
+    return {
+        "cases": len(drawn),
+        "of": len(every),
+        "exit_codes": dict(sorted(codes.items())),
+        "defects": codes[DEFECT],
+        "wrong_words": len(failed) - codes[DEFECT],
+        "failed": failed,
+        "slowest_s": slowest,
+        "unobservable": len(UNOBSERVABLE),
+    }
+
+
+def main() -> int:
+    """Print the matrix of one monitor, a line per case; those with wrong words are marked."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("monitor", choices=list(MONITORS))
+    parser.add_argument("--folder", type=Path, help="where recordings are kept")
+    parser.add_argument("--seed", type=int, default=SEEDS[0])
+    parser.add_argument("--drive", help="one recording alone")
+    parser.add_argument("--signal", help="one signal alone")
+    parser.add_argument("--wrong", action="store_true", help="print the failures alone")
+    given = parser.parse_args()
+    folder = given.folder or Path(tempfile.mkdtemp(prefix="semantic-"))
+    folder.mkdir(parents=True, exist_ok=True)
+    failures = total = 0
+    for drive in DRIVES:
+        if drive.monitor != given.monitor or given.drive not in (None, drive.name):
+            continue
+        usual = judged(drive, recorded(drive, given.seed, folder))
+        print(f"== {drive.monitor}, {drive.name}, unchanged: {usual.findings[0].status}: {usual.findings[0].headline}")
+        for case in matrix(drive, given.seed, folder):
+            if given.signal not in (None, case.signal):
+                continue
+            found = outcome(case, folder)
+            reason = wrong(case, found)
+            total, failures = total + 1, failures + bool(reason)
+            if reason or not given.wrong:
+                mark = "!!" if reason else "  "
+                said = "named" if found.named else "     "
+                print(
+                    f"{mark} {case.signal} {case.change}: {found.code} {found.status} {said} {found.text}", flush=True
+                )
+    print(f"{failures} wrong of {total}")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

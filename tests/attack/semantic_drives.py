@@ -1,0 +1,164 @@
+"""Recordings of the semantic attack: for every monitor fault-free and faulty ones, simulated once per process."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from tierod.proving_ground import FrictionCourse, SensorSet, drive, lock_to_lock
+from tierod.proving_ground.cars.catalogue import load as load_car
+from tierod.proving_ground.courses.catalogue import load as load_course
+from tierod.proving_ground.faults import Always, AtTime, Fault
+from tierod.proving_ground.faults.behaviours import Gain, Offset
+from tierod.proving_ground.faults.shipped import load as load_fault
+from tierod.proving_ground.run import run as run_car
+from tierod.proving_ground.scenarios import load as load_scenario
+from tierod.readers import read
+from tierod.recording import Recording
+from tierod.writers import write
+
+
+@dataclass(frozen=True)
+class Drive:
+    """One recording, and how it is judged.
+
+    Args:
+        monitor, name: "friction", "step": together they name it
+        vehicle, variant: with which it is judged; None is the monitor's default
+        faulty: whether the monitor must not call it healthy
+        make: simulates it from a seed
+    """
+
+    monitor: str
+    name: str
+    vehicle: str
+    faulty: bool
+    make: Callable[[int], Recording]
+    variant: str | None = None
+
+
+def _scenario(name: str, seconds: float | None = None, *faults: Fault) -> Callable[[int], Recording]:
+    """A shipped scenario with another seed, and with other faults."""
+
+    def make(seed: int) -> Recording:
+        scenario = dataclasses.replace(load_scenario(name), faults=()).with_run(seconds, seed)
+        return dataclasses.replace(scenario, faults=faults).run().recording
+
+    return make
+
+
+def _shipped(name: str, start: float | None = None) -> Fault:
+    """A shipped fault, from its own time or another [s] on."""
+    fault = load_fault(name).fault
+    return fault if start is None else dataclasses.replace(fault, trigger=AtTime(start))
+
+
+def _friction(after: float) -> Callable[[int], Recording]:
+    """The mixed drive; the friction steps half-way."""
+    return lambda seed: drive(minutes=13.0, friction=FrictionCourse.step(4.0, after, 390.0), seed=seed)
+
+
+def _test_car(*faults: Fault) -> Callable[[int], Recording]:
+    """The car steered by wire in its test of sideslip observers, read as on a test car."""
+
+    def make(seed: int) -> Recording:
+        course = load_course("sideslip-test")
+        return run_car(load_car("steer-by-wire").block, course, None, seed, SensorSet.bench(), faults).recording
+
+    return make
+
+
+def _active_front(*faults: Fault) -> Callable[[int], Recording]:
+    """Slalom with active front steering: its motor turns all the time."""
+
+    def make(seed: int) -> Recording:
+        car = load_car("active-front-steering").block
+        return run_car(car, load_course("slalom"), 12.0, seed, None, faults).recording
+
+    return make
+
+
+def _motor_bench(degrees: float = 0.0) -> Callable[[int], Recording]:
+    """The bench under control of its angle; the sensor's zero moves by electrical degrees in the fifth second."""
+
+    def make(seed: int) -> Recording:
+        from monitors.motor_angle.monitored import recording
+        from tierod.studies.motor_angle import fault_drives, fault_kinds
+
+        return recording(fault_drives.drive(seed, 8.0, fault_kinds.offset(degrees) if degrees else None, 5.0).samples)
+
+    return make
+
+
+_BAR = Fault(element="driver_torque", behaviour=Gain(1.5), trigger=AtTime(5.0))
+"""A torsion bar that a driver torque of half as much again belongs to: vehicle file and recording do not fit."""
+
+_TURNING = Fault(element="sensor.yaw_rate", behaviour=Offset(0.03), trigger=Always())
+"""A yaw rate that was never calibrated."""
+
+DRIVES: tuple[Drive, ...] = (
+    Drive("friction", "healthy", "midsize-eps", False, _friction(4.0)),
+    Drive("friction", "step", "midsize-eps", True, _friction(8.0)),
+    Drive("hysteresis", "hoist", "midsize-eps", False, lambda seed: lock_to_lock(4.0, hoist=True, seed=seed), "hoist"),
+    Drive("hysteresis", "worn", "midsize-eps", True, lambda seed: lock_to_lock(8.5, hoist=True, seed=seed), "hoist"),
+    Drive("driver-torque", "bench", "column-bench", False, _scenario("column-bench-hands", 40.0)),
+    Drive("driver-torque", "road", "midsize-eps", False, _scenario("hands-off")),
+    Drive("driver-torque", "bench-gain", "column-bench", True, _scenario("column-bench-hands", 40.0, _BAR)),
+    Drive("driver-torque", "road-gain", "midsize-eps", True, _scenario("hands-off", None, _BAR)),
+    Drive("sideslip", "test", "steer-by-wire", False, _test_car(), "two-stage-kalman"),
+    Drive("sideslip", "town", "midsize-eps", False, _scenario("mixed-drive-healthy", 120.0)),
+    Drive("sideslip", "test-offset", "steer-by-wire", True, _test_car(_TURNING), "two-stage-kalman"),
+    Drive(
+        "sideslip",
+        "town-offset",
+        "midsize-eps",
+        True,
+        _scenario("mixed-drive-healthy", 120.0, _TURNING),
+    ),
+    Drive("motor-angle", "bench", "motor-bench", False, _motor_bench()),
+    Drive("motor-angle", "car", "active-front-steering", False, _active_front()),
+    Drive("motor-angle", "bench-offset", "motor-bench", True, _motor_bench(10.0)),
+    Drive(
+        "motor-angle", "car-offset", "active-front-steering", True, _active_front(_shipped("motor-angle-offset", 5.0))
+    ),
+    Drive("condition", "round", "smartload", False, _scenario("demonstrator-healthy", 100.0)),
+    Drive(
+        "condition",
+        "yaw-rate",
+        "smartload",
+        True,
+        _scenario("demonstrator-healthy", 100.0, _shipped("yaw-rate-offset")),
+    ),
+    Drive(
+        "condition",
+        "drive",
+        "smartload",
+        True,
+        _scenario("demonstrator-healthy", 100.0, _shipped("drive-motor-left-loss")),
+    ),
+)
+"""Every recording that is attacked."""
+
+_KEPT: dict[tuple[Path, str, int], Recording] = {}
+
+
+def recorded(each: Drive, seed: int, folder: Path) -> Recording:
+    """The recording without truth: simulated once, then read from a folder, then from memory.
+
+    Args:
+        each: which
+        seed: of all chance
+        folder: where it is kept
+    """
+    name = f"{each.monitor}-{each.name}-{seed}"
+    key = (folder, name, seed)
+    if key not in _KEPT:
+        path = folder / f"{name}.parquet"
+        if not path.exists():
+            whole = each.make(seed)
+            measured = {n: channel for n, channel in whole.channels.items() if not n.startswith("truth_")}
+            write(Recording(measured), path)
+        _KEPT[key] = read(path)
+    return _KEPT[key]
