@@ -18,11 +18,20 @@ LONGEST = 3600.0
 FEWEST = 250
 """Samples below which nothing is said."""
 
+SMOOTHING = 0.2
+"""Time that is averaged before gains and delays are compared [s]: a tenth of a second is still seen, noise is not."""
+
+LEAST_GAIN = 0.15
+"""Logarithm of a gain below which it is none: a gear in series makes a bar 6 % softer, see `STIFFNESS_SPREAD`."""
+
 LATEST = 0.6
 """Longest delay that is looked for [s]."""
 
 EXPLAINED = 0.1
 """Share of the variance of the contradiction that may be left when one signal is corrected."""
+
+SCALED = 0.02
+"""The same for a gain: one that is wrong leaves a thousandth, what is clipped leaves more."""
 
 NEARLY = 4.0
 """Corrections that leave no more than this multiple of the least variance cannot be told apart."""
@@ -73,10 +82,10 @@ class ContradictionOverDrive:
     def add(self, wheel_angle: np.ndarray, motor_angle: np.ndarray, driver_torque: np.ndarray) -> None:
         """The next piece: angles [rad] and torque of the bar [N*m], (n,) each; NaN where missing."""
         first = -self._seen % self._stride
+        room = max(round(LONGEST * self._rate) * self._stride - self._seen, 0)
         self._seen += len(wheel_angle)
-        if self._seen <= LONGEST * self._rate * self._stride:
-            rows = np.column_stack([wheel_angle, motor_angle, driver_torque])[first :: self._stride]
-            self._kept.append(rows * self._scales)
+        rows = np.column_stack([wheel_angle, motor_angle, driver_torque])[first : room : self._stride]
+        self._kept.append(rows * self._scales)
 
     def found(self) -> Contradiction | None:
         """What contradicts the others; None where the signals are too few or do not move."""
@@ -86,11 +95,16 @@ class ContradictionOverDrive:
             return None
         rows = rows - rows[there].mean(axis=0)
         whole = rows[there]
-        apart = float(np.var(whole.sum(axis=1)))
-        fits = not apart > FITS * float(np.var(whole[:, 2]))
+        fits = not float(np.var(whole.sum(axis=1))) > FITS * float(np.var(whole[:, 2]))
         held = "" if fits else _held(whole)
-        gains = [_gain(whole, column) for column in range(3)]
-        delays = [_delay(rows, column, round(LATEST * self._rate)) for column in range(3)]
+        smooth = np.column_stack([_averaged(column, max(round(SMOOTHING * self._rate), 1)) for column in rows.T])
+        clean = smooth[np.isfinite(smooth).all(axis=1)]
+        if len(clean) < FEWEST:
+            clean = whole
+        clean = clean - clean.mean(axis=0)
+        apart = float(np.var(clean.sum(axis=1)))
+        gains = [_gain(clean, column) for column in range(3)]
+        delays = [_delay(smooth, column, round(LATEST * self._rate)) for column in range(3)]
         best = min(left for left, _ in (*gains, *delays))
         if held or best > EXPLAINED * apart:
             return Contradiction((held,) if held else () if fits else _following(whole))
@@ -105,6 +119,12 @@ class ContradictionOverDrive:
         return Contradiction(names, delay=delays[at][1] / self._rate)
 
 
+def _averaged(values: np.ndarray, count: int) -> np.ndarray:
+    if len(values) < count:
+        return values
+    return np.convolve(values, np.full(count, 1.0 / count), mode="valid")
+
+
 def _gain(rows: np.ndarray, column: int) -> tuple[float, float]:
     """Variance that is left where one signal is divided by its gain, and that gain."""
     others = np.delete(rows, column, axis=1).sum(axis=1)
@@ -114,15 +134,21 @@ def _gain(rows: np.ndarray, column: int) -> tuple[float, float]:
     if not factor > 0.0:
         return np.inf, 1.0
     left = float(np.var(factor * signal + others))
-    return (left, 1.0 / factor) if left <= EXPLAINED * float(np.var(others)) else (np.inf, 1.0)
+    known = abs(np.log(factor)) > LEAST_GAIN
+    return (left, 1.0 / factor) if known and left <= SCALED * float(np.var(others)) else (np.inf, 1.0)
 
 
 def _delay(rows: np.ndarray, column: int, most: int) -> tuple[float, int]:
     """Least variance that is left where one signal is taken earlier, and by how many samples."""
     others, signal = np.delete(rows, column, axis=1).sum(axis=1), rows[:, column]
-    found = [(float(np.nanvar(signal[late:] + others[: len(others) - late])), late) for late in range(1, most + 1)]
+    found = [(_variance(signal[late:] + others[: max(len(others) - late, 0)]), late) for late in range(1, most + 1)]
     left, late = min(found)
-    return (left, late) if left <= EXPLAINED * float(np.nanvar(others)) else (np.inf, 0)
+    return (left, late) if left <= EXPLAINED * _variance(others) else (np.inf, 0)
+
+
+def _variance(values: np.ndarray) -> float:
+    there = values[np.isfinite(values)]
+    return float(np.var(there)) if len(there) >= FEWEST else np.inf
 
 
 def _held(rows: np.ndarray) -> str:
