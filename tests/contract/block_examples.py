@@ -107,6 +107,7 @@ from tierod.monitors.sideslip.conventional import (
     conventional_poles,
 )
 from tierod.monitors.sideslip.two_stage import TwoStageKalman, TwoStagePoles, two_stage_kalman, two_stage_poles
+from tierod.monitors.stuck_signals import StuckSignals
 from tierod.studies.sideslip.rivals import LeakyKinematic
 from tierod.vehicles import load
 
@@ -140,6 +141,11 @@ def examples() -> dict[type, Callable[[], Any]]:
     """Class -> a function that builds an example."""
     return {
         Bank: bank,
+        StuckSignals: lambda: StuckSignals(
+            ("steering_wheel_rate", "motor_torque", "lateral_acceleration", "vehicle_speed"),
+            ("steering_wheel_angle", "driver_torque", "yaw_rate", "wheel_speed_rear_left"),
+            0.05,
+        ),
         DriverIntervention: lambda: DriverIntervention.design(Noise(0.05, 20.0), 1e-3),
         PositionControl: lambda: PositionControl.design(
             COLUMN, 140.0, 1e-3, feed_forward=0.9, friction=0.1, disturbance_compensation=0.2

@@ -68,7 +68,12 @@ class JudgedTime:
             reaction: time that it needs to find a fault [s]
             stuck: signals that are stuck to the end
         """
-        if not self.rest > reaction or self.last is None or finding.status not in (Status.HEALTHY, Status.RISING):
+        if (
+            not self.rest > reaction
+            or self.last is None
+            or self.end is None
+            or finding.status not in (Status.HEALTHY, Status.RISING)
+        ):
             return finding
         lost = [name for name in self.required if self._last.get(name, self.last) <= self.last + 1.5 / self.rate]
         since = min((stuck[name].start for name in lost if name in stuck), default=self.last)

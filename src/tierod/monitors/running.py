@@ -14,6 +14,7 @@ from tierod.derive import complete, ingredients
 from tierod.errors import InputError, ParameterError
 from tierod.findings import Diagnosis, Finding, Trace
 from tierod.monitors.decided import decided
+from tierod.monitors.input_defects import InputDefects, with_defects
 from tierod.monitors.judged_time import JudgedTime
 from tierod.monitors.named_vehicle import other_vehicle
 from tierod.monitors.over_time import OverTime
@@ -69,6 +70,7 @@ class Run:
         self._quality = QualityOverChunks(used)
         self._stuck = StuckOverDrive(self.session.signals, monitor.rate, monitor.subjects)
         self._judged = JudgedTime(monitor.required, monitor.rate)
+        self._defects = InputDefects(self._stuck.names)
         self.needs = tuple(dict.fromkeys((*used, *self._stuck.beside)))
         self._before: Recording | None = None
         self._start: float | None = None
@@ -116,6 +118,8 @@ class Run:
         self._steps += len(aligned.time)
         usable = self._stuck.without(aligned, whole)
         self._judged.add(usable)
+        assert self._start is not None
+        self._defects.add(whole, self._start, float(aligned.time[-1]), self._stuck.spans())
         # What is stuck is shown as it was recorded; only the monitor does not see it.
         shown = {**dict(zip(aligned.names, aligned.values.T, strict=True)), **self.session.absorb(usable)}
         if self.feed:
@@ -146,7 +150,11 @@ class Run:
         return diagnosis
 
     def _limited(self, conclusion: Conclusion) -> Conclusion:
-        """The conclusion, with what of the recording was judged at all."""
+        """The conclusion, with what is wrong with its signals, and with what of the recording was judged at all."""
+        before, defects = conclusion.finding, (*self._defects.found(), *conclusion.defects)
+        conclusion = dataclasses.replace(conclusion, finding=with_defects(before, defects, self.monitor))
+        if conclusion.finding.status is not before.status:
+            conclusion = dataclasses.replace(conclusion, own_level=None)
         before = conclusion.finding
         finding = self._judged.limited(before, self.monitor.title, self.monitor.reaction, self._stuck.lasting())
         finding = dataclasses.replace(finding, evidence={**finding.evidence, **self._judged.evidence()})

@@ -13,6 +13,7 @@ from tierod.block import Block
 from tierod.findings import Element, Finding, Status
 from tierod.graph import Memory, Result, scan, trace
 from tierod.monitors.decision import Decision
+from tierod.monitors.input_defects import Defect
 from tierod.monitors.own_level import OwnLevel
 from tierod.recording import Aligned, Recording
 from tierod.vehicles import Vehicle
@@ -41,6 +42,7 @@ class Conclusion:
         course: the running verdict from change to change; empty for a monitor that judges a recording as a whole
         code_courses: the same for single trouble codes by name, of a monitor that tells several faults apart
         elements: state of every sensor and actuator, of a monitor that judges several
+        defects: of its input signals, over the whole drive
     """
 
     finding: Finding
@@ -54,6 +56,7 @@ class Conclusion:
     course: tuple[StatusChange, ...] = ()
     code_courses: Mapping[str, tuple[StatusChange, ...]] = field(default_factory=dict)
     elements: tuple[Element, ...] = ()
+    defects: tuple[Defect, ...] = ()
 
 
 class Session(Protocol):

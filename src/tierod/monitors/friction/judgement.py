@@ -9,7 +9,7 @@ from tierod.monitors.friction.obstacles import Obstacle, obstacles
 from tierod.monitors.friction.run import FrictionRun
 from tierod.monitors.friction.verdict import UNKNOWN_LIMITS
 from tierod.monitors.friction.verdict_state import STATUSES
-from tierod.monitors.friction.wording import explained, held_against
+from tierod.monitors.friction.wording import explained, held_against, implausible
 
 PLACE = "friction torque at the steering wheel axis"
 
@@ -30,6 +30,8 @@ def judge(run: FrictionRun) -> Finding:
     limits = limits_of(run)
     status = STATUSES[round(run.output.code)]
     if status is Status.HEALTHY and (run.state.figures.worst_alarm > 0.0 or limits.pending):
+        status = Status.SUSPECT
+    if implausible(run):
         status = Status.SUSPECT
     cause, action = explained(run, limits, status)
     alarm = status in (Status.RISING, Status.FAULT) and run.output.since >= 0.0

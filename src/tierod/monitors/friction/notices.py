@@ -66,7 +66,8 @@ def _levels(run: FrictionRun) -> list[str]:
             f"friction is {run.output.ratio:.2f} times the own level: was that learnt on this car, with these sensors?"
         )
     nominal = run.verdict.limits.nominal_friction
-    if run.verdict.limits != UNKNOWN_LIMITS and friction < SMALLEST_NOMINAL * nominal:
+    known = run.verdict.limits != UNKNOWN_LIMITS
+    if known and run.verdict.tuning.smallest_friction * nominal <= friction < SMALLEST_NOMINAL * nominal:
         warnings.append(
             f"friction is only {friction / nominal:.2f} times nominal: is the gain of the torques too low, the motor's "
             "gear ratio right, and the vehicle file that of this car? If not, a fault may be read as healthy"
@@ -87,8 +88,9 @@ def _delays(run: FrictionRun) -> list[str]:
     inertia, damping = run.evidence.get("inertia_kgm2", 0.0), run.last.damping
     if inertia < 0.0:
         warnings.append(
-            f"the learnt inertia is negative ({inertia:.3f} kg·m²): the torques are probably late against the angle, "
-            "50 ms or more, and friction reads low, by 0.2 to 0.4 N·m at 50 ms and 0.5 to 0.8 at 100 ms"
+            f"the learnt inertia is negative ({inertia:.3f} kg·m²): a signal is probably late. Torques 50 ms late make "
+            "friction read low by 0.2 to 0.4 N·m, and 100 ms by 0.5 to 0.8; a lateral acceleration late by 0.5 s makes "
+            "it read high by 0.9 to 1.9"
         )
     if run.parameters is not None:
         below = run.parameters.below_bar

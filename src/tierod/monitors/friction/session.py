@@ -21,6 +21,7 @@ from tierod.monitors.friction.judgement import judge
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.over_drive import EstimateOverDrive, HysteresisOverDrive, SignalsOverDrive
 from tierod.monitors.friction.run import FrictionRun
+from tierod.monitors.friction.torque_gains import GainsOverDrive
 from tierod.monitors.friction.verdict_state import HEALTHY, STATUSES
 from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.session import BlockSession, Conclusion
@@ -73,7 +74,7 @@ class FrictionSession(BlockSession):
         self._judged, self.vehicle, self._acting = block, vehicle, acting
         self._consistency_remark = consistency_remark
         self._estimates, self._hysteresis = EstimateOverDrive(rate), HysteresisOverDrive(rate)
-        self._signals = SignalsOverDrive()
+        self._signals, self._gains = SignalsOverDrive(), GainsOverDrive(vehicle, rate)
         self._consistency = ConsistencyAccumulator()
         self._start: float | None = None
         self._last: Result | None = None
@@ -84,6 +85,7 @@ class FrictionSession(BlockSession):
         self._last = result
         enabled = result["estimate.enabled"] > 0.5
         self._signals.add(time, signals)
+        self._gains.add(signals)
         self._estimates.add(time, result["estimate.friction_torque"], result["verdict.code"] >= HEALTHY)
         self._hysteresis.add(time, signals["steering_wheel_angle"], self._acting(signals, result), enabled)
         present = result["estimate.present"] if "estimate.present" in result.names else np.ones(len(result))
@@ -109,6 +111,7 @@ class FrictionSession(BlockSession):
             {part: remark for part, remark in remarks.items() if remark},
             () if known else VALUES,
             tuple(self.course),
+            defects=self._gains.defects(),
         )
 
     def _consistency_figures(self) -> dict[str, float]:

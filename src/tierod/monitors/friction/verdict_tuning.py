@@ -53,6 +53,9 @@ class AlarmTuning:
         largest_aligning_factor: the learnt factor on the self-aligning torque must lie between one over this and this
             [-]. Cars whose trail scatters by 30 % ended between 0.43 and 3.2; a lateral acceleration in g gives 6 to
             10, a yaw rate in degrees 0.04 to 0.09, simulated
+        smallest_friction: share of nominal friction below which an estimate is implausible [-]: four standard
+            deviations of a new steering's friction (0.5 of 4 N*m, Mohtat et al., Table 1) below one. A motor torque
+            clipped at a tenth of its range gives 0.36 to 0.6, a halved one 0.59 to 0.73, simulated
     """
 
     ready_time: Annotated[float, "s"] = 50.0
@@ -74,6 +77,7 @@ class AlarmTuning:
     unfit_time: Annotated[float, "s"] = 100.0
     smallest_damping: Annotated[float, "N*m*s/rad"] = -0.5
     largest_aligning_factor: Annotated[float, ""] = 5.0
+    smallest_friction: Annotated[float, ""] = 0.5
 
     @property
     def alarm(self) -> Cusum:

@@ -35,6 +35,8 @@ def held_against(run: FrictionRun, limits: Limits, status: Status) -> str:
             parts.append(f"nominal {run.verdict.limits.nominal_friction:.4g} N·m")
             parts.append(_fault_to_come(limits) if status is Status.RISING else "")
     else:
+        if implausible(run):
+            parts.append(f"implausible, below {run.verdict.tuning.smallest_friction:.2g} times nominal")
         if known:
             parts.append(
                 f"nominal {run.verdict.limits.nominal_friction:.4g}, rising from {limits.rising.acts_from:.2f}, fault "
@@ -105,7 +107,23 @@ def _healthy(run: FrictionRun, limits: Limits) -> tuple[str, str]:
     return cause, f"settle whether it has risen before its level is stored as that of a sound car: {SETTLE}"
 
 
+def implausible(run: FrictionRun) -> bool:
+    """Whether friction is below what any steering has."""
+    limits = run.verdict.limits
+    least = run.verdict.tuning.smallest_friction * limits.nominal_friction
+    return limits != UNKNOWN_LIMITS and run.last.friction_torque < least
+
+
 def _suspect(run: FrictionRun, limits: Limits) -> tuple[str, str]:
+    if implausible(run):
+        nominal = run.verdict.limits.nominal_friction
+        least = run.verdict.tuning.smallest_friction
+        return (
+            f"friction is implausible: {run.last.friction_torque / nominal:.2f} times nominal, where no steering has "
+            f"less than {least:.2g}; motor_torque or driver_torque is clipped, or its gain too low, or motor_ratio is "
+            "not that of this car",
+            "check range and gain of the torques and the vehicle file, and record again: a fault may hide behind it",
+        )
     inspect = "if it returns, inspect the column's joints, the steering gear and the boots for water"
     causes = []
     if limits.pending:

@@ -1,0 +1,184 @@
+"""Gains of the two torques from the assist characteristic of the vehicle file, over a whole drive."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from tierod.monitors.input_defects import Defect
+from tierod.physics.assist import assist_speed_factor
+from tierod.physics.steering_ratio import column_torque_of_motor
+from tierod.vehicles import Vehicle
+
+STRIDE = 5
+"""Every fifth sample is taken: assist changes slower than 10 Hz."""
+
+BLOCK = 1000
+"""Samples summed at a time, so that the sums do not depend on how the recording is cut."""
+
+
+@dataclass(frozen=True)
+class AssistCharacteristic:
+    """The assist map of the car type, as `tierod.physics.assist` writes it.
+
+    Args:
+        assist_linear_gain: assist per driver's torque at rest
+        assist_quadratic_gain: growth of the gain with the driver's torque
+        assist_half_speed: speed at which assist has fallen to a half
+        motor_ratio: turns of the motor per turn of the column
+    """
+
+    assist_linear_gain: Annotated[float, ""]
+    assist_quadratic_gain: Annotated[float, "1/(N*m)"]
+    assist_half_speed: Annotated[float, "m/s"]
+    motor_ratio: Annotated[float, ""]
+
+
+@dataclass(frozen=True)
+class GainLimits:
+    """When a torque's gain is wrong.
+
+    Args:
+        slowest: speed from which assist is compared [m/s]; a standing car is parked against its stops
+        smallest: driver's torque that says something of assist [N*m]
+        seconds: of such driving that is needed [s]
+        deviation: what the characteristic may leave of the motor's torque, root mean square, relative [-]; fault-free
+            drives leave 0.04 to 0.17: with more the map is not that of this car
+        ratio: factor by which the motor's torque over the driver's may be off [-]; sensors of 10 % and offsets gave
+            0.85 to 1.06 in 12 fault-free drives, and 0.80 with worn sensors
+        single: factor by which one torque may be off where the ratio of the two fits [-]; 0.71 to 1.18 there
+    """
+
+    slowest: Annotated[float, "m/s"] = 3.0
+    smallest: Annotated[float, "N*m"] = 0.3
+    seconds: Annotated[float, "s"] = 60.0
+    deviation: Annotated[float, ""] = 0.25
+    ratio: Annotated[float, ""] = 1.45
+    single: Annotated[float, ""] = 1.6
+
+
+@dataclass(frozen=True)
+class TorqueGains:
+    """What a drive says.
+
+    Args:
+        driver, motor: gain of each torque, against the characteristic
+        ratio: of the motor's over the driver's
+    """
+
+    driver: float
+    motor: float
+    ratio: float
+
+
+class GainsOverDrive:
+    """Regresses the motor's torque on the terms of the characteristic; a torque's gain changes each term otherwise.
+
+    With s the speed factor, T the driver's torque times its gain, u its offset:
+
+        n Tm = s (a (T - u) + b |T - u| (T - u)) + return and damping
+
+    A gain of the driver's torque acts once on the linear term and twice on the quadratic one, a gain of the motor's
+    once on both, so the two gains follow separately. The terms of the offset are s, s |T| and s sgn(T).
+
+    Args:
+        vehicle: whose characteristic it is
+        rate: of the samples [Hz]
+        limits: when a gain is wrong
+    """
+
+    def __init__(self, vehicle: Vehicle, rate: float, limits: GainLimits | None = None):
+        self.limits, self._rate = limits or GainLimits(), rate
+        names = AssistCharacteristic.__dataclass_fields__
+        known = vehicle.calibrated and all(name in vehicle for name in names)
+        self._map = vehicle.parameters_for(AssistCharacteristic) if known else None
+        self._seen = 0
+        self._rows: list[np.ndarray] = []
+        self._sums = np.zeros((_COLUMNS + 1, _COLUMNS + 1))
+        self._count = 0
+
+    def add(self, signals: Mapping[str, np.ndarray]) -> None:
+        """The next piece: signals by name, (n,) each, NaN where missing."""
+        if self._map is None or "vehicle_speed" not in signals:
+            return
+        first = -self._seen % STRIDE
+        self._seen += len(signals["driver_torque"])
+        rows = self._terms({name: values[first::STRIDE] for name, values in signals.items()})
+        self._rows = [np.vstack([*self._rows, rows])]
+        while len(self._rows[0]) >= BLOCK:
+            block, self._rows[0] = self._rows[0][:BLOCK], self._rows[0][BLOCK:]
+            self._sums += block.T @ block
+            self._count += len(block)
+
+    def _terms(self, signals: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Rows of the regression: its terms, then the motor's torque at the column."""
+        assert self._map is not None
+        torque, speed = signals["driver_torque"], signals["vehicle_speed"]
+        rate, angle = signals["steering_wheel_rate"], signals["steering_wheel_angle"]
+        share = assist_speed_factor(speed, self._map.assist_half_speed)
+        returning = share * (1.0 - share) / (1.0 + torque * torque)
+        rows = np.column_stack(
+            [
+                share * torque * self._map.assist_linear_gain,
+                share * np.abs(torque) * torque * self._map.assist_quadratic_gain,
+                share,
+                share * np.abs(torque),
+                share * np.sign(torque),
+                np.ones(len(torque)),
+                returning * angle,
+                returning * rate,
+                rate,
+                share * rate,
+                column_torque_of_motor(signals["motor_torque"], self._map.motor_ratio),
+            ]
+        )
+        used = (speed > self.limits.slowest) & (np.abs(torque) > self.limits.smallest)
+        return rows[used & np.isfinite(rows).all(axis=1)]
+
+    def found(self) -> TorqueGains | None:
+        """The gains; None where the drive or the vehicle file do not say."""
+        if self._map is None or self._count * STRIDE / self._rate < self.limits.seconds:
+            return None
+        matrix, right = self._sums[:-1, :-1], self._sums[:-1, -1]
+        if np.linalg.cond(matrix / self._scale(matrix)) > 1e10:
+            return None
+        terms = np.linalg.solve(matrix, right)
+        power = float(self._sums[-1, -1])
+        left = max(power - float(terms @ right), 0.0)
+        linear, quadratic = float(terms[0]), float(terms[1])
+        if not (linear > 0.0 and quadratic > 0.0) or math.sqrt(left / power) > self.limits.deviation:
+            return None
+        return TorqueGains(linear / quadratic, linear * linear / quadratic, linear)
+
+    @staticmethod
+    def _scale(matrix: np.ndarray) -> np.ndarray:
+        size = np.sqrt(np.diag(matrix))
+        return np.outer(size, size)
+
+    def defects(self) -> tuple[Defect, ...]:
+        """Which torque has a wrong gain."""
+        found = self.found()
+        if found is None:
+            return ()
+        limits = self.limits
+        together = f"motor_torque over driver_torque is {found.ratio:.2f} times what the assist of this car type gives"
+        driver, motor = abs(math.log(found.driver)), abs(math.log(found.motor))
+        if abs(math.log(found.ratio)) > math.log(limits.ratio):
+            if driver > 2.0 * motor:
+                return (Defect(BOTH[:1], f"driver_torque has {found.driver:.2f} times the right gain: {together}"),)
+            if motor > 2.0 * driver:
+                return (Defect(BOTH[1:], f"motor_torque has {found.motor:.2f} times the right gain: {together}"),)
+            return (Defect(BOTH, f"driver_torque or motor_torque has a wrong gain: {together}"),)
+        if min(driver, motor) > math.log(limits.single):
+            gains = f"{found.driver:.2f} and {found.motor:.2f} times the right gain"
+            return (Defect(BOTH, f"driver_torque and motor_torque have {gains}: the assist bends elsewhere"),)
+        return ()
+
+
+BOTH = ("driver_torque", "motor_torque")
+
+_COLUMNS = 10

@@ -1,0 +1,265 @@
+"""Defects of the signals that show over a whole drive: late against others, of another scale, clipped."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+
+from tierod.findings import Finding, Status
+from tierod.monitors.delays import BLOCK, RATE, Lag, LagOverDrive
+from tierod.monitors.stuck_over_drive import Stuck
+from tierod.recording import Recording
+
+if TYPE_CHECKING:
+    from tierod.monitors.session import Monitor
+
+MAXIMUM_AGE = 0.1
+"""A sample older than this is missing [s]."""
+
+LEVELS = 4
+"""Levels at either end of a signal that are counted, for clipping."""
+
+
+@dataclass(frozen=True)
+class Defect:
+    """What is wrong with a signal.
+
+    Args:
+        names: of the signal; several where it cannot be told which
+        sentence: what was found, beginning with the names
+    """
+
+    names: tuple[str, ...]
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Relation:
+    """Two quantities that follow each other, and by how much they may part.
+
+    Args:
+        first, second: signals that make them; the first of each is blamed for a delay
+        smallest: root mean square of the first quantity's change in 0.4 s that is needed [its unit]
+        earliest, latest: delay of the second that fault-free cars and slow messages explain [s]
+        gain: factor by which second over first may be off 1; infinite where cars differ too much to say
+        told: the second quantity and the first, in words
+    """
+
+    first: tuple[str, ...]
+    second: tuple[str, ...]
+    smallest: float
+    earliest: Annotated[float, "s"]
+    latest: Annotated[float, "s"]
+    gain: float
+    told: tuple[str, str]
+
+
+RELATIONS = {
+    # A derived rate is 25 ms late, a held one of 20 Hz as much again.
+    "steering": Relation(
+        ("steering_wheel_angle",),
+        ("steering_wheel_rate",),
+        0.05,
+        -0.06,
+        0.06,
+        1.35,
+        ("steering_wheel_rate", "the change of steering_wheel_angle"),
+    ),
+    # Virtual cars -79 to 92 ms, a real racing car 119 ms; gain 0.91 to 0.99 with roll and bank.
+    "turn": Relation(
+        ("yaw_rate", "vehicle_speed"),
+        ("lateral_acceleration",),
+        0.15,
+        -0.15,
+        0.2,
+        1.5,
+        ("lateral_acceleration", "yaw_rate times vehicle_speed"),
+    ),
+    # 45 to 82 ms; a soft car on the motorway may need twice that.
+    "car": Relation(
+        ("steering_wheel_angle", "vehicle_speed"),
+        ("yaw_rate",),
+        0.3,
+        -0.08,
+        0.25,
+        np.inf,
+        ("yaw_rate", "steering_wheel_angle"),
+    ),
+    # -30 to 0 ms, as active return and damping act on the motor alone; messages come within a period of 20 ms.
+    "assist": Relation(
+        ("driver_torque",), ("motor_torque",), 0.3, -0.06, 0.06, np.inf, ("motor_torque", "driver_torque")
+    ),
+}
+"""By what they are about. Limits are about twice what 18 fault-free drives of virtual cars and the real recordings show."""
+
+CORRELATION = 0.8
+"""From which two quantities follow each other well enough for a scale [-]; fault-free drives 0.93 and more."""
+
+FOLLOWS = 0.5
+"""From which their changes follow each other well enough for a delay [-]; fault-free drives 0.66 and more."""
+
+CERTAIN = 3.0
+"""Standard deviations by which a delay must be beyond its limit [-]."""
+
+CHARACTERISTIC_SPEED = 22.0
+"""At which a usual car turns half as much as its steering says [m/s]; makes yaw rate of angle and speed."""
+
+CLIPPED = ("driver_torque", "motor_torque", "lateral_acceleration", "yaw_rate", "steering_wheel_rate")
+"""Signals of which a free motion has no preferred extreme; an angle has stops, a speed rests at zero."""
+
+SHORTEST_CLIPPED = 1.0
+"""Time at the extreme value, together, from which a signal is clipped [s] ..."""
+
+SHARE_CLIPPED = 0.005
+"""... and as a share of the drive: a motor that gives all it has in one manoeuvre is not counted."""
+
+
+class InputDefects:
+    """Compares signals over a drive; the result does not depend on how the recording is cut.
+
+    Args:
+        names: that the monitor takes
+    """
+
+    def __init__(self, names: Sequence[str]):
+        pairs = {key: each for key, each in RELATIONS.items() if {*each.first, *each.second} <= set(names)}
+        self._lags = {key: LagOverDrive(each.smallest) for key, each in pairs.items()}
+        self._ends = {name: (Counter[float](), Counter[float]()) for name in CLIPPED if name in names}
+        used = [name for each in pairs.values() for name in (*each.first, *each.second)]
+        self.names = tuple(dict.fromkeys((*used, *self._ends)))
+        self._start: float | None = None
+        self._samples = 0
+        self._pending = np.empty((0, len(self.names)))
+
+    def add(self, recording: Recording, start: float, until: float, stuck: Iterable[Stuck] = ()) -> None:
+        """The next piece.
+
+        Args:
+            recording: that holds the signals
+            start: of the whole recording [s]
+            until: time up to which the piece reaches [s]
+            stuck: signals that do not count meanwhile, from when that was known
+        """
+        if not self.names:
+            return
+        self._start = start
+        first = start + self._samples / RATE
+        if until < first:
+            return
+        aligned = recording.align(self.names, RATE, maximum_age=MAXIMUM_AGE, start=first, stop=until + 1e-6)
+        self._samples += len(aligned.time)
+        for each in stuck:
+            if each.name in self.names:
+                end = np.inf if each.end is None else each.end
+                without = (aligned.time >= each.found) & (aligned.time < end)
+                aligned.values[without, self.names.index(each.name)] = np.nan
+        self._pending = np.vstack([self._pending, aligned.values])
+        while len(self._pending) >= BLOCK:
+            self._take(dict(zip(self.names, self._pending[:BLOCK].T, strict=True)))
+            self._pending = self._pending[BLOCK:]
+
+    def _take(self, block: Mapping[str, np.ndarray]) -> None:
+        for key, lag in self._lags.items():
+            lag.add(*_quantities(key, block))
+        for name, (low, high) in self._ends.items():
+            levels, counts = np.unique(block[name][np.isfinite(block[name])], return_counts=True)
+            for end, kept in ((low, slice(None, LEVELS)), (high, slice(-LEVELS, None))):
+                end.update(dict(zip(levels[kept].tolist(), counts[kept].tolist(), strict=True)))
+                outer = sorted(end)[kept]
+                for level in [each for each in end if each not in outer]:
+                    del end[level]
+
+    def found(self) -> tuple[Defect, ...]:
+        """What is wrong."""
+        lags = {key: lag for key, each in self._lags.items() if (lag := each.found()) and lag.correlation > FOLLOWS}
+        known = {key: lag for key, lag in lags.items() if lag.gain_correlation > CORRELATION}
+        found: dict[str, Defect] = {}
+        # Clipping looks like a wrong scale, and a delay may; a signal is named for the likeliest alone.
+        for defect in (*self._clipped(), *self._late(lags), *self._scaled(known)):
+            if not any(name in found for name in defect.names):
+                found |= dict.fromkeys(defect.names, defect)
+        return tuple(dict.fromkeys(found.values()))
+
+    def _late(self, lags: Mapping[str, Lag]) -> list[Defect]:
+        """Late is whoever comes after the other: nothing is early."""
+        found: dict[str, Defect] = {}
+        for key, lag in lags.items():
+            relation, margin = RELATIONS[key], CERTAIN * lag.deviation
+            if lag.delay > relation.latest + margin:
+                late, beside, delay = relation.second[0], relation.first[0], lag.delay
+            elif lag.delay < relation.earliest - margin:
+                late, beside, delay = relation.first[0], relation.second[0], -lag.delay
+            else:
+                continue
+            sentence = f"{late} is late against {beside}, by {delay:.2f} ± {lag.deviation:.2f} s"
+            found.setdefault(late, Defect((late,), sentence))
+        return list(found.values())
+
+    def _scaled(self, lags: Mapping[str, Lag]) -> list[Defect]:
+        found = []
+        for key, lag in lags.items():
+            relation = RELATIONS[key]
+            if lag.gain > 0.0 and not 1.0 / relation.gain < lag.gain < relation.gain:
+                names = (*relation.second, *relation.first)
+                second, first = relation.told
+                sentence = f"{' or '.join(names)} has a wrong scale: {second} is {lag.gain:.2f} times {first}"
+                found.append(Defect(names, sentence))
+        return found
+
+    def _clipped(self) -> list[Defect]:
+        found = []
+        least = max(SHORTEST_CLIPPED * RATE, SHARE_CLIPPED * self._samples)
+        for name, (low, high) in self._ends.items():
+            for end, side, outermost in ((low, "lower", min), (high, "upper", max)):
+                extreme = outermost(end, default=0.0)
+                others = [count for level, count in end.items() if level != extreme]
+                if extreme != 0.0 and end[extreme] > max(least, 4 * max(others, default=1)):
+                    seconds = end[extreme] / RATE
+                    sentence = f"{name} is clipped at its {side} end {extreme:.4g} for {seconds:.0f} s in all"
+                    found.append(Defect((name,), sentence))
+        return found
+
+
+def _quantities(key: str, block: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """First and second quantity of a relation over one block."""
+    if key == "steering":
+        rate = np.gradient(block["steering_wheel_angle"]) * RATE
+        return rate, block["steering_wheel_rate"]
+    if key == "turn":
+        return block["vehicle_speed"] * block["yaw_rate"], block["lateral_acceleration"]
+    if key == "car":
+        speed = block["vehicle_speed"]
+        return block["steering_wheel_angle"] * speed / (1.0 + (speed / CHARACTERISTIC_SPEED) ** 2), block["yaw_rate"]
+    return block["driver_torque"], block["motor_torque"]
+
+
+def with_defects(finding: Finding, defects: Sequence[Defect], monitor: Monitor) -> Finding:
+    """The finding with the defects of its signals; suspect where one of a signal that is needed may have made it.
+
+    Args:
+        finding: of a monitor
+        defects: of its signals
+        monitor: that judges nothing without its required signals
+    """
+    named: set[str] = set()
+    kept = []
+    for defect in defects:
+        if not named & set(defect.names):
+            kept.append(defect)
+            named |= set(defect.names)
+    decisive = [defect.sentence for defect in kept if any(name in monitor.required for name in defect.names)]
+    warned = replace(finding, warnings=(*(defect.sentence for defect in kept), *finding.warnings))
+    if not decisive or finding.status not in (Status.HEALTHY, Status.RISING, Status.FAULT, Status.SUSPECT):
+        return warned
+    why = "; ".join(decisive)
+    return replace(
+        warned,
+        status=Status.SUSPECT,
+        headline=f"{monitor.title}: {Status.SUSPECT.value}, since {why}. Without regard to that: {finding.headline}",
+        cause=f"{why}; {finding.cause}",
+        action=f"repair the signal, or its entry in channel map or vehicle file, and record again; {finding.action}",
+    )

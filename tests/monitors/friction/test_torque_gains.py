@@ -1,0 +1,66 @@
+"""The gains of the two torques follow from how the assist bends."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from tierod.monitors.friction.torque_gains import GainsOverDrive
+from tierod.monitors.registry import MONITORS
+from tierod.proving_ground import drive
+from tierod.vehicles import load
+
+REQUIRED = MONITORS["friction"].required
+
+
+@pytest.fixture(scope="module")
+def signals() -> dict[str, np.ndarray]:
+    aligned = drive(minutes=5.0, seed=11, scatter=True).align(REQUIRED, 100.0)
+    return dict(zip(REQUIRED, aligned.values.T, strict=True))
+
+
+def after(signals: dict[str, np.ndarray], vehicle=None) -> GainsOverDrive:
+    gains = GainsOverDrive(vehicle or load("midsize-eps"), 100.0)
+    gains.add(signals)
+    return gains
+
+
+@pytest.mark.parametrize(("driver", "motor"), [(1.0, 1.0), (2.0, 1.0), (1.0, 2.0), (0.5, 1.0), (1.0, 0.5), (2.5, 2.5)])
+def test_each_gain_is_found_beside_the_other(signals, driver, motor):
+    fault_free = after(signals).found()
+    scaled = signals | {
+        "driver_torque": driver * signals["driver_torque"],
+        "motor_torque": motor * signals["motor_torque"],
+    }
+    gains = after(scaled)
+    assert gains.found().driver == pytest.approx(driver * fault_free.driver, rel=0.2)
+    assert gains.found().motor == pytest.approx(motor * fault_free.motor, rel=0.2)
+    named = {name for defect in gains.defects() for name in defect.names}
+    wrong = {name for name, gain in (("driver_torque", driver), ("motor_torque", motor)) if gain != 1.0}
+    assert named == wrong
+
+
+def test_an_offset_is_no_gain(signals):
+    gains = after(signals | {"driver_torque": signals["driver_torque"] + 0.4})
+    assert gains.found().driver == pytest.approx(1.0, abs=0.3)
+    assert gains.defects() == ()
+
+
+def test_a_vehicle_file_without_the_characteristic_says_nothing(signals):
+    vehicle = load("midsize-eps")
+    known = {name: each for name, each in vehicle.parameters.items() if name != "assist_half_speed"}
+    assert after(signals, dataclasses.replace(vehicle, parameters=known)).found() is None
+
+
+def test_a_motor_that_does_not_follow_the_characteristic_says_nothing(signals):
+    chance = np.random.default_rng(1).permutation(signals["motor_torque"])
+    assert after(signals | {"motor_torque": chance}).found() is None
+
+
+def test_the_gains_do_not_depend_on_how_the_drive_is_cut(signals):
+    pieces = GainsOverDrive(load("midsize-eps"), 100.0)
+    for start, stop in ((0, 777), (777, 12_345), (12_345, 40_000)):
+        pieces.add({name: values[start:stop] for name, values in signals.items()})
+    assert pieces.found() == after(signals).found()
