@@ -12,6 +12,7 @@ from tierod.analysis.consistency import ConsistencyAccumulator
 from tierod.findings import Status
 from tierod.graph import Result
 from tierod.monitors.driver_torque.below_bar import BelowBarOverDrive
+from tierod.monitors.driver_torque.contradicting import ContradictionOverDrive
 from tierod.monitors.driver_torque.decisions import FitRules
 from tierod.monitors.driver_torque.geometry import GeometryOverDrive
 from tierod.monitors.driver_torque.hands import OFF, ON, UNCERTAIN
@@ -92,6 +93,7 @@ class DriverTorqueSession(BlockSession):
         self.traces = {**self.traces, "true_hand_torque": "N*m"}
         self.signals = (*self.signals, TRUTH)
         self._geometry, self._stretches = GeometryOverDrive(rate), Stretches(1.0 / rate)
+        self._contradiction = ContradictionOverDrive(vehicle["motor_ratio"], vehicle["torsion_bar_stiffness"], rate)
         self._below = BelowBarOverDrive(vehicle["motor_ratio"], rate)
         self._over, self._remark, self.rules = _OverDrive(), remark, FitRules()
         self._truth, self._nis = np.full(delay, np.nan), np.empty(0)
@@ -125,6 +127,7 @@ class DriverTorqueSession(BlockSession):
         angles = signals["steering_wheel_angle"], signals["motor_angle_mechanical"]
         self._stretches.add(time, result["hands"])
         self._geometry.add(*angles, signals["driver_torque"])
+        self._contradiction.add(*angles, signals["driver_torque"])
         given, wanted = signals["motor_torque"], signals["motor_target_torque"]
         self._below.add(np.where(np.isfinite(given), given, wanted), angles[1], signals["driver_torque"])
         if self._consistency is not None:
@@ -139,6 +142,7 @@ class DriverTorqueSession(BlockSession):
             geometry=self._geometry.found(),
             motor_inertia=self._below.inertia(),
             stretches=tuple(self._stretches.found()),
+            contradiction=self._contradiction.found(),
         )
         finding = judge(drive, self.vehicle, self.name, self.rules)
         told = finding.status is Status.HEALTHY
@@ -167,6 +171,7 @@ class _OverDrive:
         self.spans = {name: [math.inf, -math.inf] for name in ("driver_torque", "steering_wheel_angle")}
         self.inertia_error = self.torque_offset = 0.0
         self.judged, self.turned, self.motor = 0, dict.fromkeys(SIGNED, 0), "motor_target_torque"
+        self.powered = False
 
     def add(self, ready: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         """The next piece: where the torque is known, signals and outputs."""
@@ -184,6 +189,7 @@ class _OverDrive:
             )
         if np.isfinite(signals["motor_torque"]).any():
             self.motor = "motor_torque"
+        self.powered |= bool(np.isfinite(signals[self.motor]).any())
         self.judged += int(np.count_nonzero(result["turned.torque_judged"]))
         for name in self.turned:
             self.turned[name] += int(np.count_nonzero(result[f"turned.{name}"]))
@@ -223,4 +229,5 @@ class _OverDrive:
                 SignVerdict(**turned, angles_judged=1.0, torque_judged=1.0, motor_judged=1.0), self.motor
             ),
             stretches=(),
+            motor=self.motor if self.powered else "",
         )

@@ -6,6 +6,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from tierod.findings import Estimate, Finding, Status
+from tierod.monitors.driver_torque.contradicting import Contradiction, described
 from tierod.monitors.driver_torque.decisions import (
     COLUMN,
     INERTIA_SPREAD,
@@ -36,6 +37,13 @@ MOST_LISTED = 20
 DEGREES, UNIT_MARGIN = math.degrees(1.0), 0.1
 """An angle in degrees that is read as radians, and how close to that factor, in its logarithm, a ratio must be."""
 
+INNOVATIONS = "the innovations"
+"""Begins the sentence of a misfit that names no parameter."""
+NO_THIRD = "steering_wheel_angle or driver_torque may be wrong; with motor_angle_mechanical they can be told apart"
+UNCHECKED = (
+    "without motor_angle_mechanical gain and offset of driver_torque and of steering_wheel_angle are not checked"
+)
+
 
 class Drive(NamedTuple):
     """What was collected over a drive.
@@ -53,6 +61,8 @@ class Drive(NamedTuple):
         motor_inertia: with the gear's at the motor's shaft, as torques and acceleration tell it; None where they do not
         turned: a sentence for every signal whose sign is wrong
         stretches: without hands
+        contradiction: what of the bar's three signals contradicts the others; None where they do not say
+        motor: signal that told the motor's torque; empty where none did
     """
 
     ready: Annotated[float, "s"]
@@ -74,6 +84,8 @@ class Drive(NamedTuple):
     motor_inertia: Annotated[float | None, "kg*m**2"]
     turned: tuple[str, ...]
     stretches: tuple[Stretch, ...]
+    contradiction: Contradiction | None = None
+    motor: str = ""
 
 
 def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules) -> Finding:
@@ -91,7 +103,7 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules) -> Finding
         headline = f"Torque of the driver's hands: {status.value}; {cause}."
         return Finding(name, status, headline, evidence=evidence, cause=cause, action=action)
     if wrong := _misfits(drive, vehicle, rules):
-        cause = "; ".join(wrong)
+        cause = "; ".join((*wrong, *_suspected(drive, wrong)))
         action = "correct the vehicle file, or identify the column; if it is right, look for a sensor's gain or delay"
         headline = f"Torque of the driver's hands: withheld; vehicle file and recording do not fit: {cause}."
         notice = ("the torque of the hands, and when they were on the wheel, are withheld",)
@@ -106,6 +118,7 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules) -> Finding
         estimate = Estimate("torque of the driver's hands, rms", drive.hand_rms, drive.hand_deviation, "N*m")
     notices = _notices(drive, vehicle, rules)
     action = "correct the vehicle file before the disturbance torque is used" if notices else "none"
+    notices += () if drive.contradiction is not None else (UNCHECKED,)
     return Finding(name, Status.HEALTHY, _told(drive), None, estimate, evidence, action=action, warnings=notices)
 
 
@@ -238,10 +251,22 @@ def _misfits(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
     wrong += _misshapen(drive, vehicle, rules)
     if rules.misfit(drive.nis) and (drive.geometry is None or not wrong):
         wrong.append(
-            f"the innovations are {math.sqrt(drive.nis):.0f} times as large as the observer expects; a signal may be "
+            f"{INNOVATIONS} are {math.sqrt(drive.nis):.0f} times as large as the observer expects; a signal may be "
             "late, have an offset or the wrong sign, or motor_inertia, gear_stiffness or the sensors' noise be off"
         )
     return wrong
+
+
+def _suspected(drive: Drive, wrong: list[str]) -> tuple[str, ...]:
+    """Which signal may be wrong in place of the vehicle file."""
+    found = drive.contradiction
+    if found is None:
+        return (NO_THIRD,)
+    if found.names:
+        return (described(found),)
+    if drive.motor and all(each.startswith(INNOVATIONS) for each in wrong):
+        return (f"the angles and the torque of the bar fit each other, so that {drive.motor} is suspected",)
+    return ()
 
 
 def _misshapen(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
@@ -264,8 +289,9 @@ def _misshapen(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
         offset, turn = found.torque_offset, math.degrees(abs(found.torque_offset) / found.stiffness)
         way = "high" if offset > 0.0 else "low"
         wrong.append(
-            f"driver_torque is {abs(offset):.2f} N·m too {way} for the twist of the bar (or the angles, which should "
-            f"agree on the unloaded bar, differ by {turn:.2f} degrees); correct the offset in the channel map"
+            f"driver_torque is {abs(offset):.2f} N·m too {way} for the twist of the bar (or steering_wheel_angle and "
+            f"motor_angle_mechanical, which should agree on the unloaded bar, differ by {turn:.2f} degrees); correct "
+            "the offset in the channel map"
         )
     return wrong
 

@@ -1,0 +1,185 @@
+"""Which of a column's three signals contradicts the other two: its gain, its delay, or its values."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+SIGNALS = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
+"""The signals of the torsion bar: wheel angle = motor angle / ratio + torque of the bar / stiffness + constant."""
+
+RATE = 50.0
+"""Rate at which they are kept [Hz]: a hand moves a wheel at less than 5 Hz."""
+
+LONGEST = 3600.0
+"""Time that is kept [s]: memory stays bounded."""
+
+FEWEST = 250
+"""Samples below which nothing is said."""
+
+SMOOTHING = 0.2
+"""Time that is averaged before gains and delays are compared [s]: a tenth of a second is still seen, noise is not."""
+
+LEAST_GAIN = 0.15
+"""Logarithm of a gain below which it is none: a gear in series makes a bar 6 % softer, see `STIFFNESS_SPREAD`."""
+
+LATEST = 0.6
+"""Longest delay that is looked for [s]."""
+
+EXPLAINED = 0.1
+"""Share of the variance of the contradiction that may be left when one signal is corrected."""
+
+SCALED = 0.02
+"""The same for a gain: one that is wrong leaves a thousandth, what is clipped leaves more."""
+
+NEARLY = 4.0
+"""Corrections that leave no more than this multiple of the least variance cannot be told apart."""
+
+FOLLOWS = 0.7
+"""Share of the greatest correlation with the contradiction from which a signal is suspected, too."""
+
+UNLIKE = 4.0
+"""Ratio of the angles' variances beyond which one of them hardly moves, and it may be either that is wrong."""
+
+HELD = 0.9
+"""Share of the contradiction's changes that falls on times at which a signal stands still, from which it is stuck."""
+
+FITS = 0.05
+"""Variance of the contradiction, as a share of that of the bar's twist, up to which the three signals fit."""
+
+
+class Contradiction(NamedTuple):
+    """What contradicts the others.
+
+    Args:
+        names: of the signals, one of which is wrong; empty where the three fit each other
+        gain: of the one signal, where a gain explains the contradiction; else 1
+        delay: of the one signal, where a delay explains the contradiction; else 0
+    """
+
+    names: tuple[str, ...]
+    gain: Annotated[float, ""] = 1.0
+    delay: Annotated[float, "s"] = 0.0
+
+
+class ContradictionOverDrive:
+    """Keeps the three signals of a torsion bar over the pieces of a recording.
+
+    Args:
+        ratio: turns of the motor per turn of the wheel
+        stiffness: of the bar [N*m/rad]
+        rate: of the samples [Hz]
+    """
+
+    def __init__(self, ratio: float, stiffness: float, rate: float):
+        self._scales = np.array([1.0, -1.0 / ratio, -1.0 / stiffness])
+        self._stride = max(round(rate / RATE), 1)
+        self._rate = rate / self._stride
+        self._kept: list[np.ndarray] = []
+        self._seen = 0
+
+    def add(self, wheel_angle: np.ndarray, motor_angle: np.ndarray, driver_torque: np.ndarray) -> None:
+        """The next piece: angles [rad] and torque of the bar [N*m], (n,) each; NaN where missing."""
+        first = -self._seen % self._stride
+        room = max(round(LONGEST * self._rate) * self._stride - self._seen, 0)
+        self._seen += len(wheel_angle)
+        rows = np.column_stack([wheel_angle, motor_angle, driver_torque])[first : room : self._stride]
+        self._kept.append(rows * self._scales)
+
+    def found(self) -> Contradiction | None:
+        """What contradicts the others; None where the signals are too few or do not move."""
+        rows = np.vstack(self._kept) if self._kept else np.empty((0, 3))
+        there = np.isfinite(rows).all(axis=1)
+        if np.count_nonzero(there) < FEWEST:
+            return None
+        rows = rows - rows[there].mean(axis=0)
+        whole = rows[there]
+        fits = not float(np.var(whole.sum(axis=1))) > FITS * float(np.var(whole[:, 2]))
+        held = "" if fits else _held(whole)
+        smooth = np.column_stack([_averaged(column, max(round(SMOOTHING * self._rate), 1)) for column in rows.T])
+        clean = smooth[np.isfinite(smooth).all(axis=1)]
+        if len(clean) < FEWEST:
+            clean = whole
+        clean = clean - clean.mean(axis=0)
+        apart = float(np.var(clean.sum(axis=1)))
+        gains = [_gain(clean, column) for column in range(3)]
+        delays = [_delay(smooth, column, round(LATEST * self._rate)) for column in range(3)]
+        best = min(left for left, _ in (*gains, *delays))
+        if held or best > EXPLAINED * apart:
+            return Contradiction((held,) if held else () if fits else _following(whole))
+        limit = min(NEARLY * best, EXPLAINED * apart)
+        left = {name: min(gains[at][0], delays[at][0]) for at, name in enumerate(SIGNALS)}
+        names = tuple(name for name, value in left.items() if value <= limit)
+        at = SIGNALS.index(min(left, key=lambda name: left[name]))
+        if len(names) > 1:
+            return Contradiction(names)
+        if gains[at][0] <= delays[at][0]:
+            return Contradiction(names, gain=gains[at][1])
+        return Contradiction(names, delay=delays[at][1] / self._rate)
+
+
+def _averaged(values: np.ndarray, count: int) -> np.ndarray:
+    if len(values) < count:
+        return values
+    return np.convolve(values, np.full(count, 1.0 / count), mode="valid")
+
+
+def _gain(rows: np.ndarray, column: int) -> tuple[float, float]:
+    """Variance that is left where one signal is divided by its gain, and that gain."""
+    others = np.delete(rows, column, axis=1).sum(axis=1)
+    signal = rows[:, column]
+    power = float(signal @ signal)
+    factor = -float(signal @ others) / power if power > 0.0 else 0.0
+    if not factor > 0.0:
+        return np.inf, 1.0
+    left = float(np.var(factor * signal + others))
+    known = abs(np.log(factor)) > LEAST_GAIN
+    return (left, 1.0 / factor) if known and left <= SCALED * float(np.var(others)) else (np.inf, 1.0)
+
+
+def _delay(rows: np.ndarray, column: int, most: int) -> tuple[float, int]:
+    """Least variance that is left where one signal is taken earlier, and by how many samples."""
+    others, signal = np.delete(rows, column, axis=1).sum(axis=1), rows[:, column]
+    found = [(_variance(signal[late:] + others[: max(len(others) - late, 0)]), late) for late in range(1, most + 1)]
+    left, late = min(found)
+    return (left, late) if left <= EXPLAINED * _variance(others) else (np.inf, 0)
+
+
+def _variance(values: np.ndarray) -> float:
+    there = values[np.isfinite(values)]
+    return float(np.var(there)) if len(there) >= FEWEST else np.inf
+
+
+def _held(rows: np.ndarray) -> str:
+    """The signal that stands still while the contradiction changes; "" where there is none."""
+    energy = np.diff(rows.sum(axis=1)) ** 2
+    shares = ((np.diff(rows, axis=0) == 0.0) * energy[:, None]).sum(axis=0) / max(float(energy.sum()), 1e-300)
+    at = int(np.argmax(shares))
+    return SIGNALS[at] if shares[at] >= HELD else ""
+
+
+def _following(rows: np.ndarray) -> tuple[str, ...]:
+    """The signals that the contradiction follows: what is in it alone comes from the one that is wrong."""
+    apart = rows.sum(axis=1)
+    spread = rows.std(axis=0)
+    shares = np.divide(np.abs(rows.T @ apart), spread, out=np.zeros(3), where=spread > 0.0)
+    found = [share >= FOLLOWS * shares.max() for share in shares]
+    unlike = min(spread[:2]) ** 2 * UNLIKE < max(spread[:2]) ** 2
+    if unlike and any(found[:2]):
+        found[:2] = [True, True]
+    return tuple(name for name, follows in zip(SIGNALS, found, strict=True) if follows)
+
+
+def described(found: Contradiction) -> str:
+    """A contradiction as half a sentence.
+
+    Args:
+        found: what contradicts the others, with a name
+    """
+    name = found.names[0]
+    if found.delay > 0.0:
+        return f"{name} is late: the signals fit once it is taken {1e3 * found.delay:.0f} ms earlier"
+    if found.gain != 1.0:
+        return f"the signals fit once {name} is divided by {found.gain:.3g}: its gain may be wrong"
+    return f"{' or '.join(found.names)} contradicts the other signals of the torsion bar"

@@ -1,0 +1,71 @@
+"""Which signal of a torsion bar contradicts the other two."""
+
+import numpy as np
+import pytest
+
+from tierod.monitors.driver_torque.contradicting import SIGNALS, ContradictionOverDrive, described
+
+RATIO, STIFFNESS, RATE = 18.0, 140.0, 100.0
+TIME = np.arange(6000) / RATE
+
+
+def signals():
+    """A wheel that turns to and fro under hands that twist the bar."""
+    noise = np.random.default_rng(1).normal(size=(3, len(TIME)))
+    motor = np.sin(1.3 * TIME) + 0.4 * np.sin(2.9 * TIME + 1.0)
+    bar = 2.0 * np.sin(1.9 * TIME) + np.sin(4.1 * TIME + 2.0)
+    wheel = motor + bar / STIFFNESS
+    return {
+        "steering_wheel_angle": wheel + 1e-4 * noise[0],
+        "motor_angle_mechanical": RATIO * (motor + 1e-4 * noise[1]),
+        "driver_torque": bar + 0.01 * noise[2],
+    }
+
+
+def found(**changed):
+    over = ContradictionOverDrive(RATIO, STIFFNESS, RATE)
+    columns = signals() | changed
+    for piece in np.array_split(np.arange(len(TIME)), 7):
+        over.add(*(columns[name][piece] for name in SIGNALS))
+    return over.found()
+
+
+def late(values, seconds):
+    return np.concatenate([np.full(round(seconds * RATE), values[0]), values])[: len(values)]
+
+
+def test_signals_that_fit_contradict_nothing():
+    assert found().names == ()
+
+
+@pytest.mark.parametrize("name", SIGNALS)
+@pytest.mark.parametrize("gain", [0.5, 2.0])
+def test_a_gain_is_found(name, gain):
+    contradiction = found(**{name: gain * signals()[name]})
+    assert contradiction.names == (name,)
+    assert contradiction.gain == pytest.approx(gain, rel=0.02)
+    assert f"once {name} is divided by" in described(contradiction)
+
+
+@pytest.mark.parametrize("name", SIGNALS)
+@pytest.mark.parametrize("seconds", [0.1, 0.5])
+def test_a_delay_is_found(name, seconds):
+    contradiction = found(**{name: late(signals()[name], seconds)})
+    assert contradiction.names == (name,)
+    assert contradiction.delay == pytest.approx(seconds, abs=0.021)
+    assert f"{name} is late" in described(contradiction)
+
+
+@pytest.mark.parametrize("name", SIGNALS)
+def test_noise_and_a_signal_that_stands_still_are_found(name):
+    values = signals()[name]
+    noise = np.random.default_rng(2).normal(size=len(values))
+    assert name in found(**{name: values + np.std(values) * noise}).names
+    stuck = np.where(TIME < 20.0, values, values[2000])
+    assert found(**{name: stuck}).names == (name,)
+
+
+def test_gaps_and_too_few_samples_say_nothing():
+    gaps = np.where(np.arange(len(TIME)) % 4 == 0, signals()["driver_torque"], np.nan)
+    assert found(driver_torque=gaps).names == ()
+    assert found(driver_torque=np.full(len(TIME), np.nan)) is None
