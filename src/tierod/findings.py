@@ -48,6 +48,19 @@ class Estimate:
 
 
 @dataclass(frozen=True)
+class Defect:
+    """What is wrong with an input signal.
+
+    Args:
+        names: of the signal; several where they cannot be separated
+        sentence: what was found, beginning with the names
+    """
+
+    names: tuple[str, ...]
+    sentence: str
+
+
+@dataclass(frozen=True)
 class Finding:
     """The verdict of one monitor over one recording.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
-from tierod.findings import Finding, Status
+from tierod.findings import Defect, Finding, Status
 from tierod.monitors.delays import BLOCK, RATE, Lag, LagOverDrive
 from tierod.monitors.stuck_over_drive import Stuck
 from tierod.recording import Recording
@@ -22,19 +22,6 @@ MAXIMUM_AGE = 0.1
 
 LEVELS = 4
 """Levels at either end of a signal that are counted, for clipping."""
-
-
-@dataclass(frozen=True)
-class Defect:
-    """What is wrong with a signal.
-
-    Args:
-        names: of the signal; several where it cannot be told which
-        sentence: what was found, beginning with the names
-    """
-
-    names: tuple[str, ...]
-    sentence: str
 
 
 @dataclass(frozen=True)
@@ -94,7 +81,7 @@ RELATIONS = {
         ("driver_torque",), ("motor_torque",), 0.3, -0.06, 0.06, np.inf, ("motor_torque", "driver_torque")
     ),
 }
-"""By what they are about. Limits are about twice what 18 fault-free drives of virtual cars and the real recordings show."""
+"""By what they are about. Limits are about twice what 18 fault-free virtual drives and the real recordings show."""
 
 CORRELATION = 0.8
 """From which two quantities follow each other well enough for a scale [-]; fault-free drives 0.93 and more."""

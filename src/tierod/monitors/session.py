@@ -10,10 +10,9 @@ from typing import Annotated, Any, NamedTuple, Protocol
 import numpy as np
 
 from tierod.block import Block
-from tierod.findings import Element, Finding, Status
+from tierod.findings import Defect, Element, Finding, Status
 from tierod.graph import Memory, Result, scan, trace
 from tierod.monitors.decision import Decision
-from tierod.monitors.input_defects import Defect
 from tierod.monitors.own_level import OwnLevel
 from tierod.recording import Aligned, Recording
 from tierod.vehicles import Vehicle

@@ -37,7 +37,7 @@ MOST_LISTED = 20
 DEGREES, UNIT_MARGIN = math.degrees(1.0), 0.1
 """An angle in degrees that is read as radians, and how close to that factor, in its logarithm, a ratio must be."""
 
-INNOVATIONS = "the innovations"
+UNNAMED = "the innovations"
 """Begins the sentence of a misfit that names no parameter."""
 NO_THIRD = "steering_wheel_angle or driver_torque may be wrong; with motor_angle_mechanical they can be told apart"
 UNCHECKED = (
@@ -251,7 +251,7 @@ def _misfits(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
     wrong += _misshapen(drive, vehicle, rules)
     if rules.misfit(drive.nis) and (drive.geometry is None or not wrong):
         wrong.append(
-            f"{INNOVATIONS} are {math.sqrt(drive.nis):.0f} times as large as the observer expects; a signal may be "
+            f"{UNNAMED} are {math.sqrt(drive.nis):.0f} times as large as the observer expects; a signal may be "
             "late, have an offset or the wrong sign, or motor_inertia, gear_stiffness or the sensors' noise be off"
         )
     return wrong
@@ -264,7 +264,7 @@ def _suspected(drive: Drive, wrong: list[str]) -> tuple[str, ...]:
         return (NO_THIRD,)
     if found.names:
         return (described(found),)
-    if drive.motor and all(each.startswith(INNOVATIONS) for each in wrong):
+    if drive.motor and all(each.startswith(UNNAMED) for each in wrong):
         return (f"the angles and the torque of the bar fit each other, so that {drive.motor} is suspected",)
     return ()
 

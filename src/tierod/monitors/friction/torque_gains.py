@@ -9,7 +9,7 @@ from typing import Annotated
 
 import numpy as np
 
-from tierod.monitors.input_defects import Defect
+from tierod.findings import Defect
 from tierod.physics.assist import assist_speed_factor
 from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.vehicles import Vehicle
