@@ -139,6 +139,7 @@ def memory(count: int, seed: int, folder: Path) -> dict[str, int]:
     path = folder / "memory.json"
     recordings = [str(number - 1 if number % 4 == 3 else number) for number in range(count)]
     time_ = np.arange(50) / 10.0
+    MemoryFeed(path, VEHICLE, "friction")  # traces here, once, what every process would trace for itself
 
     def add(number: int) -> str:
         feed = MemoryFeed(path, VEHICLE, "friction")

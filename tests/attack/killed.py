@@ -47,6 +47,12 @@ def _whole_recording(path: Path) -> None:
     assert read(path).names
 
 
+def _whole_table(path: Path) -> None:
+    from tierod.campaigns.table import read_table
+
+    assert read_table(path)
+
+
 def _whole_memory(path: Path) -> None:
     from tierod.diagnosis.fault_memory import FaultMemory
 
@@ -71,6 +77,7 @@ WHOLE = {
     "car.json": _whole_baseline,
     "*.json": _whole_json,
     "*.toml": _whole_vehicle,
+    "cells.parquet": _whole_table,
     "*.parquet": _whole_recording,
     "*.mf4": _whole_recording,
     "*.csv": _whole_recording,
@@ -88,7 +95,7 @@ class Command:
         inputs: makes them, given their folder
         before: commands whose results lie there already
         once: whether a second run is refused where the first one has counted
-        resumes: whether runs go on from what a killed one has finished
+        resumes: whether runs go on from what a killed one has finished; begun anew once a page is there
     """
 
     name: str

@@ -123,7 +123,7 @@ def _fresh(folder: Path) -> None:
 def _killed(command: Command, place: Place, chance: random.Random) -> Counter[str]:
     """One kill, and all that is seen after it."""
     work, figures = place.folder / "work", Counter(runs=1)
-    if not command.resumes:
+    if not command.resumes or (work / "runs" / "report.html").exists():
         _fresh(place.folder)
     if place.kernels.ours and chance.random() < 0.2:
         shutil.rmtree(place.kernels.folder, ignore_errors=True)  # killed while it compiles
@@ -135,7 +135,7 @@ def _killed(command: Command, place: Place, chance: random.Random) -> Counter[st
     figures["lost"] += sum(name not in after for name in before)
     if command.resumes:  # what is finished does not change any more
         figures["lost"] += sum(after.get(name) != before[name] for name in before if "verdicts" in name)
-    if after == before and chance.random() < 0.7:
+    if (command.resumes or after == before) and chance.random() < 0.7:
         return figures
     aged = chance.random() < 0.5
     for path in _being_written(work) if aged else ():
