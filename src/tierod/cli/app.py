@@ -15,13 +15,17 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import ModuleType
 
+from tierod.cli.visible import spell_what_cannot_be_shown, visible
 from tierod.errors import TierodError, nearest
 
 HEALTHY, FAULT, NOT_JUDGED, BAD_INPUT, DEFECT, INTERRUPTED, UNHEARD = 0, 1, 2, 3, 4, 130, 141
 """Exit codes; DEFECT means that tierod itself is wrong, INTERRUPTED that the user stopped it, UNHEARD (128 + SIGPIPE)
 that nobody read the output to its end before a verdict was known."""
 
-_NOT_COMMANDS = {"analysed", "app", "fault_memory", "identified", "terminal"}
+LONGEST = 2000
+"""Characters of an error message."""
+
+_NOT_COMMANDS = {"analysed", "app", "fault_memory", "identified", "terminal", "visible"}
 
 _HEADER = """\
 Estimate what cannot be measured in a steering system, and find what is going wrong in it.
@@ -46,6 +50,7 @@ def commands() -> tuple[str, ...]:
 def run(arguments: Sequence[str]) -> int:
     """Run a verb with its arguments, and return the exit code."""
     debug, code = "--debug" in arguments, UNHEARD
+    spell_what_cannot_be_shown()
     try:
         code = _dispatch([argument for argument in arguments if argument != "--debug"])
         sys.stdout.flush()
@@ -58,7 +63,7 @@ def run(arguments: Sequence[str]) -> int:
         if debug:
             raise
         code, sentence = _explain(error)
-        print(f"tierod: {sentence}", file=sys.stderr)
+        print(f"tierod: {visible(_short(sentence))}", file=sys.stderr)
         return code
 
 
@@ -127,6 +132,13 @@ def _explain(error: BaseException) -> tuple[int, str]:
         f"a defect of tierod itself: {type(error).__name__}: {' '.join(str(error).split())[:200]}; "
         "please report it with the output of the same command and --debug"
     )
+
+
+def _short(sentence: str) -> str:
+    """A sentence of a length that can be read; names and values in files may be of any."""
+    if len(sentence) <= LONGEST:
+        return sentence
+    return f"{sentence[: LONGEST // 2]} ... {sentence[-LONGEST // 2 :]}"
 
 
 def _of_the_system(error: OSError) -> str:
