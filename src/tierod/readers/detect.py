@@ -91,6 +91,8 @@ def detect(path: Path) -> Kind:
 def _head(path: Path) -> tuple[bytes, bool]:
     """The first bytes of a file, or all that comes through a pipe; and whether it is one."""
     try:
+        if not path.is_dir() and (stat.S_ISCHR(mode := path.stat().st_mode) or stat.S_ISBLK(mode)):
+            raise InputError(f"{path} is a device; give a recording, or /dev/stdin with one piped into it")
         with path.open("rb") as file:
             piped = stat.S_ISFIFO(os.fstat(file.fileno()).st_mode)
             head = file.read(None if piped else _HEAD)
