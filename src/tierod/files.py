@@ -68,7 +68,8 @@ def write_text(path: str | Path, text: str) -> Path:
         OutputError: the file cannot be written; the message says why and what to do
     """
     with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        # Half characters, as in names of files in no Unicode, are in no UTF-8.
+        temporary.write_text(text, encoding="utf-8", errors="replace")
     return expanded(path)
 
 

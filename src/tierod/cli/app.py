@@ -17,6 +17,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TextIO
 
+from tierod.cli.visible import spell_what_cannot_be_shown, visible
 from tierod.errors import KernelWarning, TierodError, nearest
 
 HEALTHY, FAULT, NOT_JUDGED, BAD_INPUT, DEFECT, INTERRUPTED, UNHEARD = 0, 1, 2, 3, 4, 130, 141
@@ -29,7 +30,7 @@ LONGEST_SENTENCE = 1200
 _LOOP = "Symlink loop from "
 """How the error begins that Python before 3.13 raises where it resolves such a link."""
 
-_NOT_COMMANDS = {"analysed", "app", "fault_memory", "identified", "terminal"}
+_NOT_COMMANDS = {"analysed", "app", "fault_memory", "identified", "terminal", "visible"}
 
 _HEADER = """\
 Estimate what cannot be measured in a steering system, and find what is going wrong in it.
@@ -54,6 +55,7 @@ def commands() -> tuple[str, ...]:
 def run(arguments: Sequence[str]) -> int:
     """Run a verb with its arguments, and return the exit code."""
     debug, code = "--debug" in arguments, UNHEARD
+    spell_what_cannot_be_shown()
     try:
         with warnings.catch_warnings():
             warnings.showwarning = _warn
@@ -68,7 +70,7 @@ def run(arguments: Sequence[str]) -> int:
         if debug:
             raise
         code, sentence = _explain(error)
-        print(f"tierod: {_shortened(sentence)}", file=sys.stderr)
+        print(f"tierod: {visible(_shortened(sentence))}", file=sys.stderr)
         return code
 
 

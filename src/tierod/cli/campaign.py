@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from tierod.cli.visible import say
+
 if TYPE_CHECKING:
     from tierod.campaigns.campaign import Campaign
     from tierod.campaigns.running import Progress
@@ -56,7 +58,7 @@ def campaign(
         return 0
     chosen = load(file)
     if toml:
-        print(chosen.document.text, end="")
+        say(chosen.document.text, end="")
         return 0
     processes = workers or _cores()
     if dry_run:

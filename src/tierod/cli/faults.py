@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tierod.cli.terminal import output, print_json, rows
+from tierod.cli.visible import say
 from tierod.errors import ParameterError
 from tierod.user_files import read_text
 
@@ -63,7 +64,7 @@ def faults(
         found = [load(each) for each in shipped()]
         print_json({"faults": [_document(each) for each in found]}) if json else _list(found)
     elif toml:
-        print(read_text(load(name).path, "the fault file", ParameterError), end="")
+        say(read_text(load(name).path, "the fault file", ParameterError), end="")
     elif json:
         print_json(_document(load(name)))
     else:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tierod.cli.terminal import output, print_json, rows
+from tierod.cli.visible import say
 from tierod.shown import written
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def scenarios(
         return
     kind = _kind_of(name, wanted)
     if toml:
-        print(_to_begin_with(kind, name), end="")
+        say(_to_begin_with(kind, name), end="")
     else:
         {"scenarios": _scenario, "cars": _car, "courses": _course}[kind](name, json)
 

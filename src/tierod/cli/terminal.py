@@ -10,6 +10,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from tierod.cli.visible import console, say, visible
+
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
@@ -23,16 +25,12 @@ PIPED_WIDTH = 120
 
 def output() -> Console:
     """The console of stdout: what was asked for."""
-    from rich.console import Console
-
-    return Console(highlight=False, width=None if sys.stdout.isatty() else PIPED_WIDTH)
+    return console(stderr=False, width=None if sys.stdout.isatty() else PIPED_WIDTH)
 
 
 def messages() -> Console:
     """The console of stderr: progress and remarks."""
-    from rich.console import Console
-
-    return Console(stderr=True, highlight=False, width=None if sys.stderr.isatty() else PIPED_WIDTH)
+    return console(stderr=True, width=None if sys.stderr.isatty() else PIPED_WIDTH)
 
 
 def rows(titles: Sequence[str], cells: Iterable[Sequence[str]], right: Sequence[int] = ()) -> Table:
@@ -48,9 +46,9 @@ def rows(titles: Sequence[str], cells: Iterable[Sequence[str]], right: Sequence[
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     for index, title in enumerate(titles):
-        table.add_column(Text(title), justify="right" if index in right else "left", overflow="fold")
+        table.add_column(Text(visible(title)), justify="right" if index in right else "left", overflow="fold")
     for row in cells:
-        table.add_row(*(Text(cell) for cell in row))
+        table.add_row(*(Text(visible(cell)) for cell in row))
     return table
 
 
@@ -61,7 +59,7 @@ def print_json(document: Any) -> None:
         document: nested dictionaries, lists, strings and numbers; or a text that is JSON already
     """
     text = document if isinstance(document, str) else json.dumps(finite(document), ensure_ascii=False, indent=2)
-    sys.stdout.write(text.rstrip("\n") + "\n")
+    say(text.rstrip("\n"))
 
 
 def finite(document: Any) -> Any:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tierod.cli.terminal import output, print_json, rows
+from tierod.cli.visible import say
 from tierod.shown import written
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ def vehicles(
         return
     vehicle = load(name)
     if toml:
-        print(_to_begin_with(vehicle), end="")
+        say(_to_begin_with(vehicle), end="")
     elif json:
         print_json(_document(vehicle))
     else:

@@ -87,6 +87,8 @@ def detect(path: Path) -> Kind:
 def _content(path: Path) -> Content:
     """The bytes of a file; those of a pipe are kept."""
     try:
+        if not path.is_dir() and (stat.S_ISCHR(mode := path.stat().st_mode) or stat.S_ISBLK(mode)):
+            raise InputError(f"{path} is a device; give a recording, or /dev/stdin with one piped into it")
         with path.open("rb") as file:
             if stat.S_ISFIFO(os.fstat(file.fileno()).st_mode):
                 return spooled(path, file)

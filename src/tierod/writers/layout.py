@@ -81,5 +81,5 @@ def description(recording: Recording, found: tuple[Group, ...]) -> dict[str, Any
 
 
 def plain(metadata: Mapping[str, Any]) -> dict[str, Any]:
-    """Metadata as JSON can hold it."""
-    return json.loads(json.dumps(dict(metadata), default=str))
+    """Metadata as JSON can hold it, in whole characters."""
+    return json.loads(json.dumps(dict(metadata), default=str, ensure_ascii=False).encode("utf-8", "replace"))

@@ -24,7 +24,7 @@ def show(content: Mapping[str, Any], console: Console) -> None:
 
     for monitor in content["monitors"]:
         pools = [each for each in content["pools"] if each["monitor"] == monitor["label"]]
-        table = Table(box=None, pad_edge=False, header_style="bold", title=monitor["label"], title_justify="left")
+        table = Table(box=None, pad_edge=False, header_style="bold", title=Text(monitor["label"]), title_justify="left")
         for title in _COLUMNS:
             table.add_column(title, justify="right" if title else "left", overflow="fold", min_width=len(title))
         for pool in pools:
