@@ -10,6 +10,7 @@ from can_logs import stored, together
 from tierod.errors import InputError
 from tierod.readers import vendor_can
 from tierod.readers.frames import EXTENDED
+from tierod.readers.log import Remembered
 from tierod.readers.vendor_can import frames_of
 
 can = pytest.importorskip("can")
@@ -121,3 +122,24 @@ def test_a_log_of_more_buses_than_there_can_be_is_damaged(tmp_path):
     rows = "".join(f" {k}.5 {k}  123  Rx   d 2 01 02\n" for k in range(70_000))
     with pytest.raises(InputError, match="more than 64 buses"):
         together(frames_of(stored(tmp_path, (head + rows).encode()), "asc"))
+
+
+def test_frames_that_are_read_again_are_not_kept_in_memory(tmp_path, monkeypatch):
+    monkeypatch.setattr(vendor_can, "BLOCK", 10)
+    content = stored(tmp_path, log("asc"))
+    alive: list[weakref.ref] = []
+
+    def read():
+        for frames in frames_of(content, "asc"):
+            alive.append(weakref.ref(frames.payload.base if frames.payload.base is not None else frames.payload))
+            alive.append(weakref.ref(frames.time))
+            yield frames
+
+    remembered = Remembered(read)
+    (first,) = remembered()
+    whole = together(first)
+    assert [each for each in alive[:-4] if each() is not None] == []
+    (again,) = remembered()
+    for column in ("time", "identifier", "bus", "payload", "length"):
+        assert np.array_equal(getattr(together(list(remembered()[0])), column), getattr(whole, column))
+    assert len(together(again)) == 75
