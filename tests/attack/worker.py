@@ -7,6 +7,7 @@ more processor time than it may.
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import json
 import os
@@ -26,6 +27,9 @@ MEMORY = 1_500_000_000
 FILE_SIZE = 300_000_000
 """That a file which a command writes may have [bytes]."""
 
+_DIE_WITH_PARENT = 1
+"""PR_SET_PDEATHSIG of Linux."""
+
 
 def main(folder: str) -> None:
     """Serve until the input ends.
@@ -33,6 +37,8 @@ def main(folder: str) -> None:
     Args:
         folder: where the output of commands is kept
     """
+    # A worker that waits for ever in a command would outlive an attack that is stopped.
+    ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
     ask, answer = os.fdopen(os.dup(0), "r"), os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     streams = [os.open(f"{folder}/{name}", os.O_RDWR | os.O_CREAT, 0o600) for name in ("stdout", "stderr")]
