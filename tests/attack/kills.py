@@ -132,9 +132,10 @@ def _killed(command: Command, place: Place, chance: random.Random) -> Counter[st
     after = _contents(work)
     figures["while writing"] += any(_being_written(work))
     figures["broken"] += sum(after[name] != before.get(name) and _is_broken(work / name) for name in after)
-    figures["lost"] += sum(name not in after for name in before)
+    done = [name for name in before if not LEFT.fullmatch(Path(name).name)]
+    figures["lost"] += sum(name not in after for name in done)
     if command.resumes:  # what is finished does not change any more
-        figures["lost"] += sum(after.get(name) != before[name] for name in before if "verdicts" in name)
+        figures["lost"] += sum(after.get(name, before[name]) != before[name] for name in done if "verdicts" in name)
     if (command.resumes or after == before) and chance.random() < 0.7:
         return figures
     aged = chance.random() < 0.5
