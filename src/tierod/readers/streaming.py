@@ -46,7 +46,7 @@ def open_chunks(
         raise InputError(f"slices need a positive length, not {seconds} s")
     names = None if names is None else tuple(names)
     channel_map = loaded_map(channel_map)
-    source, kind = open_source(path, dbc, channel_map and channel_map.time)
+    source, kind = open_source(path, dbc, channel_map.time if channel_map else None)
     if source.pieces is None:
         whole = read_source(path, source, kind, channel_map, names)
         first, last = whole.span

@@ -47,7 +47,7 @@ def read(
     """
     names = None if names is None else tuple(names)
     channel_map = loaded_map(channel_map)
-    return read_source(path, *open_source(path, dbc, channel_map and channel_map.time), channel_map, names)
+    return read_source(path, *open_source(path, dbc, channel_map.time if channel_map else None), channel_map, names)
 
 
 def loaded_map(channel_map: str | Path | ChannelMap | None) -> ChannelMap | None:
