@@ -125,6 +125,8 @@ def test_si_data_does_not_cost_the_unit_library():
         "m**-99",
         "m**1e9",
         "m**9.9**9",
+        "m**9 **9",
+        "m**(1/2)**9",
         "9**9*m",
         "((((m))))*((((m",
         "m" * 100_000,
@@ -150,6 +152,8 @@ def test_what_would_take_for_ever_is_no_unit(text):
         ("N*m*s/deg", "N*m*s/rad", 180.0 / pi),
         ("1/(N*m)", "1/(N*m)", 1.0),
         ("µm s**-1", "m/s", 1e-6),
+        ("kN**2*m**2", "N**2*m**2", 1e6),
+        ("m **2 / s^ 2", "m**2/s**2", 1.0),
     ],
 )
 def test_units_of_words_and_small_exponents_are_read(written, wanted, factor):

@@ -101,7 +101,7 @@ _LONGEST_TITLE = 1000
 _WRITTEN = "write it as deg/s, N*m or m/s**2 are written"
 
 _TOKEN = re.compile(r"(?P<power>\*\*|\^)|(?P<number>\d+\.?\d*|\.\d+)|(?P<word>[^\W\d]\w*|[%°µΩ])|(?P<mark>[-+*/·() ])")
-_EXPONENT = re.compile(r"[-+]?\d(?:\.\d+)?(?![\w.*^])|\([-+]?\d(?:/\d)?\)(?![\w.*^])")
+_EXPONENT = re.compile(r"\s*[-+]?\d(?:\.\d+)?(?![\w.^]|\s*\*\*)|\([-+]?\d(?:/\d)?\)(?![\w.^]|\s*\*\*)")
 """One digit, with a sign, decimals or as a fraction: V/Hz**0.5, J/K**(1/2)."""
 
 
@@ -164,7 +164,8 @@ def _is_plain(bare: str) -> bool:
             if exponent is None or not (before == "word" or before == ")"):
                 return False
             place = exponent.end()
-        before = token[0] if token.lastgroup == "mark" else token.lastgroup or ""
+        if token[0] != " ":
+            before = token[0] if token.lastgroup == "mark" else token.lastgroup or ""
     return depth == 0
 
 
