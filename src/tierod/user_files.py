@@ -13,6 +13,8 @@ import os
 import re
 import stat
 import tomllib
+from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -122,6 +124,8 @@ def toml(text: str, where: str | Path, error: type[TierodError] = InputError, cu
         raise error(f"{where} is not valid TOML: {problem}; {cure or 'correct it there'}") from None
     if _too_deep(content):
         raise error(f"{where}: a list or table has {_TOO_DEEP}")
+    if (place := _too_long(content)) is not None:
+        raise error(f"{where}: the whole number at '{place}' {_TOO_LONG}")
     return content
 
 
@@ -139,6 +143,8 @@ def json_document(text: str | bytes) -> Any:
         document = json.loads(text)
         if _too_deep(document):
             raise RecursionError
+        if (place := _too_long(document)) is not None:
+            raise ValueError(f"the whole number at '{place}' {_TOO_LONG}")
         if r"\ud" in text or r"\uD" in text:
             json.dumps(document, ensure_ascii=False).encode()
     except json.JSONDecodeError as problem:
@@ -153,6 +159,9 @@ def json_document(text: str | bytes) -> Any:
 
 
 _TOO_DEEP = f"more than {MOST_DEPTH} levels, deeper than anything that tierod reads; name the right file"
+
+
+_TOO_LONG = "has more than 64 bits; give a number with a decimal point"
 
 
 def _irregular(mode: int) -> str:
@@ -175,17 +184,28 @@ def _content(path: Path, most: int) -> bytes | None:
 
 def _too_deep(document: Any) -> bool:
     """Whether tables and lists are nested more deeply than allowed."""
-    level = [document]
-    for _ in range(MOST_DEPTH + 1):
-        level = [
-            part
-            for each in level
-            if isinstance(each, dict | list)
-            for part in (each.values() if isinstance(each, dict) else each)
-        ]
-        if not level:
-            return False
-    return True
+    return len(list(islice(_levels(document), MOST_DEPTH + 2))) > MOST_DEPTH + 1
+
+
+def _too_long(document: Any) -> str | None:
+    """Where a whole number stands that does not fit into 64 bits, and perhaps into no float; None where all do."""
+    numbers = (pair for level in _levels(document) for pair in level if isinstance(pair[1], int))
+    return next((name[:80] for name, number in numbers if number.bit_length() > 64), None)
+
+
+def _levels(document: Any) -> Iterator[list[tuple[str, Any]]]:
+    """(dotted key, value) of all that a document holds, level by level; what is in a list has the key of the list."""
+    level = [("", document)]
+    while level:
+        yield level
+        level = [pair for name, each in level for pair in _entries(name, each)]
+
+
+def _entries(name: str, value: Any) -> list[tuple[str, Any]]:
+    """(dotted key, value) of what a table or a list of that key holds."""
+    if isinstance(value, dict):
+        return [(f"{name}.{key}".lstrip("."), each) for key, each in value.items()]
+    return [(name, each) for each in value] if isinstance(value, list) else []
 
 
 def _amount(count: int) -> str:

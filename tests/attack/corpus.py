@@ -10,7 +10,7 @@
     says = "unit"                 # stands in what it says, where the words matter
 
 The content is `text`, in which `fill = { "@" = ["[", 1000] }` puts 1000 brackets for each @; `packed`, base64 of zlib;
-or `made`, the name of a function of `recipes`. A case that is still to be mended says so with `waits_for`.
+or `made`, the name of a function of `recipes`.
 """
 
 from __future__ import annotations
@@ -46,7 +46,6 @@ class Kept:
         says: stands in what the command says
         encoding: of the output
         slow: whether it is run by `make attack` alone
-        waits_for: what has to be mended before it holds; "" where it does
     """
 
     name: str
@@ -61,7 +60,6 @@ class Kept:
     says: str = ""
     encoding: str = "utf-8"
     slow: bool = False
-    waits_for: str = ""
 
     def write(self, path: Path) -> None:
         """Make the file.

@@ -17,9 +17,6 @@ COUNT = 20
 FEW = 4
 """Cases of MF4, each of which takes a process of its own."""
 
-FAILING = {"parquet": "escapes", "channel-map": "units", "own-level": "escapes"}
-"""Targets of which some of the first cases still fail, and what has to be mended before."""
-
 KEPT = load()
 
 pytest.importorskip("asammdf")
@@ -32,12 +29,7 @@ def pool():
         yield found
 
 
-def marked(name, waits_for, slow=False):
-    marks = [pytest.mark.xfail(reason=f"waits for: {waits_for}", strict=True)] if waits_for else []
-    return pytest.param(name, marks=[*marks, *([pytest.mark.slow] if slow else [])])
-
-
-@pytest.mark.parametrize("target", [marked(name, FAILING.get(name, "")) for name in TARGETS])
+@pytest.mark.parametrize("target", TARGETS)
 def test_mutated_files_of(pool, target):
     count = FEW if TARGETS[target].family == "mdf" else COUNT
     tally = run(target, range(count), SEED, pool)
@@ -45,7 +37,9 @@ def test_mutated_files_of(pool, target):
     assert [f"{each.key}: {class_of(result)}" for each, result in tally.failed] == []
 
 
-@pytest.mark.parametrize("name", [marked(each.name, each.waits_for, each.slow) for each in KEPT])
+@pytest.mark.parametrize(
+    "name", [pytest.param(each.name, marks=[pytest.mark.slow] if each.slow else []) for each in KEPT]
+)
 def test_corpus(pool, name):
     kept = next(each for each in KEPT if each.name == name)
     assert kept.fault(kept.run(pool)) == ""

@@ -14,9 +14,9 @@ import pytest
 
 from can_logs import log_of
 from tierod.errors import InputError, TierodError
-from tierod.readers import mdf_process, read
+from tierod.readers import read, reader_process
 from tierod.readers.mdf import open_mdf
-from tierod.readers.mdf_process import Budget, MdfProcess
+from tierod.readers.reader_process import Budget, MdfProcess
 from tierod.recording import Channel, Recording
 from tierod.writers import write
 
@@ -82,7 +82,7 @@ def child_code(monkeypatch, tmp_path, body: str) -> None:
     """Put a script in the place of the one that reads."""
     script = tmp_path / "child.py"
     script.write_text(f"import json, os, resource, signal, sys, time\n{body}\n")
-    monkeypatch.setattr(mdf_process.mdf_child, "__file__", str(script))
+    monkeypatch.setattr(reader_process.mdf_child, "__file__", str(script))
 
 
 @pytest.mark.parametrize(
@@ -93,13 +93,16 @@ def child_code(monkeypatch, tmp_path, body: str) -> None:
         ("sys.stdin.readline(); os.kill(os.getpid(), signal.SIGXCPU)", "takes more than 5 s of computing"),
         ("sys.stdin.readline(); print('no document', flush=True); sys.exit()", "asammdf ended with 0"),
         ("sys.stdin.readline(); time.sleep(60)", "it gives no answer within 1 s"),
-        ("sys.stdin.readline(); print(json.dumps({'arrays': {'x': ['|O', [3]]}}), flush=True)", "ended with 0"),
+        (
+            "sys.stdin.readline(); print(json.dumps({'arrays': {'x': ['|O', [3]]}}), flush=True); sys.exit()",
+            "ended with 0",
+        ),
     ],
 )
 def test_every_death_is_one_sentence(tmp_path, monkeypatch, body, said):
     child_code(monkeypatch, tmp_path, body)
     if "no answer" in said:
-        monkeypatch.setattr(mdf_process, "BUDGET", Budget(seconds=1.0, patience=1.0))
+        monkeypatch.setattr(reader_process, "BUDGET", Budget(seconds=1.0, patience=1.0))
     path = tmp_path / "drive.mf4"
     path.write_bytes(b"MDF     4.10    ")
     with pytest.raises(InputError, match=f"drive.mf4 is damaged or cut off and cannot be read as MDF .*{said}"):
@@ -115,15 +118,15 @@ def test_every_death_is_one_sentence(tmp_path, monkeypatch, body, said):
     ],
 )
 def test_memory_and_time_are_limited(tmp_path, monkeypatch, body, said):
-    source = Path(mdf_process.mdf_child.__file__).read_text()
+    source = Path(reader_process.mdf_child.__file__).read_text()
     script = tmp_path / "child.py"
     script.write_text(
         source.replace(
             "        if self._file is None:\n", f"        if self._file is None:\n            {body.strip()}\n"
         )
     )
-    monkeypatch.setattr(mdf_process.mdf_child, "__file__", str(script))
-    monkeypatch.setattr(mdf_process, "BUDGET", Budget(seconds=1.0, patience=100.0))
+    monkeypatch.setattr(reader_process.mdf_child, "__file__", str(script))
+    monkeypatch.setattr(reader_process, "BUDGET", Budget(seconds=1.0, patience=100.0))
     path = tmp_path / "drive.mf4"
     path.write_bytes(b"MDF     4.10    ")
     with pytest.raises(InputError, match=said):
@@ -140,7 +143,7 @@ def test_the_process_ends_with_what_started_it(tmp_path):
     del process
     assert not Path(f"/proc/{number}").exists(), "neither running nor a zombie"
     code = (
-        "import sys, time\nfrom pathlib import Path\nfrom tierod.readers.mdf_process import MdfProcess\n"
+        "import sys, time\nfrom pathlib import Path\nfrom tierod.readers.reader_process import MdfProcess\n"
         "process = MdfProcess(Path(sys.argv[1]))\nprocess.ask({})\nprint(process._process.pid, flush=True)\n"
         "time.sleep(60)"
     )

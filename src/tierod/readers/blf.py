@@ -28,6 +28,7 @@ def unpacked(content: Content) -> Iterator[bytes]:
         InputError: a container or the whole unfolds to more than is allowed
     """
     allowance = Allowance(content.path, content.size)
+    objects = _Objects(allowance)
     with content.stream() as stream:
         begin = stream.read(8)
         size = int.from_bytes(begin[4:], "little")
@@ -37,6 +38,8 @@ def unpacked(content: Content) -> Iterator[bytes]:
             if len(header) < _HEADER.size:
                 return
             sign, size_of_header, version, size, kind = _HEADER.unpack(header)
+            if size < _HEADER.size:
+                raise ValueError(f"an object has {size} bytes, fewer than its header")
             allowance.take_block(size)
             body = stream.read(max(size - _HEADER.size, 0))
             padding = stream.read(size % 4)
@@ -48,8 +51,40 @@ def unpacked(content: Content) -> Iterator[bytes]:
                     size = _HEADER.size + len(body)
                     header = _HEADER.pack(sign, size_of_header, version, size, kind)
                     padding = bytes(size % 4)
+                objects.add(body[_CONTAINER.size :])
             allowance.take(len(body))
             yield header + body + padding
+
+
+class _Objects:
+    """The objects in consecutive containers, one of which may begin in one and end in the next.
+
+    python-can looks for the next object where the size of the one before says, and never ends where that is no size.
+
+    Args:
+        allowance: of the file
+    """
+
+    def __init__(self, allowance: Allowance):
+        self._allowance, self._rest = allowance, b""
+
+    def add(self, plain: bytes) -> None:
+        """The content of the next container.
+
+        Raises:
+            ValueError: an object is shorter than its header
+            InputError: an object is longer than is allowed
+        """
+        data, place = self._rest + plain, 0
+        while (place := data.find(b"LOBJ", place)) >= 0 and place + _HEADER.size <= len(data):
+            size = _HEADER.unpack_from(data, place)[3]
+            if size < _HEADER.size:
+                raise ValueError(f"an object has {size} bytes, fewer than its header")
+            self._allowance.take_block(size)
+            if place + size > len(data):
+                break
+            place += size
+        self._rest = data[place:] if place >= 0 else b""
 
 
 def _inflated(packed: bytes, declared: int, allowance: Allowance) -> bytes:

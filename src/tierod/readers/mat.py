@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-import math
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from tierod.readers.clocks import is_time, require_plausible_rate, unit_of
 from tierod.readers.clocks import seconds as to_seconds
 from tierod.readers.content import BLOCK, Kept
 from tierod.readers.limits import Allowance
+from tierod.readers.reader_process import MatProcess
 from tierod.readers.source import Column, Lane, Piece, Source
 from tierod.recording import Channel
 
@@ -28,9 +28,6 @@ SAMPLES = 1 << 17
 
 _HEADER, _PACKED = 128, 15
 """Bytes before the first variable, and the type of one that is packed."""
-
-_AT_ONCE, _STRUCTURE = 1 << 25, 1 << 16
-"""Bytes of variables that are loaded at a time, and what one is taken to hold whose size is not told."""
 
 
 def open_mat(path: Path, given: TimeEntry = GUESSED) -> Source:
@@ -77,20 +74,17 @@ class Vector:
     Args:
         kept: the temporary file
         at: where it begins there
-        kind: of its numbers
         count: of its numbers
     """
 
     kept: Kept
     at: int
-    kind: np.dtype[Any]
     count: int
 
     def part(self, begin: int, end: int) -> np.ndarray:
-        """Some of its numbers as floats."""
-        size = self.kind.itemsize
-        data = self.kept.read((min(end, self.count) - begin) * size, self.at + begin * size)
-        return np.frombuffer(data, dtype=self.kind).astype(float)
+        """Some of its numbers."""
+        data = self.kept.read((min(end, self.count) - begin) * 8, self.at + begin * 8)
+        return np.frombuffer(data, dtype="<f8").astype(float)
 
 
 @dataclass(frozen=True)
@@ -118,22 +112,15 @@ def _content(path: Path, kept: Kept) -> dict[str, Any]:
     Raises:
         InputError: the file is damaged, of version 7.3, or unfolds to too much
     """
-    import scipy.io
-
     _refuse_large(path)
-    found: dict[str, Any] = {}
-    try:
-        for names in _together(scipy.io.whosmat(path)):
-            loaded = scipy.io.loadmat(path, squeeze_me=True, struct_as_record=False, variable_names=names)
-            found |= {name: _kept(value, kept) for name, value in loaded.items() if not name.startswith("__")}
-    except NotImplementedError:
-        raise InputError(f"{path} is a MATLAB 7.3 file; save it with -v7") from None
-    except Exception as error:
-        reason = " ".join(str(error).split())[:120] or type(error).__name__
-        raise InputError(
-            f"{path} is damaged or cut off and cannot be read as MATLAB file ({reason}); save it again"
-        ) from None
-    return found
+    process, found = MatProcess(path), {}
+    while True:
+        about, vectors = process.ask({})
+        if about.get("newer"):
+            raise InputError(f"{path} is a MATLAB 7.3 file; save it with -v7")
+        if about["end"]:
+            return found
+        found |= {name: _kept(value, vectors, kept) for name, value in about["variables"].items()}
 
 
 def _refuse_large(path: Path) -> None:
@@ -159,31 +146,18 @@ def _refuse_large(path: Path) -> None:
                         data = worker.unconsumed_tail
 
 
-def _together(variables: Sequence[tuple[str, tuple[int, ...], str]]) -> Iterator[list[str]]:
-    """The names of variables, so many at a time that they fit into memory."""
-    names: list[str] = []
-    size = 0
-    for name, shape, _ in variables:
-        names.append(name)
-        size += 8 * math.prod(shape) + _STRUCTURE
-        if size > _AT_ONCE:
-            yield names
-            names, size = [], 0
-    if names:
-        yield names
-
-
-def _kept(value: Any, kept: Kept) -> Any:
-    """A value with the vectors in it replaced by what is kept of them, and structures by dictionaries."""
-    if hasattr(value, "_fieldnames"):
-        return {field: _kept(getattr(value, field), kept) for field in value._fieldnames}
-    if isinstance(value, np.ndarray) and value.dtype == object and value.ndim == 1:
-        return [_kept(entry, kept) for entry in value]
-    if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "fiub" and len(value) > 1:
-        vector = Vector(kept, kept.size, value.dtype, len(value))
-        kept.append(value.tobytes())
-        return vector
-    return value
+def _kept(value: Any, vectors: Mapping[str, np.ndarray], kept: Kept) -> Any:
+    """A value with the vectors in it replaced by what is kept of them."""
+    if isinstance(value, list):
+        return [_kept(entry, vectors, kept) for entry in value]
+    if not isinstance(value, dict):
+        return value
+    numbers = vectors.get(value["vector"]) if [*value] == ["vector"] and isinstance(value["vector"], str) else None
+    if numbers is None:
+        return {name: _kept(entry, vectors, kept) for name, entry in value.items()}
+    vector = Vector(kept, kept.size, len(numbers))
+    kept.append(numbers.tobytes())
+    return vector
 
 
 def _lane(signals: list[Signal]) -> Lane:
@@ -232,7 +206,7 @@ def _timed(
         to_seconds(clock.part(0, 1), unit, name)
     else:
         period = next((members[name] for name in _PERIODS if np.ndim(members.get(name, [0])) == 0), None)
-        if not isinstance(period, int | float | np.number) or not vectors:
+        if not isinstance(period, float) or not vectors:
             return
         clock, unit = float(period), ""
         count = max(value.count for value in vectors.values())

@@ -14,7 +14,7 @@ import numpy as np
 from tierod.errors import InputError
 from tierod.readers.frames import EXTENDED, Frames, taken
 from tierod.readers.log import Log
-from tierod.readers.mdf_process import MdfProcess
+from tierod.readers.reader_process import MdfProcess
 from tierod.readers.source import Column, Lane, Piece, Source
 from tierod.readers.written import metadata_in
 from tierod.recording import Channel

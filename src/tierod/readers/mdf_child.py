@@ -1,20 +1,11 @@
-"""The process that reads an MDF file with asammdf, whose native code can end the process on a damaged file.
-
-A script of its own that imports nothing of tierod, so that it starts fast. It takes requests, one JSON document a line,
-and answers each with such a line, followed by the arrays that the line lists. `tierod.readers.mdf_process` is the other
-end; bare arrays, since what a damaged process sends must not be able to do harm there.
-"""
+"""MDF files through asammdf, in the process of `tierod.readers.child`; imports nothing of tierod."""
 
 from __future__ import annotations
 
-import contextlib
-import json
-import os
 import shutil
 import sys
 import tempfile
 import types
-import warnings
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any
@@ -25,58 +16,6 @@ BUS_GROUP = 2
 
 FRAGMENT = 1 << 22
 """Bytes of records that are read at a time."""
-
-
-def main() -> None:
-    """Answer requests until the other end closes the pipe."""
-    path, line, memory = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
-    end_with(line)
-    # Prints of the library must not get between the answers.
-    answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)
-    import_asammdf()
-    limit_memory(memory)
-    warnings.simplefilter("ignore")
-    reader = Reader(path)
-    for request in sys.stdin:
-        columns: dict[str, Any] = {}
-        try:
-            columns, answer = reader.answer(json.loads(request))
-        except MemoryError:
-            answer = {"memory": memory}
-        except Exception as error:
-            answer = {"error": " ".join(str(error).split())[:160] or type(error).__name__}
-        _send(answers, columns, answer)
-
-
-def end_with(line: int) -> None:
-    """End when the other end of a pipe is closed, in native code too: the signal's default action is to end."""
-    with contextlib.suppress(ImportError, AttributeError, OSError):
-        import fcntl
-
-        fcntl.fcntl(line, fcntl.F_SETOWN, os.getpid())
-        fcntl.fcntl(line, fcntl.F_SETFL, fcntl.fcntl(line, fcntl.F_GETFL) | os.O_ASYNC)
-
-
-def limit_memory(more: int) -> None:
-    """Take no more memory [bytes] than now and some more; 0 sets no limit."""
-    with contextlib.suppress(ImportError, OSError, ValueError):
-        import resource
-
-        with open("/proc/self/statm") as file:
-            now = int(file.read().split()[0]) * resource.getpagesize()
-        if more:
-            resource.setrlimit(resource.RLIMIT_AS, (now + more, now + more))
-
-
-def limit_time(seconds: float) -> None:
-    """Take no more computing time [s] than some more than now; the process is ended then."""
-    with contextlib.suppress(ImportError, OSError, ValueError):
-        import resource
-
-        used = resource.getrusage(resource.RUSAGE_SELF)
-        _, hard = resource.getrlimit(resource.RLIMIT_CPU)
-        resource.setrlimit(resource.RLIMIT_CPU, (int(used.ru_utime + used.ru_stime + seconds) + 1, hard))
 
 
 def import_asammdf() -> None:
@@ -114,14 +53,6 @@ class _StandIn(types.ModuleType):
         return made
 
 
-def _send(answers: Any, columns: dict[str, Any], about: dict[str, Any]) -> None:
-    listed = {name: (values.dtype.str, values.shape) for name, values in columns.items()}
-    answers.write(json.dumps(about | {"arrays": listed}).encode() + b"\n")
-    for values in columns.values():
-        answers.write(memoryview(values).cast("B") if values.size else b"")
-    answers.flush()
-
-
 def _stream(path: str) -> Any:
     """The file; a copy without a name where its recorder did not finish it, since asammdf finishes it in place."""
     file = open(path, "rb")  # noqa: SIM115
@@ -148,9 +79,13 @@ class Reader:
         self._file: Any = None
         self._lanes: dict[int, Iterator[dict[str, Any]]] = {}
 
+    @staticmethod
+    def prepare() -> None:
+        """Import what is needed, before memory is limited."""
+        import_asammdf()
+
     def answer(self, request: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
         """(columns, what else there is to say) on a request for the content, or for the next piece of a lane."""
-        limit_time(request["seconds"])
         if self._file is None:
             from asammdf import MDF
 
@@ -257,7 +192,3 @@ class Reader:
             "length": column("DataLength").astype(np.int64),
             "data": data,
         }
-
-
-if __name__ == "__main__":
-    main()

@@ -68,7 +68,7 @@ def _opened(path: Path, lanes: int = 1) -> Any:
 
     try:
         return pq.ParquetFile(path, pre_buffer=False, buffer_size=max(_BUFFER // lanes, 1 << 13))
-    except (pa.ArrowException, OSError) as error:
+    except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         reason = " ".join(str(error).split())[:120]
         raise InputError(
             f"{path} is damaged or cut off and cannot be read as Parquet ({reason}); write it again"

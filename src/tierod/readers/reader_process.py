@@ -1,4 +1,4 @@
-"""The other process in which an MDF file is read, with limits of time and memory; its death is one sentence."""
+"""Another process in which a file is read by native code, with limits of time and memory; its death is one sentence."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ import weakref
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Annotated, Any
 
 import numpy as np
 
 from tierod.errors import InputError, MissingExtra
-from tierod.readers import mdf_child
+from tierod.readers import child, mat_child, mdf_child
 from tierod.readers.limits import VARIABLE, Limits, limits
 
 
@@ -46,28 +47,26 @@ _KINDS = {kind: kind for kind in ("<f8", "<i8", "<u4", "|u1")}
 """Kinds of numbers that an answer may hold."""
 
 
-class MdfProcess:
-    """A process that reads one MDF file; it ends when this object, or the process that made it, is gone.
+class ReaderProcess:
+    """A process that reads one file; it ends when this object, or the process that made it, is gone.
 
     Args:
         path: of the file
-
-    Raises:
-        MissingExtra: asammdf is not installed
+        script: module whose class `Reader` reads it there
+        library: that may die of it
+        kind: of the file, for messages
     """
 
-    def __init__(self, path: Path):
-        self.path = path
-        require_asammdf()
+    def __init__(self, path: Path, script: ModuleType, library: str, kind: str):
+        self.path, self._library, self._kind = path, library, kind
         size = path.stat().st_size
         self._memory = int(BUDGET.memory * max(limits().largest / Limits.largest, 1.0))
         self._seconds = BUDGET.seconds + BUDGET.per_byte * size
-        self._lanes = 0
         life, self._line = os.pipe()
         threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMEXPR_MAX_THREADS"), "1")
-        command = [sys.executable, "-P", mdf_child.__file__, str(path), str(life), str(self._memory + size)]
+        command = [sys.executable, "-P", str(child.__file__), str(path), str(life), str(self._memory + size)]
         self._process = subprocess.Popen(
-            command,
+            [*command, str(script.__file__)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -109,6 +108,39 @@ class MdfProcess:
             arrays[name] = np.frombuffer(data, dtype, size).reshape(shape)
         return about, arrays
 
+    def _refused(self, reason: str) -> InputError:
+        self.close()
+        return InputError(
+            f"{self.path} is damaged or cut off and cannot be read as {self._kind} ({reason}); export it again"
+        )
+
+    def _died(self) -> InputError:
+        """The sentence on how the process ended."""
+        try:
+            code = self._process.wait(BUDGET.patience)
+        except subprocess.TimeoutExpired:
+            return self._refused(f"the answer of {self._library} makes no sense")
+        if code == -signal.SIGXCPU:
+            return self._refused(f"it takes more than {self._seconds:.0f} s of computing")
+        name = signal.Signals(-code).name if code < 0 else str(code)
+        return self._refused(f"{self._library} ended with {name} on it")
+
+
+class MdfProcess(ReaderProcess):
+    """A process that reads one MDF file.
+
+    Args:
+        path: of the file
+
+    Raises:
+        MissingExtra: asammdf is not installed
+    """
+
+    def __init__(self, path: Path):
+        require_asammdf()
+        super().__init__(path, mdf_child, "asammdf", "MDF")
+        self._lanes = 0
+
     def lane(self, group: int, channels: list[int] | None) -> Iterator[dict[str, np.ndarray]]:
         """Arrays of some channels of a group, or of its frames where none are given, from the beginning.
 
@@ -123,20 +155,16 @@ class MdfProcess:
                 return
             yield arrays
 
-    def _refused(self, reason: str) -> InputError:
-        self.close()
-        return InputError(f"{self.path} is damaged or cut off and cannot be read as MDF ({reason}); export it again")
 
-    def _died(self) -> InputError:
-        """The sentence on how the process ended."""
-        try:
-            code = self._process.wait(BUDGET.patience)
-        except subprocess.TimeoutExpired:
-            return self._refused("the answer of asammdf makes no sense")
-        if code == -signal.SIGXCPU:
-            return self._refused(f"it takes more than {self._seconds:.0f} s of computing")
-        name = signal.Signals(-code).name if code < 0 else str(code)
-        return self._refused(f"asammdf ended with {name} on it")
+class MatProcess(ReaderProcess):
+    """A process that reads one MATLAB file.
+
+    Args:
+        path: of the file
+    """
+
+    def __init__(self, path: Path):
+        super().__init__(path, mat_child, "SciPy", "MATLAB file")
 
 
 def require_asammdf() -> None:
