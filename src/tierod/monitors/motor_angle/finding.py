@@ -147,7 +147,7 @@ class Drive(NamedTuple):
         voltages: that the observer was fed with
         lost: what the inverter took; None where the voltages were measured
         misread: cause and cure, where the whole recording is sound once it is read otherwise
-        contradicting: share of the induced voltage that contradicts its own turning; NaN where unknown
+        contradicting: share of the induced voltage that contradicts its turning since `model` alarmed; else NaN
         mismatch: greatest one of the three angles while they did not fit, at the pinion
         untwisted: whether the three angles were not compared for want of the driver's torque
     """

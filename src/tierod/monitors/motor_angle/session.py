@@ -69,6 +69,7 @@ class MotorAngleSession(BlockSession):
         self._courses, self._over = AlarmCourses(rate), _OverDrive()
         p = block.observer.parameters
         self._balance = VoltageBalance(p.motor_pole_pairs, p.sample_time)
+        self._alarmed = False
         self._induced = InducedVoltage(p.motor_resistance, p.motor_inductance, p.motor_flux, p.sample_time)
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
@@ -126,7 +127,9 @@ class MotorAngleSession(BlockSession):
         if isinstance(parameters, CommandedMotorParameters):
             taken = phase_signs(current, parameters.inverter_knee_current)
         voltage = result["voltage.alpha"] + 1j * result["voltage.beta"]
-        self._induced.add(_complex(current), voltage)
+        alarmed = np.maximum.accumulate(result["alarms.model"] > 0.5) | self._alarmed
+        self._alarmed = bool(alarmed[-1])
+        self._induced.add(_complex(current)[alarmed], voltage[alarmed])
         self._balance.add(
             _complex(current),
             voltage,
