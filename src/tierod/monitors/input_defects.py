@@ -94,7 +94,7 @@ RELATIONS = {
         ("driver_torque",), ("motor_torque",), 0.3, -0.06, 0.06, np.inf, ("motor_torque", "driver_torque")
     ),
 }
-"""By what they are about. Limits are about twice what 18 fault-free drives of virtual cars and the real recordings show."""
+"""By what they are about; limits are about twice what 18 fault-free drives of virtual cars and real recordings show."""
 
 CORRELATION = 0.8
 """From which two quantities follow each other well enough for a scale [-]; fault-free drives 0.93 and more."""
