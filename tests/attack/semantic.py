@@ -43,7 +43,8 @@ UNOBSERVABLE: dict[tuple[str, str, str], str] = {}
 
 CALLED: dict[str, tuple[str, ...]] = {
     "vehicle_speed": ("the speed",),
-    "steering_wheel_angle": ("steering angle",),
+    "steering_wheel_angle": ("steering angle", "steering wheel's angle"),
+    "pinion_angle": ("pinion's angle", "the pinion's"),
     "road_wheel_angle": ("steering angle",),
     "motor_current": ("steering torque",),
     "motor_torque": ("steering torque",),

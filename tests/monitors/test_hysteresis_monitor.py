@@ -88,3 +88,32 @@ def test_what_may_be_chance_is_suspect_and_no_fault():
     assert finding.status is Status.SUSPECT
     assert "--own-level" in finding.action
     assert finding.evidence["increase_standard_deviation_Nm"] > 0.5
+
+
+def torques(recording, driver=1.0, motor=1.0):
+    factors = {"driver_torque": driver, "motor_torque": motor}
+    return recording.with_channels(
+        [
+            dataclasses.replace(recording[name], values=factor * recording[name].values)
+            for name, factor in factors.items()
+        ]
+    )
+
+
+@pytest.mark.parametrize("support", MONITORS["hysteresis"].variants)
+@pytest.mark.parametrize("factors", [{"driver": 2.0}, {"driver": 0.5}, {"motor": 2.0}, {"motor": 0.5}])
+def test_a_gain_of_one_torque_is_named_and_learnt_by_no_own_level(tmp_path, support, factors):
+    level, hoist = tmp_path / "level.json", support == "hoist"
+    test = torques(lock_to_lock(4.0, hoist, seed=1), **factors)
+    finding = diagnose(test, "midsize-eps", "hysteresis", support, own_level=level).findings[0]
+    assert any("driver_torque or motor_torque has a wrong gain" in warning for warning in finding.warnings)
+    assert finding.status is (Status.SUSPECT if hoist else Status.NOT_TESTABLE)
+    assert not level.exists()
+
+
+@pytest.mark.parametrize("friction", [2.5, 9.0])
+@pytest.mark.parametrize("hoist", [True, False])
+def test_friction_is_no_gain(friction, hoist):
+    support = "hoist" if hoist else "ground"
+    finding = diagnose(lock_to_lock(friction, hoist, seed=4), "midsize-eps", "hysteresis", support).findings[0]
+    assert not any("gain" in warning for warning in finding.warnings)

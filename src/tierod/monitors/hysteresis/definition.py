@@ -13,6 +13,7 @@ from tierod.detectors.held_threshold import HeldThreshold
 from tierod.detectors.rule_design import alarms_at
 from tierod.findings import Estimate, Finding, Status
 from tierod.identification.hysteresis import HysteresisFriction, HysteresisIdentification, Support
+from tierod.monitors.hysteresis.assist_ratio import torque_defects
 from tierod.monitors.hysteresis.decisions import INCREASE
 from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.session import Conclusion, Monitor, Session, Variant
@@ -128,7 +129,15 @@ class HysteresisSession:
         sound = finding.status is Status.HEALTHY or first
         increase, spread = (finding.evidence.get(name) for name in INCREASES)
         distances = {INCREASE.name: increase / max(spread, 1e-9)} if increase is not None and spread is not None else {}
-        return Conclusion(finding, loops=loops, own_level=level if sound else None, distances=distances)
+        defects = torque_defects(*self._torques(), self.vehicle)
+        kept = level if sound and not defects else None
+        return Conclusion(finding, loops=loops, own_level=kept, defects=defects, distances=distances)
+
+    def _torques(self) -> tuple[np.ndarray, np.ndarray]:
+        """Driver's and motor's torque at the same instants, (n,) each; NaN where missing."""
+        values = np.vstack([piece.values for piece in self._pieces])
+        driver, motor = (values[:, self.signals.index(name)] for name in ("driver_torque", "motor_torque"))
+        return driver, motor
 
     def _recording(self) -> Recording:
         time = np.concatenate([piece.time for piece in self._pieces])

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Annotated, NamedTuple
 
 from tierod.findings import Estimate, Finding, Status
+from tierod.monitors.motor_angle.induced_voltage import FITS
 from tierod.monitors.motor_angle.inverter_finding import Lost, inverter_remarks, knee_beyond
 from tierod.monitors.motor_angle.voltages import MEASURED, VARIANTS
 from tierod.monitors.motor_angle.which_angle import MOTOR, NOT_MOTOR, PINION, WHEEL
@@ -111,6 +112,27 @@ ONCE = (
 )
 """What `model` means where it passed, and what to do."""
 
+SENSOR_ALONE = (
+    "the motor's angle contradicts currents and voltages, which fit each other",
+    "check the sensor and its line: sign, noise, and the unit of motor_angle_mechanical in the channel map",
+)
+"""What `model` means where the induced voltage turns as its size says."""
+
+CONFIRMED = (
+    "the motor's angle stays away from target_motor_angle_mechanical, though currents and voltages confirm the sensor: "
+    "the target is not the one that the motor follows, or it cannot follow",
+    "check sign, scale and time of the target in the channel map; then the control and the load of the motor",
+)
+"""What `not_following` means where the sensor turns as the currents tell."""
+
+UNTWISTED = (
+    "the angles of motor, steering wheel and pinion are not compared: without driver_torque the twist of the torsion "
+    "bar between them is unknown"
+)
+
+MOST_TORQUE = 10.0
+"""A driver's torque beyond this is none [N m]: power steering keeps it below 5."""
+
 SUSPECTS = {
     MOTOR: "the motor's angle",
     WHEEL: "the steering wheel's angle",
@@ -138,6 +160,9 @@ class Drive(NamedTuple):
         voltages: that the observer was fed with
         lost: what the inverter took; None where the voltages were measured
         misread: cause and cure, where the whole recording is sound once it is read otherwise
+        contradicting: share of the induced voltage that contradicts its turning since `model` alarmed; else NaN
+        mismatch: greatest one of the three angles while they did not fit, at the pinion
+        untwisted: whether the three angles were not compared for want of the driver's torque
     """
 
     seconds: Annotated[float, "s"]
@@ -158,6 +183,9 @@ class Drive(NamedTuple):
     voltages: str = MEASURED
     lost: Lost | None = None
     misread: tuple[str, str] | None = None
+    contradicting: float = math.nan
+    mismatch: Annotated[float, "rad"] = 0.0
+    untwisted: bool = False
 
     @property
     def monitor(self) -> str:
@@ -173,7 +201,9 @@ def judge(drive: Drive, vehicle: Vehicle) -> Finding:
         vehicle: whose motor it is
     """
     finding = _judged(drive, vehicle)
-    return replace(finding, warnings=(*finding.warnings, *inverter_remarks(drive.lost, drive.voltages)))
+    untwisted = (UNTWISTED,) if drive.untwisted else ()
+    remarks = inverter_remarks(drive.lost, drive.voltages)
+    return replace(finding, warnings=(*finding.warnings, *untwisted, *remarks))
 
 
 def _wrong_recording(drive: Drive, vehicle: Vehicle) -> tuple[str, str] | None:
@@ -204,7 +234,7 @@ def _judged(drive: Drive, vehicle: Vehicle) -> Finding:
             {"smallest offset worth an alarm": FIVE_DEGREES},
         )
     if drive.starts:
-        return _fault(drive, estimate, evidence)
+        return _fault(drive, vehicle, estimate, evidence)
     if drive.known < LEAST_KNOWN:
         cause = f"the motor turned fast enough for {drive.known:.1f} s, {LEAST_KNOWN:g} s are needed"
         headline = f"The sensor of the motor's angle was not judged: {cause}."
@@ -234,15 +264,16 @@ def root_of(drive: Drive) -> str | None:
     return together[0]
 
 
-def _fault(drive: Drive, estimate: Estimate | None, evidence: dict[str, float]) -> Finding:
+def _fault(drive: Drive, vehicle: Vehicle, estimate: Estimate | None, evidence: dict[str, float]) -> Finding:
     root = root_of(drive)
     assert root is not None
-    cause, action = ONCE if root == "model" and drive.surprised < PASSING else CAUSES[root]
+    cause, action = _cause_of(root, drive)
     if root == "plausibility":
         cause += f"; {SUSPECTS.get(drive.suspect, 'which of them is wrong')}" + (
             " is the wrong one" if drive.suspect else " cannot be told"
         )
-    if root == "model" and math.isfinite(drive.resistance * drive.flux):
+        cause += _or_torque(drive, vehicle)
+    if root == "model" and math.isfinite(drive.resistance * drive.flux) and cause == CAUSES[root][0]:
         cause += f"; as if resistance and flux were {drive.resistance:.2f} and {drive.flux:.2f} of the vehicle file's"
     size = ""
     if root == "angle":
@@ -254,6 +285,28 @@ def _fault(drive: Drive, estimate: Estimate | None, evidence: dict[str, float]) 
     return Finding(
         drive.monitor, Status.FAULT, headline, since, size_of, evidence, cause, action, decided_by=(DECIDES[root],)
     )
+
+
+def _cause_of(root: str, drive: Drive) -> tuple[str, str]:
+    """What the first alarm means, and what to do."""
+    if root == "model" and drive.surprised < PASSING:
+        return ONCE
+    if root == "model" and drive.voltages == MEASURED and drive.contradicting < FITS:
+        return SENSOR_ALONE
+    confirmed = drive.known >= LEAST_KNOWN and drive.rms < FIVE_DEGREES
+    if root == "not_following" and confirmed and set(drive.starts) <= {root, "plausibility"}:
+        return CONFIRMED
+    return CAUSES[root]
+
+
+def _or_torque(drive: Drive, vehicle: Vehicle) -> str:
+    """The driver's torque as another cause: the twist of the bar that it tells lies between wheel and pinion."""
+    if drive.suspect not in (NOT_MOTOR, 0.0) or not drive.mismatch > 0.0:
+        return ""
+    torque = drive.mismatch * vehicle["torsion_bar_stiffness"] / vehicle["superposition_input_ratio"]
+    if torque > MOST_TORQUE:
+        return ""
+    return f", or driver_torque is off by up to {torque:.1f} N·m, so that the twist of the torsion bar is wrong"
 
 
 def _wrong_scale(drive: Drive, pole_pairs: float) -> tuple[str, str] | None:

@@ -74,7 +74,7 @@ class AnglePlausibility:
         greatest: disagreement at the pinion: resolution of the slow angles and their different age while turning [rad]
         hold: for so long [s]
         learning: readings from which the zeros are taken []
-        longest_gap: angles older than this are not compared [s]
+        longest_gap: angles and torques older than this are not compared [s]
         gain: of the superposition over the speed; None where the vehicle file does not tell it
         which: decides which angle is wrong, with the observer of the motor as a fourth opinion
 
@@ -98,12 +98,13 @@ class AnglePlausibility:
     Sample = Angles
 
     class State(NamedTuple):
-        """Motor's last reading, travel and age; torque; all three angles; wheel and its age; zero; suspect; hold."""
+        """Motor's last reading, travel and age; torque, its age; all angles; wheel, its age; zero; suspect; hold."""
 
         motor_last: Any
         motor_turned: Any
         motor_age: Any
         torque: Any
+        torque_age: Any
         motor: Moved
         wheel: Moved
         pinion: Moved
@@ -137,7 +138,24 @@ class AnglePlausibility:
         """Nothing seen."""
         none = Moved(0.0, 0.0, 0.0)
         return self.State(
-            0.0, 0.0, 1.0, 0.0, none, none, none, 0.0, 1.0, 0.0, 0.0, 0.0, NONE, self.holding.init(), -1.0, 0.0, 0.0
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            1.0,
+            none,
+            none,
+            none,
+            0.0,
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            NONE,
+            self.holding.init(),
+            -1.0,
+            0.0,
+            0.0,
         )
 
     def step(self, state: State, sample: Any) -> tuple[State, Output]:
@@ -146,11 +164,14 @@ class AnglePlausibility:
         motor_last = where(fresh, sample.motor_angle_mechanical, state.motor_last)
         turned = state.motor_turned + where(both(fresh, begun), wrapped(motor_last - state.motor_last), 0.0)
         motor_age = where(fresh, 0.0, _aged(state.motor_age, self.sample_time, state.motor_age < 1.0))
-        torque = where(present(sample.driver_torque), sample.driver_torque, state.torque)
+        twisted = present(sample.driver_torque)
+        torque = where(twisted, sample.driver_torque, state.torque)
+        torque_age = where(twisted, 0.0, _aged(state.torque_age, self.sample_time, state.torque_age < 1.0))
         told = present(sample.steering_wheel_angle)
         wheel_age = where(told, 0.0, _aged(state.wheel_age, self.sample_time, state.wheel_age < 1.0))
         wheel = where(told, sample.steering_wheel_angle, state.wheel_held)
-        compares = all_of(present(sample.pinion_angle), motor_age < self.longest_gap, wheel_age < self.longest_gap)
+        ages = (motor_age, wheel_age, torque_age)
+        compares = all_of(present(sample.pinion_angle), *(age < self.longest_gap for age in ages))
         pinion = where(compares, sample.pinion_angle, state.pinion.last)
         raw = pinion - self._told(turned, wheel, torque)
         learning = both(compares, state.readings < self.learning)
@@ -176,6 +197,7 @@ class AnglePlausibility:
             turned,
             motor_age,
             torque,
+            torque_age,
             motor,
             hands,
             below,

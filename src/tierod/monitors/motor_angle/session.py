@@ -13,6 +13,7 @@ from tierod.models.commanded_motor import CommandedMotorParameters
 from tierod.monitors.motor_angle.alarm_courses import AlarmCourses
 from tierod.monitors.motor_angle.detector import NOT_READY, MotorAngleMonitor
 from tierod.monitors.motor_angle.finding import STARTLES, SURPRISING, SUSPECTS, Drive, judge, root_of
+from tierod.monitors.motor_angle.induced_voltage import InducedVoltage
 from tierod.monitors.motor_angle.inverter_finding import Lost
 from tierod.monitors.motor_angle.misread import misread
 from tierod.monitors.motor_angle.voltage_balance import VoltageBalance
@@ -88,6 +89,8 @@ class MotorAngleSession(BlockSession):
         self._courses, self._over = AlarmCourses(rate), _OverDrive()
         p = block.observer.parameters
         self._balance = VoltageBalance(p.motor_pole_pairs, p.sample_time)
+        self._alarmed = False
+        self._induced = InducedVoltage(p.motor_resistance, p.motor_inductance, p.motor_flux, p.sample_time)
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
@@ -141,14 +144,19 @@ class MotorAngleSession(BlockSession):
         """Alarms and figures of one piece."""
         self._courses.add(time, result)
         self._over.add(result)
+        self._over.look(signals)
         current = StatorVector(signals["motor_current_alpha"], signals["motor_current_beta"])
         parameters = self.monitor.observer.parameters
         taken = StatorVector(np.zeros(len(time)), np.zeros(len(time)))
         if isinstance(parameters, CommandedMotorParameters):
             taken = phase_signs(current, parameters.inverter_knee_current)
+        voltage = result["voltage.alpha"] + 1j * result["voltage.beta"]
+        alarmed = np.maximum.accumulate(result["alarms.model"] > 0.5) | self._alarmed
+        self._alarmed = bool(alarmed[-1])
+        self._induced.add(_complex(current)[alarmed], voltage[alarmed])
         self._balance.add(
             _complex(current),
-            result["voltage.alpha"] + 1j * result["voltage.beta"],
+            voltage,
             signals["motor_angle_mechanical"],
             _complex(taken),
         )
@@ -157,7 +165,8 @@ class MotorAngleSession(BlockSession):
         """The finding, and the course of every trouble code."""
         observer = self.monitor.observer
         wrong = misread(self._balance, observer.parameters, observer.tuning.current_noise)
-        drive = self._over.drive(self.rate, self._courses.starts, self.monitor)._replace(misread=wrong)
+        drive = self._over.drive(self.rate, self._courses.starts, self.monitor)
+        drive = drive._replace(misread=wrong, contradicting=self._induced.share())
         finding = judge(drive, self.vehicle)
         # What was not the sensor's fault but the user's must fill no fault memory.
         if finding.status is Status.NOT_TESTABLE:
@@ -199,6 +208,13 @@ class _OverDrive:
         self.resistance = self.flux = np.nan
         self.lost = [0.0, 0.0, 0.0]
         self.alarmed = False
+        self.mismatch = 0.0
+        self.pinion = self.torque = False
+
+    def look(self, signals: Mapping[str, np.ndarray]) -> None:
+        """Which slow signals there are."""
+        self.pinion |= bool(np.isfinite(signals["pinion_angle"]).any())
+        self.torque |= bool(np.isfinite(signals["driver_torque"]).any())
 
     def add(self, result: Result) -> None:
         """The next piece."""
@@ -224,6 +240,8 @@ class _OverDrive:
         self.after[0] += int(late.sum())
         self.after[1] += float(residual[late].sum())
         self.after[2] += float((residual[late] ** 2).sum())
+        apart = result["alarms.plausibility"] > 0.5
+        self.mismatch = max(self.mismatch, float(np.abs(result["mismatch"][apart]).max(initial=0.0)))
         self.suspected += np.bincount(result["suspect"].astype(int), minlength=len(self.suspected))
         if known.any():
             self.resistance, self.flux = (float(result[f"motor_{name}"][known][-1]) for name in ("resistance", "flux"))
@@ -254,4 +272,6 @@ class _OverDrive:
             starts=dict(starts),
             voltages=monitor.voltages.source,
             lost=_lost(self.lost, monitor),
+            mismatch=self.mismatch,
+            untwisted=monitor.plausibility is not None and self.pinion and not self.torque,
         )

@@ -36,13 +36,21 @@ from tierod.monitors.sideslip.decisions import (
     USUAL_OFFSET,
     misfit_rule,
 )
+from tierod.monitors.sideslip.motion_over_drive import MotionOverDrive
 from tierod.monitors.sideslip.over_drive import TRUTHS, OverDrive, truth_in
 from tierod.monitors.sideslip.sensors_over_drive import SensorsOverDrive
 from tierod.monitors.sideslip.signs import TOGETHER, SignsOverDrive
 from tierod.recording import Aligned
 from tierod.vehicles import Vehicle
 
-JUDGED = ("road_wheel_angle", "steering_wheel_angle", "lateral_acceleration", "motor_torque", "motor_current")
+JUDGED = (
+    "road_wheel_angle",
+    "steering_wheel_angle",
+    "lateral_acceleration",
+    "longitudinal_acceleration",
+    "motor_torque",
+    "motor_current",
+)
 """Signals that the session looks at beside the estimator."""
 
 LEAST_ENABLED = 5.0
@@ -114,7 +122,8 @@ class SideslipSession(BlockSession):
         self._signs, self._consistency = SignsOverDrive(), ConsistencyAccumulator()
         self._over = OverDrive()
         self.misfit_rule, self.least_coverage = misfit_rule(), LEAST_COVERAGE
-        self._sensors = SensorsOverDrive(vehicle.parameters_for(SingleTrack.Parameters), rate)
+        parameters = vehicle.parameters_for(SingleTrack.Parameters)
+        self._sensors, self._motion = SensorsOverDrive(parameters, rate), MotionOverDrive(parameters, rate)
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
@@ -134,6 +143,8 @@ class SideslipSession(BlockSession):
         self._over.add(running, result, truth_in(signals), signals["vehicle_speed"], angle, torque)
         together = (angle, signals["yaw_rate"], signals["lateral_acceleration"], torque)
         self._sensors.add(signals["vehicle_speed"], signals["yaw_rate"], signals["lateral_acceleration"], angle)
+        moved = ("vehicle_speed", "yaw_rate", "lateral_acceleration", "longitudinal_acceleration")
+        self._motion.add(*(signals[name] for name in moved), angle)
         self._signs.add(signals["vehicle_speed"], dict(zip(TOGETHER, together, strict=True)))
 
     def conclude(self) -> Conclusion:
@@ -158,7 +169,7 @@ class SideslipSession(BlockSession):
             "nis_band_high": found.nis_band[1],
             "nis_outside_95_share": found.outside,
         }
-        finding = self._with_offset(self._told(evidence, found.nis))
+        finding = self._contradicted(self._with_offset(self._told(evidence, found.nis)))
         return Conclusion(finding, consistency=figures, withheld=TRUTHS[1:], distances=self._distances(finding))
 
     def _distances(self, finding: Finding) -> dict[str, float]:
@@ -251,6 +262,21 @@ class SideslipSession(BlockSession):
             action="calibrate the yaw rate, or take its offset away in the channel map, and judge anew",
             warnings=(*finding.warnings, f"{told}: the sideslip angle is wrong by it"),
             decided_by=(*finding.decided_by, OFFSET_DECISION.name),
+        )
+
+    def _contradicted(self, finding: Finding) -> Finding:
+        """The finding with the signals that contradict the motion; suspect where the estimate rests on one of them."""
+        wrong = self._motion.wrong()
+        finding = replace(finding, warnings=(*finding.warnings, *(each.sentence for each in wrong)))
+        decisive = [each.sentence for each in wrong if each.names != ("longitudinal_acceleration",)]
+        if not decisive or finding.status is not Status.HEALTHY:
+            return finding
+        return replace(
+            finding,
+            status=Status.SUSPECT,
+            headline=f"{finding.headline} But {decisive[0]}.",
+            cause=decisive[0],
+            action="correct sign, unit and time of the signal in the channel map, or repair the sensor, and judge anew",
         )
 
 

@@ -1,0 +1,46 @@
+"""The two torques of a lock-to-lock test held against the assist characteristic of the vehicle file."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tierod.monitors.friction.torque_gains import BOTH, AssistCharacteristic, GainLimits
+from tierod.monitors.input_defects import Defect
+from tierod.physics.steering_ratio import column_torque_of_motor
+from tierod.vehicles import Vehicle
+
+LEAST_SAMPLES = 300
+"""Three seconds of the test."""
+
+
+def torque_defects(
+    driver_torque: np.ndarray, motor_torque: np.ndarray, vehicle: Vehicle, limits: GainLimits | None = None
+) -> tuple[Defect, ...]:
+    """Whether the motor helps the driver as the assist of this car type does at rest; none where the file has no map.
+
+    Args:
+        driver_torque, motor_torque: of a standing car [N*m], (n,); NaN where missing
+        vehicle: whose characteristic it is
+        limits: when the ratio of the torques is wrong; virtual cars on hoist and ground give 0.97 to 1.00, with 2 to
+            12 N*m of friction
+    """
+    limits = limits or GainLimits()
+    if not vehicle.calibrated or any(name not in vehicle for name in AssistCharacteristic.__dataclass_fields__):
+        return ()
+    p = vehicle.parameters_for(AssistCharacteristic)
+    used = np.isfinite(driver_torque) & np.isfinite(motor_torque)
+    if np.count_nonzero(used) < LEAST_SAMPLES:
+        return ()
+    driver, motor = driver_torque[used], column_torque_of_motor(motor_torque[used], p.motor_ratio)
+    usual = driver * (p.assist_linear_gain + p.assist_quadratic_gain * np.abs(driver))
+    power = float(usual @ usual)
+    if not max(power, float(motor @ motor)) > limits.smallest**2 * len(usual):
+        return ()
+    ratio = float(usual @ motor) / power if power > 0.0 else np.inf
+    if 1.0 / limits.ratio < ratio < limits.ratio:
+        return ()
+    sentence = (
+        f"driver_torque or motor_torque has a wrong gain: the motor gives {ratio:.2f} times what the assist of this "
+        "car type gives at rest"
+    )
+    return (Defect(BOTH, sentence),)

@@ -1,0 +1,172 @@
+"""Whether speed, accelerations, yaw rate and steering tell of one motion, and which of them does not."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from tierod.models.single_track import SingleTrack
+from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
+
+BLOCK: Annotated[float, "s"] = 1.0
+"""Time that is averaged: below 1 Hz a car follows its wheel without delay."""
+
+STEPS = 5
+"""Steps of the speed in a block."""
+
+
+@dataclass(frozen=True)
+class MotionLimits:
+    """When two quantities that are one motion contradict each other.
+
+    Args:
+        contradicts: share of the larger one that the other leaves unexplained, its mean aside; virtual and real cars
+            stay below 0.45, swapped signals above 0.95
+        agrees: share up to which the two confirm each other
+        lateral: root mean square of the larger one from which turns are compared [m/s^2]
+        longitudinal: the same for speed gained in a second [m/s]; hills alone make less
+        leap: change of the speed within a fifth of a second that no car makes [m/s]
+        leaping: share of such changes; wheels that lock make 0.02 of them
+        seconds: of driving that is needed
+    """
+
+    contradicts: Annotated[float, ""] = 0.75
+    agrees: Annotated[float, ""] = 0.4
+    lateral: Annotated[float, "m/s**2"] = 0.5
+    longitudinal: Annotated[float, "m/s"] = 0.8
+    leap: Annotated[float, "m/s"] = 3.5
+    leaping: Annotated[float, ""] = 0.05
+    seconds: Annotated[float, "s"] = 10.0
+
+
+class Wrong(NamedTuple):
+    """Signals, one of which is wrong, and a sentence that begins with them."""
+
+    names: tuple[str, ...]
+    sentence: str
+
+
+class _Pair:
+    """Sums of two quantities over the blocks in which both are known."""
+
+    def __init__(self) -> None:
+        self._sums = np.zeros(6)
+
+    def add(self, x: np.ndarray, y: np.ndarray) -> None:
+        there = np.isfinite(x) & np.isfinite(y)
+        x, y = x[there], y[there]
+        self._sums += (len(x), x.sum(), y.sum(), x @ x, y @ y, x @ y)
+
+    def unexplained(self, seconds: float, least: float) -> float:
+        """Share of the larger one that the other does not explain; NaN with too little driving."""
+        count, x, y, xx, yy, xy = self._sums
+        if count * BLOCK < seconds:
+            return math.nan
+        xx, yy, xy = xx - x * x / count, yy - y * y / count, xy - x * y / count
+        larger = max(xx, yy)
+        return math.sqrt(max(xx + yy - 2.0 * xy, 0.0) / larger) if larger > least * least * count else math.nan
+
+
+class MotionOverDrive:
+    """Sums over a drive, block by block, so that the result does not depend on how the recording is cut.
+
+    Args:
+        p: of the vehicle
+        rate: of the samples [Hz]
+        limits: when signals contradict each other
+    """
+
+    def __init__(self, p: SingleTrack.Parameters, rate: float, limits: MotionLimits | None = None):
+        self.limits = limits or MotionLimits()
+        self._size = max(round(BLOCK * rate), STEPS)
+        self._wheelbase = p.front_distance + p.rear_distance
+        self._gradient = understeer_gradient(
+            p.mass, p.front_distance, p.rear_distance, p.front_cornering_stiffness, p.rear_cornering_stiffness
+        )
+        self._rest = np.empty((0, 5))
+        self._turn, self._yaw, self._side, self._gain = _Pair(), _Pair(), _Pair(), _Pair()
+        self._leaps = self._steps = 0
+
+    def add(
+        self,
+        speed: np.ndarray,
+        yaw_rate: np.ndarray,
+        lateral: np.ndarray,
+        longitudinal: np.ndarray,
+        angle: np.ndarray,
+    ) -> None:
+        """The next piece, (n,) each; NaN where missing.
+
+        Args:
+            speed: [m/s]
+            yaw_rate: [rad/s]
+            lateral, longitudinal: accelerations [m/s**2]
+            angle: of the road wheels [rad]
+        """
+        rows = np.vstack([self._rest, np.column_stack([speed, yaw_rate, lateral, longitudinal, angle])])
+        count = max(len(rows) - 1, 0) // self._size
+        self._rest = rows[count * self._size :]
+        if not count:
+            return
+        gained = rows[self._size : count * self._size + 1 : self._size, 0] - rows[: count * self._size : self._size, 0]
+        blocks = rows[: count * self._size].reshape(count, self._size, 5)
+        v, r, a, along, d = np.moveaxis(blocks, 2, 0)
+        steered = steady_yaw_gain(v, self._wheelbase, self._gradient) * d
+        self._turn.add((v * r).mean(axis=1), a.mean(axis=1))
+        self._yaw.add((v * r).mean(axis=1), (v * steered).mean(axis=1))
+        self._side.add(a.mean(axis=1), (v * steered).mean(axis=1))
+        self._gain.add(gained, BLOCK * along.mean(axis=1))
+        steps = np.abs(np.diff(v[:, :: self._size // STEPS], axis=1))
+        self._steps += int(np.isfinite(steps).sum())
+        self._leaps += int((steps > self.limits.leap).sum())
+
+    def wrong(self) -> tuple[Wrong, ...]:
+        """What contradicts the motion that the other signals tell."""
+        limits = self.limits
+        leaps = self._leaps / max(self._steps, 1)
+        if self._steps * BLOCK / STEPS >= limits.seconds and leaps > limits.leaping:
+            fifth = f"{limits.leap:g} m/s within {BLOCK / STEPS:g} s"
+            sentence = f"vehicle_speed leaps by more than {fifth} in {100.0 * leaps:.0f} % of the steps"
+            return (Wrong(("vehicle_speed",), f"{sentence}, which no car does"),)
+        turn = self._turn.unexplained(limits.seconds, limits.lateral)
+        gain = self._gain.unexplained(limits.seconds, limits.longitudinal)
+        if turn > limits.contradicts:
+            return (self._of_a_turn(gain),)
+        if not gain > limits.contradicts:
+            return ()
+        if turn < limits.agrees:
+            sentence = "longitudinal_acceleration contradicts the change of vehicle_speed, which the turns confirm"
+            return (Wrong(("longitudinal_acceleration",), sentence),)
+        names = ("longitudinal_acceleration", "vehicle_speed")
+        return (
+            Wrong(names, "longitudinal_acceleration and vehicle_speed contradict each other: one of them is wrong"),
+        )
+
+    def _of_a_turn(self, gain: float) -> Wrong:
+        """The one of speed, yaw rate and lateral acceleration that the steering and the other two contradict."""
+        limits = self.limits
+        yaw = self._yaw.unexplained(limits.seconds, limits.lateral)
+        side = self._side.unexplained(limits.seconds, limits.lateral)
+        if yaw < limits.agrees and not side < limits.agrees:
+            return Wrong(
+                ("lateral_acceleration",),
+                "lateral_acceleration contradicts yaw rate, speed and steering angle, which fit each other",
+            )
+        if side < limits.agrees and not yaw < limits.agrees:
+            return Wrong(
+                ("yaw_rate",),
+                "yaw_rate contradicts lateral acceleration, speed and steering angle, which fit each other",
+            )
+        if gain > limits.contradicts:
+            sentence = (
+                "vehicle_speed contradicts yaw rate and lateral acceleration in turns, and the acceleration along"
+            )
+            return Wrong(("vehicle_speed",), sentence)
+        names = ("vehicle_speed", "yaw_rate", "lateral_acceleration")
+        return Wrong(
+            names,
+            "vehicle_speed, yaw_rate and lateral_acceleration contradict each other in turns: one of them is wrong",
+        )
