@@ -30,7 +30,7 @@ _REMEDIES = {
 
 
 ABANDONED: Annotated[float, "s"] = 3600.0
-"""A file beside a target that nobody has written to for so long is one of a killed process: writing takes seconds."""
+"""Temporary files that have not been written to for so long belong to a killed process: writing takes seconds."""
 
 
 @contextmanager

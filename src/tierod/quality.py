@@ -110,7 +110,7 @@ def figure_remarks(
         gap: its longest gap [s]
         mean: its mean rate [Hz]
         extremes: its least and greatest value [unit]
-        assumed: whether nobody says its unit, so that the one of the signal was taken
+        assumed: whether the file gives no unit, so that the signal's unit was assumed
         limits: when a figure deserves a remark
     """
     if missing == 1.0 or not np.isfinite(extremes).all():

@@ -73,7 +73,7 @@ class Contradiction(NamedTuple):
 
 @dataclass(frozen=True)
 class StuckSignals:
-    """Find signals that are stuck; comes before a monitor, which must not see them (`hold_back`).
+    """Find signals that are stuck; runs before a monitor, which must not use them (`hold_back`).
 
     A signal that changed with every sample and repeats one value for a second while the car moves is stuck. A coarse
     signal rests by itself, so another one must contradict it: the angle moves while its rate stays, speeds part, the
@@ -81,7 +81,7 @@ class StuckSignals:
 
     Args:
         names: canonical signals that are watched
-        beside: signals that testify and are not watched themselves
+        beside: further signals that serve as evidence
         sample_time: time between two samples [s]
         shortest: equal values that may be evidence [s]; ten samples of the slowest channel that a monitor takes, twice
             over
@@ -90,7 +90,7 @@ class StuckSignals:
         longer: multiple of the longest run so far that may be evidence [-]; lost frames repeat a value, too
         learning: driving from which a signal is known to change with every sample [s]
         moving: speed from which the car counts as moving [m/s]; below it sensors may rest with the car
-        delay: signals later than that against each other are taken for stuck [s]; half a second is the largest delay
+        delay: signals delayed by more against each other are taken for stuck [s]; half a second is the largest delay
             that is looked for elsewhere (`delays`), and a tenth
         angle: that rate and angle may differ by over a run [rad]; six degrees, above any sensor's step
         drift: ... and per second [rad/s]; rates have offsets, which are followed, and noise
@@ -162,7 +162,7 @@ class StuckSignals:
 
     @property
     def turns(self) -> tuple[str, ...]:
-        """Signals that a turn testifies of."""
+        """Signals that a turn can contradict."""
         return tuple(name for name in TURN if name in self.names) if self._has(TURN) else ()
 
     @property
@@ -219,7 +219,7 @@ class StuckSignals:
         moves = {}
         for name in self.all_names:
             others = sum((changing[other] for other in forces if other != name), 0.0)
-            # Half of those that are there, and never on the word of one alone.
+            # Half of the present ones, and at least two: one alone may be faulty.
             most = both(others > 1.5, others > 0.5 * (there - 1.0)) if name in forces else 0.0
             moves[name] = where(known, fast, most)
         return moves

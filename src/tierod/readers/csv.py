@@ -123,7 +123,7 @@ def open_csv(content: Content, time: TimeEntry = GUESSED) -> Source:
 def _clocks(
     path: Any, columns: Sequence[Column], head: dict[str, np.ndarray], time: TimeEntry
 ) -> tuple[tuple[Clock, ...], dict[str, str]]:
-    """The clocks, and the unit of each as far as one is told."""
+    """The clocks, and the unit of each; "" where none is given."""
     increasing = [name for name, part in head.items() if len(part) > 2 and bool((part[1:] > part[:-1]).all())]
     try:
         clocks = find_clocks(columns, increasing, time)
@@ -192,7 +192,7 @@ class Lines:
     Args:
         table: of the file
         clock: that times them
-        unit: of the clock, "" where none is told
+        unit: of the clock; "" where none is given
         names: of the columns
         padded: whether rows without a stamp only fill the table up, beside longer columns
         broken: takes the note on broken lines
@@ -210,7 +210,7 @@ class Lines:
         """The channels, from the first line to the last."""
         layout = self.table.layout
         columns = {column.name: column for column in layout.columns}
-        about = {told["name"]: told for told in layout.about.get("channels", {}).values()}
+        about = {each["name"]: each for each in layout.about.get("channels", {}).values()}
         guess, lost, done = "", 0, 0
         for block in self.table.blocks():
             rows, values = self._read(block)
@@ -226,10 +226,10 @@ class Lines:
             time = time if kept.all() else time[kept]
             made = []
             for name in self.names:
-                told = about.get(name, {})
+                entry = about.get(name, {})
                 column = values[name] if kept.all() else values[name][kept]
                 channel = Channel(
-                    name, time, column, columns[name].unit, told.get("source", name), told.get("note", "")
+                    name, time, column, columns[name].unit, entry.get("source", name), entry.get("note", "")
                 )
                 bad = f"{self.bad[name]} cells are no numbers" if self.bad.get(name) else ""
                 made.append(channel.noted(guess, bad))

@@ -30,7 +30,7 @@ _HEADER, _PACKED = 128, 15
 """Bytes before the first variable, and the type of one that is packed."""
 
 _AT_ONCE, _STRUCTURE = 1 << 25, 1 << 16
-"""Bytes of variables that are loaded at a time, and what one is taken to hold whose size is not told."""
+"""Bytes of variables that are loaded at a time, and the assumed size of one whose size is unknown."""
 
 
 def open_mat(path: Path, given: TimeEntry = GUESSED) -> Source:
@@ -219,7 +219,7 @@ def _timed(
 ) -> Iterator[Signal]:
     """The vectors of one structure that have as many samples as its time, or as its sampling period allows.
 
-    Its clock is added to `clocks`: name, unit as far as it is told, first stamps as recorded.
+    Its clock is added to `clocks`: name, unit ("" where none is given), first stamps as recorded.
     """
     vectors = {name: value for name, value in members.items() if isinstance(value, Vector)}
     name = next((name for name in vectors if name == given.column), None)
