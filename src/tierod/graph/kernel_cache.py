@@ -21,14 +21,14 @@ from pathlib import Path
 from typing import Annotated
 
 from tierod.errors import OutputError
-from tierod.files import replacing
+from tierod.files import ABANDONED, replacing, temporary_name
 from tierod.locks import alone
 
 _HEAD = b"tierod-kernel/1\n"
 _DIGEST = hashlib.sha256().digest_size
 
 _OURS = re.compile(r"\w+-[0-9a-f]{24}\.(kernel|so)")
-_HALF_WRITTEN = re.compile(r"\.\w+-[0-9a-f]{24}\.[0-9a-f]{12}\.kernel")
+_HALF_WRITTEN = temporary_name(r"\w+-[0-9a-f]{24}", ".kernel")
 _BUILD = "build-"
 
 
@@ -51,7 +51,7 @@ class Bounds:
     count: Annotated[int, ""] = 4096
     unused: Annotated[float, "s"] = 90 * 86400.0
     recent: Annotated[float, "s"] = 3600.0
-    abandoned: Annotated[float, "s"] = 3600.0
+    abandoned: Annotated[float, "s"] = ABANDONED
     waited: Annotated[float, "s"] = 300.0
 
 

@@ -11,17 +11,12 @@ import numpy as np
 
 from tierod.findings import Defect, Finding, Status
 from tierod.monitors.delays import BLOCK, RATE, Lag, LagOverDrive
-from tierod.monitors.stuck_over_drive import Stuck
+from tierod.monitors.stuck_over_drive import MAXIMUM_AGE, Stuck
+from tierod.quality import LEVELS, piles_up
 from tierod.recording import Recording
 
 if TYPE_CHECKING:
     from tierod.monitors.session import Monitor
-
-MAXIMUM_AGE = 0.1
-"""A sample older than this is missing [s]."""
-
-LEVELS = 4
-"""Levels at either end of a signal that are counted, for clipping."""
 
 
 @dataclass(frozen=True)
@@ -204,7 +199,7 @@ class InputDefects:
             for end, side, outermost in ((low, "lower", min), (high, "upper", max)):
                 extreme = outermost(end, default=0.0)
                 others = [count for level, count in end.items() if level != extreme]
-                if extreme != 0.0 and end[extreme] > max(least, 4 * max(others, default=1)):
+                if extreme != 0.0 and end[extreme] > least and piles_up(end[extreme], others):
                     seconds = end[extreme] / RATE
                     sentence = f"{name} is clipped at its {side} end {extreme:.4g} for {seconds:.0f} s in all"
                     found.append(Defect((name,), sentence))
