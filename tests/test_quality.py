@@ -169,16 +169,16 @@ def test_a_wheel_that_comes_to_rest_is_not_saturated():
 
 def test_a_unit_that_somebody_gave_is_not_guessed_again():
     degrees = Channel("yaw_rate", TIME, 60.0 * np.sin(TIME), "rad/s")
-    told = " ".join(channel_quality(degrees).remarks)
-    assert "check sensor, unit and factor" in told
-    assert "looks like" not in told
+    remarks = " ".join(channel_quality(degrees).remarks)
+    assert "check sensor, unit and factor" in remarks
+    assert "looks like" not in remarks
     assumed = " ".join(channel_quality(degrees.noted("unit not given, taken as rad/s")).remarks)
     assert "looks like degrees: check the unit" in assumed
 
 
 def test_remarks_have_the_units_of_the_tables():
-    told = " ".join(channel_quality(Channel("yaw_rate", TIME, 60.0 * np.sin(TIME), "rad/s")).remarks)
-    assert "°/s" in told
-    assert "rad" not in told
+    remarks = " ".join(channel_quality(Channel("yaw_rate", TIME, 60.0 * np.sin(TIME), "rad/s")).remarks)
+    assert "°/s" in remarks
+    assert "rad" not in remarks
     torque = " ".join(channel_quality(Channel("driver_torque", TIME, np.round(np.sin(TIME), 1), "N*m")).remarks)
     assert "0.1 N·m apart" in torque

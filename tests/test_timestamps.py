@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tierod.errors import InputError
-from tierod.timestamps import LATE, finite_or_missing, infinite_note, longest_run, order, paced
+from tierod.timestamps import LATE, finite_or_missing, infinite_note, order, paced
 
 
 def test_good_stamps_are_left_alone():
@@ -81,11 +81,6 @@ def test_infinite_values_are_missing():
     assert np.isnan(values).tolist() == [False, True, True, True]
     assert infinite_note(count) == "2 infinite values taken as missing"
     assert infinite_note(0) == ""
-
-
-def test_longest_run():
-    assert longest_run(np.array([0, 1, 1, 0, 1, 1, 1, 0], dtype=bool)) == 3
-    assert longest_run(np.zeros(3, dtype=bool)) == 0
 
 
 def test_bursts_are_paced_again():

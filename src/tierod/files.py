@@ -30,7 +30,7 @@ _REMEDIES = {
 
 
 ABANDONED: Annotated[float, "s"] = 3600.0
-"""A file beside a target that nobody has written to for so long is one of a killed process: writing takes seconds."""
+"""Temporary files that have not been written to for so long belong to a killed process: writing takes seconds."""
 
 
 @contextmanager
@@ -132,6 +132,16 @@ def _beside(target: Path) -> Path:
     return path
 
 
+def temporary_name(stem: str, suffix: str) -> re.Pattern[str]:
+    """What names of temporary files of `replacing` look like.
+
+    Args:
+        stem: of the target's name, as a regular expression
+        suffix: of the target's name
+    """
+    return re.compile(rf"\.{stem}\.[0-9a-f]{{12}}{re.escape(suffix)}")
+
+
 def sweep(target: Path, age: float = ABANDONED) -> None:
     """Remove what killed processes left beside a target.
 
@@ -139,7 +149,7 @@ def sweep(target: Path, age: float = ABANDONED) -> None:
         target: as it is written with `replacing`
         age: of what is left, at least [s]
     """
-    left = re.compile(rf"\.{re.escape(target.stem[:100])}\.[0-9a-f]{{12}}{re.escape(target.suffix)}")
+    left = temporary_name(re.escape(target.stem[:100]), target.suffix)
     now = time.time()
     with contextlib.suppress(OSError), os.scandir(target.parent) as entries:
         for entry in filter(lambda each: left.fullmatch(each.name), entries):

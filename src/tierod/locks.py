@@ -56,7 +56,7 @@ def _held(place: Path, end: float) -> int | None:
             if time.monotonic() >= end:
                 raise TimeoutError(f"another process holds {place}")
             time.sleep(LOOK_PERIOD)
-        # Whoever held it may have replaced it, and a third one may hold what stands there now.
+        # The last holder may have replaced the file, and a third process may hold the new one.
         same = os.path.samestat(os.fstat(handle), os.stat(place))
     except _NoLocks:
         os.close(handle)

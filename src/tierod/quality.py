@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -10,9 +10,9 @@ import numpy as np
 
 from tierod.findings import ChannelQuality
 from tierod.recording import Channel, Recording
+from tierod.runs import longest_run, runs
 from tierod.shown import in_words
 from tierod.signals import SIGNALS
-from tierod.timestamps import longest_run
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ def figure_remarks(
         gap: its longest gap [s]
         mean: its mean rate [Hz]
         extremes: its least and greatest value [unit]
-        assumed: whether nobody says its unit, so that the one of the signal was taken
+        assumed: whether the file gives no unit, so that the signal's unit was assumed
         limits: when a figure deserves a remark
     """
     if missing == 1.0 or not np.isfinite(extremes).all():
@@ -219,8 +219,7 @@ def _stops_at(seen: np.ndarray, extreme: float, run: int, rate: float) -> bool:
     moving = moves[moves > 0.0]
     if not len(moving):
         return False
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], seen == extreme, [False])).astype(int)))
-    starts, stops = edges[::2], edges[1::2]
+    starts, stops = runs(seen == extreme)
     first = int(starts[np.argmax(stops - starts >= run)])
     last = first + run - 1
     ends = [abs(seen[first - width] - extreme)] if first >= width else []
@@ -233,7 +232,21 @@ def _is_clipped(seen: np.ndarray, extreme: float) -> bool:
     levels, counts = np.unique(seen, return_counts=True)
     if extreme == levels[0]:
         counts = counts[::-1]
-    return bool(counts[-1] > 4 * counts[-4:-1].max(initial=1))
+    return piles_up(int(counts[-1]), counts[-LEVELS:-1].tolist())
+
+
+LEVELS = 4
+"""Levels of a signal that are counted for clipping: an extreme one and the three next to it."""
+
+
+def piles_up(count: int, nearby: Iterable[int]) -> bool:
+    """Whether so many samples lie on a signal's extreme level that it is clipped there.
+
+    Args:
+        count: samples on the extreme level
+        nearby: samples on each of the next levels; a free signal stays on none of them four times as long as on others
+    """
+    return count > 4 * max(nearby, default=1)
 
 
 APPROACH = 0.1

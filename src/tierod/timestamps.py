@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tierod.errors import InputError
+from tierod.runs import runs
 
 LATE = 0.5
 """A logger's buffers reorder samples by less than this [s]; a clock that was set back falls back by more."""
@@ -100,10 +101,12 @@ class Repairs:
             return
         same = np.concatenate(([time[0] == self._final], time[1:] == time[:-1]))
         self._equal += int(np.count_nonzero(same))
-        for length, begin in _runs(same):
-            run = length + (self._run if begin == 0 else 1)
-            if run > self._longest:
-                self._longest, self._stands_at = run, float(time[begin])
+        begins, ends = runs(same)
+        # A run at the very beginning goes on from the last stretch; one elsewhere follows the first of its stamps.
+        lengths = ends - begins + np.where(begins == 0, self._run, 1)
+        if lengths.max(initial=0) > self._longest:
+            at = int(np.argmax(lengths))
+            self._longest, self._stands_at = int(lengths[at]), float(time[begins[at]])
         others = np.flatnonzero(~same)
         self._run = len(time) - int(others[-1]) if len(others) else self._run + len(time)
         self._final = float(time[-1])
@@ -161,21 +164,6 @@ def order(time: np.ndarray, what: str) -> Order:
     repairs.settled(time)
     repairs.refuse_unusable()
     return Order(time, index, repairs.notes, repairs.behind)
-
-
-def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
-    """(length, begin) of the runs of true values: the longest one, and the one at the very beginning."""
-    edges = np.diff(np.concatenate(([0], flags.astype(np.int8), [0])))
-    begins, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
-    if not len(begins):
-        return []
-    places = dict.fromkeys((0, int(np.argmax(ends - begins))))
-    return [(int(ends[at] - begins[at]), int(begins[at])) for at in places]
-
-
-def longest_run(flags: np.ndarray) -> int:
-    """The length of the longest run of true values."""
-    return max((length for length, _ in _runs(np.asarray(flags, dtype=bool))), default=0)
 
 
 def finite_or_missing(values: np.ndarray) -> tuple[np.ndarray, int]:

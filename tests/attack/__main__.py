@@ -57,11 +57,11 @@ def _all(given: argparse.Namespace) -> int:
 
 def _fuzz(given: argparse.Namespace) -> int:
     until = time.monotonic() + given.seconds
-    found = run_all(given.targets, given.count, given.seed, given.workers, until, _told)
+    found = run_all(given.targets, given.count, given.seed, given.workers, until, _print_tally)
     return int(any(tally.failed for tally in found.values()))
 
 
-def _told(target: str, tally: Tally) -> None:
+def _print_tally(target: str, tally: Tally) -> None:
     codes = ", ".join(f"{code}: {count}" for code, count in sorted(tally.codes.items(), key=str))
     print(
         f"{target}: {tally.cases} cases, {len(tally.failed)} failed, {tally.unrepeated} unrepeated, exit {codes}, "

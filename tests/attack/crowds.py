@@ -128,7 +128,7 @@ def _spoil(cache: Path, chance: random.Random) -> None:
                 elif how == 2:
                     path.unlink()
                 else:
-                    KernelCache(cache, Bounds(count=1, spared=0.0)).prune()
+                    KernelCache(cache, Bounds(count=1, recent=0.0)).prune()
             except OSError:
                 pass
         time.sleep(chance.uniform(0.0, 0.02))
@@ -177,7 +177,7 @@ def baseline(count: int, seed: int, folder: Path) -> dict[str, int]:
 
 
 def campaign(count: int, seed: int, folder: Path) -> dict[str, int]:
-    """Each wants one campaign folder until it has had it; a refusal is wrong where nobody else had the folder then."""
+    """Each tries to hold one campaign folder; a refusal is wrong while no other process holds it."""
     store = Store(folder / "runs")
     store.prepare()
 
@@ -228,10 +228,10 @@ def commands(count: int, seed: int, folder: Path) -> dict[str, int]:
         )
         for number in range(count)
     ]  # fmt: skip
-    told = [process.communicate() for process in running]
+    outputs = [process.communicate() for process in running]
     judged = sum(process.returncode in (0, 1, 2) for process in running)
-    twice = sum("has taken this recording already" in error for _, error in told)
-    writers = sum("baseline: written to car.json" in output for output, _ in told)
+    twice = sum("has taken this recording already" in error for _, error in outputs)
+    writers = sum("baseline: written to car.json" in output for output, _ in outputs)
     expected = count - count // 4
     cycles = FaultMemory.opened(folder / "memory.json", VEHICLE).cycles
     wrong = abs(judged - expected) + abs(twice - count // 4) + abs(cycles - expected) + abs(writers - 1)

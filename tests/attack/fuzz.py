@@ -95,7 +95,7 @@ def run(target: str, numbers: Iterable[int], seed: int, pool: Pool, until: float
 
 def run_all(
     targets: Sequence[str], count: int, seed: int, workers: int = 2, until: float = float("inf"),
-    told: Callable[[str, Tally], None] | None = None,
+    report: Callable[[str, Tally], None] | None = None,
 ) -> dict[str, Tally]:  # fmt: skip
     """Run series of all targets, several at a time and in rounds, so that all get on alike where the time is short.
 
@@ -105,15 +105,15 @@ def run_all(
         seed: of the series
         workers: processes
         until: time of the monotonic clock at which no further case begins [s]
-        told: called with the name and the figures of each target at the end of every round
+        report: called with the name and the figures of each target at the end of every round
     """
     found = {target: Tally() for target in targets}
 
     def one(target: str, numbers: range) -> None:
         with Pool() as pool:
             found[target].add(run(target, numbers, seed, pool, until))
-        if told is not None:
-            told(target, found[target])
+        if report is not None:
+            report(target, found[target])
 
     with ThreadPoolExecutor(workers) as executor:
         for begin in range(0, count, ROUND):

@@ -159,29 +159,29 @@ class Pool:
         reason = signal.Signals(-status).name if status < 0 else f"exit {status}"
         return self._result("crash", None, reason)
 
-    def judged(self, told: dict[str, Any]) -> Result:
+    def judged(self, answer: dict[str, Any]) -> Result:
         """What became of a command that came to an end.
 
         Args:
-            told: by the worker
+            answer: of the worker
         """
-        figures = {"seconds": told["seconds"], "memory": told["memory"]}
+        figures = {"seconds": answer["seconds"], "memory": answer["memory"]}
         stdout, stderr = self._text("stdout"), self._text("stderr")
         both = stdout + stderr
-        code = told["code"]
+        code = answer["code"]
         kind, detail = "", ""
-        if told["escaped"]:
-            kind, detail = "traceback", told["escaped"]
+        if answer["escaped"]:
+            kind, detail = "traceback", answer["escaped"]
         elif code == 4:
-            kind, detail = "defect", told["where"]
+            kind, detail = "defect", answer["where"]
         elif "Traceback (most recent call last)" in both:
             kind, detail = "traceback", both[both.index("Traceback (most") :][:2000]
         elif code not in (0, 1, 2, 3):
             kind, detail = "code", f"exit {code}"
-        elif told["memory"] > MEMORY or _SHORT.search(stderr):
-            kind, detail = "memory", f"{told['memory'] / 1e6:.0f} MB"
-        elif told["seconds"] > SECONDS:
-            kind, detail = "hang", f"{told['seconds']:.1f} s of processor time"
+        elif answer["memory"] > MEMORY or _SHORT.search(stderr):
+            kind, detail = "memory", f"{answer['memory'] / 1e6:.0f} MB"
+        elif answer["seconds"] > SECONDS:
+            kind, detail = "hang", f"{answer['seconds']:.1f} s of processor time"
         elif control := _CONTROL.search(both):
             around = both[max(control.start() - 40, 0) : control.end() + 40]
             kind, detail = "escape", repr(around)

@@ -36,7 +36,7 @@ BAD = {"failed", "defects", "wrong", "wrong_words", "broken", "lost", "hindered"
 """Figures of theirs that have to be zero, or empty."""
 
 
-def attack(count: int, seed: int, seconds: float, workers: int, told: Callable[[str], None]) -> dict[str, Any]:
+def attack(count: int, seed: int, seconds: float, workers: int, report: Callable[[str], None]) -> dict[str, Any]:
     """Run everything, and give the figures.
 
     Args:
@@ -44,32 +44,32 @@ def attack(count: int, seed: int, seconds: float, workers: int, told: Callable[[
         seed: of all chance
         seconds: after which no further file is mutated [s]
         workers: processes
-        told: takes a line of progress
+        report: takes a line of progress
     """
     until = time.monotonic() + seconds
     figures: dict[str, Any] = {
         "date": datetime.now(UTC).date().isoformat(),
         "machine": f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
         "seed": seed,
-        "corpus": _corpus(told),
+        "corpus": _corpus(report),
     }
     sys.path.insert(0, str(ROOT / "tests"))  # some modules name their neighbours as the tests do
     figures["others"] = {}
     for title, name, number in OTHERS:
         if importlib.util.find_spec(f"{__package__}.{name}") is None:
             continue
-        told(f"{title} ...")
+        report(f"{title} ...")
         with tempfile.TemporaryDirectory(prefix="tierod-attack-") as folder:
             module = importlib.import_module(f"{__package__}.{name}")
             figures["others"][title] = module.run(number, seed, Path(folder))
     found = run_all(
-        list(TARGETS), count, seed, workers, until, lambda name, tally: told(f"{name}: {tally.cases} cases")
+        list(TARGETS), count, seed, workers, until, lambda name, tally: report(f"{name}: {tally.cases} cases")
     )
     figures["targets"] = {name: _figures(tally) for name, tally in found.items()}
     return figures
 
 
-def _corpus(told: Callable[[str], None]) -> dict[str, Any]:
+def _corpus(report: Callable[[str], None]) -> dict[str, Any]:
     failed = []
     kept = corpus.load()
     with Pool() as pool:
@@ -77,7 +77,7 @@ def _corpus(told: Callable[[str], None]) -> dict[str, Any]:
             fault = each.fault(each.run(pool))
             if fault:
                 failed.append(each.name)
-                told(f"corpus {each.name}: {fault[:300]}")
+                report(f"corpus {each.name}: {fault[:300]}")
     return {"cases": len(kept), "failed": failed}
 
 
@@ -111,7 +111,7 @@ def passed(figures: dict[str, Any]) -> bool:
 
 
 def _rows(other: dict[str, Any]) -> dict[str, dict[str, Any]]:
-    """The figures of another attack by what was attacked; "all" where it does not tell them apart."""
+    """The figures of another attack by what was attacked; "all" where it does not distinguish them."""
     nested = all(isinstance(value, dict) for value in other.values())
     return other if nested else {"all": other}
 

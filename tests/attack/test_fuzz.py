@@ -97,7 +97,7 @@ def test_one_that_waits_for_ever_is_seen():
 
 
 @pytest.mark.parametrize(
-    ("told", "stdout", "stderr", "kind"),
+    ("answer", "stdout", "stderr", "kind"),
     [
         ({}, "all is well\n", "", ""),
         ({"code": 3}, "", "tierod: give another file\n", ""),
@@ -114,9 +114,9 @@ def test_one_that_waits_for_ever_is_seen():
         ({"seconds": 11.0}, "", "", "hang"),
     ],
 )
-def test_what_went_wrong_gets_its_name(told, stdout, stderr, kind):
+def test_what_went_wrong_gets_its_name(answer, stdout, stderr, kind):
     with Pool() as silent:
         (silent.home / "stdout").write_text(stdout, encoding="utf-8")
         (silent.home / "stderr").write_text(stderr, encoding="utf-8")
-        whole = {"code": 0, "escaped": "", "seconds": 0.1, "memory": 0, "resident": 0, **told}
+        whole = {"code": 0, "escaped": "", "seconds": 0.1, "memory": 0, "resident": 0, **answer}
         assert silent.judged(whole).kind == kind

@@ -66,7 +66,7 @@ def test_a_packed_block_of_another_size_than_it_says(tmp_path, packed, offset):
         assert recording.warnings or np.array_equal(recording["yaw_rate"].values, np.sin(STAMPS))
 
 
-def test_lost_records_are_told(tmp_path):
+def test_lost_records_are_remarked(tmp_path):
     stamps = np.arange(0.0, 600.0, 0.01)
     write(Recording({"yaw_rate": Channel("yaw_rate", stamps, stamps, "rad/s")}), tmp_path / "drive.mf4")
     whole = (tmp_path / "drive.mf4").read_bytes()

@@ -56,9 +56,9 @@ def main(folder: str) -> None:
         sys.stdout.reconfigure(encoding=wish.get("encoding", "utf-8"), errors="strict")
         sys.stderr.reconfigure(encoding=wish.get("encoding", "utf-8"), errors="backslashreplace")
         os.chdir(wish["folder"])
-        told = _run(wish["arguments"])
+        result = _run(wish["arguments"])
         os.chdir("/")
-        answer.write(json.dumps(told) + "\n")
+        answer.write(json.dumps(result) + "\n")
         answer.flush()
         gc.collect()
 
@@ -110,7 +110,7 @@ def _run(arguments: list[str]) -> dict[str, Any]:
     sys.argv = ["tierod", *arguments]
     code, escaped = _coded(command, arguments)
     signal.setitimer(signal.ITIMER_PROF, 0.0)
-    told = {
+    result = {
         "code": code,
         "escaped": escaped,
         "seconds": time.process_time() - cpu + _children()[0] - children[0],
@@ -119,8 +119,8 @@ def _run(arguments: list[str]) -> dict[str, Any]:
         "resident": before,
     }
     if code == 4:
-        told["where"] = _coded(command, [*arguments, "--debug"])[1]
-    return told
+        result["where"] = _coded(command, [*arguments, "--debug"])[1]
+    return result
 
 
 def _children() -> tuple[float, int]:

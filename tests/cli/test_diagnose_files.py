@@ -35,7 +35,7 @@ def diagnose(recording, *arguments):
     return main(["diagnose", str(recording), "--vehicle", "midsize-eps", "--no-report", *arguments])
 
 
-def test_a_baseline_that_is_written_and_one_that_judges_are_told_of(recordings, place, capsys):
+def test_a_remark_says_whether_a_baseline_was_written_or_used(recordings, place, capsys):
     assert diagnose(recordings / "healthy.parquet", "--own-level", "car.json") == 0
     assert "baseline: written to car.json; later recordings are judged against it" in capsys.readouterr().out
     learnt = load_own_level("car.json").learnt
@@ -56,12 +56,12 @@ def test_in_json_it_is_a_remark_and_on_the_side_a_line(recordings, place, capsys
 @pytest.mark.parametrize(
     ("recording", "arguments", "reason"),
     [
-        ("faulty", (), "the verdict is 'fault', and only a healthy recording teaches one"),
-        ("short", (), "and only a healthy recording teaches one"),
+        ("faulty", (), "the verdict is 'fault', and a baseline is learnt from a healthy recording only"),
+        ("short", (), "and a baseline is learnt from a healthy recording only"),
         ("healthy", ("--monitor", "sideslip"), "the monitor 'sideslip' learns no baseline"),
     ],
 )
-def test_a_baseline_that_is_not_written_is_told_of(recordings, place, capsys, recording, arguments, reason):
+def test_a_remark_says_why_a_baseline_was_not_written(recordings, place, capsys, recording, arguments, reason):
     diagnose(recordings / f"{recording}.parquet", "--own-level", "car.json", *arguments)
     (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("baseline: ")]
     assert line.startswith("baseline: car.json was not written: ")

@@ -66,7 +66,7 @@ def drive(tmp_path_factory):
 
 
 def with_duty_cycles(path):
-    """The recording of a motor with what its inverter was told added as duty cycles of the supply."""
+    """The recording of a motor with the inverter's commands added as duty cycles of the supply."""
     whole = read(path)
     alpha, beta = (whole[f"motor_target_voltage_{axis}"] for axis in ("alpha", "beta"))
     supply = np.nanmedian(whole["supply_voltage"].values)
@@ -159,7 +159,7 @@ def test_no_other_command_needs_a_truth_or_names_of_ours(drive, tmp_path, capsys
     again, found = document(capsys, [*COMMANDS[command], str(foreign), *report, "--map", str(channel_map)])
     assert again == code < 3, found
     if command.startswith("identify"):
-        values = [{each["name"]: each["value"] for each in told["parameters"]} for told in (found, expected)]
+        values = [{each["name"]: each["value"] for each in result["parameters"]} for result in (found, expected)]
         assert alike(*values)
 
 

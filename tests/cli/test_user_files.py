@@ -149,7 +149,7 @@ def samples(tmp_path_factory):
     return {"DRIVE": here / "drive.csv", "LOG": here / "can.log"}
 
 
-def told(arguments, kind, samples, here, capsys):
+def refusal(arguments, kind, samples, here, capsys):
     """(exit code, what was printed to stderr)."""
     paths = samples | {"HERE": here}
     given = []
@@ -171,7 +171,7 @@ def test_a_file_that_is_none_is_refused_in_a_sentence(command, kind, samples, tm
     if kind is empty and command == "scenarios --toml":
         pytest.skip("the file is printed as it is")
     monkeypatch.chdir(tmp_path)
-    code, sentence = told(TEXTS[command], kind, samples, tmp_path, capsys)
+    code, sentence = refusal(TEXTS[command], kind, samples, tmp_path, capsys)
     assert code == 3, sentence
     last = sentence.strip().splitlines()[-1]
     assert last.startswith("tierod: ")
@@ -183,7 +183,7 @@ def test_a_file_that_is_none_is_refused_in_a_sentence(command, kind, samples, tm
 @pytest.mark.parametrize("command", RECORDINGS)
 def test_a_recording_that_is_none_is_refused_in_a_sentence(command, kind, samples, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    code, sentence = told(RECORDINGS[command], kind, samples, tmp_path, capsys)
+    code, sentence = refusal(RECORDINGS[command], kind, samples, tmp_path, capsys)
     assert code == 3, sentence
     assert sentence.strip().splitlines()[-1].startswith("tierod: ")
     assert "defect" not in sentence

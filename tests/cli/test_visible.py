@@ -78,9 +78,9 @@ def test_no_error_lets_a_file_steer_the_terminal(drive, tmp_path, capsys, name, 
     file = tmp_path / "a.toml"
     file.write_text(content.format("\\u001b[31m\u202e\u009b"), encoding="utf-8")
     assert run(["inspect", str(drive), f"--{name}", str(file)]) == 3
-    told = capsys.readouterr().err
-    assert "\\u001b" in told
-    assert not STEERING.search(told)
+    printed = capsys.readouterr().err
+    assert "\\u001b" in printed
+    assert not STEERING.search(printed)
 
 
 def test_an_error_message_has_a_length_that_can_be_read(tmp_path, capsys):
@@ -100,7 +100,7 @@ def test_any_encoding_of_the_output_will_do(drive, encoding, options):
         assert EVIL in names
 
 
-def test_an_error_in_letters_that_the_output_lacks_is_told(tmp_path):
+def test_an_error_in_letters_that_the_output_lacks_is_printed(tmp_path):
     environment = os.environ | {"PYTHONIOENCODING": "ascii"}
     path = os.fsencode(tmp_path) + b"/caf\xe9-\xf0\x9f\x9a\x97.toml"
     command = [sys.executable, "-m", "tierod", "vehicles", path]

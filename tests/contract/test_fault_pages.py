@@ -155,7 +155,7 @@ def the_page_shows_what_decided(diagnosis):
             a_chart_shows(diagnosis, each, text)
         else:
             a_look_is_shown(each, text)
-    assert all(told.split(":")[0] in said for told in deciding(diagnosis, finding))
+    assert all(each.split(":")[0] in said for each in deciding(diagnosis, finding))
     the_size_fits(finding)
 
 

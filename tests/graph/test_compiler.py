@@ -189,7 +189,7 @@ def test_what_is_in_the_place_of_a_kernel_is_no_obstacle(places, in_the_way):
 
 
 @pytest.mark.parametrize("blocked", ["cache", "temporary"])
-def test_a_cache_that_cannot_be_made_is_told_and_no_obstacle(places, monkeypatch, blocked):
+def test_a_cache_that_cannot_be_made_is_reported_and_no_obstacle(places, monkeypatch, blocked):
     (places / "file").write_text("")
     monkeypatch.setenv("TIEROD_CACHE", str(places / "file" / "below"))
     if blocked == "temporary":
@@ -199,7 +199,7 @@ def test_a_cache_that_cannot_be_made_is_told_and_no_obstacle(places, monkeypatch
         assert compiler.load(SOURCE, "kernel").one() == 1
 
 
-def test_a_full_disk_is_told_and_no_obstacle(places, monkeypatch):
+def test_a_full_disk_is_reported_and_no_obstacle(places, monkeypatch):
     real = kernel_cache.replacing
 
     def full(path):

@@ -48,9 +48,9 @@ def test_stamps_that_count_in_another_unit_are_refused_with_the_unit_to_give(tmp
 @pytest.mark.parametrize("unit", PER_SECOND)
 def test_the_unit_of_the_channel_map_is_respected(tmp_path, kind, unit):
     path = saved(tmp_path, kind, drive(unit))
-    told = parse_channel_map({"time": {"column": "timestamp", "unit": unit}})
-    assert read(path, channel_map=told)["yaw_rate"].time == pytest.approx(0.01 * np.arange(200))
-    pieces = [piece["yaw_rate"].time for piece in open_chunks(path, channel_map=told, seconds=0.5)]
+    mapped = parse_channel_map({"time": {"column": "timestamp", "unit": unit}})
+    assert read(path, channel_map=mapped)["yaw_rate"].time == pytest.approx(0.01 * np.arange(200))
+    pieces = [piece["yaw_rate"].time for piece in open_chunks(path, channel_map=mapped, seconds=0.5)]
     assert np.concatenate(pieces) == pytest.approx(0.01 * np.arange(200))
 
 
@@ -74,14 +74,14 @@ def test_the_map_chooses_among_several_time_columns(tmp_path, kind):
     columns = {"time": np.arange(200) * 0.02, "stamp": np.arange(200) * 10, "yaw_rate": np.sin(np.arange(200))}
     path = saved(tmp_path, kind, columns)
     assert read(path)["yaw_rate"].time[-1] == pytest.approx(3.98)
-    told = parse_channel_map({"time": {"column": "stamp", "unit": "ms"}})
-    assert read(path, channel_map=told)["yaw_rate"].time[-1] == pytest.approx(1.99)
+    mapped = parse_channel_map({"time": {"column": "stamp", "unit": "ms"}})
+    assert read(path, channel_map=mapped)["yaw_rate"].time[-1] == pytest.approx(1.99)
     with pytest.raises(InputError, match="names the time.* 'stomp', and no"):
         read(path, channel_map=parse_channel_map({"time": {"column": "stomp"}}))
 
 
 @pytest.mark.parametrize("begin", [1.7e12, 1.7e15, 1.7e18])
-def test_stamps_of_a_calendar_are_told_from_their_size(tmp_path, begin):
+def test_stamps_of_a_calendar_are_recognised_by_their_magnitude(tmp_path, begin):
     unit = {1.7e12: "ms", 1.7e15: "us", 1.7e18: "ns"}[begin]
     recording = read(saved(tmp_path, "parquet", drive(unit, begin=begin)))
     assert recording["yaw_rate"].time[-1] == pytest.approx(1.99, abs=1e-6)
@@ -99,10 +99,10 @@ def test_a_file_that_tierod_wrote_needs_no_map(tmp_path):
     from tierod.writers import write
 
     slow = Recording({"yaw_rate": Channel("yaw_rate", 10.0 * np.arange(50), np.arange(50.0) % 3, "rad/s")})
-    told = parse_channel_map({"time": {"column": "stamp", "unit": "ms"}})
+    mapped = parse_channel_map({"time": {"column": "stamp", "unit": "ms"}})
     for ending in ("csv", "parquet"):
         write(slow, tmp_path / f"a.{ending}")
-        assert read(tmp_path / f"a.{ending}", channel_map=told)["yaw_rate"].time[-1] == 490.0
+        assert read(tmp_path / f"a.{ending}", channel_map=mapped)["yaw_rate"].time[-1] == 490.0
 
 
 def test_a_slow_clock_beside_a_fast_one_is_in_no_doubt():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tierod.errors import InputError
-from tierod.readers import csv, read
+from tierod.readers import csv_cells, read
 
 
 def written(tmp_path, text, name="drive.csv", encoding="utf-8"):
@@ -144,8 +144,10 @@ def test_a_cell_that_is_no_number(tmp_path):
 
 def test_only_the_column_with_the_bad_cell_is_read_as_text(tmp_path, monkeypatch):
     seen: list[int] = []
-    by_cell = csv._cell_by_cell
-    monkeypatch.setattr(csv, "_cell_by_cell", lambda cells, decimal: seen.append(len(cells)) or by_cell(cells, decimal))
+    by_cell = csv_cells._cell_by_cell
+    monkeypatch.setattr(
+        csv_cells, "_cell_by_cell", lambda cells, decimal: seen.append(len(cells)) or by_cell(cells, decimal)
+    )
     body = rows("{t:.2f};{v:.1f};{k};;{k}", 3000).replace(".", ",")
     text = "time;speed [m/s];count;empty;other\n" + body.replace(";2999;;2999\n", ";2999;;oops\n")
     found = read(written(tmp_path, text))

@@ -10,9 +10,9 @@ from tierod.report.charts.decisions import (
     decision_figure,
     design_figures,
     looks_figure,
+    most_relevant,
     quiet_figure,
     statistics,
-    telling,
 )
 from tierod.report.deciding import deciding
 from tierod.report.page import render
@@ -90,10 +90,10 @@ def test_what_decided_stands_first_and_what_stayed_quiet_is_folded_away(diagnosi
     known = dataclasses.replace(
         diagnosis, findings=(finding,), traces={**diagnosis.traces, "calm": quiet}, decisions=decisions
     )
-    assert telling(known) == ["excess"]
+    assert most_relevant(known) == ["excess"]
     assert {mark["meta"]["series"] for mark in quiet_figure(known).data} == {"calm"}
     assert deciding(known, finding) == ["On: 1.5, alarm from 1, first at 1 min 1 s"]
-    assert telling(dataclasses.replace(known, findings=(), decisions=decisions[:1])) == ["calm"]
+    assert most_relevant(dataclasses.replace(known, findings=(), decisions=decisions[:1])) == ["calm"]
 
 
 def test_what_rules_saw_at_the_end_stands_beside_their_thresholds(diagnosis):

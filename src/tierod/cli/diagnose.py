@@ -104,9 +104,11 @@ def diagnose(
             progress=advance,
         )
     show(diagnosis, as_json, target, console, messages)
-    told = [] if signals is None else [f"signals: {signals}"]
-    told += [f"{name}: {diagnosis.remarks[name]}" for name in ("baseline", "fault memory") if name in diagnosis.remarks]
-    for line in told:
+    remarks = [] if signals is None else [f"signals: {signals}"]
+    remarks += [
+        f"{name}: {diagnosis.remarks[name]}" for name in ("baseline", "fault memory") if name in diagnosis.remarks
+    ]
+    for line in remarks:
         (messages() if as_json else console()).print(line, soft_wrap=True, markup=False)
     return diagnosis.findings[0].status.exit_code
 

@@ -154,7 +154,7 @@ def _obstacles(monitor: Monitor, reasons: Mapping[str, str]) -> list[str]:
 
 
 def _short(reason: str) -> str:
-    """A reason without the advice that stands behind it: there is one for all monitors beneath the list."""
+    """A reason without its advice, which is printed once for all monitors below the list."""
     return re.split(r"; did you mean|; known: |; none of the|\\. (?=[A-Z])", reason)[0].rstrip(".")
 
 

@@ -128,22 +128,24 @@ def _car(name: str, as_json: bool) -> None:
     from tierod.proving_ground.scenarios import described
 
     car, console = catalogue.load(name), output()
-    told = described.car_document(car)
+    document = described.car_document(car)
     if as_json:
-        print_json(told)
+        print_json(document)
         return
-    console.print(Text.assemble((told["name"], "bold"), f": {told['description']}"), Text(told["source"]), sep="\n")
-    for title, lines in (("Good for", told["good_for"]), ("Not good for", told["not_good_for"])):
+    console.print(
+        Text.assemble((document["name"], "bold"), f": {document['description']}"), Text(document["source"]), sep="\n"
+    )
+    for title, lines in (("Good for", document["good_for"]), ("Not good for", document["not_good_for"])):
         console.print(f"\n[bold]{title}[/bold]", *(Text(f"  - {line}") for line in lines), sep="\n")
     known = kinds.choices(car.block)
     if car.vehicle:
         console.print(f"\nJudged as the vehicle '{car.vehicle}'; see 'tierod vehicles {car.vehicle}'.", markup=False)
     console.print()
-    parts = [(place, part, ", ".join(known[place])) for place, part in told["parts"].items()]
+    parts = [(place, part, ", ".join(known[place])) for place, part in document["parts"].items()]
     console.print(rows(("part", "is", "can be"), parts))
     console.print()
     cells = [
-        (each["name"], f"{each['value']:.6g}", written(each["unit"]), each["source"]) for each in told["parameters"]
+        (each["name"], f"{each['value']:.6g}", written(each["unit"]), each["source"]) for each in document["parameters"]
     ]
     console.print(rows(("parameter", "value", "unit", "source"), cells, right=(1,)))
 
@@ -154,14 +156,14 @@ def _course(name: str, as_json: bool) -> None:
     from tierod.proving_ground.courses import load
     from tierod.proving_ground.scenarios import described
 
-    told, console = described.course_document(load(name)), output()
+    document, console = described.course_document(load(name)), output()
     if as_json:
-        print_json(told)
+        print_json(document)
         return
-    console.print(Text.assemble((told["name"], "bold"), f": {told['description']}"))
-    if told["source"]:
-        console.print(Text(told["source"]))
-    console.print(Text(f"\nA {told['kind']} of {told['duration']:.6g} s"))
-    cells = [(each["name"], f"{each['value']:.6g}", written(each["unit"])) for each in told["parameters"]]
+    console.print(Text.assemble((document["name"], "bold"), f": {document['description']}"))
+    if document["source"]:
+        console.print(Text(document["source"]))
+    console.print(Text(f"\nA {document['kind']} of {document['duration']:.6g} s"))
+    cells = [(each["name"], f"{each['value']:.6g}", written(each["unit"])) for each in document["parameters"]]
     if cells:
         console.print(rows(("parameter", "value", "unit"), cells, right=(1,)))

@@ -34,7 +34,7 @@ def spell_what_cannot_be_shown() -> None:
     """Let stdout and stderr spell out the letters that their encoding lacks; else printing them would be an error."""
     codecs.register_error(UNSHOWN, _spell)
     for stream in (sys.stdout, sys.stderr):
-        with contextlib.suppress(AttributeError, ValueError):  # one that somebody has put in their place
+        with contextlib.suppress(AttributeError, ValueError):  # replaced by another object
             stream.reconfigure(errors=UNSHOWN)  # type: ignore[union-attr]
 
 

@@ -143,12 +143,12 @@ def save_held(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[st
     document = {"schema": SCHEMA, "vehicle": vehicle, "codes": codes.numbers, "digest": digest, "content": content}
     if _digest_in(path) != before:
         raise OutputError(
-            f"the fault memory {path} is not the one that was read: another program has written it meanwhile. What "
-            "that wrote stands, and nothing that was taken in since is in it; open it anew and repeat the cycle"
+            f"the fault memory {path} is not the one that was read: another program has written it meanwhile. Its "
+            "content stays, without what was added here since; open it again and repeat the cycle"
         )
     with replacing(path) as temporary:
         temporary.write_text(json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n", "utf-8")
-    sweep(path, age=0.0)  # nobody else writes while the folder is held
+    sweep(path, age=0.0)  # no other process writes while the folder is held
     _settled(path.parent)
     return digest
 
@@ -170,7 +170,7 @@ def aside(path: Path) -> Path:
 
 
 def remove(path: Path) -> Path:
-    """Remove a held file that cannot be read as a memory, and tell where its copy is; the next recording begins anew.
+    """Remove a held file that cannot be read as a memory after a copy of it, whose path is returned.
 
     Raises:
         InputError: it cannot be read

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Annotated
 
 from tierod.errors import CompileError, KernelWarning, OutputError
-from tierod.graph.kernel_cache import KernelCache, Unkept
+from tierod.graph.kernel_cache import KernelCache, NoCache
 from tierod.graph.shared_library import loaded
 
 _LIBRARY_FUNCTIONS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp expm1 log log1p pow hypot"
@@ -96,18 +96,18 @@ def kernel_name(command: tuple[str, ...], source: str, name: str) -> str:
     return f"{name}-{key.hexdigest()[:24]}"
 
 
-def _caches() -> tuple[KernelCache | Unkept, ...]:
+def _caches() -> tuple[KernelCache | NoCache, ...]:
     """Where kernels are looked for and kept, the user's own choice first."""
     found = []
     with contextlib.suppress(RuntimeError):  # a user without a home
         found.append(KernelCache(cache_folder()))
     with contextlib.suppress(OSError, AttributeError):  # no temporary folder, or a system without numbers of users
         found.append(KernelCache(Path(tempfile.gettempdir()) / f"tierod-{os.getuid()}"))
-    return *found, Unkept()
+    return *found, NoCache()
 
 
 def _built(
-    command: tuple[str, ...], source: str, kernel: str, caches: tuple[KernelCache | Unkept, ...]
+    command: tuple[str, ...], source: str, kernel: str, caches: tuple[KernelCache | NoCache, ...]
 ) -> ctypes.PyDLL:
     """Compile and load a kernel, and keep it in the first cache that takes it."""
     library: ctypes.PyDLL | None = None

@@ -1,4 +1,4 @@
-"""Compiled kernels on the disk: only in a folder that nobody else can write, and each verified before it is loaded.
+"""Compiled kernels on the disk: only in a folder that no other user can write, each verified before it is loaded.
 
 A file holds the digest of its own name and code, and the code. The bytes that were read and verified are the very bytes
 that are loaded, so nothing that happens to the file afterwards, a cut or a removal, reaches the process.
@@ -21,14 +21,14 @@ from pathlib import Path
 from typing import Annotated
 
 from tierod.errors import OutputError
-from tierod.files import replacing
+from tierod.files import ABANDONED, replacing, temporary_name
 from tierod.locks import alone
 
 _HEAD = b"tierod-kernel/1\n"
 _DIGEST = hashlib.sha256().digest_size
 
 _OURS = re.compile(r"\w+-[0-9a-f]{24}\.(kernel|so)")
-_HALF_WRITTEN = re.compile(r"\.\w+-[0-9a-f]{24}\.[0-9a-f]{12}\.kernel")
+_HALF_WRITTEN = temporary_name(r"\w+-[0-9a-f]{24}", ".kernel")
 _BUILD = "build-"
 
 
@@ -37,12 +37,12 @@ class Bounds:
     """What a cache may hold.
 
     Args:
-        bytes: of all kernels; a thousand of the usual 70 kB and the largest of 2 MB fit
-        count: of kernels; the whole test suite makes about a thousand
-        unused: a kernel that was not loaded for so long [s] goes: its source or compiler has most likely changed
-        spared: a kernel that was loaded or written so recently [s] stays, whatever the other bounds: processes that
-            were started with it may load it next
-        abandoned: a file that is half-written and was not touched for so long [s] is a killed process's; a living one
+        bytes: of all kernels [B]; a thousand of the usual 70 kB and the largest of 2 MB fit
+        count: of kernels [-]; the whole test suite makes about a thousand
+        unused: a kernel that was not loaded for so long [s] is removed: its source or compiler has most likely changed
+        recent: a kernel that was loaded or written within this time [s] stays, whatever the other bounds: running
+            processes may load it next
+        abandoned: a half-written file that was not touched for so long [s] belongs to a killed process; a running one
             needs milliseconds
         waited: for another process that compiles the same kernel [s]; the largest one takes about a minute
     """
@@ -50,8 +50,8 @@ class Bounds:
     bytes: Annotated[int, "B"] = 256 * 1024**2
     count: Annotated[int, ""] = 4096
     unused: Annotated[float, "s"] = 90 * 86400.0
-    spared: Annotated[float, "s"] = 3600.0
-    abandoned: Annotated[float, "s"] = 3600.0
+    recent: Annotated[float, "s"] = 3600.0
+    abandoned: Annotated[float, "s"] = ABANDONED
     waited: Annotated[float, "s"] = 300.0
 
 
@@ -100,7 +100,7 @@ class KernelCache:
             os.close(place)
 
     def keep(self, name: str, code: bytes) -> None:
-        """Write a kernel, whole or not at all, and remove what the bounds do not allow.
+        """Write a kernel, whole or not at all, and remove what the bounds exclude.
 
         Args:
             name: of the kernel
@@ -159,7 +159,7 @@ class KernelCache:
             held = None
             while held is None:
                 build.mkdir(mode=0o700, exist_ok=True)
-                with contextlib.suppress(FileNotFoundError):  # whoever held it has removed it: made again
+                with contextlib.suppress(FileNotFoundError):  # the process that held it has removed it: make it again
                     held = stack.enter_context(alone(build, self.bounds.waited))
             try:
                 # Not `build` itself: the compiler of a process that was killed may still be writing there.
@@ -186,25 +186,25 @@ class KernelCache:
         for place, (age, size, path) in enumerate(sorted(kernels)):
             held += size
             beyond = held > self.bounds.bytes or place >= self.bounds.count or age > self.bounds.unused
-            if beyond and age > self.bounds.spared:
+            if beyond and age > self.bounds.recent:
                 with contextlib.suppress(OSError):
                     os.unlink(path)
 
 
-class Unkept:
-    """Where no folder takes them, kernels are compiled in one that is removed at once."""
+class NoCache:
+    """Used where no folder can hold kernels: each is compiled in a temporary folder."""
 
     where = "nowhere: every process compiles its own"
 
     def trouble(self) -> str:
-        """Nothing speaks against it."""
+        """Always ""; there is no folder to refuse."""
         return ""
 
     def kept(self, name: str) -> bytes | None:
-        """Nothing is."""
+        """Nothing is kept."""
 
     def keep(self, name: str, code: bytes) -> None:
-        """Nothing is."""
+        """Nothing is kept."""
 
     def forget(self, name: str) -> None:
         """Nothing is there."""
@@ -224,14 +224,14 @@ class Unkept:
 
 
 def _trouble(folder: os.stat_result) -> str:
-    """Why a folder is not to be trusted, with what to do; "" where it is."""
+    """Why a folder cannot be trusted, with what to do; "" where it can."""
     if not hasattr(os, "getuid"):
         return ""
     other = "name another one with the environment variable TIEROD_CACHE"
     if folder.st_uid != os.getuid():
         return f"it belongs to another user, who could plant a program there; {other}"
     if folder.st_mode & 0o022:
-        return f"other users may write there and could plant a program; take that away (chmod go-w), or {other}"
+        return f"other users may write there and could plant a program; remove that permission (chmod go-w), or {other}"
     return ""
 
 
@@ -250,7 +250,7 @@ def _read(place: int, name: str) -> tuple[bytes, bytes]:
 
 
 def _digest(name: str, code: bytes) -> bytes:
-    """Of the name too: one kernel in another's place does not pass."""
+    """Digest of name and code: a kernel under the name of another does not pass."""
     digest = hashlib.sha256(name.encode() + b"\0")
     digest.update(code)
     return digest.digest()

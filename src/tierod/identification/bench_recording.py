@@ -13,6 +13,7 @@ from tierod.identification.experiment import Experiment
 from tierod.identification.fit_quality import white_noise
 from tierod.identification.sampled_column import BenchParameters
 from tierod.recording import Recording
+from tierod.runs import runs
 
 OUTPUTS = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
 INPUTS = ("motor_torque", "motor_target_torque")
@@ -179,8 +180,7 @@ def _cut_off(name: str, channel: str, values: np.ndarray) -> str:
     if np.nanmax(values) > np.nanmin(values):
         for extreme in (np.nanmax(values), np.nanmin(values)):
             at = values == extreme
-            edges = np.flatnonzero(np.diff(np.concatenate([[False], at, [False]]).astype(int)))
-            for first, last in zip(edges[::2], edges[1::2], strict=True):
+            for first, last in zip(*runs(at), strict=True):
                 cut[first:last] |= last - first >= _RUN and abs(extreme) > 0.0
     moving = len(np.unique(values)) > 100
     if cut.mean() < _SHARE or not moving:

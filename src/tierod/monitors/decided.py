@@ -24,7 +24,7 @@ def decided(
     reached: Mapping[str, float] = MappingProxyType({}),
     passed: Mapping[str, float] = MappingProxyType({}),
 ) -> tuple[Decided, ...]:
-    """What a report tells of the decisions that a session takes; those of parts that the vehicle lacks are left out.
+    """What a report states of the decisions of a session; those of parts that the vehicle lacks are left out.
 
     Args:
         decisions: of the variant

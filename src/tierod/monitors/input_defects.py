@@ -11,17 +11,12 @@ import numpy as np
 
 from tierod.findings import Defect, Finding, Status
 from tierod.monitors.delays import BLOCK, RATE, Lag, LagOverDrive
-from tierod.monitors.stuck_over_drive import Stuck
+from tierod.monitors.stuck_over_drive import MAXIMUM_AGE, Stuck
+from tierod.quality import LEVELS, piles_up
 from tierod.recording import Recording
 
 if TYPE_CHECKING:
     from tierod.monitors.session import Monitor
-
-MAXIMUM_AGE = 0.1
-"""A sample older than this is missing [s]."""
-
-LEVELS = 4
-"""Levels at either end of a signal that are counted, for clipping."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +28,7 @@ class Relation:
         smallest: root mean square of the first quantity's change in 0.4 s that is needed [its unit]
         earliest, latest: delay of the second that fault-free cars and slow messages explain [s]
         gain: factor by which second over first may be off 1; infinite where cars differ too much to say
-        told: the second quantity and the first, in words
+        words: the second quantity and the first, for messages
     """
 
     first: tuple[str, ...]
@@ -42,7 +37,7 @@ class Relation:
     earliest: Annotated[float, "s"]
     latest: Annotated[float, "s"]
     gain: float
-    told: tuple[str, str]
+    words: tuple[str, str]
 
 
 RELATIONS = {
@@ -165,14 +160,14 @@ class InputDefects:
         lags = {key: lag for key, each in self._lags.items() if (lag := each.found()) and lag.correlation > FOLLOWS}
         known = {key: lag for key, lag in lags.items() if lag.gain_correlation > CORRELATION}
         found: dict[str, Defect] = {}
-        # Clipping looks like a wrong scale, and a delay may; a signal is named for the likeliest alone.
+        # Clipping looks like a wrong scale, and a delay may; each signal is named for its most likely defect only.
         for defect in (*self._clipped(), *self._late(lags), *self._scaled(known)):
             if not any(name in found for name in defect.names):
                 found |= dict.fromkeys(defect.names, defect)
         return tuple(dict.fromkeys(found.values()))
 
     def _late(self, lags: Mapping[str, Lag]) -> list[Defect]:
-        """Late is whoever comes after the other: nothing is early."""
+        """A signal ahead of another makes the other late: no sensor is early."""
         found: dict[str, Defect] = {}
         for key, lag in lags.items():
             relation, margin = RELATIONS[key], CERTAIN * lag.deviation
@@ -192,7 +187,7 @@ class InputDefects:
             relation = RELATIONS[key]
             if lag.gain > 0.0 and not 1.0 / relation.gain < lag.gain < relation.gain:
                 names = (*relation.second, *relation.first)
-                second, first = relation.told
+                second, first = relation.words
                 sentence = f"{' or '.join(names)} has a wrong scale: {second} is {lag.gain:.2f} times {first}"
                 found.append(Defect(names, sentence))
         return found
@@ -204,7 +199,7 @@ class InputDefects:
             for end, side, outermost in ((low, "lower", min), (high, "upper", max)):
                 extreme = outermost(end, default=0.0)
                 others = [count for level, count in end.items() if level != extreme]
-                if extreme != 0.0 and end[extreme] > max(least, 4 * max(others, default=1)):
+                if extreme != 0.0 and end[extreme] > least and piles_up(end[extreme], others):
                     seconds = end[extreme] / RATE
                     sentence = f"{name} is clipped at its {side} end {extreme:.4g} for {seconds:.0f} s in all"
                     found.append(Defect((name,), sentence))

@@ -22,7 +22,7 @@ def refusals(monitor: Monitor, vehicle: Vehicle | None, recording: Recording) ->
 
     Args:
         monitor: that is asked for
-        vehicle: as which it would be judged; None where nobody has named one, so that signals alone are looked at
+        vehicle: as which it would be judged; None where none is given, so that only the signals are checked
         recording: the whole
     """
     whole = complete(recording, [*monitor.required, *monitor.optional])
@@ -49,7 +49,7 @@ def _refusal(monitor: Monitor, variant: Variant, vehicle: Vehicle | None, whole:
             session, start = opened(suited, variant, vehicle), whole.span[0]
             age = suited.maximum_age
             session.refuse(whole.align(session.signals, suited.rate, maximum_age=age, start=start, stop=start + SEEN))
-            # A test that no channel tells of is known by its end only; it is short.
+            # Whether the recording is a condition test shows only at its end; such recordings are short.
             if monitor.condition:
                 session.absorb(whole.align(session.signals, suited.rate, maximum_age=age))
                 session.conclude()

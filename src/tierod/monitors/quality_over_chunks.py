@@ -55,7 +55,7 @@ class QualityOverChunks:
             self._reduced.append(np.column_stack([aligned.time, aligned.values]))
 
     def rows(self) -> tuple[ChannelQuality, ...]:
-        """One row per channel that the recording has; what was done to a channel is told as of the last piece."""
+        """One row per channel that the recording has; notes on a channel are those of the last piece."""
         return tuple(
             dataclasses.replace(row, remarks=(*row.remarks, *filter(None, [self._notes[name]])))
             for name, row in self._rows.items()

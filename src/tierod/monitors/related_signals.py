@@ -1,4 +1,4 @@
-"""Which signals of a car must move together: what shows that one of them has stopped to follow."""
+"""Which signals of a car move together, so that one of them shows that another is stuck."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ SAME_SPEED = (
     *((f"wheel_speed_{end}_left", ("vehicle_speed", f"wheel_speed_{end}_right")) for end in ("front", "rear")),
     *((f"wheel_speed_{end}_right", ("vehicle_speed", f"wheel_speed_{end}_left")) for end in ("front", "rear")),
 )
-"""(signal, others): speeds that differ by slip and the radius of the turn alone. One of the others may slip, so the
-nearest one counts."""
+"""(signal, others): speeds that differ by slip and the radius of the turn only. One of the others may slip, so the
+nearest one is compared."""
 
 FOLLOWS = (
     ("driver_torque", "motor_torque", 0.4),
@@ -46,7 +46,7 @@ FOLLOWS = (
 torques need a large share: assist has a dead band, and a lane keeping motor turns a wheel that no hand holds."""
 
 ORDERED = ("target", "truth", "lane_keeping", "duty_cycle")
-"""Parts of the names of signals that rest because somebody wants it, or that no sensor measures."""
+"""Parts of the names of signals that rest on request, or that no sensor measures."""
 
 TURNED = ("angle", "rate", "position", "speed", "twist")
 """Parts of the names of signals of motion: where no speed is recorded, these may rest however much forces jitter."""

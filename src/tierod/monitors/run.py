@@ -94,7 +94,7 @@ def _kept(run: Run, path: str | Path, known: OwnLevel | None, diagnosis: Diagnos
     if not run.monitor.learns:
         reason = f"the monitor '{run.monitor.name}' learns no baseline"
     elif status is not Status.HEALTHY:
-        reason = f"the verdict is '{status}', and only a healthy recording teaches one"
+        reason = f"the verdict is '{status}', and a baseline is learnt from a healthy recording only"
     else:
         reason = "too little of the recording could be judged to learn one"
     return f"{path} was not written: {reason}"

@@ -1,4 +1,4 @@
-"""Signals that are stuck, over consecutive pieces of one recording: taken away from a monitor, and named."""
+"""Stuck signals, over consecutive pieces of one recording: removed from a monitor's input, and named."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ pays hardly anything."""
 MAXIMUM_AGE = 0.1
 """A sample older than this is missing [s]; as of most monitors."""
 
-TOLD = 3
-"""Times of one signal that are named; the others are counted."""
+NAMED = 3
+"""Spans of one signal that a warning lists; the others are counted."""
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,9 @@ class StuckOverDrive:
     """Watches the signals of a monitor; the result does not depend on how the recording is cut.
 
     Args:
-        names: that the monitor takes; those that are no canonical signals are left alone
+        names: that the monitor takes; others than canonical signals are not watched
         rate: of the monitor's grid [Hz]
-        passed_on: signals whose faults the monitor judges itself: named where stuck, and not taken away
+        passed_on: signals whose faults the monitor judges itself: named where stuck, and not removed
     """
 
     def __init__(self, names: Collection[str], rate: float, passed_on: Collection[str] = ()):
@@ -70,7 +70,7 @@ class StuckOverDrive:
 
         Args:
             aligned: follows on the ones before
-            recording: that they were taken from, with the signals that testify
+            recording: that they were taken from, with the signals that serve as evidence
         """
         first = -self._samples % self._stride
         self._samples += len(aligned.time)
@@ -96,7 +96,7 @@ class StuckOverDrive:
         return tuple(sorted((*self._closed, *self._open.values()), key=lambda each: (each.start, each.name)))
 
     def lasting(self) -> Mapping[str, Stuck]:
-        """Signals that are stuck still."""
+        """Signals that are still stuck."""
         return dict(self._open)
 
     def warnings(self, units: Mapping[str, str]) -> tuple[str, ...]:
@@ -105,14 +105,14 @@ class StuckOverDrive:
         Args:
             units: of the signals in the recording
         """
-        told = []
+        sentences = []
         for name in dict.fromkeys(each.name for each in self.spans()):
             times = [each for each in self.spans() if each.name == name]
-            listed = ", ".join(_when(each, units.get(name, "")) for each in times[:TOLD])
-            more = f" and {len(times) - TOLD} more times" if len(times) > TOLD else ""
+            listed = ", ".join(_when(each, units.get(name, "")) for each in times[:NAMED])
+            more = f" and {len(times) - NAMED} more times" if len(times) > NAMED else ""
             used = "other signals show that it should have moved" if name in self.passed_on else "not used there"
-            told.append(f"{name} is stuck {listed}{more}: {used}; check the sensor and its messages")
-        return tuple(told)
+            sentences.append(f"{name} is stuck {listed}{more}: {used}; check the sensor and its messages")
+        return tuple(sentences)
 
     def _watch(self, kept: np.ndarray, recording: Recording) -> np.ndarray:
         """Whether each signal is stuck at the times kept, and the spans brought up to date."""

@@ -18,62 +18,25 @@ from tierod.graph.maths import (
     exp,
     maximum,
     minimum,
-    negated,
     present,
     where,
 )
+from tierod.monitors.contradicted_values import (
+    Contradiction,
+    PairLimits,
+    angle_beside_rate,
+    beside_followed,
+    beside_turn,
+    rate_beside_angle,
+    speed_beside_others,
+)
 from tierod.monitors.related_signals import FOLLOWS, RATES, SAME_SPEED, SPEEDS, TURN, is_ordered, is_turned
-
-
-class Run(NamedTuple):
-    """What is remembered of one signal.
-
-    Args:
-        value: its last
-        seconds: for which it has repeated that [s]
-        moving_seconds: ... of them while the car moved [s]
-        longest: such time that ended with a change [s]
-        seen: time for which it was watched [s]
-        driven: ... of that while the car moved [s]
-        low, high: least and greatest value
-        step: smallest change
-        rests_at_zero: whether it was exactly zero before
-        stuck: whether it is
-    """
-
-    value: Any
-    seconds: Any
-    moving_seconds: Any
-    longest: Any
-    seen: Any
-    driven: Any
-    low: Any
-    high: Any
-    step: Any
-    rests_at_zero: Any
-    stuck: Any
-
-
-NEW = Run(math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, math.inf, -math.inf, math.inf, 0.0, 0.0)
-
-
-class Contradiction(NamedTuple):
-    """What is remembered of one signal beside another one since its run of equal values began.
-
-    Args:
-        start: least value of the other, its value at the start of the run, or the residual before it
-        far: greatest value of the other, the way that it integrates to, or the residual
-        seconds: for which the two have contradicted each other [s]
-    """
-
-    start: Any
-    far: Any
-    seconds: Any
+from tierod.monitors.repeated_values import NEW, Run, is_changing, repeated
 
 
 @dataclass(frozen=True)
 class StuckSignals:
-    """Find signals that are stuck; comes before a monitor, which must not see them (`hold_back`).
+    """Find signals that are stuck; runs before a monitor, which must not use them (`hold_back`).
 
     A signal that changed with every sample and repeats one value for a second while the car moves is stuck. A coarse
     signal rests by itself, so another one must contradict it: the angle moves while its rate stays, speeds part, the
@@ -81,7 +44,7 @@ class StuckSignals:
 
     Args:
         names: canonical signals that are watched
-        beside: signals that testify and are not watched themselves
+        beside: further signals that serve as evidence
         sample_time: time between two samples [s]
         shortest: equal values that may be evidence [s]; ten samples of the slowest channel that a monitor takes, twice
             over
@@ -90,7 +53,7 @@ class StuckSignals:
         longer: multiple of the longest run so far that may be evidence [-]; lost frames repeat a value, too
         learning: driving from which a signal is known to change with every sample [s]
         moving: speed from which the car counts as moving [m/s]; below it sensors may rest with the car
-        delay: signals later than that against each other are taken for stuck [s]; half a second is the largest delay
+        delay: signals delayed by more against each other are taken for stuck [s]; half a second is the largest delay
             that is looked for elsewhere (`delays`), and a tenth
         angle: that rate and angle may differ by over a run [rad]; six degrees, above any sensor's step
         drift: ... and per second [rad/s]; rates have offsets, which are followed, and noise
@@ -162,7 +125,7 @@ class StuckSignals:
 
     @property
     def turns(self) -> tuple[str, ...]:
-        """Signals that a turn testifies of."""
+        """Signals that a turn can contradict."""
         return tuple(name for name in TURN if name in self.names) if self._has(TURN) else ()
 
     @property
@@ -190,7 +153,7 @@ class StuckSignals:
         now = dict(zip(self.all_names, sample, strict=True))
         before = dict(zip(self.all_names, state.runs, strict=True))
         moves = self._moves(now, before)
-        runs = {name: self._repeated(before[name], now[name], moves[name]) for name in self.all_names}
+        runs = {name: repeated(before[name], now[name], moves[name], self.sample_time) for name in self.all_names}
         offsets = tuple(
             self._offset(offset, now[rate], now[angle], before[angle].value)
             for offset, (rate, angle) in zip(state.offsets, self.rates, strict=True)
@@ -214,37 +177,15 @@ class StuckSignals:
         fast = any_of(0.0, *(both(absolute(now[name]) > self.moving, before[name].stuck < 0.5) for name in speeds))
         forces = [name for name in self.all_names if not is_turned(name) and not is_ordered(name)]
         forces = [name for name in forces if name not in SPEEDS]
-        changing = {name: where(_changing(before[name], now[name], self.jitter), 1.0, 0.0) for name in forces}
+        changing = {name: where(is_changing(before[name], now[name], self.jitter), 1.0, 0.0) for name in forces}
         there = sum((where(present(now[name]), 1.0, 0.0) for name in forces), 0.0)
         moves = {}
         for name in self.all_names:
             others = sum((changing[other] for other in forces if other != name), 0.0)
-            # Half of those that are there, and never on the word of one alone.
+            # Half of the present ones, and at least two: one alone may be faulty.
             most = both(others > 1.5, others > 0.5 * (there - 1.0)) if name in forces else 0.0
             moves[name] = where(known, fast, most)
         return moves
-
-    def _repeated(self, run: Run, value: Any, moves: Any) -> Run:
-        """The run of a signal one sample on; a missing sample changes nothing."""
-        there = present(value)
-        size = absolute(value - run.value)
-        equal = both(there, size <= 0.0)
-        changed = both(there, negated(equal))
-        proven = both(changed, run.stuck < 0.5)
-        watched = both(there, run.stuck < 0.5)
-        return Run(
-            where(there, value, run.value),
-            where(equal, run.seconds + self.sample_time, where(there, 0.0, run.seconds)),
-            where(changed, 0.0, run.moving_seconds + where(both(equal, moves), self.sample_time, 0.0)),
-            where(proven, maximum(run.longest, run.moving_seconds), run.longest),
-            run.seen + where(watched, self.sample_time, 0.0),
-            run.driven + where(both(watched, moves), self.sample_time, 0.0),
-            where(there, minimum(run.low, value), run.low),
-            where(there, maximum(run.high, value), run.high),
-            where(changed, minimum(run.step, size), run.step),
-            where(both(proven, absolute(run.value) <= 0.0), 1.0, run.rests_at_zero),
-            where(changed, 0.0, run.stuck),
-        )
 
     def _rests_alone(self, run: Run, moves: Any, ordered: bool) -> Any:
         """Whether a signal that changed with every sample rests at a value that it has no reason to rest at."""
@@ -289,19 +230,20 @@ class StuckSignals:
         self, state: State, now: dict[str, Any], runs: dict[str, Run], offsets: tuple[Any, ...], turn: Any
     ) -> tuple[tuple[Contradiction, ...], dict[str, Any]]:
         """Every pair one sample on, and whether each signal is contradicted."""
+        limits = PairLimits(*(getattr(self, each) for each in PairLimits._fields))
         pairs: list[tuple[str, Contradiction, Any, Any]] = []
         old = iter(state.contradictions)
         for offset, (rate, angle) in zip(offsets, self.rates, strict=True):
-            pairs.append((rate, *self._not_the_way(next(old), now, runs, rate, angle, offset), 0.0))
-            pairs.append((angle, *self._way_without_angle(next(old), now, runs, rate, angle, offset), 0.0))
+            pairs.append((rate, *rate_beside_angle(limits, next(old), now, runs, rate, angle, offset), 0.0))
+            pairs.append((angle, *angle_beside_rate(limits, next(old), now, runs, rate, angle, offset), 0.0))
         for name in self.turns:
             trusted = state.misfit_seconds < self.misfit * runs[name].seen
             shows = absolute(now["yaw_rate"]) > self.yaw_rate if name == "vehicle_speed" else 1.0
-            pairs.append((name, *self._no_turn(next(old), runs[name], turn, both(trusted, shows)), 0.0))
+            pairs.append((name, *beside_turn(limits, next(old), runs[name], turn, both(trusted, shows)), 0.0))
         for name, others in self.speeds:
-            pairs.append((name, *self._parted(next(old), now, runs, name, others), 0.0))
+            pairs.append((name, *speed_beside_others(limits, next(old), now, runs, name, others), 0.0))
         for name, other, share in self.followers:
-            followed = self._not_followed(next(old), now[other], runs[name], runs[other], share)
+            followed = beside_followed(limits, next(old), now[other], runs[name], runs[other], share)
             pairs.append((name, *followed, 3.0 * runs[name].longest))
         after: list[Contradiction] = []
         found: dict[str, Any] = {}
@@ -313,70 +255,6 @@ class StuckSignals:
             found[name] = either(found.get(name, 0.0), enough)
         return tuple(after), found
 
-    def _not_the_way(
-        self, old: Contradiction, now: dict[str, Any], runs: dict[str, Run], rate: str, angle: str, offset: Any
-    ) -> tuple[Contradiction, Any]:
-        """A rate that stays while its angle goes another way."""
-        run, there = runs[rate], present(now[angle])
-        since = run.seconds - self.delay
-        start = where(both(there, since < 0.0), now[angle], old.start)
-        apart = absolute(now[angle] - start - (run.value - offset) * since)
-        return Contradiction(start, 0.0, old.seconds), self._beyond(apart, since, runs[rate], runs[angle])
-
-    def _way_without_angle(
-        self, old: Contradiction, now: dict[str, Any], runs: dict[str, Run], rate: str, angle: str, offset: Any
-    ) -> tuple[Contradiction, Any]:
-        """An angle that stays while its rate says that it goes."""
-        since = runs[angle].seconds - self.delay
-        moved = where(both(present(now[rate]), present(now[angle])), self.sample_time * (now[rate] - offset), 0.0)
-        way = where(since < 0.0, 0.0, old.far + moved)
-        return Contradiction(0.0, way, old.seconds), self._beyond(absolute(way), since, runs[angle], runs[rate])
-
-    def _beyond(self, apart: Any, since: Any, run: Run, other: Run) -> Any:
-        """Whether rate and angle part by more than their steps and offsets explain."""
-        rate, angle = minimum(run.step, other.step), maximum(run.step, other.step)
-        return all_of(
-            since > 0.0,
-            other.stuck < 0.5,
-            apart > self.angle + 1.5 * angle + (self.drift + 1.5 * rate) * since,
-        )
-
-    def _no_turn(self, old: Contradiction, run: Run, turn: Any, shows: Any) -> tuple[Contradiction, Any]:
-        """A signal of a turn that stays while the others turn."""
-        memory = _agreed(old, run, turn)
-        apart = both(absolute(turn) > self.turn, memory.start < 0.5 * self.turn)
-        return memory, all_of(run.seconds > self.delay, apart, shows)
-
-    def _parted(
-        self, old: Contradiction, now: dict[str, Any], runs: dict[str, Run], name: str, others: tuple[str, ...]
-    ) -> tuple[Contradiction, Any]:
-        """A speed that stays while all others change; a wheel that stands may be locked."""
-        run, nearest = runs[name], math.inf
-        for other in others:
-            apart = where(runs[other].stuck < 0.5, run.value - now[other], math.inf)
-            nearest = where(absolute(apart) < absolute(nearest), apart, nearest)
-        known = present(nearest)
-        memory = _agreed(old, run, where(known, nearest, old.far))
-        most = self.speed + self.slip * absolute(run.value - where(known, nearest, 0.0))
-        free = 1.0 if name == "vehicle_speed" else absolute(run.value) > 0.0
-        parted = all_of(known, absolute(nearest) > most, memory.start < 0.5 * most)
-        return memory, all_of(run.seconds > self.delay, parted, free)
-
-    def _not_followed(
-        self, old: Contradiction, other: Any, run: Run, beside: Run, share: float
-    ) -> tuple[Contradiction, Any]:
-        """A signal that stays while one that it follows passes over much of its range."""
-        early, there = run.seconds < self.delay, present(other)
-        least = where(there, where(early, other, minimum(old.start, other)), old.start)
-        most = where(there, where(early, other, maximum(old.far, other)), old.far)
-        passed = all_of(
-            negated(early),
-            beside.stuck < 0.5,
-            beside.seen > self.learning,
-            most - least > share * (beside.high - beside.low),
-        )
-        return Contradiction(least, most, old.seconds), passed
-
 
 def hold_back(sample: Any, stuck_seconds: Any) -> Any:
     """The sample without what is stuck: infinite, which is as good as missing (`present`).
@@ -387,16 +265,6 @@ def hold_back(sample: Any, stuck_seconds: Any) -> Any:
     """
     pairs = zip(leaves(sample), leaves(stuck_seconds), strict=True)
     return rebuild(sample, [where(seconds > 0.0, math.inf, value) for (_, value), (_, seconds) in pairs])
-
-
-def _agreed(old: Contradiction, run: Run, residual: Any) -> Contradiction:
-    """With the residual of the sample before the run: what did not agree then contradicts by another defect."""
-    return Contradiction(where(run.seconds > 0.0, old.start, absolute(old.far)), residual, old.seconds)
-
-
-def _changing(run: Run, value: Any, jitter: Any) -> Any:
-    """Whether a signal is there and changes with every sample."""
-    return both(present(value), run.seconds < jitter)
 
 
 @lru_cache

@@ -18,7 +18,7 @@ def refuse_unsuitable(monitor: Monitor, vehicle: Vehicle | None, piece: Recordin
 
     Args:
         monitor: what judges
-        vehicle: whose torques may be counts; None where nobody has named one
+        vehicle: whose torques may be counts; None where none is given
         piece: the first one of the recording, with all derived signals
 
     Raises:

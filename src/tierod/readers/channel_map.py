@@ -65,7 +65,7 @@ class TimeEntry:
 
 
 GUESSED = TimeEntry()
-"""Nothing is given: titles tell column and unit."""
+"""Nothing is given: column and unit follow from the titles."""
 
 
 @dataclass(frozen=True)

@@ -132,7 +132,7 @@ def require_plausible_rate(clocks: Iterable[tuple[str, str, np.ndarray]]) -> Non
     """Refuse time stamps without a unit that are too slow in seconds and usual in another unit.
 
     Args:
-        clocks: (column, its unit as `unit_of` tells, its first stamps as recorded) of all clocks of a table; while one
+        clocks: (column, its unit as of `unit_of`, its first stamps as recorded) of all clocks of a table; while one
             of them is fast enough, none is in doubt: others may belong to slow signals
 
     Raises:

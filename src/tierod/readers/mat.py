@@ -193,7 +193,7 @@ def _timed(
 ) -> Iterator[Signal]:
     """The vectors of one structure that have as many samples as its time, or as its sampling period allows.
 
-    Its clock is added to `clocks`: name, unit as far as it is told, first stamps as recorded.
+    Its clock is added to `clocks`: name, unit ("" where none is given), first stamps as recorded.
     """
     vectors = {name: value for name, value in members.items() if isinstance(value, Vector)}
     name = next((name for name in vectors if name == given.column), None)

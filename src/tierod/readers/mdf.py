@@ -59,7 +59,7 @@ def _source(process: MdfProcess, content: dict[str, Any], notes: tuple[str, ...]
         return [_lane(process, group, wanted, content["records"][group], lost) for group, wanted in groups.items()]
 
     known = {"format": f"MDF {content['version']}", "start_time": content["start"]}
-    metadata = {**_told(content["comment"]), **known}
+    metadata = {**_metadata_in(content["comment"]), **known}
     return Source(columns, lanes, metadata, _origin(content["start"]), notes, lambda: tuple(lost))
 
 
@@ -73,14 +73,14 @@ def _lane(process: MdfProcess, group: int, wanted: list[dict[str, Any]], records
         for each in wanted:
             if str(each["channel"]) in arrays:
                 source, _, note = each["comment"].partition(" |") if each["comment"] else (each["name"], "", "")
-                told = (source.removeprefix("tierod:").strip(), note.strip())
-                channels.append(Channel(each["name"], time, arrays[str(each["channel"])], each["unit"], *told))
+                origin = (source.removeprefix("tierod:").strip(), note.strip())
+                channels.append(Channel(each["name"], time, arrays[str(each["channel"])], each["unit"], *origin))
         yield Piece(channels, min(done / records, 1.0))
     if done < records:
         lost.append(f"the file is damaged: {records - done} of {records} samples of '{wanted[0]['name']}' are lost")
 
 
-def _told(comment: str) -> dict[str, Any]:
+def _metadata_in(comment: str) -> dict[str, Any]:
     """Metadata that tierod wrote into the comment of the file; none where another program wrote it."""
     try:
         root = ElementTree.fromstring(comment)

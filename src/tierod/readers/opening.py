@@ -23,7 +23,7 @@ def open_source(path: str | Path, dbc: Paths = None, time: TimeEntry | None = No
     Args:
         path: of the file
         dbc: databases of a CAN log
-        time: which column of a table is the time, and in which unit; MDF files and CAN logs tell their time themselves
+        time: which column of a table is the time, and in which unit; MDF files and CAN logs define their time
 
     Raises:
         InputError: the file or the database cannot be used

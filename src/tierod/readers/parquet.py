@@ -21,7 +21,7 @@ LAYOUT = b"tierod"
 """Key of the schema metadata that holds clocks, units, sources and notes of tierod's own layout, as JSON."""
 
 _HEAD = 4096
-"""Rows from which the rate of a clock is told."""
+"""Rows from which the rate of a clock is estimated."""
 
 BATCH = 1 << 17
 """Rows that are read at a time, of all lanes together."""
@@ -109,7 +109,7 @@ def _layout(file: Any) -> dict[str, Any]:
 
 
 def find_clocks_of(file: Any, layout: dict[str, Any], time: TimeEntry = GUESSED) -> tuple[Clock, ...]:
-    """The clocks that the layout names, that the user gives, or those that the columns' names tell."""
+    """The clocks that the layout names, that the user gives, or those that the columns' names show."""
     columns = [column for column in _columns(file, layout) if not column.name.startswith("__index")]
     if not layout:
         return find_clocks(columns, given=time)
@@ -119,7 +119,7 @@ def find_clocks_of(file: Any, layout: dict[str, Any], time: TimeEntry = GUESSED)
 
 
 def _added(columns: Sequence[Column], clocks: Sequence[Clock]) -> tuple[str, ...]:
-    """Columns that somebody has added to a file of tierod."""
+    """Columns that were added to a file that tierod wrote."""
     known = {name for clock in clocks for name in (clock.column, *clock.columns)}
     return tuple(column.name for column in columns if column.name not in known)
 

@@ -126,9 +126,9 @@ class Reading:
             raise InputError(f"{self.path} holds no samples of the wanted channels; check that the file is whole")
 
     def _recording(self, channels: list[Channel], share: float) -> Recording:
-        told = {"channel_map": self.plan.channel_map} if self.plan.channel_map else {}
+        mapped = {"channel_map": self.plan.channel_map} if self.plan.channel_map else {}
         origin = self.source.origin or self._origin
-        metadata = {**self.source.metadata, **told, "path": str(self.path), "origin": origin, SHARE_READ: share}
+        metadata = {**self.source.metadata, **mapped, "path": str(self.path), "origin": origin, SHARE_READ: share}
         recording = Recording({channel.name: channel for channel in channels}, metadata)
         return recording.warned(
             self.kind.warning,

@@ -9,7 +9,7 @@ from tierod.shown import shown
 
 def deciding(diagnosis: Diagnosis, finding: Finding) -> list[str]:
     """A sentence for every decision that raised the alarm of a finding."""
-    return [_told(diagnosis, each) for each in diagnosis.decisions if each.name in finding.decided_by]
+    return [_sentence(diagnosis, each) for each in diagnosis.decisions if each.name in finding.decided_by]
 
 
 def alarm_from(levels: tuple[float, ...], below: bool) -> str:
@@ -23,7 +23,7 @@ def alarm_from(levels: tuple[float, ...], below: bool) -> str:
     return f"alarm from {', '.join(number(level, 3) for level in levels)}"
 
 
-def _told(diagnosis: Diagnosis, each: Decided) -> str:
+def _sentence(diagnosis: Diagnosis, each: Decided) -> str:
     trace = diagnosis.traces.get(each.statistic)
     factor, label = shown(trace.unit if trace is not None else "")
     if each.reached is None:

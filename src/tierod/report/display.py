@@ -130,6 +130,6 @@ def evidence(name: str, value: Any) -> tuple[str, str]:
             return words(name[: -len(ending) - 1]), f"{number(value * factor)} {label}"
     stem, _, ending = name.rpartition("_")
     if ending == "seconds" or (stem and ending == "s"):
-        told = instant if stem.endswith(("from", "at")) else duration
-        return words(stem or "duration"), told(value)
+        text = instant if stem.endswith(("from", "at")) else duration
+        return words(stem or "duration"), text(value)
     return words(name), share(value) if ending == "share" else number(value)

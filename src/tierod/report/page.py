@@ -91,7 +91,7 @@ def render(diagnosis: Diagnosis) -> str:
 
 def verdict(diagnosis: Diagnosis, finding: Finding) -> Verdict:
     """A finding in words and figures."""
-    decisive = [_sentence(told) for told in deciding(diagnosis, finding)]
+    decisive = [_sentence(each) for each in deciding(diagnosis, finding)]
     looks = appearance(finding.status)
     value = spread = picture = ""
     if finding.estimate is not None:

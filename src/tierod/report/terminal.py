@@ -77,7 +77,7 @@ def _rows(diagnosis: Diagnosis, finding: Finding) -> list[tuple[str, str]]:
         rows.append((finding.estimate.quantity, f"{value} {unit}  (95 %: {low} to {high})"))
         levels = ", ".join(f"{words(n).lower()} {number(v * factor, 3)}" for n, v in finding.estimate.reference.items())
         rows += [("judged against", f"{levels} {unit}")] if levels else []
-    rows += [("decided by", told) for told in deciding(diagnosis, finding)]
+    rows += [("decided by", sentence) for sentence in deciding(diagnosis, finding)]
     rows += [(title, text) for title, text in (("why", finding.cause), ("what to do", finding.action)) if text]
     rows += [("to know", warning) for warning in finding.warnings]
     return rows + [(name.lower(), text) for name, text in (evidence(*each) for each in finding.evidence.items())]

@@ -13,6 +13,7 @@ from tierod.proving_ground.parts import Wheels
 from tierod.proving_ground.powertrain import Powertrain
 from tierod.proving_ground.replay import Replay
 from tierod.recording import Recording
+from tierod.runs import runs
 from tierod.studies.plant_agreement import Agreement, agreement
 from tierod.studies.plant_checks import STEP, courses
 from tierod.vehicles import load
@@ -103,8 +104,8 @@ def _linear_parts(time: np.ndarray, lateral: np.ndarray) -> list[tuple[int, int]
     width = round(0.4 / STEP)
     smooth = np.convolve(lateral, np.ones(width) / width, "same")
     fit = (np.abs(smooth) < LINEAR) & (np.abs(time - 207.27) > 1.5)
-    edges = np.flatnonzero(np.diff(np.r_[0, fit.astype(int), 0]))
-    parts = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+    begins, ends = runs(fit)
+    parts = zip(begins.tolist(), ends.tolist(), strict=True)
     return [(start, stop) for start, stop in parts if stop - start > round(1.5 / STEP)]
 
 

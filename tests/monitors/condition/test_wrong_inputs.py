@@ -38,7 +38,7 @@ def changed(recording, since=0.0, **new):
     return Recording({**recording.channels, **channels}, recording.metadata)
 
 
-def accused(diagnosis):
+def declared(diagnosis):
     return [each.name for each in diagnosis.elements if each.status in (Status.FAULT, Status.SUSPECT)]
 
 
@@ -82,7 +82,7 @@ def test_a_wrong_acceleration_is_named_and_nothing_else(drive, change, since):
     diagnosis, courses = diagnosed(changed(drive, since, **new))
     finding, wrong = diagnosis.findings[0], [name for name in ACCELERATIONS if name in change]
     assert finding.status is Status.FAULT
-    assert accused(diagnosis) == wrong
+    assert declared(diagnosis) == wrong
     for name in wrong:
         plain = name.replace("_", " ")
         assert f"{plain} sensor: " in finding.headline.lower()
@@ -96,7 +96,7 @@ def test_a_wrong_acceleration_is_named_and_nothing_else(drive, change, since):
 
 def test_the_rest_of_the_drive_is_judged_without_it(off):
     diagnosis, _ = diagnosed(changed(off, **{ACROSS: off[ACROSS].values + 2.46}))
-    assert accused(diagnosis) == ["yaw_rate", ACROSS]
+    assert declared(diagnosis) == ["yaw_rate", ACROSS]
     yaw = next(each for each in diagnosis.elements if each.name == "yaw_rate")
     assert yaw.episodes[0].start == pytest.approx(35.0, abs=0.5)
     assert "yaw rate sensor: positive offset" in diagnosis.findings[0].headline
@@ -106,7 +106,7 @@ def test_the_rest_of_the_drive_is_judged_without_it(off):
 def test_a_fault_of_an_actuator_stands_after_an_acceleration_has_failed():
     recording = recorded(Drive("short-round", SECONDS, 3, 7707, (lost("drive_left", 1.0, 40.0, 60.0),)))
     diagnosis, _ = diagnosed(changed(recording, SINCE, **{ALONG: -recording[ALONG].values}))
-    assert accused(diagnosis) == ["drive_left", ALONG]
+    assert declared(diagnosis) == ["drive_left", ALONG]
 
 
 @pytest.mark.parametrize("cuts", [(23.17,), (0.3, 20.0, 21.5, 44.4)])
@@ -128,7 +128,7 @@ def test_the_result_does_not_depend_on_the_cuts(off, cuts):
 def test_an_impossible_value_is_removed_before_it_decides_and_is_named(drive, name, size):
     diagnosis, _ = diagnosed(changed(drive, **{name: spiked(drive[name].values, size)}))
     finding = diagnosis.findings[0]
-    assert accused(diagnosis) == []
+    assert declared(diagnosis) == []
     assert finding.status is Status.HEALTHY
     assert any(f"impossible values of {name.replace('_', ' ')}" in each for each in finding.warnings)
 

@@ -10,6 +10,7 @@ from tierod.findings import Episode, Estimate, Status
 from tierod.monitors.condition.said import Said, told
 from tierod.monitors.condition.signals import ELEMENTS
 from tierod.monitors.session import StatusChange
+from tierod.runs import runs
 
 TOGETHER = 0.3
 """Two episodes of one element with less between them are one [s]."""
@@ -106,8 +107,8 @@ class ElementCourse:
                 self.course.append(StatusChange(float(time[at]), status))
 
     def _extend(self, stretches: list[Stretch], time: np.ndarray, there: np.ndarray, said: Said, place: int) -> None:
-        edges = np.flatnonzero(np.diff(there.astype(int), prepend=0, append=0))
-        for start, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        begins, ends = runs(there)
+        for start, stop in zip(begins.tolist(), ends.tolist(), strict=True):
             new = Stretch(
                 float(time[start]),
                 float(time[stop - 1]) + self.period,

@@ -19,7 +19,7 @@ from tierod.monitors.condition.states import LACKING, LEAST_TOLD
 
 
 class OtherCauses(NamedTuple):
-    """Inputs of the filters that nothing replaces and that may be behind what is declared.
+    """Inputs of the filters that nothing replaces and whose faults may explain what is declared.
 
     Args:
         disagreeing: accelerations that do not go with the motion
@@ -31,7 +31,7 @@ class OtherCauses(NamedTuple):
 
 
 HARDLY = 0.3
-"""Share of the driving that was not judged since tyres slid, from which on nothing is called fault-free."""
+"""Share of the driving not judged because tyres slid, above which nothing is called fault-free [-]."""
 
 
 def judge(
@@ -56,7 +56,7 @@ def judge(
         interruptions: times that nothing could be judged any more
         calibrated: whether the limits were designed on this very vehicle
         notes: what else is to be known
-        causes: what else may be behind what is declared
+        causes: what else may explain what is declared
     """
     evidence = _evidence(states, drive, interruptions)
     warnings = (*(() if calibrated else (UNCALIBRATED,)), *notes, *_not_judged(drive))
@@ -87,12 +87,14 @@ def judge(
 
 
 def _hardly_judged(
-    name: str, sound: Sequence[Element], drive: Driven, evidence: dict[str, float], warnings: tuple[str, ...]
+    name: str, fault_free: Sequence[Element], drive: Driven, evidence: dict[str, float], warnings: tuple[str, ...]
 ) -> Finding:
     """The finding where nothing was found in what was judged, which was too little of the drive."""
     moving = drive.forward * drive.period
     cause = f"{drive.slid:.0f} of {moving:.0f} s of driving were not judged: {SLID}"
-    headline = f"Too little of the drive was judged to call {len(sound)} sensors and actuators fault-free: {cause}."
+    headline = (
+        f"Too little of the drive was judged to call {len(fault_free)} sensors and actuators fault-free: {cause}."
+    )
     action = (
         "drive on a dry road, below 6 m/s² across, with bends both ways and changes of speed; where the vehicle did, "
         "check lateral and longitudinal acceleration and the tyre and mass parameters of the vehicle file"
@@ -100,14 +102,14 @@ def _hardly_judged(
     return Finding(name, Status.NOT_TESTABLE, headline, None, None, evidence, cause, action, warnings)
 
 
-def _and_other_causes(finding: Finding, accused: Sequence[Element], causes: OtherCauses | None) -> Finding:
-    """The finding with the inputs of the filters that disagree with others too much to be left out as its cause.
+def _and_other_causes(finding: Finding, declared: Sequence[Element], causes: OtherCauses | None) -> Finding:
+    """The finding with inconsistent inputs of the filters among its causes.
 
-    A shaft torque sensor alone at fault disagrees with what is asked as well; that needs no other cause.
+    A faulty shaft torque sensor alone is inconsistent with the targets as well; that needs no other cause.
     """
     if causes is None:
         return finding
-    alone = [each.name for each in accused] == ["steering_shaft_torque"]
+    alone = [each.name for each in declared] == ["steering_shaft_torque"]
     other = [
         f"{each.element.replace('_', ' ')} may be the cause instead: it is {shown(each.size, 'm/s**2')} off "
         f"{MOTION[each.element]} from {each.start:.0f} s on, more than is usual"
@@ -198,11 +200,11 @@ def _fault(
     warnings: tuple[str, ...],
 ) -> Finding:
     all_ = [(episode, each) for each in (*faulty, *doubtful) for episode in each.episodes]
-    told = sorted(
+    singles = sorted(
         ((episode, each) for episode, each in all_ if not episode.candidates),
         key=lambda pair: (pair[1].name not in ACCELERATIONS, pair[0].start),
     )
-    if not told:
+    if not singles:
         first, _ = min(all_, key=lambda pair: pair[0].start)
         named = {name for episode, each in all_ for name in (each.name, *episode.candidates)}
         one_of = listed(sorted(named, key=ELEMENTS.index), "or")
@@ -212,10 +214,10 @@ def _fault(
             cause += f"; so does a wrong recording of what is asked ({listed(targets)})"
         action = "check them one by one, or drive with more steering and braking"
         return Finding(name, Status.SUSPECT, headline, first.start, None, evidence, cause, action, warnings)
-    sentences = [_sentence(episode, each) for episode, each in told]
+    sentences = [_sentence(episode, each) for episode, each in singles]
     more = f"; and {len(sentences) - 3} more" if len(sentences) > 3 else ""
     headline = f"{'; '.join(sentences[:3])}{more}."
-    episode = min((each for each, _ in told), key=lambda each: each.start)
+    episode = min((each for each, _ in singles), key=lambda each: each.start)
     names = tuple(each.name for each in faulty)
     cause = _why(names)
     places = "the part itself, its wiring, its supply"
@@ -236,7 +238,7 @@ def _why(names: Sequence[str]) -> str:
     """What makes sensors and actuators faulty."""
     off = [f"{name.replace('_', ' ')} does not go with {MOTION[name]}" for name in names if name in ACCELERATIONS]
     if any(name not in ACCELERATIONS for name in names):
-        off.append("readings and torques differ from what all others tell, by more than healthy drives ever showed")
+        off.append("residuals of readings and torques exceed the fault-free limits")
     cause = "; ".join(off)
     targets = _targets(names)
     if not targets:

@@ -29,8 +29,8 @@ class Said(NamedTuple):
         size, deviation: of the fault, see `told`; NaN where none is told
         gated: readings that are too far off to be believed, declared or not, (n, sensors)
         slid: whether the tyres slid, so that nothing could be told, (n,)
-        evidence: what a fault is declared by, (n,): of filters the lead of the likeliest over its rivals [nat per
-            sample], of rules the share that is so of what the best one asks; NaN where nothing is judged
+        evidence: what a fault is declared by, (n,): of filters the lead of the most likely hypothesis over the others
+            [nat per sample], of rules the share that is so of what the best one asks; NaN where nothing is judged
     """
 
     faulty: np.ndarray

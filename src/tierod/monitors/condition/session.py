@@ -17,11 +17,11 @@ from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.driven import STANDING, Driven
 from tierod.monitors.condition.finding import OtherCauses, judge
 from tierod.monitors.condition.recording_checks.accelerations import AccelerationCheck
-from tierod.monitors.condition.recording_checks.asked import AskedCheck
 from tierod.monitors.condition.recording_checks.clock_leap import ClockLeap
 from tierod.monitors.condition.recording_checks.coverage import TARGETS, Coverage
-from tierod.monitors.condition.recording_checks.impossible import Impossible
+from tierod.monitors.condition.recording_checks.impossible import ImpossibleValues
 from tierod.monitors.condition.recording_checks.pace import TargetPace
+from tierod.monitors.condition.recording_checks.targets import TargetCheck
 from tierod.monitors.condition.recording_checks.wiring import Close, Wiring
 from tierod.monitors.condition.said import Said, nothing_said
 from tierod.monitors.condition.signals import ACCELERATIONS, ELEMENTS, SENSORS, ConditionSample
@@ -107,8 +107,8 @@ class ConditionSession:
         self._leap = ClockLeap(lambda: Wiring(parameters, rate, close=close))
         self._coverage, self._driven = Coverage(rate, asked=whole), Driven(1.0 / rate, asked=whole)
         self._pace = TargetPace(rate) if whole else None
-        self._asked = AskedCheck(parameters, rate) if whole else None
-        self._impossible, self._accelerations = Impossible(), AccelerationCheck(parameters, rate)
+        self._asked = TargetCheck(parameters, rate) if whole else None
+        self._impossible, self._accelerations = ImpossibleValues(), AccelerationCheck(parameters, rate)
         self._read = np.zeros(len(MEASURED), bool)
         self._courses = {each: ElementCourse(each, 1.0 / rate) for each in ELEMENTS}
         self._anew = False
@@ -116,7 +116,7 @@ class ConditionSession:
         self._supply: Memory | None = None
 
     def refuse(self, aligned: Aligned) -> None:
-        """Nothing is refused here: what cannot be judged is told in the finding."""
+        """Refuse nothing: the finding states what cannot be judged."""
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
@@ -148,7 +148,7 @@ class ConditionSession:
         return {name: np.concatenate([part[name] for part in parts]) for name in self.traces}
 
     def _not_done(self) -> tuple[tuple[str, ...], ...]:
-        """Targets that do not go with what is done; an acceleration that has failed tells nothing of the drives."""
+        """Inconsistent targets; those of the drives are not checked once the longitudinal acceleration has failed."""
         blind = self._accelerations.gone("longitudinal_acceleration")
         found = () if self._asked is None else tuple(self._asked.found)
         return tuple(each for each in found if not (blind and each == TARGETS[2:]))
@@ -167,7 +167,7 @@ class ConditionSession:
     def _part(self, aligned: Aligned, available: np.ndarray, judged: bool, anew: bool) -> dict[str, np.ndarray]:
         """Samples that are all judged, or all not; after those that are not, the monitor begins anew.
 
-        So it does where an acceleration fails, which it has believed until then.
+        The same where an acceleration fails, which the filters have used until then.
         """
         if anew:
             self._memory = None

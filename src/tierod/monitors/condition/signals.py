@@ -20,7 +20,7 @@ WHEELS = SENSORS[:2]
 """The sensors of the speed."""
 
 ACCELERATIONS = ("longitudinal_acceleration", "lateral_acceleration")
-"""Sensors that help and are replaced by nothing; those beside them tell whether they can be believed."""
+"""Sensors that help and are replaced by nothing; the other sensors show whether they are right."""
 
 ACTUATORS = ("steering_motor_1", "steering_motor_2", "drive_left", "drive_right")
 """The actuators that are judged, in the order of all outputs."""

@@ -34,7 +34,7 @@ SCALED = 0.02
 """The same for a gain: one that is wrong leaves a thousandth, what is clipped leaves more."""
 
 NEARLY = 4.0
-"""Corrections that leave no more than this multiple of the least variance cannot be told apart."""
+"""Corrections that leave no more than this multiple of the least variance cannot be distinguished."""
 
 FOLLOWS = 0.7
 """Share of the greatest correlation with the contradiction from which a signal is suspected, too."""

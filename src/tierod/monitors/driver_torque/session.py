@@ -145,11 +145,11 @@ class DriverTorqueSession(BlockSession):
             contradiction=self._contradiction.found(),
         )
         finding = judge(drive, self.vehicle, self.name, self.rules)
-        told = finding.status is Status.HEALTHY
+        fits = finding.status is Status.HEALTHY
         unfit = finding.status is Status.SUSPECT
-        withheld = (TRUTH,) if told else (TRUTH, *(name for name in self.traces if not (unfit and name == "nis")))
-        remarks = {"estimate": WITHHELD if unfit else self._remark if told else ""}
-        seen = distances(drive, self.vehicle) if told or unfit else {}
+        withheld = (TRUTH,) if fits else (TRUTH, *(name for name in self.traces if not (unfit and name == "nis")))
+        remarks = {"estimate": WITHHELD if unfit else self._remark if fits else ""}
+        seen = distances(drive, self.vehicle) if fits or unfit else {}
         if found is None:
             return Conclusion(finding, remarks=_given(remarks), withheld=withheld, distances=seen)
         remarks["consistency"] = SIZED

@@ -39,7 +39,7 @@ DEGREES, UNIT_MARGIN = math.degrees(1.0), 0.1
 
 UNNAMED = "the innovations"
 """Begins the sentence of a misfit that names no parameter."""
-NO_THIRD = "steering_wheel_angle or driver_torque may be wrong; with motor_angle_mechanical they can be told apart"
+NO_THIRD = "steering_wheel_angle or driver_torque may be wrong; motor_angle_mechanical would show which"
 UNCHECKED = (
     "without motor_angle_mechanical gain and offset of driver_torque and of steering_wheel_angle are not checked"
 )
@@ -62,7 +62,7 @@ class Drive(NamedTuple):
         turned: a sentence for every signal whose sign is wrong
         stretches: without hands
         contradiction: what of the bar's three signals contradicts the others; None where they do not say
-        motor: signal that told the motor's torque; empty where none did
+        motor: signal that the motor's torque was taken from; empty where there was none
     """
 
     ready: Annotated[float, "s"]

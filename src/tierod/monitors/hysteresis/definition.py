@@ -108,7 +108,7 @@ class HysteresisSession:
         self._pieces: list[Aligned] = []
 
     def refuse(self, aligned: Aligned) -> None:
-        """Nothing is refused here: what cannot be judged is told in the finding."""
+        """Refuse nothing: the finding states what cannot be judged."""
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece."""

@@ -63,14 +63,14 @@ def _decision(
 def _electrical(
     name: str,
     distance: str,
-    told: str,
+    words: str,
     *names: str,
     statistic: str,
     levels: tuple[float, ...],
     demonstrated: Demonstrated | None = None,
     below: bool = False,
 ) -> Decision:
-    rule = _of(ElectricalChecks, told, *names)
+    rule = _of(ElectricalChecks, words, *names)
     return _decision(name, distance, rule, "electrical", statistic, levels, demonstrated, below)
 
 

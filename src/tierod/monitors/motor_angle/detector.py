@@ -55,7 +55,7 @@ class Alarms(NamedTuple):
 
 
 class Tested(NamedTuple):
-    """What the tests compare with their thresholds, beside what the output tells otherwise.
+    """What the tests compare with their thresholds and other outputs do not hold.
 
     Args:
         model_sum: of the innovations

@@ -44,7 +44,7 @@ class ScenarioFile:
         sensors: those of a production car where absent
         scatter: none where absent
         faults: a table each; none where absent
-        next_command: what the run is for ("diagnose --monitor sideslip"), told once it is driven; the diagnosis that
+        next_command: what the run is for ("diagnose --monitor sideslip"), shown after the run; the diagnosis that
             the vehicle file names where absent
     """
 

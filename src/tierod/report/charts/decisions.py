@@ -48,7 +48,7 @@ def statistics(diagnosis: Diagnosis) -> dict[str, list[Limit]]:
     return found
 
 
-def telling(diagnosis: Diagnosis) -> list[str]:
+def most_relevant(diagnosis: Diagnosis) -> list[str]:
     """The statistics that say most: those that decided first, then others beyond a threshold; all where none was."""
     decisive = {name for finding in diagnosis.findings for name in finding.decided_by}
     known = [each for each in diagnosis.decisions if each.statistic in statistics(diagnosis)]
@@ -61,12 +61,12 @@ def telling(diagnosis: Diagnosis) -> list[str]:
 
 def decision_figure(diagnosis: Diagnosis) -> Figure | None:
     """Every statistic that says much over time, its thresholds dashed, red where it is beyond one."""
-    return _statistics(diagnosis, telling(diagnosis), "decisions", "What was decided on")
+    return _statistics(diagnosis, most_relevant(diagnosis), "decisions", "What was decided on")
 
 
 def quiet_figure(diagnosis: Diagnosis) -> Figure | None:
     """The statistics that stayed within their thresholds, where others did not."""
-    said = telling(diagnosis)
+    said = most_relevant(diagnosis)
     quiet = [name for name in statistics(diagnosis) if name not in said]
     return _statistics(diagnosis, quiet, "quiet", "What stayed within its thresholds")
 
@@ -115,21 +115,21 @@ def looks_figure(diagnosis: Diagnosis) -> Figure | None:
     height = 90 + 34 * len(seen)
     names = [words(each.name) for each, _ in seen]
     shares = np.array([share for _, share in seen])
-    told = [f"{number(each.reached, 3)}, {alarm_from(each.levels, each.below)}" for each, _ in seen]
+    labels = [f"{number(each.reached, 3)}, {alarm_from(each.levels, each.below)}" for each, _ in seen]
     alarm = shares >= 1.0
     return Figure(
         name="looks",
         title="What was decided on at the end",
         caption="What the rules saw that look once at the whole recording, over the threshold of each. Dashed: "
         "threshold. Red: beyond it.",
-        alternative="; ".join(f"{name}: {text}" for name, text in zip(names, told, strict=True)) + ".",
+        alternative="; ".join(f"{name}: {text}" for name, text in zip(names, labels, strict=True)) + ".",
         data=[
             {
                 "type": "bar",
                 "orientation": "h",
                 "x": rounded(np.minimum(shares, _WIDEST)),
                 "y": names,
-                "text": told,
+                "text": labels,
                 "textposition": "auto",
                 "hoverinfo": "text",
                 "marker": {"color": [RED if each else BLUE for each in alarm.tolist()]},
@@ -143,7 +143,7 @@ def looks_figure(diagnosis: Diagnosis) -> Figure | None:
             yaxis=axis("", autorange="reversed", automargin=True),
         ),
         height=height,
-        summary=[(name, "", text, "") for name, text in zip(names, told, strict=True)],
+        summary=[(name, "", text, "") for name, text in zip(names, labels, strict=True)],
         columns=("decision", "", "saw", ""),
     )
 
@@ -159,8 +159,8 @@ def _over_threshold(each: Decided) -> float | None:
 
 def _titled(name: str, label: str, factor: float, limits: list[Limit]) -> str:
     below = all(low and level > 0.0 for level, low in limits)
-    told = alarm_from(tuple(level * factor for level, _ in limits), below)
-    return bracketed(words(name), label) + (f", {told}" if told else "")
+    limit = alarm_from(tuple(level * factor for level, _ in limits), below)
+    return bracketed(words(name), label) + (f", {limit}" if limit else "")
 
 
 def _strip(

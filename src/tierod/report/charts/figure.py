@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from tierod.findings import Diagnosis, Trace
 from tierod.report.display import number, words
+from tierod.runs import runs
 from tierod.shown import shown
 
 BLUE, GREY, GREEN, AMBER, RED, TEXT, GRID = "#1d5fa8", "#64748b", "#17692f", "#8a5a00", "#b3261e", "#1e293b", "#e2e8f0"
@@ -109,7 +110,8 @@ def band(time: np.ndarray, lower: np.ndarray, upper: np.ndarray, colour: str, **
     """A filled band that is open where either edge is missing: one closed outline for each stretch without a gap."""
     across: list[float | None] = []
     along: list[float | None] = []
-    for start, stop in stretches(np.isfinite(lower) & np.isfinite(upper)):
+    begins, ends = runs(np.isfinite(lower) & np.isfinite(upper))
+    for start, stop in zip(begins.tolist(), ends.tolist(), strict=True):
         part = slice(start, stop)
         across += [*rounded(time[part], 7), *rounded(time[part][::-1], 7), None]
         along += [*rounded(upper[part]), *rounded(lower[part][::-1]), None]
@@ -133,12 +135,6 @@ def strip(trace: Trace, per_second: float, factor: float, label: str, axis_name:
         band(time, lower, upper, "rgba(29,95,168,0.30)", yaxis=axis_name, **within),
         line(time, mean, BLUE, name, yaxis=axis_name, **text, **middle) | {"line": {"color": BLUE, "width": 1.0}},
     ]
-
-
-def stretches(flags: np.ndarray) -> Iterable[tuple[int, int]]:
-    """(first, one past the last) index of every run of true flags."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False]))))
-    return zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
 
 
 def level_colour(name: str) -> str:

@@ -98,6 +98,6 @@
   if (!window.DecompressionStream) {
     excuse("this browser is too old to unpack them; Chrome 80, Edge 80, Firefox 113 and Safari 16.4 are not");
   } else {
-    unfold().catch((error) => excuse("the page is damaged (" + error + "); write it anew"));
+    unfold().catch((error) => excuse("the page is damaged (" + error + "); write it again"));
   }
 })();

@@ -1,4 +1,4 @@
-"""Accelerations that the motion tells, in blocks: against motions in closed form."""
+"""Accelerations predicted from the motion, in blocks: against motions in closed form."""
 
 import numpy as np
 import pytest
@@ -65,7 +65,7 @@ def test_wheels_that_disagree_tell_nothing():
     assert np.isnan(found[5].speed)
 
 
-def test_a_vehicle_that_stands_or_reverses_tells_nothing():
+def test_a_vehicle_that_stands_or_reverses_predicts_nothing():
     for factor in (0.0, -1.0):
         moved = straight(0.0)
         moved |= {name: factor * moved[name] for name in BOTH}

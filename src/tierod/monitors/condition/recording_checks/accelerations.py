@@ -1,8 +1,8 @@
-"""Whether the accelerations go with the motion: sensors that the filters take in, that can fail, and that none judges.
+"""Consistency of the measured accelerations with the motion: inputs of the filters that no filter estimates.
 
-A filter that believes a wrong acceleration blames what makes forces, the motors and the drives. The motion tells what
-an accelerometer should read without any force: the slope of the speed along, yaw rate times speed across. That holds on
-ice as well; slopes and banks of the road, which it does not see, change slowly.
+A filter with a wrong acceleration as its input declares faults of motors and drives. Kinematics predict both
+accelerations without any force: change of speed along the vehicle, yaw rate times speed across it. That holds on ice,
+too; slope and bank of the road, which kinematics do not show, change slowly.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from tierod.monitors.condition.recording_checks.beside import Beside, Bounds, Row
+from tierod.monitors.condition.recording_checks.differences import Bounds, DifferenceCheck, Row
 from tierod.monitors.condition.recording_checks.motion import Motion
 from tierod.monitors.condition.signals import ACCELERATIONS
 
 MOTION = {"longitudinal_acceleration": "the slope of the wheel speeds", "lateral_acceleration": "yaw rate times speed"}
-"""What tells each of them, in words."""
+"""What predicts each acceleration, in words."""
 BOUNDS = Bounds(single=3.5, level=1.6, shape=0.7, share=0.35, noise=1.0)
-"""Of fault-free accelerations beside the motion [m/s**2].
+"""Fault-free differences of measured and predicted accelerations [m/s**2].
 
 Fault-free rounds of three virtual demonstrators, ice with adhesion .15 to .3 included, show at most 1.4 in one block,
 0.9 in the mean, 0.44 or 0.26 of the motion's own about its mean. A slope of 16 % has the level; sensors have a noise of
@@ -28,7 +28,7 @@ Fault-free rounds of three virtual demonstrators, ice with adhesion .15 to .3 in
 
 
 class Disagreement(NamedTuple):
-    """That an acceleration does not go with the motion, see `Difference`; sizes in m/s**2."""
+    """An acceleration that is inconsistent with the motion; the fields after `element` as in `Difference`."""
 
     element: str
     sure: bool
@@ -39,7 +39,7 @@ class Disagreement(NamedTuple):
 
 
 class AccelerationCheck:
-    """Follows both accelerations beside the motion, piece by piece, and what has disagreed.
+    """Compare both accelerations with the motion, piece by piece.
 
     Args:
         vehicle: its parameters
@@ -49,7 +49,7 @@ class AccelerationCheck:
 
     def __init__(self, vehicle: Any, rate: float, bounds: Bounds = BOUNDS):
         self._motion, self._rate = Motion(vehicle, rate), rate
-        self._beside = {name: Beside(bounds) for name in ACCELERATIONS}
+        self._checks = {name: DifferenceCheck(bounds) for name in ACCELERATIONS}
         self._begin: float | None = None
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> dict[str, int]:
@@ -63,17 +63,17 @@ class AccelerationCheck:
         failed = {}
         for block in self._motion.add(signals):
             end = begin + block.end / self._rate
-            for place, (name, beside) in enumerate(self._beside.items()):
+            for place, (name, check) in enumerate(self._checks.items()):
                 moved = block.moved[place]
-                if beside.add(Row(end, block.read[place] - moved, moved, block.rough[place])):
+                if check.add(Row(end, block.read[place] - moved, moved, block.rough[place])):
                     failed[name] = int(np.searchsorted(time, end - 0.5 / self._rate))
         return failed
 
     def gone(self, name: str) -> bool:
         """Whether an acceleration has failed."""
-        return self._beside[name].sure
+        return self._checks[name].sure
 
     @property
     def found(self) -> dict[str, Disagreement]:
         """Those that disagree, by name."""
-        return {name: Disagreement(name, *each.found) for name, each in self._beside.items() if each.found is not None}
+        return {name: Disagreement(name, *each.found) for name, each in self._checks.items() if each.found is not None}

@@ -9,7 +9,7 @@ from tierod.quality import impossible
 from tierod.signals import SIGNALS
 
 
-class Impossible:
+class ImpossibleValues:
     """Removes what is infinite, or far beyond the plausible range of its signal, piece by piece."""
 
     def __init__(self) -> None:
@@ -33,11 +33,9 @@ class Impossible:
     def notes(self) -> tuple[str, ...]:
         """What was removed, in words."""
         return tuple(
-            f"{count} impossible value{'s' if count > 1 else ''} of {name.replace('_', ' ')}, up to {largest:.3g} "
-            f"{SIGNALS[name].unit}".rstrip()
-            + (" was" if count == 1 else " were")
-            + " left out: check the sensor, its "
-            "bus and its unit"
+            f"{count} impossible value{'s' if count > 1 else ''} of {name.replace('_', ' ')}, up to "
+            + f"{largest:.3g} {SIGNALS[name].unit}".rstrip()
+            + f" {'was' if count == 1 else 'were'} left out: check the sensor, its bus and its unit"
             for name, count, largest in zip(ConditionSample._fields, self._count.tolist(), self._largest, strict=True)
             if count
         )

@@ -1,4 +1,4 @@
-"""What a vehicle's motion tells of its accelerations: wheels, yaw rate and steering angle alone, no force, no tyre."""
+"""Accelerations predicted from the motion: wheel speeds, yaw rate and steering angle; no force and no tyre model."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from tierod.monitors.condition.recording_checks.witnesses import MOVING, YAW
 from tierod.monitors.condition.signals import ACCELERATIONS, WHEELS
 
 SENSED = ("yaw rate sensor", "rear wheels", "steering angle")
-"""What tells the yaw rate without the accelerations, the most exact first."""
+"""Estimates of the yaw rate that use no acceleration, the most exact first."""
 AGREE, AGREE_SHARE = 0.06, 0.15
-"""Up to which two yaw rates of a block agree, at none [rad/s] and as a share of them; a turn-in makes as much."""
+"""Difference of yaw rates that agree: absolute [rad/s] and relative [-]; turning in makes as much."""
 WHEELS_AGREE = 0.05
-"""Share of the speed up to which both rear wheels tell the same speed, beyond what the turn tells [-]."""
+"""Relative difference of rear wheel speeds that agree, both referred to the middle of the axle [-]."""
 
 
 class Block(NamedTuple):
-    """Means of one block of time; NaN where something lacks or two of the others disagree.
+    """Means of one block of time; NaN where an input is missing or the others disagree.
 
     Args:
         end: number of the sample after it
         read: of each of `ACCELERATIONS`, without its known offset [m/s**2]
-        moved: what the motion tells of it [m/s**2]
+        moved: as predicted from the motion [m/s**2]
         rough: standard deviation of its noise from sample to sample [m/s**2]
         speed: of the vehicle [m/s]
     """
@@ -40,8 +40,8 @@ class Block(NamedTuple):
 class Motion:
     """Averages a drive block by block, in pieces; the result does not depend on how a recording is cut.
 
-    Along the vehicle the slope of the speed counts, across it yaw rate times speed. Of three yaw rates the middle one
-    counts, so that one sensor at fault does not matter; of both wheels neither where they disagree.
+    Along the vehicle the change of speed is used, across it yaw rate times speed. Of three yaw rates the middle one is
+    used, so that one faulty sensor does not matter; of two wheels that disagree, neither.
 
     Args:
         vehicle: its parameters
@@ -66,8 +66,8 @@ class Motion:
         wheels = [line(cut[name] / p.wheel_speed_scale) for name in WHEELS]
         speed, slope = _speed(wheels, 0.5 * p.track_width * yaw, 0.5 * p.track_width * turning_in)
         read = [line(cut[name])[0] - getattr(p, f"{name}_offset", 0.0) for name in ACCELERATIONS]
-        told = (slope - p.rear_distance * yaw * yaw, speed * yaw + p.rear_distance * turning_in)
-        moved = [np.where(speed > MOVING, each, np.nan) for each in told]
+        predicted = (slope - p.rear_distance * yaw * yaw, speed * yaw + p.rear_distance * turning_in)
+        moved = [np.where(speed > MOVING, each, np.nan) for each in predicted]
         rough = [roughness(cut[name]) for name in ACCELERATIONS]
         return [
             Block(end, (ax, ay), (vx, vy), (nx, ny), v)

@@ -1,4 +1,4 @@
-"""Two ways to tell one quantity, block by block: whether they differ by more than fault-free ones do."""
+"""Two estimates of one quantity, block by block: whether they differ by more than without a fault."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from typing import Annotated, NamedTuple
 from tierod.monitors.condition.recording_checks.blocks import BLOCK
 
 LEVEL_TIME, SHAPE_TIME = 3.0, 10.0
-"""Over which the mean of a difference is taken, and its standard deviation [s]."""
+"""Windows of the mean and of the standard deviation of a difference [s]."""
 HALF = 0.7
-"""Share of the blocks of a window that must tell something."""
+"""Share of the blocks of a window in which both estimates must exist [-]."""
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """How far two ways to tell a quantity differ without a fault, in the unit of the quantity.
+    """How far two estimates of a quantity differ without a fault, in the unit of the quantity.
 
     Args:
         single: in one block
         level: mean over `LEVEL_TIME`
         shape: standard deviation over `SHAPE_TIME`, where the quantity changes little
-        share: the same, as a share of the standard deviation of the quantity
+        share: the same, as a share of the standard deviation of the quantity [-]
         noise: of the reading from sample to sample, over `LEVEL_TIME`
-        doubtful: share of these bounds beyond which a difference is worth a doubt
+        doubtful: share of these bounds beyond which a difference is doubtful [-]
     """
 
     single: float
@@ -38,7 +38,7 @@ class Bounds:
 
 
 def _deviation(values: Sequence[float]) -> float:
-    """Standard deviation of a few values: an array would cost more than it saves."""
+    """Standard deviation of a few values, for which an array would be slower."""
     mean = sum(values) / len(values)
     return sqrt(sum((each - mean) ** 2 for each in values) / len(values))
 
@@ -48,7 +48,7 @@ class Row(NamedTuple):
 
     end: float
     apart: float
-    told: float
+    reference: float
     noise: float
 
 
@@ -58,8 +58,8 @@ class Difference(NamedTuple):
     Args:
         sure: beyond all of a bound; else beyond the doubtful share of one only
         window: start of the window that showed it [s]
-        start: from when on there is that much, to half a second [s]
-        found: when that was known [s]
+        start: when the difference reached that magnitude, to half a second [s]
+        found: when it was detected [s]
         size: mean, standard deviation or noise
     """
 
@@ -78,8 +78,8 @@ class _Measure(NamedTuple):
     bound: float
 
 
-class Beside:
-    """Follows a difference over its windows; the first sure one, or else the first doubtful one, stays.
+class DifferenceCheck:
+    """Compare a difference with its bounds over the windows; keep the first sure one, or else the first doubtful one.
 
     Args:
         bounds: of fault-free differences
@@ -114,17 +114,17 @@ class Beside:
         return sure is not None
 
     def _measures(self) -> list[_Measure]:
-        """What the windows show now: the last block, which says nothing of a doubt, the mean, the noise, the shape."""
+        """Last block, mean, noise and standard deviation now; the last block cannot be doubtful."""
         bounds, last = self._bounds, self._rows[-1]
         found = [_Measure(last.end - BLOCK, abs(last.apart), bounds.single)]
         short = round(LEVEL_TIME / BLOCK)
-        told = [each for each in self._rows if isfinite(each.apart)]
-        recent = [each for each in told if each.end > last.end - LEVEL_TIME - 0.5 * BLOCK][-short:]
+        known = [each for each in self._rows if isfinite(each.apart)]
+        recent = [each for each in known if each.end > last.end - LEVEL_TIME - 0.5 * BLOCK][-short:]
         if len(recent) >= HALF * short:
             begin, count = recent[0].end - BLOCK, len(recent)
             found.append(_Measure(begin, abs(sum(each.apart for each in recent)) / count, bounds.level))
             found.append(_Measure(begin, sum(each.noise for each in recent) / count, bounds.noise))
-        if len(told) >= HALF * SHAPE_TIME / BLOCK:
-            bound = max(bounds.shape, bounds.share * _deviation([each.told for each in told]))
-            found.append(_Measure(told[0].end - BLOCK, _deviation([each.apart for each in told]), bound))
+        if len(known) >= HALF * SHAPE_TIME / BLOCK:
+            bound = max(bounds.shape, bounds.share * _deviation([each.reference for each in known]))
+            found.append(_Measure(known[0].end - BLOCK, _deviation([each.apart for each in known]), bound))
         return found

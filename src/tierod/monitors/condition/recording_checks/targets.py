@@ -1,7 +1,7 @@
-"""Whether what is asked of the actuators goes with what they do together: it is an input of the filters, and can fail.
+"""Consistency of the actuators' targets with what the actuators do together: inputs of the filters that can be wrong.
 
-A wrong target looks like an actuator that gives too little, too much, or the opposite; a filter may as well blame the
-sensors beside it. This check accuses nothing: it says what else may be the cause of what is declared.
+A wrong target looks like an actuator with a wrong gain or sign, or like a fault of a sensor beside it. This check
+declares no fault: it names another possible cause of the declared one.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from tierod.models.automated_forces import drive_force
-from tierod.monitors.condition.recording_checks.beside import Beside, Bounds, Difference, Row
 from tierod.monitors.condition.recording_checks.blocks import Blocks
 from tierod.monitors.condition.recording_checks.coverage import TARGETS
+from tierod.monitors.condition.recording_checks.differences import Bounds, Difference, DifferenceCheck, Row
 from tierod.monitors.condition.recording_checks.witnesses import MOVING, mean_speed
 
 STEERING = Bounds(single=4.0, level=0.7, shape=0.7, share=0.15, noise=np.inf)
@@ -29,8 +29,8 @@ The same rounds show .59 in the mean, .24 of what is read about it; ice lets dri
 """
 
 
-class AskedCheck:
-    """Follows what is asked beside what is done, piece by piece.
+class TargetCheck:
+    """Compare the targets with what the actuators do, piece by piece.
 
     Args:
         vehicle: parameters of `AutomatedVehicle`
@@ -39,7 +39,7 @@ class AskedCheck:
 
     def __init__(self, vehicle: Any, rate: float):
         self._vehicle, self._rate, self._blocks = vehicle, rate, Blocks(rate)
-        self._beside = {TARGETS[:2]: Beside(STEERING), TARGETS[2:]: Beside(DRIVING)}
+        self._checks = {TARGETS[:2]: DifferenceCheck(STEERING), TARGETS[2:]: DifferenceCheck(DRIVING)}
         self._begin: float | None = None
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> None:
@@ -58,13 +58,13 @@ class AskedCheck:
             ),
         )
         moves = self._blocks.line(speed)[0] > MOVING
-        for beside, (asked, shown) in zip(self._beside.values(), ways, strict=True):
-            told, done = self._blocks.line(asked)[0], self._blocks.line(shown)[0]
-            apart = np.where(moves, told - done, np.nan)
+        for check, (asked, shown) in zip(self._checks.values(), ways, strict=True):
+            target, done = self._blocks.line(asked)[0], self._blocks.line(shown)[0]
+            apart = np.where(moves, target - done, np.nan)
             for end, difference, value in zip(ends, apart.tolist(), done.tolist(), strict=True):
-                beside.add(Row(begin + end / self._rate, difference, value, 0.0))
+                check.add(Row(begin + end / self._rate, difference, value, 0.0))
 
     @property
     def found(self) -> dict[tuple[str, ...], Difference]:
-        """What is asked and does not go with what is done, by the targets."""
-        return {targets: each.found for targets, each in self._beside.items() if each.found is not None and each.sure}
+        """Inconsistent pairs of targets."""
+        return {targets: each.found for targets, each in self._checks.items() if each.found is not None and each.sure}
