@@ -28,9 +28,11 @@ class MotionLimits:
         agrees: share up to which the two confirm each other
         lateral: root mean square of the larger one from which turns are compared [m/s^2]
         longitudinal: the same for speed gained in a second [m/s]; hills alone make less
+        gentle: speed gained or lost in a second up to which that is compared: beyond, wheels slip [m/s]
         leap: change of the speed within a fifth of a second that no car makes [m/s]
         leaping: share of such changes; wheels that lock make 0.02 of them
         seconds: of driving that is needed
+        gaining: the same for speed gained: a stop with wheels that lock must not decide
         rolling: speed from which turns tell an offset of the yaw rate [m/s]
         rolling_time: ... for so long [s]: four terms are told, and one turn after the other errs alike
         condition: greatest condition number of that regression; at one speed alone it says nothing
@@ -40,9 +42,11 @@ class MotionLimits:
     agrees: Annotated[float, ""] = 0.4
     lateral: Annotated[float, "m/s**2"] = 0.5
     longitudinal: Annotated[float, "m/s"] = 0.8
+    gentle: Annotated[float, "m/s"] = 4.0
     leap: Annotated[float, "m/s"] = 3.5
     leaping: Annotated[float, ""] = 0.05
     seconds: Annotated[float, "s"] = 10.0
+    gaining: Annotated[float, "s"] = 30.0
     rolling: Annotated[float, "m/s"] = 3.0
     rolling_time: Annotated[float, "s"] = 60.0
     condition: Annotated[float, ""] = 1e4
@@ -125,7 +129,9 @@ class MotionOverDrive:
         self._turn.add((v * r).mean(axis=1), a.mean(axis=1))
         self._yaw.add((v * r).mean(axis=1), (v * steered).mean(axis=1))
         self._side.add(a.mean(axis=1), (v * steered).mean(axis=1))
-        self._gain.add(gained, BLOCK * along.mean(axis=1))
+        along = BLOCK * along.mean(axis=1)
+        gentle = (np.abs(gained) < self.limits.gentle) & (np.abs(along) < self.limits.gentle)
+        self._gain.add(gained[gentle], along[gentle])
         self._roll(v, r, a)
         steps = np.abs(np.diff(v[:, :: self._size // STEPS], axis=1))
         self._steps += int(np.isfinite(steps).sum())
@@ -164,7 +170,7 @@ class MotionOverDrive:
             sentence = f"vehicle_speed leaps by more than {fifth} in {100.0 * leaps:.0f} % of the steps"
             return (Wrong(("vehicle_speed",), f"{sentence}, which no car does"),)
         turn = self._turn.unexplained(limits.seconds, limits.lateral)
-        gain = self._gain.unexplained(limits.seconds, limits.longitudinal)
+        gain = self._gain.unexplained(limits.gaining, limits.longitudinal)
         if turn > limits.contradicts:
             return (self._of_a_turn(gain),)
         if not gain > limits.contradicts:
