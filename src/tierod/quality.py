@@ -37,6 +37,9 @@ class QualityLimits:
 
 LIMITS = QualityLimits()
 
+IMPOSSIBLE = 10.0
+"""So many times the plausible range of a signal no fault of a sensor gives; degrees taken for radians still may."""
+
 _MISSING, _GAP, _PLAUSIBLE = "% of the samples are missing", "the longest gap lasts", "leaves the plausible"
 
 
@@ -124,6 +127,17 @@ def follows_from_figures(remark: str) -> bool:
 def tells_of_implausible_values(remark: str) -> bool:
     """Whether a remark says that the values leave the plausible range of their signal."""
     return _PLAUSIBLE in remark
+
+
+def impossible(name: str, values: np.ndarray) -> np.ndarray:
+    """Whether each value is infinite, or so far beyond the plausible range that no sensor, faulty or not, gives it.
+
+    Args:
+        name: of a signal of the catalogue
+        values: in its unit
+    """
+    size = np.abs(values)
+    return np.asarray(np.isinf(values) | (size > IMPOSSIBLE * max(map(abs, SIGNALS[name].plausible))))
 
 
 def _rate_remarks(time: np.ndarray, gap: float, seen: int, limits: QualityLimits) -> list[str]:
@@ -234,7 +248,10 @@ def sign_warnings(recording: Recording, limits: SignLimits | None = None) -> tup
     if not known.channels:
         return ()
     aligned = known.slice(stop=known.span[0] + COMPARED).align(names, limits.rate, maximum_age=0.2)
-    columns = {name: _smooth(column, limits) for name, column in zip(names, aligned.values.T, strict=True)}
+    columns = {
+        name: _smooth(np.where(impossible(name, column), np.nan, column), limits)
+        for name, column in zip(names, aligned.values.T, strict=True)
+    }
     torques = {name: columns[name] for name in ("driver_torque", "motor_torque")}
     speed = columns["vehicle_speed"][np.abs(columns["vehicle_speed"]) > limits.slowest]
     if len(speed) and np.mean(speed < 0.0) > 0.5:

@@ -123,3 +123,15 @@ def test_the_result_does_not_depend_on_the_cuts(cuts):
     assert pieces.episodes(10.0) == whole.episodes(10.0)
     assert pieces.course == whole.course
     assert (pieces.testable, pieces.available) == (whole.testable, whole.available)
+
+
+def test_what_was_declared_while_something_else_was_wrong_is_taken_back():
+    time, said = sound()
+    for start, stop in ((1.0, 2.0), (4.0, 5.0), (7.0, 8.0)):
+        said.faulty[span(start, stop), place(YAW)] = True
+    course = course_of(time, said)
+    course.forget(3.5, 6.0)
+    assert [each.start for each in course.episodes(10.0)] == pytest.approx([1.0, 7.0])
+    statuses = [(each.status, each.time) for each in course.course if each.status is not Status.HEALTHY]
+    assert [status for status, _ in statuses] == [Status.FAULT, Status.NOT_TESTABLE, Status.FAULT]
+    assert [start for _, start in statuses] == pytest.approx([1.0, 4.0, 7.0])

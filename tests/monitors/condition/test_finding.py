@@ -9,10 +9,11 @@ from monitors.condition.made_up_said import PERIOD, place, sound, span
 from tierod.findings import Status
 from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.driven import Driven
-from tierod.monitors.condition.finding import judge
+from tierod.monitors.condition.finding import OtherCauses, judge
 from tierod.monitors.condition.kinds.catalogue import OFFSET
+from tierod.monitors.condition.recording_checks.accelerations import Disagreement
 from tierod.monitors.condition.recording_checks.contradictions import Problem
-from tierod.monitors.condition.recording_checks.coverage import Covered
+from tierod.monitors.condition.recording_checks.coverage import TARGETS, Covered
 from tierod.monitors.condition.said import LOST_TORQUE
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS, ConditionSample
 from tierod.monitors.condition.states import NOT_ISOLABLE, code_courses, elements, losses
@@ -106,7 +107,13 @@ def test_where_both_motors_lost_torque_what_feeds_both_is_looked_at_first():
     _, finding, _ = concluded(both(*lost, faulty(YAW, 7.0, 9.0)))
     assert "what feeds" not in finding.action
     _, finding, _ = concluded(lost[0])
-    assert finding.action == "check steering motor 1: the part itself, its wiring, its supply"
+    places = "the part itself, its wiring, its supply; and the channel of "
+    places += "steering motor 1 target torque or steering motor 2 target torque"
+    assert finding.action == f"check steering motor 1: {places}"
+    assert (
+        "what is asked (steering motor 1 target torque and steering motor 2 target torque), as recorded, may be wrong"
+        in finding.cause
+    )
 
 
 def test_more_than_three_faults_are_counted():
@@ -263,3 +270,40 @@ def test_what_was_wired_wrongly_makes_nothing_testable():
 
 def test_an_uncalibrated_vehicle_is_told():
     assert "nobody has calibrated this vehicle" in concluded(calibrated=False)[1].warnings[0]
+
+
+def slid(seconds, causes=None):
+    """The finding of a drive of 20 s of which some slid, and of causes beside what is declared."""
+    time, said = sound(20.0)
+    drive, no = Driven(PERIOD), np.zeros(len(time), bool)
+    there = np.ones(said.faulty.shape, bool)
+    values = np.full((len(time), len(ConditionSample._fields)), 5.0)
+    drive.add(time, values, Covered(there, ~no, no, no, no))
+    drive.add_slid(time < seconds)
+    courses = {name: ElementCourse(name, PERIOD) for name in ELEMENTS}
+    for column, course in enumerate(courses.values()):
+        course.add(time, said, there[:, column])
+    states = elements(courses, drive, (), substitution_graph())
+    return judge("condition, bank", states, drive, (), {}, 0, True, (), causes)
+
+
+def test_a_drive_that_slid_for_most_of_the_time_is_not_healthy():
+    assert slid(4.0).status is Status.HEALTHY
+    finding = slid(12.0)
+    assert finding.status is Status.NOT_TESTABLE
+    assert finding.cause.startswith("12 of 20 s of driving were not judged: the tyres slid")
+    assert finding.action.startswith("drive on a dry road, below 6 m/s² across")
+
+
+def test_inputs_that_disagree_with_others_are_named_beside_what_was_found():
+    doubt = Disagreement("lateral_acceleration", False, 3.0, 4.0, 9.0, 1.2)
+    cause = slid(12.0, OtherCauses((doubt,), (TARGETS[2:],))).cause
+    assert "lateral acceleration may be the cause instead: it is 1.2 m/s² off yaw rate times speed from 4 s on" in cause
+    assert "target drive torque left and target drive torque right may be the cause instead" in cause
+    assert "instead" not in slid(12.0, OtherCauses((doubt._replace(sure=True),), ())).cause
+
+
+def test_targets_that_disagree_are_named_where_nothing_is_declared():
+    finding = slid(0.0, OtherCauses((), (TARGETS[2:],)))
+    assert finding.status is Status.HEALTHY
+    assert "target drive torque right: what is asked does not go with the acceleration" in finding.warnings[-1]

@@ -137,6 +137,24 @@ class ElementCourse:
         ]
         return tuple(sorted(found, key=lambda episode: episode.start))
 
+    def forget(self, start: float, end: float) -> None:
+        """Take back what was declared or doubted in a time in which something else was wrong.
+
+        Args:
+            start, end: between which it began [s]
+        """
+        for stretches in (self.faults, self.doubts):
+            stretches[:] = [each for each in stretches if not start <= each.start <= end]
+        changed = [
+            StatusChange(each.time, Status.NOT_TESTABLE)
+            if start <= each.time <= end and each.status in (Status.FAULT, Status.SUSPECT)
+            else each
+            for each in self.course
+        ]
+        self.course[:] = [
+            each for place, each in enumerate(changed) if not place or changed[place - 1].status is not each.status
+        ]
+
     def _others(self, stretch: Stretch) -> tuple[str, ...]:
         beside = stretch.others > SHARE * stretch.count
         return tuple(name for name, there in zip(ELEMENTS, beside, strict=True) if there and name != self.element)

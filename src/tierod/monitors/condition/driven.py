@@ -104,6 +104,11 @@ class Driven:
         self._wheels, self._read = held[-1], read[-1]
         return np.where(times[1:, None] - read[1:] <= LOST, held[1:], np.nan)
 
+    @property
+    def slid(self) -> float:
+        """Time in which the tyres slid, so that nothing was judged [s]."""
+        return self.unjudged.get(SLID, 0) * self.period
+
     def add_slid(self, slid: np.ndarray) -> None:
         """Whether the tyres slid over the next piece, (n,)."""
         self._count(SLID, slid)

@@ -4,14 +4,34 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
 from tierod.findings import Element, Episode, Finding, Status
-from tierod.monitors.condition.driven import Driven
+from tierod.monitors.condition.driven import SLID, Driven
 from tierod.monitors.condition.recording_checks.absence import Loss
+from tierod.monitors.condition.recording_checks.accelerations import MOTION, Disagreement
 from tierod.monitors.condition.recording_checks.contradictions import Problem
+from tierod.monitors.condition.recording_checks.coverage import TARGETS
 from tierod.monitors.condition.said import listed, shown
-from tierod.monitors.condition.signals import DRIVES, ELEMENTS, MOTORS, SENSORS
+from tierod.monitors.condition.signals import ACCELERATIONS, ACTUATORS, DRIVES, ELEMENTS, MOTORS, SENSORS
 from tierod.monitors.condition.states import LACKING, LEAST_TOLD
+
+
+class OtherCauses(NamedTuple):
+    """Inputs of the filters that nothing replaces and that may be behind what is declared.
+
+    Args:
+        disagreeing: accelerations that do not go with the motion
+        asked: targets that do not go with what is done, the two of a pair together
+    """
+
+    disagreeing: tuple[Disagreement, ...]
+    asked: tuple[tuple[str, ...], ...]
+
+
+HARDLY = 0.3
+"""Share of the driving that was not judged since tyres slid, from which on nothing is called fault-free."""
 
 
 def judge(
@@ -23,6 +43,7 @@ def judge(
     interruptions: int,
     calibrated: bool,
     notes: Sequence[str] = (),
+    causes: OtherCauses | None = None,
 ) -> Finding:
     """The finding over all elements.
 
@@ -35,6 +56,7 @@ def judge(
         interruptions: times that nothing could be judged any more
         calibrated: whether the limits were designed on this very vehicle
         notes: what else is to be known
+        causes: what else may be behind what is declared
     """
     evidence = _evidence(states, drive, interruptions)
     warnings = (*(() if calibrated else (UNCALIBRATED,)), *notes, *_not_judged(drive))
@@ -45,17 +67,65 @@ def judge(
     faulty = [each for each in states if each.status is Status.FAULT]
     doubtful = [each for each in states if each.status is Status.SUSPECT]
     if faulty or doubtful:
-        return _fault(name, faulty, doubtful, evidence, warnings)
+        return _and_other_causes(_fault(name, faulty, doubtful, evidence, warnings), (*faulty, *doubtful), causes)
     sound = [each for each in states if each.status is Status.HEALTHY]
     open_ = [each for each in states if each.status is not Status.HEALTHY]
     if lost:
         return _lost(name, sound, lost, evidence, warnings)
     if not sound:
         return _nothing_judged(name, open_, evidence, warnings)
+    if drive.slid > HARDLY * drive.forward * drive.period:
+        return _and_other_causes(_hardly_judged(name, sound, drive, evidence, warnings), (), causes)
     rest = f"; not judged: {_by_cause(open_)}" if open_ else ""
     judged = drive.judged * drive.period
     headline = f"{len(sound)} of {len(ELEMENTS)} sensors and actuators are sound over {judged:.0f} s{rest}."
+    warnings += tuple(
+        f"{listed(targets)}: {_off(targets)}, too little for a verdict; check the channels, and the actuators with them"
+        for targets in (causes.asked if causes else ())
+    )
     return Finding(name, Status.HEALTHY, headline, None, None, evidence, "", "none", warnings)
+
+
+def _hardly_judged(
+    name: str, sound: Sequence[Element], drive: Driven, evidence: dict[str, float], warnings: tuple[str, ...]
+) -> Finding:
+    """The finding where nothing was found in what was judged, which was too little of the drive."""
+    moving = drive.forward * drive.period
+    cause = f"{drive.slid:.0f} of {moving:.0f} s of driving were not judged: {SLID}"
+    headline = f"Too little of the drive was judged to call {len(sound)} sensors and actuators fault-free: {cause}."
+    action = (
+        "drive on a dry road, below 6 m/s² across, with bends both ways and changes of speed; where the vehicle did, "
+        "check lateral and longitudinal acceleration and the tyre and mass parameters of the vehicle file"
+    )
+    return Finding(name, Status.NOT_TESTABLE, headline, None, None, evidence, cause, action, warnings)
+
+
+def _and_other_causes(finding: Finding, accused: Sequence[Element], causes: OtherCauses | None) -> Finding:
+    """The finding with the inputs of the filters that disagree with others too much to be left out as its cause.
+
+    A shaft torque sensor alone at fault disagrees with what is asked as well; that needs no other cause.
+    """
+    if causes is None:
+        return finding
+    alone = [each.name for each in accused] == ["steering_shaft_torque"]
+    other = [
+        f"{each.element.replace('_', ' ')} may be the cause instead: it is {shown(each.size, 'm/s**2')} off "
+        f"{MOTION[each.element]} from {each.start:.0f} s on, more than is usual"
+        for each in causes.disagreeing
+        if not each.sure
+    ]
+    other += [
+        f"{listed(targets)} may be the cause instead: {_off(targets)}"
+        for targets in causes.asked
+        if not (alone and targets == TARGETS[:2])
+    ]
+    return replace(finding, cause="; ".join((finding.cause, *other)))
+
+
+def _off(targets: Sequence[str]) -> str:
+    """What the targets of a pair of actuators do not go with."""
+    shown_by = "the torque in the shaft" if targets == TARGETS[:2] else "the acceleration"
+    return f"what is asked does not go with {shown_by}"
 
 
 def _by_cause(open_: Sequence[Element]) -> str:
@@ -128,29 +198,56 @@ def _fault(
     warnings: tuple[str, ...],
 ) -> Finding:
     all_ = [(episode, each) for each in (*faulty, *doubtful) for episode in each.episodes]
-    told = sorted(((episode, each) for episode, each in all_ if not episode.candidates), key=lambda pair: pair[0].start)
+    told = sorted(
+        ((episode, each) for episode, each in all_ if not episode.candidates),
+        key=lambda pair: (pair[1].name not in ACCELERATIONS, pair[0].start),
+    )
     if not told:
         first, _ = min(all_, key=lambda pair: pair[0].start)
         named = {name for episode, each in all_ for name in (each.name, *episode.candidates)}
         one_of = listed(sorted(named, key=ELEMENTS.index), "or")
         headline = f"Something is wrong since {first.start:.2f} s; it is {one_of}."
         cause = "several explain what was seen as well, and nothing in the drive tells them apart"
+        if targets := _targets(sorted(named)):
+            cause += f"; so does a wrong recording of what is asked ({listed(targets)})"
         action = "check them one by one, or drive with more steering and braking"
         return Finding(name, Status.SUSPECT, headline, first.start, None, evidence, cause, action, warnings)
     sentences = [_sentence(episode, each) for episode, each in told]
     more = f"; and {len(sentences) - 3} more" if len(sentences) > 3 else ""
     headline = f"{'; '.join(sentences[:3])}{more}."
-    episode, _ = told[0]
-    cause = "readings and torques differ from what all others tell, by more than healthy drives ever showed"
+    episode = min((each for each, _ in told), key=lambda each: each.start)
     names = tuple(each.name for each in faulty)
+    cause = _why(names)
     places = "the part itself, its wiring, its supply"
     if names in (MOTORS, DRIVES):
         places = "what feeds and enables both, then each by itself"
+    if {*ACTUATORS} & {*names}:
+        places += f"; and the channel of {listed(_targets(names), 'or')}"
+    elif {*ACCELERATIONS} & {*names}:
+        places += ", and the channel map"
     action = f"check {listed(names)}: {places}"
     return Finding(
         name, Status.FAULT, headline[:1].upper() + headline[1:], episode.start, episode.size, evidence, cause, action,
         warnings,
     )  # fmt: skip
+
+
+def _why(names: Sequence[str]) -> str:
+    """What makes sensors and actuators faulty."""
+    off = [f"{name.replace('_', ' ')} does not go with {MOTION[name]}" for name in names if name in ACCELERATIONS]
+    if any(name not in ACCELERATIONS for name in names):
+        off.append("readings and torques differ from what all others tell, by more than healthy drives ever showed")
+    cause = "; ".join(off)
+    targets = _targets(names)
+    if not targets:
+        return cause
+    return f"{cause}; what is asked ({listed(targets)}), as recorded, may be wrong as well as what is given"
+
+
+def _targets(names: Sequence[str]) -> list[str]:
+    """What is asked of those that are actuators, and of those that work with them: only what they do together shows."""
+    together = [name for pair in (MOTORS, DRIVES) if {*pair} & {*names} for name in pair]
+    return [target for actuator, target in zip(ACTUATORS, TARGETS, strict=True) if actuator in together]
 
 
 def _sentence(episode: Episode, element: Element) -> str:
@@ -170,6 +267,6 @@ def _evidence(states: Sequence[Element], drive: Driven, interruptions: int) -> d
     if interruptions:
         found["interruptions"] = float(interruptions)
     found["sensors_and_actuators_judged"] = float(
-        sum(each.status in (Status.HEALTHY, Status.FAULT, Status.SUSPECT) for each in states)
+        sum(each.status in (Status.HEALTHY, Status.FAULT, Status.SUSPECT) for each in states if each.name in ELEMENTS)
     )
     return found

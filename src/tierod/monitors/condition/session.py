@@ -13,15 +13,17 @@ from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.blind import untold
 from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.driven import STANDING, Driven
-from tierod.monitors.condition.finding import judge
+from tierod.monitors.condition.finding import OtherCauses, judge
+from tierod.monitors.condition.recording_checks.accelerations import AccelerationCheck
+from tierod.monitors.condition.recording_checks.asked import AskedCheck
 from tierod.monitors.condition.recording_checks.clock_leap import ClockLeap
-from tierod.monitors.condition.recording_checks.coverage import Coverage
+from tierod.monitors.condition.recording_checks.coverage import TARGETS, Coverage
+from tierod.monitors.condition.recording_checks.impossible import Impossible
 from tierod.monitors.condition.recording_checks.pace import TargetPace
 from tierod.monitors.condition.recording_checks.wiring import Close, Wiring
 from tierod.monitors.condition.said import Said, nothing_said
-from tierod.monitors.condition.signals import ELEMENTS, SENSORS, ConditionSample
-from tierod.monitors.condition.states import code_courses, elements, losses
-from tierod.monitors.condition.structure import ACCELERATIONS
+from tierod.monitors.condition.signals import ACCELERATIONS, ELEMENTS, SENSORS, ConditionSample
+from tierod.monitors.condition.states import acceleration_elements, code_courses, elements, losses
 from tierod.monitors.condition.substitutes import Reconfiguration
 from tierod.monitors.session import Conclusion
 from tierod.recording import Aligned
@@ -32,6 +34,8 @@ MEASURED = (*SENSORS, *ACCELERATIONS)
 """What is read, in the order of the samples."""
 SLICE = 60_000
 """Samples that are judged at once, lest all outputs of a long piece lie in memory together."""
+BEFORE = 1.0
+"""Of the first sign of an acceleration that fails, from when on it may have moved the filters [s]."""
 FAULT, CANDIDATE, NOT_TESTABLE, SOUND = 1.0, 0.5, 0.25, 0.0
 """Values of the states over time; none where nothing is judged."""
 
@@ -95,24 +99,36 @@ class ConditionSession:
         self._leap = ClockLeap(lambda: Wiring(parameters, rate, close=close))
         self._coverage, self._driven = Coverage(rate, asked=whole), Driven(1.0 / rate, asked=whole)
         self._pace = TargetPace(rate) if whole else None
+        self._asked = AskedCheck(parameters, rate) if whole else None
+        self._impossible, self._accelerations = Impossible(), AccelerationCheck(parameters, rate)
         self._read = np.zeros(len(MEASURED), bool)
         self._courses = {each: ElementCourse(each, 1.0 / rate) for each in ELEMENTS}
+        self._anew = False
         self._memory: Memory | None = None
         self._supply: Memory | None = None
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
         self._read |= np.isfinite(aligned.values[:, : len(MEASURED)]).any(axis=0)
-        values, covered = self._coverage.add(aligned.values)
-        aligned = Aligned(aligned.time, values, aligned.names)
+        values, covered = self._coverage.add(self._impossible.add(aligned.values))
         self._wiring.add(dict(zip(aligned.names, values.T, strict=True)))
         self._driven.add(aligned.time, values, covered)
         if self._pace is not None:
             self._pace.add(values)
+        values, failures = self._without_failed_accelerations(aligned.time, values)
+        if self._asked is not None:
+            self._asked.add(aligned.time, dict(zip(self.signals, values.T, strict=True)))
         changes = (np.flatnonzero(np.diff(covered.judged)) + 1).tolist()
-        starts = sorted({0, *changes, *range(0, len(values), SLICE)})
+        # One that fails with the last sample lets the monitor begin anew with the next piece.
+        begins, self._anew = failures | ({0} if self._anew else set()), len(values) in failures
+        starts = sorted({0, *changes, *(begins - {len(values)}), *range(0, len(values), SLICE)})
         parts = [
-            self._part(Aligned(aligned.time[part], values[part], aligned.names), covered.available[part], judged)
+            self._part(
+                Aligned(aligned.time[part], values[part], aligned.names),
+                covered.available[part],
+                judged,
+                part.start in begins,
+            )
             for part, judged in (
                 (slice(start, stop), bool(covered.judged[start]))
                 for start, stop in zip(starts, [*starts[1:], len(values)], strict=True)
@@ -120,8 +136,30 @@ class ConditionSession:
         ]
         return {name: np.concatenate([part[name] for part in parts]) for name in self.traces}
 
-    def _part(self, aligned: Aligned, available: np.ndarray, judged: bool) -> dict[str, np.ndarray]:
-        """Samples that are all judged, or all not; after those that are not, the monitor begins anew."""
+    def _not_done(self) -> tuple[tuple[str, ...], ...]:
+        """Targets that do not go with what is done; an acceleration that has failed tells nothing of the drives."""
+        blind = self._accelerations.gone("longitudinal_acceleration")
+        found = () if self._asked is None else tuple(self._asked.found)
+        return tuple(each for each in found if not (blind and each == TARGETS[2:]))
+
+    def _without_failed_accelerations(self, time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, set[int]]:
+        """The samples without accelerations that have failed, and at which of them one fails."""
+        gone = [name for name in ACCELERATIONS if self._accelerations.gone(name)]
+        failed = self._accelerations.add(time, dict(zip(self.signals, values.T, strict=True)))
+        if not gone and not failed:
+            return values, set()
+        values = values.copy()
+        for name, first in {**dict.fromkeys(gone, 0), **failed}.items():
+            values[first:, self.signals.index(name)] = np.nan
+        return values, {*failed.values()}
+
+    def _part(self, aligned: Aligned, available: np.ndarray, judged: bool, anew: bool) -> dict[str, np.ndarray]:
+        """Samples that are all judged, or all not; after those that are not, the monitor begins anew.
+
+        So it does where an acceleration fails, which it has believed until then.
+        """
+        if anew:
+            self._memory = None
         filtered = np.full((len(aligned.time), len(SENSORS)), np.nan)
         if judged:
             self._supply = None if self._memory is None else self._supply
@@ -160,6 +198,11 @@ class ConditionSession:
 
     def conclude(self) -> Conclusion:
         """The state of every element, and the finding."""
+        disagreeing = tuple(self._accelerations.found.values())
+        for each in disagreeing:
+            if each.sure:
+                for course in self._courses.values():
+                    course.forget(each.window - BEFORE, each.found)
         faults = [each for course in self._courses.values() for each in course.episodes(self._driven.end)]
         slow = () if self._pace is None else self._pace.problems()
         wired = self._wiring.problems() or self._leap.problems([each for each in faults if not each.candidates])
@@ -171,8 +214,12 @@ class ConditionSession:
         # Without any reading, or with all of them, there is nothing to say of what tells the others apart.
         notes = untold(self.vehicle, missing) if missing and self._read.any() else ()
         told = self.calibrated or bool(self._notes)
-        finding = judge(self.name, states, self._driven, problems, lost, interruptions, told, (*self._notes, *notes))
-        sound = {each.name for each in states if each.role == "sensor" and not each.substitute}
+        notes = (*self._notes, *notes, *self._impossible.notes())
+        causes = OtherCauses(disagreeing, self._not_done())
+        if not problems:
+            states = (*states, *acceleration_elements(disagreeing))
+        finding = judge(self.name, states, self._driven, problems, lost, interruptions, told, notes, causes)
+        sound = {each.name for each in states if each.name in SENSORS and not each.substitute}
         withheld = tuple(f"{what}{name}" for name in sorted(sound) for what in ("supplied_", "deviation_of_supplied_"))
         # What was wired wrongly is nobody's fault, and must fill no fault memory.
         courses = {} if problems else code_courses(self._courses, self._driven.end)

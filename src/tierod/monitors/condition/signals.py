@@ -19,6 +19,9 @@ SENSORS = (
 WHEELS = SENSORS[:2]
 """The sensors of the speed."""
 
+ACCELERATIONS = ("longitudinal_acceleration", "lateral_acceleration")
+"""Sensors that help and are replaced by nothing; those beside them tell whether they can be believed."""
+
 ACTUATORS = ("steering_motor_1", "steering_motor_2", "drive_left", "drive_right")
 """The actuators that are judged, in the order of all outputs."""
 

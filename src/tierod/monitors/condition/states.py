@@ -11,6 +11,7 @@ from tierod.monitors.condition.bank.testability import TOLD_BY
 from tierod.monitors.condition.courses import TOGETHER, ElementCourse
 from tierod.monitors.condition.driven import ALL_HELD, ALL_ZERO, TOO_FEW, Driven
 from tierod.monitors.condition.recording_checks.absence import Loss
+from tierod.monitors.condition.recording_checks.accelerations import MOTION, Disagreement
 from tierod.monitors.condition.recording_checks.contradictions import Problem
 from tierod.monitors.condition.said import shown
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS
@@ -53,6 +54,25 @@ def elements(
         role = "actuator" if name in ACTUATORS else "sensor"
         found.append(Element(name, role, status, cause, episodes, _substitute(name, status, drive, graph), code))
     return tuple(found)
+
+
+def acceleration_elements(disagreeing: Sequence[Disagreement]) -> tuple[Element, ...]:
+    """The accelerations that have failed: named, and replaced by nothing.
+
+    Args:
+        disagreeing: with the motion; those that surely do count
+    """
+    return tuple(
+        Element(
+            each.element,
+            "sensor",
+            Status.FAULT,
+            f"it does not go with {MOTION[each.element]}; the filters do without it since {each.found:.2f} s",
+            (Episode(f"{shown(each.size, 'm/s**2')} off {MOTION[each.element]}", each.start, None, None),),
+        )
+        for each in disagreeing
+        if each.sure
+    )
 
 
 def losses(courses: Mapping[str, ElementCourse], drive: Driven) -> dict[str, Loss]:

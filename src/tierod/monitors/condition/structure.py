@@ -10,7 +10,7 @@ from tierod.analysis.structure import Equation, StructuralModel, structure_of
 from tierod.errors import ParameterError, nearest
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar
-from tierod.monitors.condition.signals import MOTORS, SENSORS
+from tierod.monitors.condition.signals import ACCELERATIONS, MOTORS, SENSORS
 from tierod.vehicles import Vehicle
 
 ERRORS = ("front_force_error", "rear_force_error", "tie_rod_force_error")
@@ -20,8 +20,6 @@ OFFSETS = (
     *("grade_acceleration", "bank_acceleration"),
 )
 """States that creep: sensors' offsets, wheels' radii, the road's slopes."""
-ACCELERATIONS = ("longitudinal_acceleration", "lateral_acceleration")
-"""Sensors that help and are not judged."""
 
 
 class _Actuated:

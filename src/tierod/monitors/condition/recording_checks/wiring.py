@@ -130,7 +130,9 @@ class Wiring:
             value = np.where(when, witness.tells(signals, self.vehicle), np.nan)
             if np.count_nonzero(np.isfinite(value)) > LEAST_TURNING * self.rate:
                 smooth = np.convolve(value, np.full(width, 1.0 / width), "same")[:: max(round(STEP * self.rate), 1)]
-                told[name] = smooth - np.nanmean(smooth)
+                # Too many pauses leave nothing of the means.
+                if np.isfinite(smooth).any():
+                    told[name] = smooth - np.nanmean(smooth)
         return told
 
 

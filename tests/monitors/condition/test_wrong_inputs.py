@@ -1,0 +1,152 @@
+"""Signals that the filters take in and that are wrong: they are named, and no actuator is blamed for them."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from tierod.findings import Status
+from tierod.monitors.condition.definition import CONDITION
+from tierod.monitors.condition.recording_checks.coverage import TARGETS
+from tierod.monitors.condition.signals import ACCELERATIONS, ELEMENTS
+from tierod.monitors.run import Run
+from tierod.recording import Recording
+from tierod.studies.condition.drives import Drive
+from tierod.studies.condition.faults import OFFSET, Injected, lost
+from tierod.studies.condition.recorded import recorded
+from tierod.vehicles import load
+
+ALONG, ACROSS = ACCELERATIONS
+CAR = load("smartload")
+SECONDS, SINCE = 60.0, 20.0
+
+
+def diagnosed(*pieces):
+    made = Run(CONDITION, CONDITION.variants["bank"], CAR)
+    for piece in pieces:
+        made.add(piece)
+    return made.finish("test"), made.code_courses
+
+
+def changed(recording, since=0.0, **new):
+    """The recording with the values of some channels replaced from an instant on."""
+    channels = {
+        name: replace(recording[name], values=np.where(recording[name].time < since, recording[name].values, values))
+        for name, values in new.items()
+    }
+    return Recording({**recording.channels, **channels}, recording.metadata)
+
+
+def accused(diagnosis):
+    return [each.name for each in diagnosis.elements if each.status in (Status.FAULT, Status.SUSPECT)]
+
+
+def spiked(values, size):
+    values = values.copy()
+    values[np.random.default_rng(3).choice(len(values), 8, replace=False)] = size
+    return values
+
+
+@pytest.fixture(scope="module")
+def drive():
+    return recorded(Drive("short-round", SECONDS, 2, 7701))
+
+
+@pytest.fixture(scope="module")
+def off():
+    """The yaw rate off by 5 degrees per second from 35 s to 50 s."""
+    injected = Injected("yaw_rate", OFFSET, np.deg2rad(5.0), start=35.0, end=50.0)
+    return recorded(Drive("short-round", SECONDS, 1, 7706, (injected,)))
+
+
+CHANGES = {
+    "across stuck": {ACROSS: lambda of: np.full_like(of(ACROSS), of(ACROSS)[2000])},
+    "across off by its deviation": {ACROSS: lambda of: of(ACROSS) + np.std(of(ACROSS))},
+    "across off": {ACROSS: lambda of: of(ACROSS) + 2.46},
+    "across noisy": {ACROSS: lambda of: of(ACROSS) + np.random.default_rng(1).normal(0.0, 2.0, len(of(ACROSS)))},
+    "along of the wrong sign": {ALONG: lambda of: -of(ALONG)},
+    "along halved": {ALONG: lambda of: 0.5 * of(ALONG)},
+    "along and target angle swapped": {
+        ALONG: lambda of: of("target_steering_wheel_angle"),
+        "target_steering_wheel_angle": lambda of: of(ALONG),
+    },
+    "both swapped": {ALONG: lambda of: of(ACROSS), ACROSS: lambda of: of(ALONG)},
+}
+
+
+@pytest.mark.parametrize("since", [0.0, SINCE])
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+def test_a_wrong_acceleration_is_named_and_nothing_else(drive, change, since):
+    new = {name: values(lambda each: drive[each].values) for name, values in change.items()}
+    diagnosis, courses = diagnosed(changed(drive, since, **new))
+    finding, wrong = diagnosis.findings[0], [name for name in ACCELERATIONS if name in change]
+    assert finding.status is Status.FAULT
+    assert accused(diagnosis) == wrong
+    for name in wrong:
+        plain = name.replace("_", " ")
+        assert f"{plain} sensor: " in finding.headline.lower()
+        assert f"{plain} does not go with" in finding.cause
+        element = next(each for each in diagnosis.elements if each.name == name)
+        assert (element.substitute, element.episodes[0].end) == ("", None)
+        assert since - 0.5 <= element.episodes[0].start <= since + 20.0
+    assert all(change.status not in (Status.FAULT, Status.SUSPECT) for course in courses.values() for change in course)
+    assert finding.evidence["sensors_and_actuators_judged"] == len(ELEMENTS)
+
+
+def test_the_rest_of_the_drive_is_judged_without_it(off):
+    diagnosis, _ = diagnosed(changed(off, **{ACROSS: off[ACROSS].values + 2.46}))
+    assert accused(diagnosis) == ["yaw_rate", ACROSS]
+    yaw = next(each for each in diagnosis.elements if each.name == "yaw_rate")
+    assert yaw.episodes[0].start == pytest.approx(35.0, abs=0.5)
+    assert "yaw rate sensor: positive offset" in diagnosis.findings[0].headline
+    assert diagnosis.findings[0].since < 10.0
+
+
+def test_a_fault_of_an_actuator_stands_after_an_acceleration_has_failed():
+    recording = recorded(Drive("short-round", SECONDS, 3, 7707, (lost("drive_left", 1.0, 40.0, 60.0),)))
+    diagnosis, _ = diagnosed(changed(recording, SINCE, **{ALONG: -recording[ALONG].values}))
+    assert accused(diagnosis) == ["drive_left", ALONG]
+
+
+@pytest.mark.parametrize("cuts", [(23.17,), (0.3, 20.0, 21.5, 44.4)])
+def test_the_result_does_not_depend_on_the_cuts(off, cuts):
+    wrong = changed(off, SINCE, **{ACROSS: off[ACROSS].values + 2.46})
+    pieces = [wrong.slice(*edges) for edges in pairwise((-np.inf, *cuts, np.inf))]
+    (whole, courses), (parts, of_parts) = diagnosed(wrong), diagnosed(*pieces)
+    assert parts.findings[0].headline == whole.findings[0].headline
+    assert [(each.name, each.status, each.cause) for each in parts.elements] == [
+        (each.name, each.status, each.cause) for each in whole.elements
+    ]
+    assert {name: [each.status for each in course] for name, course in of_parts.items()} == {
+        name: [each.status for each in course] for name, course in courses.items()
+    }
+
+
+@pytest.mark.parametrize("size", [1e300, -1e12, np.inf])
+@pytest.mark.parametrize("name", [ACROSS, ALONG, "yaw_rate", TARGETS[0]])
+def test_an_impossible_value_is_removed_before_it_decides_and_is_named(drive, name, size):
+    diagnosis, _ = diagnosed(changed(drive, **{name: spiked(drive[name].values, size)}))
+    finding = diagnosis.findings[0]
+    assert accused(diagnosis) == []
+    assert finding.status is Status.HEALTHY
+    assert any(f"impossible values of {name.replace('_', ' ')}" in each for each in finding.warnings)
+
+
+@pytest.mark.parametrize("target", TARGETS)
+@pytest.mark.parametrize("factor", [-1.0, 0.0, 2.0])
+def test_a_wrong_target_is_named_as_a_cause(drive, target, factor):
+    diagnosis, _ = diagnosed(changed(drive, SINCE, **{target: factor * drive[target].values}))
+    finding = diagnosis.findings[0]
+    assert finding.status in (Status.FAULT, Status.SUSPECT, Status.NOT_TESTABLE)
+    assert target.replace("_", " ") in finding.cause
+
+
+def test_a_drive_that_was_hardly_judged_is_not_healthy(drive):
+    target = "target_drive_torque_left"
+    diagnosis, _ = diagnosed(changed(drive, SINCE, **{target: 0.0 * drive[target].values}))
+    finding = diagnosis.findings[0]
+    assert finding.status is Status.NOT_TESTABLE
+    assert finding.headline.startswith("Too little of the drive was judged")
+    assert "s of driving were not judged: the tyres slid" in finding.cause
+    assert finding.action.startswith("drive on a dry road")
