@@ -5,7 +5,7 @@ export PYTHON
 # The stamp knows the folder: an environment that was moved with the project no longer works.
 ENVIRONMENT := .venv/.ready-$(shell pwd | cksum | cut -d ' ' -f 1)
 
-.PHONY: help demo test bench study lint docs clean
+.PHONY: help demo test bench study attack lint docs clean
 
 help:  ## say what there is
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/make \1\t\2/' | expand -t 14
@@ -26,6 +26,13 @@ study: $(ENVIRONMENT)  ## measure what papers and tierod claim, claim by claim, 
 	.venv/bin/tierod study --output out
 	.venv/bin/python -m pytest -m slow
 
+# COUNT files of each kind, SEED of all chance, no further file after SECONDS; another seed tries other files.
+attack: COUNT ?= 2000
+attack: SECONDS ?= 3600
+attack: SEED ?= 20261123
+attack: $(ENVIRONMENT)  ## open thousands of damaged files, kill what writes, write docs/reliability.md (an hour)
+	.venv/bin/python -m tests.attack all --count $(COUNT) --seconds $(SECONDS) --seed $(SEED)
+
 lint: $(ENVIRONMENT)  ## check style and types
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
@@ -36,5 +43,5 @@ docs: $(ENVIRONMENT)  ## write the generated pages of docs/ anew
 	.venv/bin/python -m benchmarks.readme
 
 clean:  ## remove .venv and what tools left behind
-	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist out src/*.egg-info bench.json .coverage
+	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist out src/*.egg-info bench.json attack.json .coverage
 	find src tests benchmarks scripts -name __pycache__ -prune -exec rm -rf {} +

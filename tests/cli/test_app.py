@@ -87,6 +87,29 @@ def test_what_goes_wrong_becomes_one_line(verb, capsys, error, code, sentence):
     assert captured.out == ""
 
 
+@pytest.mark.parametrize(
+    "arguments", [("inspect", "DRIVE", "--map", "LOOP"), ("diagnose", "DRIVE", "--own-level", "LOOP")]
+)
+def test_a_link_to_itself_is_bad_input(arguments, tmp_path, capsys):
+    loop, drive = tmp_path / "loop", tmp_path / "drive.csv"
+    loop.symlink_to(loop)
+    drive.write_text("time [s],yaw_rate [rad/s]\n0,1\n1,2\n2,3\n")
+    places = {"DRIVE": str(drive), "LOOP": str(loop)}
+    vehicle = ["--vehicle", "midsize-eps", "--no-report"] if arguments[0] == "diagnose" else []
+    assert main([*(places.get(each, each) for each in arguments), *vehicle]) == 3
+    said = capsys.readouterr().err
+    assert said.startswith("tierod: ")
+    assert "loop" in said
+
+
+def test_a_sentence_that_repeats_a_file_is_shortened(verb, capsys):
+    assert verb(raising(InputError(f"there is no column {'x' * 100_000}; name another one")))() == 3
+    said = capsys.readouterr().err
+    assert len(said) < app.LONGEST_SENTENCE + 50
+    assert said.startswith("tierod: there is no column xxx")
+    assert said.endswith("xxx; name another one\n")
+
+
 def test_debug_shows_the_traceback(verb):
     with pytest.raises(ZeroDivisionError):
         verb(raising(ZeroDivisionError()))("--debug")

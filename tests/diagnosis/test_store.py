@@ -96,6 +96,36 @@ def test_a_file_that_does_not_fit_is_refused_and_kept_aside(tmp_path, how, says)
     assert kept.name in str(refused.value)
 
 
+@pytest.mark.parametrize("value", [float("nan"), 10**400, -(10**400), None, [], 1e308])
+@pytest.mark.parametrize(
+    "field", ["status", "counter", "verdict", "occurrences", "failed_cycles", "healed", "consequence_of"]
+)
+def test_an_entry_of_other_kinds_is_refused_though_its_digest_fits(tmp_path, field, value):
+    path = tmp_path / "memory.json"
+    drive(FaultMemory.opened(path, "car", CODES), {"c1": (-1.0, 5.0, 1.0)})
+    document = json.loads(path.read_text())
+    document["content"]["entries"]["c1"][field] = value
+    path.write_text(json.dumps({**document, "digest": digest_of(document["content"], "car")}))
+    with pytest.raises(InputError, match="damaged"):
+        FaultMemory.opened(path, "car", CODES)
+
+
+@pytest.mark.parametrize("field", ["cycle", "date", "instant", "time", "values"])
+@pytest.mark.parametrize(
+    "value", [float("nan"), -float("inf"), [float("inf")], {"vehicle_speed": [10**400]}, {"x": [1.0]}]
+)
+def test_a_freeze_frame_of_other_kinds_is_refused_though_its_digest_fits(tmp_path, field, value):
+    path = tmp_path / "memory.json"
+    drive(FaultMemory.opened(path, "car", CODES), {"c1": (-1.0, 5.0, 1.0)})
+    document = json.loads(path.read_text())
+    frame = document["content"]["entries"]["c1"]["first"]
+    assert set(frame) == {"cycle", "date", "instant", "time", "values"}
+    frame[field] = value
+    path.write_text(json.dumps({**document, "digest": digest_of(document["content"], "car")}))
+    with pytest.raises(InputError, match="damaged"):
+        FaultMemory.opened(path, "car", CODES)
+
+
 def test_the_memory_of_another_vehicle_is_refused_and_left_alone(tmp_path):
     path = tmp_path / "memory.json"
     drive(FaultMemory.opened(path, "car", CODES), {"c1": 1.0})

@@ -27,6 +27,12 @@ def test_delimiters(tmp_path, delimiter):
     assert found["vehicle_speed"].time[5] == pytest.approx(0.05)
 
 
+@pytest.mark.parametrize("text", ["#,0", "#time,1\n#0,1\n#1,2\n", "#1;2\n" * 50])
+def test_comments_are_no_table(tmp_path, text):
+    with pytest.raises(InputError, match="holds no table of numbers"):
+        read(written(tmp_path, text))
+
+
 def test_decimal_comma(tmp_path):
     text = "Zeit [s];Speed [km/h]\n" + rows("{t:.2f};{v:.1f}").replace(".", ",")
     found = read(written(tmp_path, text))["vehicle_speed"]

@@ -111,6 +111,16 @@ def test_multiplexed_signals_agree_with_cantools(database, tmp_path):
             assert list(zip(ours[name].time, ours[name].values, strict=True)) == rows
 
 
+@pytest.mark.parametrize(
+    "protocol", ["", 'BA_DEF_ BO_ "VFrameFormat" ENUM "StandardCAN","J1939PG";\nBA_ "VFrameFormat" BO_ 256 1;\n']
+)
+def test_a_signal_that_is_no_number_has_no_values_and_its_neighbours_have(tmp_path, protocol):
+    database = 'BO_ 256 M: 8 A\n SG_ Key : 0|512@1+ (1,0) [0|0] "" B\n SG_ Speed : 8|8@1+ (1,0) [0|0] "" B\n' + protocol
+    found = decoded(database, frames_of([bytes([0, 7, 0, 0, 0, 0, 0, 0])]), tmp_path)
+    assert np.isnan(found["M.Key"].values).all()
+    assert list(found["M.Speed"].values) == [7.0]
+
+
 def test_choices_are_numbers(tmp_path):
     text = SIMPLE + '\nVAL_ 256 HEAD 1 "on" 0 "off";\n'
     assert decoded(text, frames_of([b"\x01" + bytes(7)]), tmp_path)["M.HEAD"].values.tolist() == [1.0]

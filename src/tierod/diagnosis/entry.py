@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -89,10 +90,35 @@ class Entry:
         names = {each.name for each in dataclasses.fields(cls)}
         if set(content) != names:
             raise ValueError(f"{min(set(content) ^ names)} is missing or not known")
-        if not (isinstance(content["status"], int) and 0 <= content["status"] <= 255):
-            raise ValueError(f"a status is {content['status']}, not a byte")
+        for name, (least, most) in _RANGES.items():
+            if not (_is_whole(content[name]) and least <= content[name] <= most):
+                raise ValueError(f"{name} is {content[name]!r}, no whole number from {least} to {most}")
+        if not (isinstance(content["healed"], bool) and isinstance(content["consequence_of"], str)):
+            raise ValueError("healed is not true or false, or consequence_of is no name")
         frames = {name: _frame(content[name]) for name in ("first", "last")}
         return cls(**{**content, "status": CodeStatus(content["status"]), **frames})
+
+
+_MOST = 2**31 - 1
+"""Cycles and failures of a car's life are far fewer."""
+
+_RANGES = {
+    "status": (0, 255),
+    "counter": (-128, 127),
+    "verdict": (-1, 1),
+    "occurrences": (0, _MOST),
+    "failed_cycles": (0, _MOST),
+    "passed_cycles": (0, _MOST),
+}
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _is_finite(value: Any) -> bool:
+    """Whether it is a number that a float holds: JSON knows neither a largest number nor, in Python, NaN."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
 
 
 def _frame(content: Any) -> FreezeFrame | None:
@@ -100,5 +126,13 @@ def _frame(content: Any) -> FreezeFrame | None:
         return None
     if not isinstance(content, dict) or set(content) != {each.name for each in dataclasses.fields(FreezeFrame)}:
         raise ValueError("a freeze frame is not whole")
-    values = {name: tuple(each) for name, each in content["values"].items()}
-    return FreezeFrame(**{**content, "time": tuple(content["time"]), "values": values})
+    time, values = content["time"], {name: tuple(each) for name, each in content["values"].items()}
+    if not (
+        _is_whole(content["cycle"])
+        and isinstance(content["date"], str)
+        and all(map(_is_finite, [content["instant"], *time]))
+        and all(len(each) == len(time) for each in values.values())
+        and all(value is None or _is_finite(value) for each in values.values() for value in each)
+    ):
+        raise ValueError("a freeze frame holds something other than dates and finite numbers")
+    return FreezeFrame(**{**content, "time": tuple(time), "values": values})

@@ -8,6 +8,9 @@ import numpy as np
 
 _REALS = {16: (np.uint16, np.float16), 32: (np.uint32, np.float32), 64: (np.uint64, np.float64)}
 
+LONGEST = 64
+"""Bits of a number; longer signals hold texts, keys or check sums."""
+
 
 def span(start: int, length: int, big_endian: bool) -> tuple[int, int]:
     """(first bit, bit after the last) of a signal, counted from the first byte's highest bit or, little endian, lowest.
@@ -47,13 +50,16 @@ class Payloads:
         """The raw values of one signal, before factor and offset.
 
         Args:
-            start, length, big_endian: as for `span`; up to 64 bits
+            start, length, big_endian: as for `span`
             signed: two's complement
             real: IEEE 754 of 16, 32 or 64 bits
 
         Returns:
-            unsigned or signed 64-bit integers, or floats, shape (n,)
+            unsigned or signed 64-bit integers, or floats, shape (n,); NaN where what the database describes is no
+            number of a frame: beyond 64 bits, before the first bit, a real number of another length
         """
+        if not 1 <= length <= LONGEST or start < 0 or (real and length not in _REALS):
+            return np.full(len(self.data), np.nan)
         begin, end = span(start, length, big_endian)
         first = 0 if end <= 64 else begin // 8
         begin, end = begin - 8 * first, end - 8 * first

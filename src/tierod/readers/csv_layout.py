@@ -64,9 +64,10 @@ def find_layout(data: bytes) -> Layout:
     """
     lines = _lines(data)
     best: tuple[float, str, str] = (0.0, "", "")
+    plain = [line for _, line in lines if not line.startswith("#")]
     for delimiter in ",;\t|":
         for decimal in "." if delimiter == "," else ".,":
-            best = max(best, (_score([line for _, line in lines], delimiter, decimal), delimiter, decimal))
+            best = max(best, (_score(plain, delimiter, decimal), delimiter, decimal))
     if not best[0]:
         raise InputError("holds no table of numbers; export the signals as columns with one row of names above them")
     return _layout(lines, best[1], best[2], _about(lines))

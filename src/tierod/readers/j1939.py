@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from tierod.readers.bits import LONGEST
+
 _PGN_WITH_ADDRESS = 240
 """J1939-21: below this PDU format the next byte is the address of the receiver, not part of the parameter group."""
 
@@ -38,7 +40,7 @@ def without_value(item: Any, raw: np.ndarray) -> np.ndarray | None:
         item: the signal as cantools describes it
         raw: its raw values, unsigned where they can say it, shape (n,)
     """
-    if item.is_signed or item.is_float or item.length < 2:
+    if item.is_signed or item.is_float or not 2 <= item.length <= LONGEST:
         return None
     if item.length >= 8:
         return raw >= np.uint64(0xFE << (item.length - 8))

@@ -1,0 +1,128 @@
+"""Mutated files and the corpus of all that ever failed, through the command line as users call it."""
+
+import signal
+import time
+
+import pytest
+
+from attack.corpus import load
+from attack.fuzz import SEED, class_of, run
+from attack.pool import Pool
+from attack.seeds import seeds, user_files
+from attack.targets import BESIDE, FILE, FITTING, READERS, TARGETS, Case, case
+
+COUNT = 20
+"""Cases of each target in the suite: a few seconds for all of them. `make attack` runs thousands."""
+
+FEW = 4
+"""Cases of MF4, each of which takes a process of its own."""
+
+FAILING = {"parquet": "escapes", "channel-map": "units", "own-level": "escapes"}
+"""Targets of which some of the first cases still fail, and what has to be mended before."""
+
+KEPT = load()
+
+pytest.importorskip("asammdf")
+pytest.importorskip("can")
+
+
+@pytest.fixture(scope="module")
+def pool():
+    with Pool() as found:
+        yield found
+
+
+def marked(name, waits_for, slow=False):
+    marks = [pytest.mark.xfail(reason=f"waits for: {waits_for}", strict=True)] if waits_for else []
+    return pytest.param(name, marks=[*marks, *([pytest.mark.slow] if slow else [])])
+
+
+@pytest.mark.parametrize("target", [marked(name, FAILING.get(name, "")) for name in TARGETS])
+def test_mutated_files_of(pool, target):
+    count = FEW if TARGETS[target].family == "mdf" else COUNT
+    tally = run(target, range(count), SEED, pool)
+    assert tally.cases == count
+    assert [f"{each.key}: {class_of(result)}" for each, result in tally.failed] == []
+
+
+@pytest.mark.parametrize("name", [marked(each.name, each.waits_for, each.slow) for each in KEPT])
+def test_corpus(pool, name):
+    kept = next(each for each in KEPT if each.name == name)
+    assert kept.fault(kept.run(pool)) == ""
+
+
+def test_names_in_the_corpus_are_unique():
+    names = [each.name for each in KEPT]
+    assert len(set(names)) == len(names) > 50
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_what_is_mutated_is_valid(pool, target):
+    """A seed that is refused as it stands would be a test of one sentence alone."""
+    chosen = TARGETS[target]
+    for name, content in seeds()[target].items():
+        accepted = []
+        for _, command in chosen.commands[:1] if chosen.family == "mdf" else chosen.commands:
+            result = pool.run(Case(target, 0, 0, name, content, command).placed(pool.folder()))
+            assert result.kind == "", result
+            accepted.append(result.code in (0, 2))
+        assert any(accepted), (name, result.stderr)
+
+
+def test_ten_readers_and_eight_kinds_of_user_files():
+    assert len(READERS) == 10
+    assert set(TARGETS) == {*READERS, *user_files()}
+    assert len(user_files()) == 8
+    for target in TARGETS.values():
+        assert all({FILE, BESIDE, FITTING} & set(command) and FILE in command for _, command in target.commands)
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_case_is_the_same_whenever_it_is_made(target):
+    assert [case(target, 1, number) for number in range(5)] == [case(target, 1, number) for number in range(5)]
+    contents = {case(target, 1, number).content for number in range(20)}
+    assert len(contents) > 15
+
+
+def test_a_death_is_seen(pool):
+    assert pool.run(["--version"]).kind == ""
+    pool.process.send_signal(signal.SIGSEGV)
+    result = pool.run(["--version"])
+    assert (result.kind, result.detail) == ("crash", "SIGSEGV")
+    assert pool.run(["--version"]).kind == ""
+
+
+def test_one_that_waits_for_ever_is_seen():
+    with Pool() as impatient:
+        impatient.run(["--version"])
+        impatient.wait = 0.5
+        impatient.process.send_signal(signal.SIGSTOP)
+        began = time.monotonic()
+        assert impatient.run(["--version"]).kind == "hang"
+        assert time.monotonic() - began >= 0.5
+
+
+@pytest.mark.parametrize(
+    ("told", "stdout", "stderr", "kind"),
+    [
+        ({}, "all is well\n", "", ""),
+        ({"code": 3}, "", "tierod: give another file\n", ""),
+        ({"code": 3}, "", "", "silence"),
+        ({"code": 3}, "", "x" * 5000, "flood"),
+        ({"code": 3}, "", "tierod: the memory is not enough\n", "memory"),
+        ({"code": 4, "where": "here"}, "", "tierod: a defect\n", "defect"),
+        ({"code": 5}, "", "", "code"),
+        ({"code": None, "escaped": "Traceback"}, "", "", "traceback"),
+        ({}, "", "Traceback (most recent call last):\n", "traceback"),
+        ({}, "\x1b[2J", "", "escape"),
+        ({}, "", "\x9b31m", "escape"),
+        ({"memory": 2e9}, "", "", "memory"),
+        ({"seconds": 11.0}, "", "", "hang"),
+    ],
+)
+def test_what_went_wrong_gets_its_name(told, stdout, stderr, kind):
+    with Pool() as silent:
+        (silent.home / "stdout").write_text(stdout, encoding="utf-8")
+        (silent.home / "stderr").write_text(stderr, encoding="utf-8")
+        whole = {"code": 0, "escaped": "", "seconds": 0.1, "memory": 0, "resident": 0, **told}
+        assert silent.judged(whole).kind == kind
