@@ -28,18 +28,28 @@ class MotionLimits:
         agrees: share up to which the two confirm each other
         lateral: root mean square of the larger one from which turns are compared [m/s^2]
         longitudinal: the same for speed gained in a second [m/s]; hills alone make less
+        gentle: speed gained or lost in a second up to which that is compared: beyond, wheels slip [m/s]
         leap: change of the speed within a fifth of a second that no car makes [m/s]
         leaping: share of such changes; wheels that lock make 0.02 of them
         seconds: of driving that is needed
+        gaining: the same for speed gained: a stop with wheels that lock must not decide
+        rolling: speed from which turns tell an offset of the yaw rate [m/s]
+        rolling_time: ... for so long [s]: four terms are told, and one turn after the other errs alike
+        condition: greatest condition number of that regression; at one speed alone it says nothing
     """
 
     contradicts: Annotated[float, ""] = 0.75
     agrees: Annotated[float, ""] = 0.4
     lateral: Annotated[float, "m/s**2"] = 0.5
     longitudinal: Annotated[float, "m/s"] = 0.8
+    gentle: Annotated[float, "m/s"] = 4.0
     leap: Annotated[float, "m/s"] = 3.5
     leaping: Annotated[float, ""] = 0.05
     seconds: Annotated[float, "s"] = 10.0
+    gaining: Annotated[float, "s"] = 30.0
+    rolling: Annotated[float, "m/s"] = 3.0
+    rolling_time: Annotated[float, "s"] = 60.0
+    condition: Annotated[float, ""] = 1e4
 
 
 class Wrong(NamedTuple):
@@ -89,6 +99,7 @@ class MotionOverDrive:
         self._rest = np.empty((0, 5))
         self._turn, self._yaw, self._side, self._gain = _Pair(), _Pair(), _Pair(), _Pair()
         self._leaps = self._steps = 0
+        self._rolling = np.zeros((5, 5))
 
     def add(
         self,
@@ -118,10 +129,37 @@ class MotionOverDrive:
         self._turn.add((v * r).mean(axis=1), a.mean(axis=1))
         self._yaw.add((v * r).mean(axis=1), (v * steered).mean(axis=1))
         self._side.add(a.mean(axis=1), (v * steered).mean(axis=1))
-        self._gain.add(gained, BLOCK * along.mean(axis=1))
+        along = BLOCK * along.mean(axis=1)
+        gentle = (np.abs(gained) < self.limits.gentle) & (np.abs(along) < self.limits.gentle)
+        self._gain.add(gained[gentle], along[gentle])
+        self._roll(v, r, a)
         steps = np.abs(np.diff(v[:, :: self._size // STEPS], axis=1))
         self._steps += int(np.isfinite(steps).sum())
         self._leaps += int((steps > self.limits.leap).sum())
+
+    def _roll(self, v: np.ndarray, r: np.ndarray, a: np.ndarray) -> None:
+        """Terms of the regression of the lateral acceleration, where the car rolls."""
+        rows = np.column_stack([(v * r).mean(axis=1), r.mean(axis=1), v.mean(axis=1), np.ones(len(v)), a.mean(axis=1)])
+        rows = rows[np.isfinite(rows).all(axis=1) & (rows[:, 2] > self.limits.rolling)]
+        self._rolling += rows.T @ rows
+
+    def yaw_rate_offset(self) -> float:
+        """Offset of the yaw rate, two standard deviations nearer to zero than estimated [rad/s]; 0 where none is known.
+
+        Of a = g v r + c r + o v + k the term in v is that of an offset -o of the yaw rate; an offset of the
+        acceleration or the bank of the road goes into k, one of the speed into c, roll and gains into g.
+        """
+        limits, count = self.limits, self._rolling[3, 3]
+        matrix, right, power = self._rolling[:4, :4], self._rolling[:4, 4], self._rolling[4, 4]
+        size = np.sqrt(np.diag(matrix))
+        if count * BLOCK < limits.rolling_time or not size.all():
+            return 0.0
+        if np.linalg.cond(matrix / np.outer(size, size)) > limits.condition:
+            return 0.0
+        terms = np.linalg.solve(matrix, right)
+        left = max(float(power - terms @ right), 0.0) / count
+        deviation = math.sqrt(left * float(np.linalg.inv(matrix)[2, 2]))
+        return -math.copysign(max(abs(float(terms[2])) - 2.0 * deviation, 0.0), float(terms[2]))
 
     def wrong(self) -> tuple[Wrong, ...]:
         """What contradicts the motion that the other signals tell."""
@@ -132,7 +170,7 @@ class MotionOverDrive:
             sentence = f"vehicle_speed leaps by more than {fifth} in {100.0 * leaps:.0f} % of the steps"
             return (Wrong(("vehicle_speed",), f"{sentence}, which no car does"),)
         turn = self._turn.unexplained(limits.seconds, limits.lateral)
-        gain = self._gain.unexplained(limits.seconds, limits.longitudinal)
+        gain = self._gain.unexplained(limits.gaining, limits.longitudinal)
         if turn > limits.contradicts:
             return (self._of_a_turn(gain),)
         if not gain > limits.contradicts:

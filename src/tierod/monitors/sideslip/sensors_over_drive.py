@@ -89,13 +89,19 @@ class SensorsOverDrive:
         gain = steady_yaw_gain(v, self._wheelbase, self._gradient)
         self._rolling += (len(v), np.sum(r - a / v), np.sum(r - gain * d))
 
-    def offset(self) -> Offset | None:
-        """Of the yaw rate, where the data tells one that is worth naming."""
+    def offset(self, beside_turns: float = 0.0) -> Offset | None:
+        """Of the yaw rate, where the data tells one that is worth naming.
+
+        Args:
+            beside_turns: what lateral acceleration over speed tells, see `MotionOverDrive.yaw_rate_offset` [rad/s]
+        """
         count, total, squares = self._standing
         if count >= self.limits.standing_time * self._rate:
             mean = total / count
             if math.sqrt(max(squares / count - mean * mean, 0.0)) < self.limits.still:
                 return self._worth_naming(mean, "while the car stands")
+        if told := self._worth_naming(beside_turns, "beside the lateral acceleration at different speeds"):
+            return told
         count, beside_acceleration, beside_steering = self._rolling
         if count < self.limits.rolling_time * self._rate:
             return None

@@ -245,7 +245,7 @@ class SideslipSession(BlockSession):
 
     def _with_offset(self, finding: Finding) -> Finding:
         """The finding, not healthy and with the cause named where the yaw rate has an offset."""
-        if (offset := self._sensors.offset()) is None:
+        if (offset := self._sensors.offset(self._motion.yaw_rate_offset())) is None:
             return finding
         told = (
             f"the yaw rate has an offset of {_signed(math.degrees(offset.value), 1)} degrees per second, told by its "
