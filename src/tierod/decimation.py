@@ -93,7 +93,12 @@ class Decimator:
 
 
 def coarser(trace: Trace, step: int) -> Trace:
-    """The trace with `step` neighbouring bins merged into one; nothing is hidden."""
+    """The trace with neighbouring bins merged; the extremes stay.
+
+    Args:
+        trace: at any resolution
+        step: bins that become one
+    """
     if step <= 1:
         return trace
     pad = -len(trace.time) % step
@@ -116,7 +121,12 @@ def coarser(trace: Trace, step: int) -> Trace:
 
 
 def merged(trace: Trace, points: int = OVERVIEW) -> Trace:
-    """The trace with neighbouring bins merged until there are no more than `points`."""
+    """The trace with neighbouring bins merged until there are few enough; the extremes stay.
+
+    Args:
+        trace: at any resolution
+        points: most bins that are left
+    """
     return coarser(trace, -(-len(trace.time) // points))
 
 

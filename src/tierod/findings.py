@@ -248,5 +248,10 @@ class Diagnosis:
     created: str = ""
 
     def remarked(self, name: str, remark: str) -> Diagnosis:
-        """The diagnosis with a remark added."""
+        """The diagnosis with a remark added.
+
+        Args:
+            name: of what it is about ("baseline")
+            remark: a sentence
+        """
         return replace(self, remarks={**self.remarks, name: remark})

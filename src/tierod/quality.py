@@ -39,7 +39,7 @@ class QualityLimits:
 LIMITS = QualityLimits()
 
 IMPOSSIBLE = 10.0
-"""So many times the plausible range of a signal no fault of a sensor gives; degrees taken for radians still may."""
+"""Multiple of the plausible range beyond which no faulty sensor reads [-]; degrees taken for radians stay below."""
 
 _MISSING, _GAP, _PLAUSIBLE = "% of the samples are missing", "the longest gap lasts", "leaves the plausible"
 
@@ -124,7 +124,7 @@ def figure_remarks(
 
 
 def assumes_unit(note: str) -> bool:
-    """Whether a note says that a file gives no unit, and that of the signal was taken."""
+    """Whether a note says that the file gives no unit, so that the signal's unit was assumed."""
     return "unit not given" in note
 
 

@@ -28,6 +28,12 @@ def written(unit: str) -> str:
 
 
 def in_words(value: float, unit: str, digits: int = 3) -> str:
-    """A value as it is shown, to so many digits, with its label."""
+    """A value as it is shown, with its label.
+
+    Args:
+        value: in its unit
+        unit: as of the catalogue of signals
+        digits: significant ones
+    """
     factor, label = shown(unit)
     return f"{factor * value:z.{digits}g} {label}".rstrip()

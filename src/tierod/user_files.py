@@ -1,4 +1,4 @@
-"""The one door through which text that users give comes in: regular files, bounded, decoded strictly, not too deep.
+"""Reading of text files that users give: regular files, bounded in length and nesting, decoded strictly.
 
     text = read_text("car.toml", "the vehicle file", ParameterError)
     content = toml(text, "car.toml", ParameterError)

@@ -29,6 +29,9 @@ class Scripted:
     def __init__(self, course, final):
         self.course, self.final = tuple(StatusChange(*change) for change in course), final
 
+    def refuse(self, aligned):
+        pass
+
     def absorb(self, aligned):
         enabled = (np.floor(aligned.time + 1e-9) % 2 == 0).astype(float)
         return {

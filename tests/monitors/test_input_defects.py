@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import tracemalloc
 from collections.abc import Callable
 
 import numpy as np
@@ -138,3 +139,19 @@ def test_what_is_found_does_not_depend_on_how_the_recording_is_cut(healthy):
     for start, stop in itertools.pairwise([0.0, 37.43, 120.0, 120.5, 333.331, 500.0]):
         run.add(changed.slice(start, stop))
     assert run.finish().findings[0] == whole
+
+
+def test_a_pause_of_many_hours_takes_no_memory(healthy):
+    half = healthy.span[0] + 0.5 * (healthy.span[1] - healthy.span[0])
+    channels = {
+        name: dataclasses.replace(each, time=np.where(each.time > half, each.time + 72000.0, each.time))
+        for name, each in healthy.channels.items()
+    }
+    paused = Recording(channels)
+    defects = InputDefects(tuple(channels))
+    tracemalloc.start()
+    defects.add(paused, paused.span[0], paused.span[1])
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert defects.found() == ()
+    assert most < 50e6

@@ -1,4 +1,4 @@
-"""Text that goes to a terminal: what would steer the terminal, or cannot be shown there, is spelt out."""
+"""Text for a terminal: control characters, and letters that the encoding lacks, are printed as escapes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def visible(text: str) -> str:
 
 
 def say(text: str, end: str = "\n") -> None:
-    """Print a text to stdout, with whatever it holds."""
+    """Print a text to stdout, with control characters as escapes."""
     print(visible(text), end=end)
 
 
@@ -39,7 +39,12 @@ def spell_what_cannot_be_shown() -> None:
 
 
 def console(stderr: bool, width: int | None) -> Console:
-    """A console that steers its terminal itself, and shows what texts hold."""
+    """A console that prints control characters of texts as escapes.
+
+    Args:
+        stderr: whether it prints there
+        width: in characters; None for that of the terminal
+    """
     from rich.console import Console
     from rich.segment import Segment
 

@@ -136,6 +136,10 @@ def save(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, An
 def save_held(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, Any], before: str) -> str:
     """As `save`, of a file that is held.
 
+    Args:
+        path: of the file, as `holding` gives it
+        codes, vehicle, content, before: as of `save`
+
     Raises:
         OutputError: it cannot be written, or a program that does not hold it has written it meanwhile
     """

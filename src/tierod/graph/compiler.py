@@ -90,7 +90,13 @@ def load(source: str, name: str) -> ctypes.PyDLL:
 
 
 def kernel_name(command: tuple[str, ...], source: str, name: str) -> str:
-    """The name of a kernel in the cache: it holds all that its code depends on."""
+    """The name of a kernel in the cache, with a digest of all that its code depends on.
+
+    Args:
+        command: of the compiler
+        source: printed C
+        name: of the block, the first part of the name
+    """
     parts = [*command, _identity(command[0]), _machine(), *FLAGS, *NATIVE, *SCHEDULED, source]
     key = hashlib.sha256("\0".join(parts).encode())
     return f"{name}-{key.hexdigest()[:24]}"

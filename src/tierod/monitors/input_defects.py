@@ -13,10 +13,14 @@ from tierod.findings import Defect, Finding, Status
 from tierod.monitors.delays import BLOCK, RATE, Lag, LagOverDrive
 from tierod.monitors.stuck_over_drive import MAXIMUM_AGE, Stuck
 from tierod.quality import LEVELS, piles_up
-from tierod.recording import Recording
+from tierod.recording import Aligned, Recording
 
 if TYPE_CHECKING:
     from tierod.monitors.session import Monitor
+
+
+AT_ONCE = 30 * BLOCK
+"""Samples that are compared at once, ten minutes: a pause of many hours need not fit into memory."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +117,6 @@ class InputDefects:
         self._ends = {name: (Counter[float](), Counter[float]()) for name in CLIPPED if name in names}
         used = [name for each in pairs.values() for name in (*each.first, *each.second)]
         self.names = tuple(dict.fromkeys((*used, *self._ends)))
-        self._start: float | None = None
         self._samples = 0
         self._pending = np.empty((0, len(self.names)))
 
@@ -128,11 +131,13 @@ class InputDefects:
         """
         if not self.names:
             return
-        self._start = start
-        first = start + self._samples / RATE
-        if until < first:
-            return
-        aligned = recording.align(self.names, RATE, maximum_age=MAXIMUM_AGE, start=first, stop=until + 1e-6)
+        spans = tuple(stuck)
+        while (first := start + self._samples / RATE) <= until:
+            stop = min(until + 1e-6, first + (AT_ONCE - 0.5) / RATE)
+            self._compare(recording.align(self.names, RATE, maximum_age=MAXIMUM_AGE, start=first, stop=stop), spans)
+
+    def _compare(self, aligned: Aligned, stuck: Sequence[Stuck]) -> None:
+        """The next samples, without those of stuck signals."""
         self._samples += len(aligned.time)
         for each in stuck:
             if each.name in self.names:

@@ -30,7 +30,12 @@ def refusals(monitor: Monitor, vehicle: Vehicle | None, recording: Recording) ->
 
 
 def taken(monitor: Monitor, reasons: Mapping[str, str]) -> tuple[str, ...]:
-    """The variants that would run: the default first, where the monitor has one."""
+    """The variants that would run: the default first, where the monitor has one.
+
+    Args:
+        monitor: that is asked for
+        reasons: as of `refusals`
+    """
     free = [name for name, reason in reasons.items() if not reason]
     return tuple(sorted(free, key=lambda name: name != monitor.default))
 

@@ -83,7 +83,7 @@ def store_own_level(level: OwnLevel, path: str | Path) -> Path:
 
 
 def keep_first(level: OwnLevel, path: str | Path) -> str:
-    """Write the level where no file is; one that is there is never changed, so that no slow fault creeps into it.
+    """Write the level where no file is; one that is there is never changed, so that no slow fault becomes part of it.
 
     Args:
         level: to be kept

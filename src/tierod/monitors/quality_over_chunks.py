@@ -86,6 +86,10 @@ class QualityOverChunks:
     def refuse_slow(self, required: Iterable[str], minimum_rate: float) -> bool:
         """Stop where a signal comes too slowly.
 
+        Args:
+            required: names of signals
+            minimum_rate: of each [Hz]
+
         Returns:
             whether the rate of every required signal is known; of a single sample there is none
 

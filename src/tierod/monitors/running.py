@@ -274,6 +274,12 @@ def _common(monitor: Monitor) -> set[str]:
 def opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: OwnLevel | None = None) -> Session:
     """The session of a variant for a vehicle.
 
+    Args:
+        monitor: on the grid of the recording
+        variant: of the monitor
+        vehicle: that is judged
+        own_level: baseline of earlier drives; None where there is none
+
     Raises:
         ParameterError: the variant cannot run with this vehicle
     """

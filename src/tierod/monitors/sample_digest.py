@@ -1,4 +1,4 @@
-"""A fingerprint of the samples of a recording, by which it is known again in another file or under another name."""
+"""A fingerprint of the samples of a recording, by which it is recognised in another file or under another name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pauses of a recording: so much of each is judged as a verdict may need, and the rest costs nothing."""
+"""Pauses of a recording: the beginning of each is judged as missing samples, the rest is skipped."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import numpy as np
 from tierod.monitors.pieces import refuse_leap
 
 PAUSE = 2.0
-"""Seconds without a sample from which on a stretch is a pause; all that a signal can mean is over by then."""
+"""Time without a sample from which on a stretch is a pause [s]; every held value has expired by then."""
 
 LONGEST = 600.0
-"""Seconds of a pause that are judged as missing: uncertainty grows, verdicts lapse. Later nothing changes any more."""
+"""Time of a pause that is judged as missing [s]: uncertainty grows, verdicts lapse; later nothing changes any more."""
 
 MOST = 3600.0
-"""Seconds of pauses beyond the time with samples that are judged at `LONGEST`; of further ones `PAUSE` each, so that
-work follows the samples, whatever their stamps are."""
+"""Time of pauses beyond the time with samples that is judged at `LONGEST` [s]; of further ones `PAUSE` each, so that
+work grows with the samples, not with their stamps."""
 
 
 class Stretch(NamedTuple):
@@ -32,7 +32,7 @@ class Silence:
 
     def __init__(self) -> None:
         self._first: float | None = None
-        self._heard: float | None = None
+        self._last_sample: float | None = None
         self._paused = 0.0
         self._judged = 0.0
 
@@ -47,9 +47,9 @@ class Silence:
         Raises:
             InputError: a pause is so long that a clock was set
         """
-        if self._first is None or self._heard is None:
-            self._first = self._heard = begin
-        resume = self._heard
+        if self._first is None or self._last_sample is None:
+            self._first = self._last_sample = begin
+        resume = self._last_sample
         for pause, end in self._pauses(list(stamps), begin):
             refuse_leap(pause, end)
             limit = pause + self._allowed(pause)
@@ -58,25 +58,25 @@ class Silence:
             if limit < end:
                 yield Stretch(resume, limit)
                 resume = end
-        yield Stretch(resume, min(stop, self._heard + self._allowed(self._heard)))
+        yield Stretch(resume, min(stop, self._last_sample + self._allowed(self._last_sample)))
 
     def _allowed(self, pause: float) -> float:
-        """Seconds of a pause that are judged."""
+        """Time of a pause that is judged [s]."""
         assert self._first is not None
-        heard = pause - self._first - self._paused
-        return LONGEST if self._judged + LONGEST <= MOST + heard else PAUSE
+        sampled = pause - self._first - self._paused
+        return LONGEST if self._judged + LONGEST <= MOST + sampled else PAUSE
 
     def _pauses(self, stamps: list[np.ndarray], begin: float) -> Iterator[tuple[float, float]]:
         """(last sample before, first sample after) of every pause that ends in a piece."""
-        assert self._heard is not None
+        assert self._last_sample is not None
         parts = [each[np.searchsorted(each, begin) :] for each in stamps]
         parts = [each for each in parts if len(each)]
         if not parts:
             return
         last = max(float(each[-1]) for each in parts)
-        gapless = (each for each in parts if each[0] - self._heard <= PAUSE and last - each[-1] <= PAUSE)
+        gapless = (each for each in parts if each[0] - self._last_sample <= PAUSE and last - each[-1] <= PAUSE)
         if not any(float(np.diff(each).max(initial=0.0)) <= PAUSE for each in gapless):
-            together = np.unique(np.concatenate([[self._heard], *parts]))
+            together = np.unique(np.concatenate([[self._last_sample], *parts]))
             at = np.flatnonzero(np.diff(together) > PAUSE)
             yield from zip(together[at].tolist(), together[at + 1].tolist(), strict=True)
-        self._heard = last
+        self._last_sample = last

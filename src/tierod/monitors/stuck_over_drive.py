@@ -14,8 +14,8 @@ from tierod.recording import Aligned, Recording
 from tierod.signals import SIGNALS
 
 RATE = 20.0
-"""Samples per second that are watched [Hz]: a signal that is stuck repeats itself in every one, and a monitor at 10 kHz
-pays hardly anything."""
+"""Rate at which signals are watched [Hz]: a stuck signal repeats its value in every sample, and a monitor at 10 kHz
+gets hardly slower."""
 
 MAXIMUM_AGE = 0.1
 """A sample older than this is missing [s]; as of most monitors."""

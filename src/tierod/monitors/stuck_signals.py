@@ -188,7 +188,7 @@ class StuckSignals:
         return moves
 
     def _rests_alone(self, run: Run, moves: Any, ordered: bool) -> Any:
-        """Whether a signal that changed with every sample rests at a value that it has no reason to rest at."""
+        """Whether a signal that changed with every sample rests at a value without reason."""
         if ordered:
             return 0.0
         resting = either(absolute(run.value) > 0.0, run.rests_at_zero < 0.5)
@@ -257,7 +257,7 @@ class StuckSignals:
 
 
 def hold_back(sample: Any, stuck_seconds: Any) -> Any:
-    """The sample without what is stuck: infinite, which is as good as missing (`present`).
+    """The sample with stuck signals infinite, which counts as missing (`present`).
 
     Args:
         sample: tree of signals

@@ -1,4 +1,4 @@
-"""A recording bit by bit: the lanes of a file, put in order and side by side, become slices of equal length."""
+"""Slices of equal length from the lanes of a file, which are put in order and aligned."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Stretch = tuple[np.ndarray, dict[str, np.ndarray]]
 
 
 FEWEST = 0.1
-"""Samples per second [Hz] that a slice has at least; every slice costs some milliseconds, however little it holds."""
+"""Samples per second [Hz] that a slice has at least; a slice costs some milliseconds, also with few samples."""
 
 
 class Slice(NamedTuple):

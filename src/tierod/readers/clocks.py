@@ -21,7 +21,7 @@ _NAMES = ("time", "t", "timestamp", "timestamps", "zeit", "time_s", "times", "se
 
 
 SLOWEST = 1.0
-"""Rate [Hz] below which seconds are in doubt where no unit is given: no recording of a steering is so slow."""
+"""Rate [Hz] below which seconds are in doubt where no unit is given: no recording of a steering system is so slow."""
 
 USUAL = (5.0, 20e3)
 """Rates [Hz] of recordings of vehicles and motors, from coarse telemetry to phase currents."""
@@ -123,7 +123,15 @@ def _named(name: str | None, columns: Sequence[Column]) -> Column | None:
 
 
 def unit_of(column: Column, given: TimeEntry = GUESSED) -> str:
-    """The unit of a time column as given by the user, as written, or as its name ends; "" where none says it."""
+    """The unit of a time column as given by the user, as written, or as its name ends.
+
+    Args:
+        column: of the time
+        given: what the user says of it
+
+    Returns:
+        the unit as written; "" where none is given
+    """
     inside = split_name(column.name)[1]
     return given.unit or column.unit or (inside if known(inside) else "") or split_suffix(column.name)[1]
 

@@ -59,12 +59,21 @@ class Content:
 
 
 def content_of(path: Path, packed: bool) -> Content:
-    """The content of a file that lies on a disk."""
+    """The content of a file that lies on a disk.
+
+    Args:
+        path: of the file
+        packed: whether it is compressed with gzip
+    """
     return Content(path, path.stat().st_size, packed, False, lambda: path.open("rb"))
 
 
 def spooled(path: Path, pipe: IO[bytes]) -> Content:
     """What comes through a pipe, kept in a temporary file so that it can be read again.
+
+    Args:
+        path: of the pipe, for messages
+        pipe: open for reading
 
     Raises:
         InputError: more comes than is allowed, or the disk is full

@@ -37,7 +37,7 @@ class Table:
 
     @property
     def quoted(self) -> bool:
-        """Whether a quotation mark quotes: one that is never closed would swallow the lines up to the next one."""
+        """Whether quotation marks quote; not where their number is odd: an open one would hide lines up to the next."""
         return self.quotes > 0 and self.quotes % 2 == 0
 
 

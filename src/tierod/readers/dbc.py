@@ -102,6 +102,10 @@ def _database(cantools: Any, path: Path, content: bytes) -> Any:
 def match_messages(log: Heard, database: Sequence[Any]) -> dict[tuple[int, int], Found]:
     """The messages of a database that a log holds, one per message, bus and sender, by bus and identifier.
 
+    Args:
+        log: what is in the log
+        database: messages as cantools gives them
+
     Raises:
         InputError: the log holds none of them; identifiers of both sides are named
     """

@@ -109,7 +109,13 @@ def _layout(file: Any) -> dict[str, Any]:
 
 
 def find_clocks_of(file: Any, layout: dict[str, Any], time: TimeEntry = GUESSED) -> tuple[Clock, ...]:
-    """The clocks that the layout names, that the user gives, or those that the columns' names show."""
+    """The clocks that the layout names, that the user gives, or those that the columns' names show.
+
+    Args:
+        file: open, of pyarrow
+        layout: that tierod wrote; empty where another program wrote the file
+        time: column and unit as the user gives them
+    """
     columns = [column for column in _columns(file, layout) if not column.name.startswith("__index")]
     if not layout:
         return find_clocks(columns, given=time)

@@ -1,4 +1,4 @@
-"""Another process in which a file is read by native code, with limits of time and memory; its death is one sentence."""
+"""The process in which native code reads a file, with limits of memory and time; its crash gives one error message."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from tierod.readers.limits import VARIABLE, Limits, limits
 
 @dataclass(frozen=True)
 class Budget:
-    """What the process may take.
+    """Limits of the process.
 
     Args:
         memory: beyond its start and the size of the file [bytes]; recordings of cars take a tenth of it
@@ -142,7 +142,11 @@ class MdfProcess(ReaderProcess):
         self._lanes = 0
 
     def lane(self, group: int, channels: list[int] | None) -> Iterator[dict[str, np.ndarray]]:
-        """Arrays of some channels of a group, or of its frames where none are given, from the beginning.
+        """Arrays of some channels of a group, or of its frames, from the beginning.
+
+        Args:
+            group: number of the group in the file
+            channels: their numbers; None for the frames of a bus
 
         Raises:
             InputError: as for `ask`

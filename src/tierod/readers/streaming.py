@@ -70,6 +70,12 @@ def loaded_map(channel_map: str | Path | ChannelMap | None) -> ChannelMap | None
 def planned(path: str | Path, source: Source, channel_map: ChannelMap | None, names: tuple[str, ...] | None) -> Plan:
     """Which columns of an opened file become which channels.
 
+    Args:
+        path: of the file, for messages
+        source: the opened file
+        channel_map: None where the one beside the database, or none, is used
+        names: of the wanted signals; None for all
+
     Raises:
         InputError: the channel map does not fit, or the file holds none of the named signals
     """

@@ -1,4 +1,4 @@
-"""What the writers of tierod put beside the numbers, as JSON: taken as far as it is whole, whoever changed it since."""
+"""What the writers of tierod put beside the numbers, as JSON: taken as far as it is undamaged."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from tierod.user_files import json_document
 
 DAMAGED = "what tierod wrote beside the numbers (units, sources, metadata) is damaged and was left out"
-"""Warning where a description is there, but is none."""
+"""Warning on a description that cannot be read."""
 
 _TEXTS = ("name", "unit", "source", "note")
 

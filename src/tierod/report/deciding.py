@@ -8,12 +8,22 @@ from tierod.shown import shown
 
 
 def deciding(diagnosis: Diagnosis, finding: Finding) -> list[str]:
-    """A sentence for every decision that raised the alarm of a finding."""
+    """A sentence for every decision that raised the alarm of a finding.
+
+    Args:
+        diagnosis: with all decisions
+        finding: of the diagnosis
+    """
     return [_sentence(diagnosis, each) for each in diagnosis.decisions if each.name in finding.decided_by]
 
 
 def alarm_from(levels: tuple[float, ...], below: bool) -> str:
-    """The thresholds of a rule, as shown: "alarm from 4", "alarm beyond ±0.06", "alarm below 9"."""
+    """The thresholds of a rule, as shown: "alarm from 4", "alarm beyond ±0.06", "alarm below 9".
+
+    Args:
+        levels: thresholds; empty gives ""
+        below: whether the rule alarms below them
+    """
     if not levels:
         return ""
     if below:

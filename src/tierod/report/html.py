@@ -16,7 +16,7 @@ from tierod.report.charts.figure import Figure, drawn_from
 TEMPLATES = Path(__file__).parent / "templates"
 
 LIBRARY = "plotly-cartesian.min.js.gz"
-"""Of plotly.js what draws in a plane: a third of the whole."""
+"""The part of plotly.js that draws in a plane, a third of the whole."""
 
 
 @cache

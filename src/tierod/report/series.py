@@ -1,4 +1,4 @@
-"""The time series of a page, packed: as fine as a page of bearable size can hold them."""
+"""The time series of a page, packed: as fine as the size of a page allows."""
 
 from __future__ import annotations
 

@@ -64,3 +64,10 @@ def test_the_gains_do_not_depend_on_how_the_drive_is_cut(signals):
     for start, stop in ((0, 777), (777, 12_345), (12_345, 40_000)):
         pieces.add({name: values[start:stop] for name, values in signals.items()})
     assert pieces.found() == after(signals).found()
+
+
+@pytest.mark.parametrize("name", ["steering_wheel_rate", "steering_wheel_angle", "driver_torque"])
+def test_a_signal_that_is_zero_while_driving_says_nothing(signals, name):
+    gains = GainsOverDrive(load("midsize-eps"), 100.0)
+    gains.add(signals | {name: np.zeros(len(signals[name]))})
+    assert gains.found() is None

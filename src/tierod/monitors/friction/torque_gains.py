@@ -144,7 +144,8 @@ class GainsOverDrive:
         if self._map is None or self._count * STRIDE / self._rate < self.limits.seconds:
             return None
         matrix, right = self._sums[:-1, :-1], self._sums[:-1, -1]
-        if np.linalg.cond(matrix / self._scale(matrix)) > 1e10:
+        # A term that is zero throughout leaves nothing to scale; its gain is unknown.
+        if not np.diag(matrix).all() or np.linalg.cond(matrix / self._scale(matrix)) > 1e10:
             return None
         terms = np.linalg.solve(matrix, right)
         power = float(self._sums[-1, -1])

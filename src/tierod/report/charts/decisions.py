@@ -49,7 +49,7 @@ def statistics(diagnosis: Diagnosis) -> dict[str, list[Limit]]:
 
 
 def most_relevant(diagnosis: Diagnosis) -> list[str]:
-    """The statistics that say most: those that decided first, then others beyond a threshold; all where none was."""
+    """Statistics that decided, then others beyond a threshold; all where none was beyond one."""
     decisive = {name for finding in diagnosis.findings for name in finding.decided_by}
     known = [each for each in diagnosis.decisions if each.statistic in statistics(diagnosis)]
     ordered = [
@@ -60,7 +60,7 @@ def most_relevant(diagnosis: Diagnosis) -> list[str]:
 
 
 def decision_figure(diagnosis: Diagnosis) -> Figure | None:
-    """Every statistic that says much over time, its thresholds dashed, red where it is beyond one."""
+    """The most relevant statistics over time, their thresholds dashed, red where one is beyond a threshold."""
     return _statistics(diagnosis, most_relevant(diagnosis), "decisions", "What was decided on")
 
 

@@ -126,7 +126,14 @@ def line(time: np.ndarray, values: np.ndarray, colour: str, name: str, **more: A
 
 
 def strip(trace: Trace, per_second: float, factor: float, label: str, axis_name: str) -> list[dict[str, Any]]:
-    """A trace as a thin line of its mean in a band from lowest to highest value."""
+    """A trace as a thin line of its mean in a band from lowest to highest value.
+
+    Args:
+        trace: to draw
+        per_second: of the axis of time [1/s]
+        factor, label: with which its unit is shown
+        axis_name: of the vertical axis
+    """
     time, name = centres(trace, per_second), words(trace.name)
     lower, upper, mean = (np.asarray(part, float) * factor for part in (trace.lower, trace.upper, trace.mean))
     text = {"hovertemplate": "%{y:.4g} " + label + f"<extra>{name}</extra>"}
