@@ -1,7 +1,9 @@
 """Remarks on several pieces of a recording speak of the whole."""
 
 import numpy as np
+import pytest
 
+from tierod.errors import InputError
 from tierod.monitors.quality_over_chunks import QualityOverChunks
 from tierod.recording import Channel, Recording
 
@@ -41,3 +43,12 @@ def test_missing_samples_are_counted_over_all_pieces():
     assert remarks(piece(0.0), (time, half)) == ["25 % of the samples are missing"]
     nothing = np.full_like(values, np.nan)
     assert remarks(piece(0.0), (time, nothing))[0] == "50 % of the samples are missing"
+
+
+def test_a_signal_without_a_sample_is_refused_in_a_sentence():
+    quality = QualityOverChunks(["yaw_rate"])
+    speed, empty = Channel("vehicle_speed", *piece(0.0), "m/s"), np.empty(0)
+    quality.add(Recording({"vehicle_speed": speed, "yaw_rate": Channel("yaw_rate", empty, empty, "rad/s")}))
+    assert not quality.refuse_slow(["yaw_rate"], 20.0)
+    with pytest.raises(InputError, match="no sample of yaw_rate could be read"):
+        quality.refuse_unusable(["yaw_rate"])

@@ -91,13 +91,13 @@ class QualityOverChunks:
             minimum_rate: of each [Hz]
 
         Returns:
-            whether the rate of every required signal is known; of a single sample there is none
+            whether the rate of every required signal is known; of no sample or a single one there is none
 
         Raises:
             InputError: a required signal comes at less than the minimum rate [Hz]
         """
         names = tuple(required)
-        for name in names:
+        for name in (name for name in names if name in self._rows):
             rate = self._rows[name].rate
             if too_slow(rate, minimum_rate):
                 milliseconds = not too_slow(1e3 * rate, minimum_rate) and rate < 1.0
@@ -105,7 +105,7 @@ class QualityOverChunks:
                     f"{name} comes at {rate:.3g} Hz; at least {minimum_rate:g} Hz are needed: record it faster"
                     + (', or, if its time counts milliseconds, call that column "time [ms]"' if milliseconds else "")
                 )
-        return bool(np.isfinite([self._rows[name].rate for name in names]).all())
+        return all(name in self._rows and np.isfinite(self._rows[name].rate) for name in names)
 
     def refuse_unusable(self, required: Iterable[str]) -> None:
         """Stop where a signal says nothing in the whole recording.
@@ -114,7 +114,9 @@ class QualityOverChunks:
             InputError: a required signal is missing or constant throughout
         """
         for name in required:
-            row = self._rows[name]
+            row = self._rows.get(name)
+            if row is None:
+                raise InputError(f"no sample of {name} could be read; check that the file is whole, or record again")
             if row.missing_share == 1.0:
                 raise InputError(f"every sample of {name} is missing; check the sensor, its source and the channel map")
             if row.samples < FEWEST:
