@@ -9,9 +9,10 @@ from tierod.decimation import Decimator
 from tierod.derive import complete
 from tierod.graph import batch, scan
 from tierod.graph.samples import Memory
-from tierod.quality import channel_quality, sign_warnings
+from tierod.quality import channel_quality
 from tierod.readers import open_chunks, read
 from tierod.recording import Channel, Recording
+from tierod.signs import sign_warnings
 from tierod.writers import write
 
 TIME = np.arange(0.0, 300.0, 0.01)

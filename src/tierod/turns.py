@@ -7,8 +7,8 @@ from typing import Annotated
 
 import numpy as np
 
-from tierod.quality import COMPARED
 from tierod.recording import Recording
+from tierod.signs import COMPARED
 
 NAMES = ("vehicle_speed", "yaw_rate", "lateral_acceleration")
 

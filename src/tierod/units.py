@@ -149,7 +149,7 @@ def _registry() -> Any:
 
 
 def _is_plain(bare: str) -> bool:
-    """Whether a text is words with small exponents, joined by signs: pint would work out powers of powers for ever."""
+    """Whether a text is words with small exponents, joined by signs: pint evaluates towers of powers without end."""
     place, depth, before = 0, 0, ""
     while place < len(bare):
         token = _TOKEN.match(bare, place)

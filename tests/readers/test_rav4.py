@@ -7,9 +7,9 @@ import pytest
 
 from shared_data import shared_data
 from tierod.derive import complete
-from tierod.quality import sign_warnings
 from tierod.readers import read
 from tierod.recording import Recording
+from tierod.signs import sign_warnings
 
 pytest.importorskip("cantools")
 

@@ -8,9 +8,10 @@ import pytest
 from can_logs import stored, together
 from shared_data import shared_data
 from tierod.errors import InputError
-from tierod.quality import channel_quality, sign_warnings
+from tierod.quality import channel_quality
 from tierod.readers import parse_channel_map, read
 from tierod.readers.vendor_can import frames_of
+from tierod.signs import sign_warnings
 
 
 def test_passenger_car_with_a_wrong_sign():

@@ -40,7 +40,8 @@ def inspect(
     from tierod.derive import complete
     from tierod.monitors.inspection import refusals
     from tierod.monitors.registry import MONITORS
-    from tierod.quality import channel_quality, sign_warnings
+    from tierod.quality import channel_quality
+    from tierod.signs import sign_warnings
     from tierod.turns import turn_warnings
 
     car = _vehicle(whole, vehicle)

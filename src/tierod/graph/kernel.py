@@ -192,7 +192,7 @@ def _library(graph: Graph | BankGraph, own_tuning: bool | None = None) -> ctypes
 
 @lru_cache(maxsize=512)
 def _attempted(graph: Any, own_tuning: bool | None) -> ctypes.PyDLL | CompileError:
-    """A refusal is kept too: the next piece of a recording would have everything compiled in vain again."""
+    """A refusal is kept too, so that the next piece of a recording does not compile everything again."""
     name = prefix(graph)
     try:
         if own_tuning is None:

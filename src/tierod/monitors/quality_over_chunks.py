@@ -10,17 +10,16 @@ import numpy as np
 from tierod.errors import InputError
 from tierod.findings import ChannelQuality
 from tierod.quality import (
-    COMPARED,
     assumes_unit,
     channel_quality,
     figure_remarks,
     follows_from_figures,
-    sign_warnings,
     tells_of_implausible_values,
     too_slow,
 )
 from tierod.recording import Channel, Recording
 from tierod.shown import in_words
+from tierod.signs import COMPARED, sign_warnings
 from tierod.turns import turn_warnings
 
 REDUCED_RATE = 10.0

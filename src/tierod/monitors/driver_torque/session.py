@@ -14,14 +14,16 @@ from tierod.graph import Result
 from tierod.monitors.driver_torque.below_bar import BelowBarOverDrive
 from tierod.monitors.driver_torque.contradicting import ContradictionOverDrive
 from tierod.monitors.driver_torque.decisions import FitRules
+from tierod.monitors.driver_torque.drive import Drive
 from tierod.monitors.driver_torque.geometry import GeometryOverDrive
 from tierod.monitors.driver_torque.hands import OFF, ON, UNCERTAIN
 from tierod.monitors.driver_torque.hands_filters import SensorNoise
+from tierod.monitors.driver_torque.misfits import distances
 from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
 from tierod.monitors.driver_torque.sensor_noise import measured_noise
 from tierod.monitors.driver_torque.signs import SignVerdict, wrong_signs
 from tierod.monitors.driver_torque.stretches import Stretches
-from tierod.monitors.driver_torque.verdict import Drive, distances, judge
+from tierod.monitors.driver_torque.verdict import judge
 from tierod.monitors.session import BlockSession, Conclusion
 from tierod.recording import Aligned
 from tierod.vehicles import Vehicle

@@ -86,3 +86,12 @@ def test_the_result_does_not_depend_on_the_cuts(drive, cuts):
     parts, again = check(drive, cuts, **{ALONG: -drive[1][ALONG]})
     assert parts.found == whole.found
     assert again == first
+
+
+def test_a_pause_that_was_skipped_leaves_the_times_right(drive):
+    time, signals = drive
+    later = np.where(time < SINCE - 5.0, time, time + 3600.0)
+    made, failed = check((later, signals | {ALONG: np.where(time < SINCE, signals[ALONG], -signals[ALONG])}))
+    found = made.found[ALONG]
+    assert SINCE - 0.5 <= found.start - 3600.0 <= found.found - 3600.0 <= SINCE + 15.0
+    assert later[failed[ALONG]] == pytest.approx(found.found, abs=0.011)

@@ -20,8 +20,12 @@ def signals(columns):
 
 
 def blocks(*pieces):
-    motion = Motion(PARAMETERS, RATE)
-    return [block for piece in pieces for block in motion.add(piece)]
+    motion, found, start = Motion(PARAMETERS, RATE), [], 0
+    for piece in pieces:
+        count = len(piece[BOTH[0]])
+        found += motion.add((start + np.arange(count)) / RATE, piece)
+        start += count
+    return found
 
 
 def straight(slope, seconds=5.0):
@@ -33,7 +37,7 @@ def straight(slope, seconds=5.0):
 
 def test_a_circle_has_yaw_rate_times_speed_across_and_the_centripetal_part_along():
     found = blocks(signals(circle(20.0, 6.0)))
-    assert [block.end for block in found] == [50 * number for number in range(1, 11)]
+    assert [block.end for block in found] == pytest.approx([0.5 * number for number in range(1, 11)])
     for block in found:
         assert block.moved[1] == pytest.approx(0.3 * 6.0, rel=0.06)
         assert block.moved[0] == pytest.approx(-0.09 * CAR.rear_distance, abs=0.01)

@@ -50,7 +50,6 @@ class AccelerationCheck:
     def __init__(self, vehicle: Any, rate: float, bounds: Bounds = BOUNDS):
         self._motion, self._rate = Motion(vehicle, rate), rate
         self._checks = {name: DifferenceCheck(bounds) for name in ACCELERATIONS}
-        self._begin: float | None = None
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> dict[str, int]:
         """The next piece, and from which of its samples on each acceleration that fails in it is not to be used.
@@ -59,14 +58,12 @@ class AccelerationCheck:
             time: [s], (n,)
             signals: by name, (n,) each; NaN where missing
         """
-        begin = self._begin = float(time[0]) if self._begin is None else self._begin
         failed = {}
-        for block in self._motion.add(signals):
-            end = begin + block.end / self._rate
+        for block in self._motion.add(time, signals):
             for place, (name, check) in enumerate(self._checks.items()):
                 moved = block.moved[place]
-                if check.add(Row(end, block.read[place] - moved, moved, block.rough[place])):
-                    failed[name] = int(np.searchsorted(time, end - 0.5 / self._rate))
+                if check.add(Row(block.end, block.read[place] - moved, moved, block.rough[place])):
+                    failed[name] = int(np.searchsorted(time, block.end - 0.5 / self._rate))
         return failed
 
     def gone(self, name: str) -> bool:

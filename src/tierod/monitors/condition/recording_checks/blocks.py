@@ -11,6 +11,8 @@ BLOCK = 0.5
 LEAST_READ = 0.15
 """Share of the samples of a block that a signal must have; wheel speeds come at 20 Hz on slow buses."""
 
+_TIME = "time"
+
 
 class Blocks:
     """Cuts a drive into blocks, and keeps what is left of each piece for the next one.
@@ -22,24 +24,25 @@ class Blocks:
     def __init__(self, rate: float):
         self.rate, self.width = rate, max(round(BLOCK * rate), 2)
         self._left: dict[str, np.ndarray] = {}
-        self._done = 0
 
-    def add(self, signals: Mapping[str, np.ndarray]) -> tuple[dict[str, np.ndarray], list[int]]:
-        """The blocks that the next piece completes, and the number of the sample after each.
+    def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> tuple[dict[str, np.ndarray], list[float]]:
+        """The blocks that the next piece completes, and the end of each.
 
         Args:
+            time: [s], (n,); it leaps where a pause of the recording was skipped
             signals: by name, (n,) each; NaN where missing
 
         Returns:
-            signals by name, (blocks, samples) each, and the numbers, (blocks,)
+            signals by name, (blocks, samples) each, and the ends [s], (blocks,)
         """
-        whole = {name: np.concatenate([self._left.get(name, values[:0]), values]) for name, values in signals.items()}
-        count = len(next(iter(whole.values()))) // self.width
+        pieces = {**signals, _TIME: time}
+        whole = {name: np.concatenate([self._left.get(name, values[:0]), values]) for name, values in pieces.items()}
+        count = len(whole[_TIME]) // self.width
         used = count * self.width
         self._left = {name: values[used:].copy() for name, values in whole.items()}
-        ends = [self._done + (place + 1) * self.width for place in range(count)]
-        self._done += used
-        return {name: values[:used].reshape(count, self.width) for name, values in whole.items()}, ends
+        cut = {name: values[:used].reshape(count, self.width) for name, values in whole.items()}
+        ends: list[float] = (cut.pop(_TIME)[:, -1] + 1.0 / self.rate).tolist()
+        return cut, ends
 
     def line(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean and slope per second of every block, (blocks,) each; NaN where too few samples are read."""

@@ -23,14 +23,14 @@ class Block(NamedTuple):
     """Means of one block of time; NaN where an input is missing or the others disagree.
 
     Args:
-        end: number of the sample after it
+        end: of the block [s]
         read: of each of `ACCELERATIONS`, without its known offset [m/s**2]
         moved: as predicted from the motion [m/s**2]
         rough: standard deviation of its noise from sample to sample [m/s**2]
         speed: of the vehicle [m/s]
     """
 
-    end: int
+    end: float
     read: tuple[float, float]
     moved: tuple[float, float]
     rough: tuple[float, float]
@@ -51,13 +51,14 @@ class Motion:
     def __init__(self, vehicle: Any, rate: float):
         self._vehicle, self._blocks = vehicle, Blocks(rate)
 
-    def add(self, signals: Mapping[str, np.ndarray]) -> list[Block]:
+    def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> list[Block]:
         """The blocks that the next piece completes.
 
         Args:
+            time: [s], (n,)
             signals: by name, (n,) each; NaN where missing
         """
-        cut, ends = self._blocks.add(signals)
+        cut, ends = self._blocks.add(time, signals)
         if not ends:
             return []
         p, line = self._vehicle, self._blocks.line

@@ -38,14 +38,12 @@ class TargetCheck:
     """
 
     def __init__(self, vehicle: Any, rate: float):
-        self._vehicle, self._rate, self._blocks = vehicle, rate, Blocks(rate)
+        self._vehicle, self._blocks = vehicle, Blocks(rate)
         self._checks = {TARGETS[:2]: DifferenceCheck(STEERING), TARGETS[2:]: DifferenceCheck(DRIVING)}
-        self._begin: float | None = None
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> None:
         """The next piece: time [s], signals by name, (n,) each; NaN where missing."""
-        begin = self._begin = float(time[0]) if self._begin is None else self._begin
-        cut, ends = self._blocks.add(signals)
+        cut, ends = self._blocks.add(time, signals)
         if not ends:
             return
         p, speed = self._vehicle, mean_speed(cut) / self._vehicle.wheel_speed_scale
@@ -62,7 +60,7 @@ class TargetCheck:
             target, done = self._blocks.line(asked)[0], self._blocks.line(shown)[0]
             apart = np.where(moves, target - done, np.nan)
             for end, difference, value in zip(ends, apart.tolist(), done.tolist(), strict=True):
-                check.add(Row(begin + end / self._rate, difference, value, 0.0))
+                check.add(Row(end, difference, value, 0.0))
 
     @property
     def found(self) -> dict[tuple[str, ...], Difference]:

@@ -1,0 +1,160 @@
+"""Whether a drive and the column of a vehicle file fit each other, and what may be wrong where they do not."""
+
+from __future__ import annotations
+
+import math
+
+from tierod.monitors.driver_torque.contradicting import described
+from tierod.monitors.driver_torque.decisions import (
+    COLUMN,
+    INERTIA_SPREAD,
+    INNOVATIONS,
+    LAG_SPREAD,
+    OFFSET_SPREAD,
+    RATIO_SPREAD,
+    STIFFNESS_SPREAD,
+    FitRules,
+    misfit,
+)
+from tierod.monitors.driver_torque.drive import Drive
+from tierod.monitors.driver_torque.vehicle_column import usual_tuning
+from tierod.vehicles import Vehicle
+
+DEGREES, UNIT_MARGIN = math.degrees(1.0), 0.1
+"""An angle in degrees that is read as radians, and how close to that factor, in its logarithm, a ratio must be."""
+UNNAMED = "the innovations"
+"""Begins the sentence of a misfit that names no parameter."""
+NO_THIRD = "steering_wheel_angle or driver_torque may be wrong; motor_angle_mechanical would show which"
+
+
+def misfits(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
+    """What of the vehicle file the data contradict, a half-sentence each.
+
+    Args:
+        drive: what was collected
+        vehicle: whose column it is
+        rules: whether vehicle file and recording fit
+    """
+    if unit := _wrong_unit(drive, vehicle):
+        return [unit]
+    if is_late(drive, vehicle, rules):
+        return _misshapen(drive, vehicle, rules)
+    wrong = []
+    inertia = vehicle["steering_wheel_inertia"]
+    if rules.apart(_departures(drive, vehicle)["inertia"], 1.0):
+        there = inertia + drive.inertia_error
+        wrong.append(
+            f"steering_wheel_inertia is {inertia:.3g} kg·m², but without hands the wheel moves as with {there:.3g}"
+        )
+    wrong += _misshapen(drive, vehicle, rules)
+    if rules.misfit(drive.nis) and (drive.geometry is None or not wrong):
+        wrong.append(
+            f"{UNNAMED} are {math.sqrt(drive.nis):.0f} times as large as the observer expects; a signal may be "
+            "late, have an offset or the wrong sign, or motor_inertia, gear_stiffness or the sensors' noise be off"
+        )
+    return wrong
+
+
+def suspected(drive: Drive, wrong: list[str]) -> tuple[str, ...]:
+    """Which signal may be wrong instead of the vehicle file, as half-sentences.
+
+    Args:
+        drive: what was collected
+        wrong: as `misfits` gives it
+    """
+    found = drive.contradiction
+    if found is None:
+        return (NO_THIRD,)
+    if found.names:
+        return (described(found),)
+    if drive.motor and all(each.startswith(UNNAMED) for each in wrong):
+        return (f"the angles and the torque of the bar fit each other, so that {drive.motor} is suspected",)
+    return ()
+
+
+def _misshapen(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
+    """What angles and torque of the bar contradict; a late one spoils what they say of bar and offset."""
+    found = drive.geometry
+    if found is None:
+        return []
+    wrong = []
+    ratio, bar = vehicle["motor_ratio"], vehicle["torsion_bar_stiffness"]
+    apart = _departures(drive, vehicle)
+    if rules.apart(apart["ratio"], 1.0):
+        wrong.append(f"motor_ratio is {ratio:.4g}, but the angles go by {found.ratio:.4g}")
+    if is_late(drive, vehicle, rules):
+        others = "the others" if found.lag > 0.0 else "both others, which may themselves be late"
+        when = "late" if found.lag > 0.0 else "early"
+        return [*wrong, f"{found.late} is some {1e3 * abs(found.lag):.0f} ms {when} against {others}"]
+    if rules.apart(apart["stiffness"], 1.0):
+        wrong.append(f"torsion_bar_stiffness is {bar:.3g} N·m/rad, but the bar twists as with {found.stiffness:.3g}")
+    elif rules.apart(apart.get("offset", 0.0), 1.0):
+        offset, turn = found.torque_offset, math.degrees(abs(found.torque_offset) / found.stiffness)
+        way = "high" if offset > 0.0 else "low"
+        wrong.append(
+            f"driver_torque is {abs(offset):.2f} N·m too {way} for the twist of the bar (or steering_wheel_angle and "
+            f"motor_angle_mechanical, which should agree on the unloaded bar, differ by {turn:.2f} degrees); correct "
+            "the offset in the channel map"
+        )
+    return wrong
+
+
+def is_late(drive: Drive, vehicle: Vehicle, rules: FitRules) -> bool:
+    """Whether a signal is late by more than its sample time, and the innovations of the observer show it.
+
+    Args:
+        drive: what was collected
+        vehicle: whose column it is
+        rules: whether vehicle file and recording fit
+    """
+    unfit = math.isnan(drive.nis) or rules.misfit(drive.nis)
+    if drive.geometry is None or not unfit:
+        return False
+    return rules.apart(_departures(drive, vehicle)["lag"], 1.0)
+
+
+def _wrong_unit(drive: Drive, vehicle: Vehicle) -> str:
+    """The sentence for an angle in degrees that passes for radians, or the other way round; "" for none."""
+    if drive.geometry is None:
+        return ""
+    factor = drive.geometry.ratio / vehicle["motor_ratio"]
+    if abs(abs(math.log(factor)) - math.log(DEGREES)) > UNIT_MARGIN:
+        return ""
+    larger, smaller = "motor_angle_mechanical", "steering_wheel_angle"
+    if factor < 1.0:
+        larger, smaller = smaller, larger
+    return (
+        f"{larger} is {DEGREES:.1f} times too large against {smaller} for a motor_ratio of "
+        f"{vehicle['motor_ratio']:.4g}: one of them has degrees and radians mistaken"
+    )
+
+
+def distances(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
+    """How far the recording is from the vehicle file [standard deviations], by the name of the decision.
+
+    Args:
+        drive: what was collected
+        vehicle: whose column it is
+    """
+    furthest = max(_departures(drive, vehicle).values(), key=abs)
+    innovations = {INNOVATIONS: misfit(drive.nis)} if drive.nis > 0.0 else {}
+    return {COLUMN: furthest} | innovations
+
+
+def _departures(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
+    """How far every value of the column is from that of the vehicle file [standard deviations]."""
+    apart = {"inertia": drive.inertia_error / (INERTIA_SPREAD * vehicle["steering_wheel_inertia"])}
+    if (found := drive.geometry) is None:
+        return apart
+    apart["ratio"] = (found.ratio / vehicle["motor_ratio"] - 1.0) / RATIO_SPREAD
+    apart["lag"] = found.lag / LAG_SPREAD if abs(found.lag) > drive.sample_time else 0.0
+    bar = found.stiffness / vehicle["torsion_bar_stiffness"]
+    apart["stiffness"] = math.log(bar) / STIFFNESS_SPREAD if bar > 0.0 else -math.inf
+    if is_zeroed(vehicle):
+        apart["offset"] = (found.torque_offset - drive.torque_offset) / OFFSET_SPREAD
+    return apart
+
+
+def is_zeroed(vehicle: Vehicle) -> bool:
+    """Whether the angles were set to zero on the unloaded bar, so that they show the offset of its torque."""
+    return usual_tuning(vehicle).offset is None
