@@ -15,7 +15,7 @@ import tempfile
 import time
 import traceback
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -38,8 +38,14 @@ SEEDS = (11, 12)
 REFUSED, DEFECT = 3, 4
 """Exit codes of a recording that is refused, and of a defect of tierod itself."""
 
-UNOBSERVABLE: dict[tuple[str, str, str], str] = {}
-"""Changes that no signal of the recording can show: (monitor, signal, change) -> physical reason."""
+UNOBSERVABLE = (
+    "driver_torque and motor_torque times one factor: only these two signals have the unit of a torque, so friction "
+    "scales with them; each finding of friction says so",
+    "all currents and voltages of a motor times one factor: its equations are linear, and the factor is that of the "
+    "magnets' flux",
+    "all signals late by the same time: nothing in the recording tells when something happened",
+)
+"""Changes of several signals at once that no signal can show, with the physical reason; no change of one signal is."""
 
 CALLED: dict[str, tuple[str, ...]] = {
     "vehicle_speed": ("the speed",),
@@ -135,8 +141,6 @@ def wrong(case: Case, found: Outcome) -> str:
     """What is wrong with the outcome of a case; empty where nothing is."""
     if found.code == DEFECT:
         return "defect"
-    if (case.drive.monitor, case.signal, case.change) in UNOBSERVABLE:
-        return ""
     if case.drive.faulty and found.code == 0 and not found.named:
         return "a fault is called healthy"
     if not case.drive.faulty and found.code == 1 and not found.blamed:
@@ -209,38 +213,56 @@ def matrix(drive: Drive, seed: int, folder: Path) -> Iterator[Case]:
             yield Case(drive, signal, change, seed)
 
 
-def run(count: int, seed: int, folder: Path) -> dict[str, Any]:
-    """Judge a sample of all cases, drawn at random, those of one recording together.
+def drawn(drives: Sequence[Drive], count: int, seed: int, folder: Path) -> list[Case]:
+    """Cases drawn at random, as many of each recording, those of one recording together; every one where count allows.
+
+    Args:
+        drives: recordings, each with every one of `SEEDS` in turn
+        count: of cases
+        seed: of the draw
+        folder: where recordings are kept
+    """
+    random = np.random.default_rng(seed)
+    places = list(itertools.product(drives, SEEDS))
+    if count < len(places):
+        places = [places[at] for at in sorted(random.choice(len(places), count, replace=False))]
+    cases = []
+    for at, (drive, each) in enumerate(places):
+        every = list(matrix(drive, each, folder))
+        share = count * (at + 1) // len(places) - count * at // len(places)
+        cases += [every[place] for place in sorted(random.permutation(len(every))[:share])]
+    return cases
+
+
+def run(count: int, seed: int, folder: Path, monitors: Iterable[str] = tuple(MONITORS)) -> dict[str, dict[str, Any]]:
+    """Judge a sample of all cases, drawn at random.
 
     Args:
         count: of cases; all of them where there are no more
         seed: of the draw
         folder: where recordings are kept
+        monitors: that are attacked
 
     Returns:
-        figures of the attack: cases, exit codes, wrong words by kind with their names, slowest case [s]
+        figures by monitor: cases, exit codes, those that change nothing that is said, defects, wrong words by name of
+        the case, slowest case [s]
     """
-    every = [case for drive, each in itertools.product(DRIVES, SEEDS) for case in matrix(drive, each, folder)]
-    drawn = np.random.default_rng(seed).permutation(len(every))[:count]
-    codes: Counter[int] = Counter()
-    failed: dict[str, str] = {}
-    slowest = 0.0
-    for place in sorted(drawn):
-        found = outcome(every[place], folder)
-        codes[found.code] += 1
-        slowest = max(slowest, found.seconds)
-        if reason := wrong(every[place], found):
-            failed[every[place].name] = f"{reason}: {found.text}"
-    return {
-        "cases": len(drawn),
-        "of": len(every),
-        "exit_codes": dict(sorted(codes.items())),
-        "defects": codes[DEFECT],
-        "wrong_words": len(failed) - codes[DEFECT],
-        "failed": failed,
-        "slowest_s": slowest,
-        "unobservable": len(UNOBSERVABLE),
-    }
+    chosen = tuple(monitors)
+    cases = drawn([drive for drive in DRIVES if drive.monitor in chosen], count, seed, folder)
+    figures: dict[str, dict[str, Any]] = {}
+    for monitor in chosen:
+        found = {case: outcome(case, folder) for case in cases if case.drive.monitor == monitor}
+        reasons = {case: wrong(case, each) for case, each in found.items()}
+        codes = Counter(each.code for each in found.values())
+        figures[monitor] = {
+            "cases": len(found),
+            "exit_codes": {f"exit {code}": number for code, number in sorted(codes.items())},
+            "without_a_word": sum(each.code == 0 and not each.named for each in found.values()),
+            "defects": codes[DEFECT],
+            "wrong_words": {case.name: f"{reason}: {found[case].text}" for case, reason in reasons.items() if reason},
+            "slowest_s": max((each.seconds for each in found.values()), default=0.0),
+        }
+    return figures
 
 
 def main() -> int:
