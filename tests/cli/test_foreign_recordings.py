@@ -169,13 +169,8 @@ def test_inspect_says_the_same_of_a_recording_without_truth_and_names_of_ours(dr
         pytest.importorskip("asammdf")
     ours = drive("column-bench-hands", "20")
     foreign, channel_map = as_a_car_gives_it(ours, tmp_path, ending)
-<<<<<<< HEAD
     vehicle = ["--vehicle", "column-bench"]
     _, expected = document(capsys, ["inspect", str(ours), *vehicle])
     code, found = document(capsys, ["inspect", str(foreign), "--map", str(channel_map), *vehicle])
-=======
-    _, expected = document(capsys, ["inspect", str(ours)])
-    code, found = document(capsys, ["inspect", str(foreign), "--map", str(channel_map), "--vehicle", "column-bench"])
->>>>>>> w-review
     assert code == 0
     assert [each["can_run"] for each in found["monitors"]] == [each["can_run"] for each in expected["monitors"]]
