@@ -113,7 +113,6 @@ def outcome(case: Case, folder: Path) -> Outcome:
         folder: where recordings are kept
     """
     recording = recorded(case.drive, case.seed, folder)
-    usual, _ = _usual(case.drive, case.seed, folder)
     begun = time.perf_counter()
     try:
         diagnosis = judged(case.drive, changed(recording, case.signal, case.change, case.seed))
@@ -124,12 +123,16 @@ def outcome(case: Case, folder: Path) -> Outcome:
         return Outcome(DEFECT, "defect", False, False, traceback.format_exc(), time.perf_counter() - begun)
     seconds = time.perf_counter() - begun
     signals, finding = touched(case.signal, case.change), diagnosis.findings[0]
-    new = {_bare(line): line for line in printed(diagnosis) if _bare(line) not in usual}
-    said = {_bare(line) for line in _said(diagnosis)}
-    named = [bare for bare, line in new.items() if _names(line, signals)]
+    usual, usual_said = _usual(case.drive, case.seed, folder)
     text = f"{finding.headline} | {finding.cause} | {' | '.join(finding.warnings)}"
-    blamed = any(_names(line, signals) for line in _said(diagnosis) if _bare(line) in said - _usual_said(case, folder))
-    return Outcome(finding.status.exit_code, str(finding.status), bool(named), blamed, text, seconds)
+    return Outcome(
+        finding.status.exit_code,
+        str(finding.status),
+        any(_names(line, signals) for line in printed(diagnosis) if _bare(line) not in usual),
+        any(_names(line, signals) for line in _said(diagnosis) if _bare(line) not in usual_said),
+        text,
+        seconds,
+    )
 
 
 def judged(drive: Drive, recording: Recording) -> Diagnosis:
@@ -173,10 +176,6 @@ def _usual(drive: Drive, seed: int, folder: Path) -> tuple[frozenset[str], froze
     """The lines of the unchanged recording, and those of its finding, without their numbers."""
     diagnosis = judged(drive, recorded(drive, seed, folder))
     return frozenset(map(_bare, printed(diagnosis))), frozenset(map(_bare, _said(diagnosis)))
-
-
-def _usual_said(case: Case, folder: Path) -> frozenset[str]:
-    return _usual(case.drive, case.seed, folder)[1]
 
 
 def _bare(line: str) -> str:

@@ -143,8 +143,13 @@ class SideslipSession(BlockSession):
         self._over.add(running, result, truth_in(signals), signals["vehicle_speed"], angle, torque)
         together = (angle, signals["yaw_rate"], signals["lateral_acceleration"], torque)
         self._sensors.add(signals["vehicle_speed"], signals["yaw_rate"], signals["lateral_acceleration"], angle)
-        moved = ("vehicle_speed", "yaw_rate", "lateral_acceleration", "longitudinal_acceleration")
-        self._motion.add(*(signals[name] for name in moved), angle)
+        self._motion.add(
+            signals["vehicle_speed"],
+            signals["yaw_rate"],
+            signals["lateral_acceleration"],
+            signals["longitudinal_acceleration"],
+            angle,
+        )
         self._signs.add(signals["vehicle_speed"], dict(zip(TOGETHER, together, strict=True)))
 
     def conclude(self) -> Conclusion:
