@@ -30,8 +30,9 @@ study: $(ENVIRONMENT)  ## measure what papers and tierod claim, claim by claim, 
 attack: COUNT ?= 2000
 attack: SECONDS ?= 3600
 attack: SEED ?= 20261123
+attack: SHARE ?= 1
 attack: $(ENVIRONMENT)  ## open thousands of damaged files, kill what writes, write docs/reliability.md (an hour)
-	.venv/bin/python -m tests.attack all --count $(COUNT) --seconds $(SECONDS) --seed $(SEED)
+	.venv/bin/python -m tests.attack all --count $(COUNT) --seconds $(SECONDS) --seed $(SEED) --share $(SHARE)
 
 lint: $(ENVIRONMENT)  ## check style and types
 	.venv/bin/ruff check .

@@ -26,6 +26,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.attack")
     verbs = parser.add_subparsers(dest="verb", required=True)
     every = verbs.add_parser("all", help="run every attack and write the table of docs/reliability.md")
+    every.add_argument("--share", type=float, default=1.0, help="of the changed signals and kills")
     fuzz = verbs.add_parser("fuzz", help="mutate files of all targets and open them")
     fuzz.add_argument("targets", nargs="*", default=list(TARGETS))
     for verb in (every, fuzz):
@@ -46,7 +47,8 @@ def main() -> int:
 
 
 def _all(given: argparse.Namespace) -> int:
-    figures = attack(given.count, given.seed, given.seconds, given.workers, lambda line: print(line, flush=True))
+    sizes = (given.count, given.seed, given.seconds, given.workers)
+    figures = attack(*sizes, lambda line: print(line, flush=True), given.share)
     write(figures)
     print(table(figures))
     for name, target in figures["targets"].items():

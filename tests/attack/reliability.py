@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import importlib.util
 import json
 import platform
 import sys
@@ -25,9 +24,9 @@ FIGURES = ROOT / "attack.json"
 PAGE = ROOT / "docs" / "reliability.md"
 MARKS = ("<!-- figures: begin; made by make attack -->\n", "<!-- figures: end -->\n")
 
-OTHERS = (("signals", "semantic", 10**6), ("crowd of two", "crowds", 2), ("crowd of twenty", "crowds", 20),
-          ("kills", "kills", 500))  # fmt: skip
-"""Attacks of other modules here, where they are present: title, module, `count`.
+OTHERS = (("signals", "semantic", 1500, True), ("crowd of two", "crowds", 2, False),
+          ("crowd of twenty", "crowds", 20, False), ("kills", "kills", 500, True))  # fmt: skip
+"""Attacks of other modules here: title, module, `count` (1500 changes of signals are all), whether a share will do.
 
 Each has `run(count, seed, folder)`, which gives figures, or figures for each thing that was attacked.
 """
@@ -36,7 +35,9 @@ BAD = {"failed", "defects", "wrong", "wrong_words", "broken", "lost", "hindered"
 """Figures of theirs that have to be zero, or empty."""
 
 
-def attack(count: int, seed: int, seconds: float, workers: int, report: Callable[[str], None]) -> dict[str, Any]:
+def attack(
+    count: int, seed: int, seconds: float, workers: int, report: Callable[[str], None], share: float = 1.0
+) -> dict[str, Any]:
     """Run everything, and give the figures.
 
     Args:
@@ -45,6 +46,7 @@ def attack(count: int, seed: int, seconds: float, workers: int, report: Callable
         seconds: after which no further file is mutated [s]
         workers: processes
         report: takes a line of progress
+        share: of the changed signals and kills that are made [-]
     """
     until = time.monotonic() + seconds
     figures: dict[str, Any] = {
@@ -55,13 +57,13 @@ def attack(count: int, seed: int, seconds: float, workers: int, report: Callable
     }
     sys.path.insert(0, str(ROOT / "tests"))  # some modules name their neighbours as the tests do
     figures["others"] = {}
-    for title, name, number in OTHERS:
-        if importlib.util.find_spec(f"{__package__}.{name}") is None:
-            continue
+    for title, name, number, divisible in OTHERS:
         report(f"{title} ...")
         with tempfile.TemporaryDirectory(prefix="tierod-attack-") as folder:
             module = importlib.import_module(f"{__package__}.{name}")
-            figures["others"][title] = module.run(number, seed, Path(folder))
+            figures["others"][title] = module.run(
+                max(round(share * number), 1) if divisible else number, seed, Path(folder)
+            )
     found = run_all(
         list(TARGETS), count, seed, workers, until, lambda name, tally: report(f"{name}: {tally.cases} cases")
     )

@@ -11,8 +11,8 @@ from tierod.proving_ground import FrictionCourse, SensorSet, drive, lock_to_lock
 from tierod.proving_ground.cars.catalogue import load as load_car
 from tierod.proving_ground.courses.catalogue import load as load_course
 from tierod.proving_ground.faults import Always, AtTime, Fault
+from tierod.proving_ground.faults import load as load_fault
 from tierod.proving_ground.faults.behaviours import Gain, Offset
-from tierod.proving_ground.faults.shipped import load as load_fault
 from tierod.proving_ground.run import run as run_car
 from tierod.proving_ground.scenarios import load as load_scenario
 from tierod.readers import read
