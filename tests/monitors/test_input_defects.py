@@ -116,6 +116,30 @@ def test_friction_is_suspect_and_the_right_signal_comes_first(name, change, begi
         assert finding.cause.startswith(beginning)
 
 
+@pytest.mark.parametrize(
+    ("name", "change", "beginning"),
+    [
+        ("steering_wheel_angle", late(0.5), "steering_wheel_angle is late against steering_wheel_rate"),
+        ("steering_wheel_angle", times(-1.0), "steering_wheel_angle has probably the wrong sign"),
+        ("lateral_acceleration", times(-1.0), "lateral_acceleration has probably the wrong sign"),
+        ("steering_wheel_rate", times(2.0), "steering_wheel_rate or steering_wheel_angle has a wrong scale"),
+    ],
+)
+def test_what_is_not_identifiable_names_the_wrong_signal_first(healthy, name, change, beginning):
+    finding = diagnose(altered(healthy, name, change), "midsize-eps").findings[0]
+    assert finding.status is Status.NOT_IDENTIFIABLE
+    assert finding.headline.startswith(f"Friction of the steering: not identifiable; {beginning}")
+    assert finding.cause.startswith(beginning)
+    assert finding.action.startswith("repair the signal, or its entry in channel map")
+
+
+def test_a_clipped_signal_is_named_in_the_units_of_the_tables(healthy):
+    defects = InputDefects(SIGNALS)
+    defects.add(altered(healthy, "yaw_rate", clipped), *healthy.span)
+    (sentence, *_) = [each.sentence for each in defects.found({"yaw_rate": "rad/s"})]
+    assert " °/s for " in sentence
+
+
 def test_both_torques_of_another_gain_are_named_by_the_bend_of_the_assist(healthy):
     twice = altered(altered(healthy, "driver_torque", times(2.0)), "motor_torque", times(2.0))
     finding = diagnose(twice, "midsize-eps").findings[0]

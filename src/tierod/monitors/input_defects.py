@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,6 +15,7 @@ from tierod.monitors.delays import BLOCK, RATE, Lag, LagOverDrive
 from tierod.monitors.stuck_over_drive import MAXIMUM_AGE, Stuck
 from tierod.quality import LEVELS, piles_up
 from tierod.recording import Aligned, Recording
+from tierod.shown import in_words
 
 if TYPE_CHECKING:
     from tierod.monitors.session import Monitor
@@ -104,6 +106,10 @@ SHARE_CLIPPED = 0.005
 """... and as a share of the drive: a motor that gives all it has in one manoeuvre is not counted."""
 
 
+REPAIR = "repair the signal, or its entry in channel map or vehicle file, and record again"
+"""What to do about a signal that is not what it says."""
+
+
 class InputDefects:
     """Compares signals over a drive; the result does not depend on how the recording is cut.
 
@@ -160,13 +166,17 @@ class InputDefects:
                 for level in [each for each in end if each not in outer]:
                     del end[level]
 
-    def found(self) -> tuple[Defect, ...]:
-        """What is wrong."""
+    def found(self, units: Mapping[str, str] | None = None) -> tuple[Defect, ...]:
+        """What is wrong.
+
+        Args:
+            units: of the signals in the recording, for the sentences
+        """
         lags = {key: lag for key, each in self._lags.items() if (lag := each.found()) and lag.correlation > FOLLOWS}
         known = {key: lag for key, lag in lags.items() if lag.gain_correlation > CORRELATION}
         found: dict[str, Defect] = {}
         # Clipping looks like a wrong scale, and a delay may; each signal is named for its most likely defect only.
-        for defect in (*self._clipped(), *self._late(lags), *self._scaled(known)):
+        for defect in (*self._clipped(units or {}), *self._late(lags), *self._scaled(known)):
             if not any(name in found for name in defect.names):
                 found |= dict.fromkeys(defect.names, defect)
         return tuple(dict.fromkeys(found.values()))
@@ -197,7 +207,7 @@ class InputDefects:
                 found.append(Defect(names, sentence))
         return found
 
-    def _clipped(self) -> list[Defect]:
+    def _clipped(self, units: Mapping[str, str]) -> list[Defect]:
         found = []
         least = max(SHORTEST_CLIPPED * RATE, SHARE_CLIPPED * self._samples)
         for name, (low, high) in self._ends.items():
@@ -206,7 +216,8 @@ class InputDefects:
                 others = [count for level, count in end.items() if level != extreme]
                 if extreme != 0.0 and end[extreme] > least and piles_up(end[extreme], others):
                     seconds = end[extreme] / RATE
-                    sentence = f"{name} is clipped at its {side} end {extreme:.4g} for {seconds:.0f} s in all"
+                    value = in_words(extreme, units.get(name, ""), 4)
+                    sentence = f"{name} is clipped at its {side} end {value} for {seconds:.0f} s in all"
                     found.append(Defect((name,), sentence))
         return found
 
@@ -240,6 +251,8 @@ def with_defects(finding: Finding, defects: Sequence[Defect], monitor: Monitor) 
             named |= set(defect.names)
     decisive = [defect.sentence for defect in kept if any(name in monitor.required for name in defect.names)]
     warned = replace(finding, warnings=(*(defect.sentence for defect in kept), *finding.warnings))
+    if decisive and finding.status is Status.NOT_IDENTIFIABLE:
+        return _named_first(warned, decisive, monitor)
     if not decisive or finding.status not in (Status.HEALTHY, Status.RISING, Status.FAULT, Status.SUSPECT):
         return warned
     why = "; ".join(decisive)
@@ -248,5 +261,32 @@ def with_defects(finding: Finding, defects: Sequence[Defect], monitor: Monitor) 
         status=Status.SUSPECT,
         headline=f"{monitor.title}: {Status.SUSPECT.value}, since {why}. Without regard to that: {finding.headline}",
         cause=f"{why}; {finding.cause}",
-        action=f"repair the signal, or its entry in channel map or vehicle file, and record again; {finding.action}",
+        action=f"{REPAIR}; {finding.action}",
+    )
+
+
+def contradicted(finding: Finding, contradictions: Sequence[str], monitor: Monitor) -> Finding:
+    """The finding; where nothing could be identified, signs and units of needed signals that contradict others first.
+
+    Args:
+        finding: of a monitor
+        contradictions: of the signals over the drive, as sentences
+        monitor: that judges nothing without its required signals
+    """
+    needed = [each for each in contradictions if any(name in each for name in monitor.required)]
+    return _named_first(finding, needed, monitor) if finding.status is Status.NOT_IDENTIFIABLE else finding
+
+
+def _named_first(finding: Finding, why: Sequence[str], monitor: Monitor) -> Finding:
+    """The finding that identified nothing, with what is known of its signals before what followed from it."""
+    new = [each for each in why if each not in finding.cause]
+    if not new:
+        return finding
+    start = f"{monitor.title}: {finding.status.value}; "
+    brief = "; ".join(re.split(r" \(|: ", each)[0] for each in new)
+    return replace(
+        finding,
+        headline=f"{start}{brief}; {finding.headline.removeprefix(start)}",
+        cause=f"{'; '.join(new)}; {finding.cause}",
+        action=finding.action if finding.action.startswith(REPAIR) else f"{REPAIR}; {finding.action}",
     )

@@ -17,7 +17,7 @@ from tierod.derive import complete, ingredients
 from tierod.errors import InputError, ParameterError
 from tierod.findings import Diagnosis, Finding, Trace
 from tierod.monitors.decided import decided
-from tierod.monitors.input_defects import InputDefects, with_defects
+from tierod.monitors.input_defects import InputDefects, contradicted, with_defects
 from tierod.monitors.judged_time import JudgedTime
 from tierod.monitors.named_vehicle import other_vehicle
 from tierod.monitors.over_time import OverTime
@@ -186,8 +186,12 @@ class Run:
 
     def _limited(self, conclusion: Conclusion) -> Conclusion:
         """The conclusion, with what is wrong with its signals, and with what of the recording was judged at all."""
-        before, defects = conclusion.finding, (*self._defects.found(), *conclusion.defects)
+        before, defects = conclusion.finding, (*self._defects.found(self._quality.units), *conclusion.defects)
         conclusion = dataclasses.replace(conclusion, finding=with_defects(before, defects, self.monitor))
+        contradictions = self._quality.contradictions()
+        conclusion = dataclasses.replace(
+            conclusion, finding=contradicted(conclusion.finding, contradictions, self.monitor)
+        )
         if conclusion.finding.status is not before.status:
             conclusion = dataclasses.replace(conclusion, own_level=None)
         before = conclusion.finding
@@ -244,9 +248,9 @@ class Run:
             *finding.warnings,
             *((other,) if other else ()),
             *self._stuck.warnings(self._quality.units),
-            *self._metadata.get("warnings", ()),
             *self._quality.contradictions(),
             *self._quality.range_warnings(),
+            *self._metadata.get("warnings", ()),
         )
         return dataclasses.replace(finding, warnings=tuple(dict.fromkeys(told)))
 

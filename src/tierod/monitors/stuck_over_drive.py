@@ -11,6 +11,7 @@ from tierod.graph import Memory, scan
 from tierod.monitors.related_signals import witnesses
 from tierod.monitors.stuck_signals import StuckSignals
 from tierod.recording import Aligned, Recording
+from tierod.shown import in_words
 from tierod.signals import SIGNALS
 
 RATE = 20.0
@@ -109,7 +110,8 @@ class StuckOverDrive:
         for name in dict.fromkeys(each.name for each in self.spans()):
             times = [each for each in self.spans() if each.name == name]
             listed = ", ".join(_when(each, units.get(name, "")) for each in times[:NAMED])
-            more = f" and {len(times) - NAMED} more times" if len(times) > NAMED else ""
+            others = len(times) - NAMED
+            more = "" if others < 1 else " and once more" if others == 1 else f" and {others} more times"
             used = "other signals show that it should have moved" if name in self.passed_on else "not used there"
             sentences.append(f"{name} is stuck {listed}{more}: {used}; check the sensor and its messages")
         return tuple(sentences)
@@ -137,4 +139,4 @@ class StuckOverDrive:
 
 def _when(each: Stuck, unit: str) -> str:
     end = "on" if each.end is None else f"to {each.end:.1f} s"
-    return f"at {each.value:z.4g} {unit} from {each.start:.1f} s {end}".replace("  ", " ")
+    return f"at {in_words(each.value, unit, 4)} from {each.start:.1f} s {end}"

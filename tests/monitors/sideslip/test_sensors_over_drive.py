@@ -15,11 +15,11 @@ RATE = 100.0
 OFFSET = math.radians(1.7)
 
 
-def seen(offset=0.0, stand=0.0, yaw=1.0, speed=1.0, acceleration=1.0, bank=0.0, angle=0.0, pieces=1):
+def seen(offset=0.0, stand=0.0, yaw=1.0, speed=1.0, acceleration=1.0, bank=0.0, angle=0.0, pieces=1, circle=0.0):
     p = load("steer-by-wire").parameters_for(SingleTrack.Parameters)
     time = np.arange(0.0, 40.0, 1.0 / RATE)
     v = np.where(time < stand, 0.0, 12.0)
-    turn = np.where(time < stand, 0.0, 0.15 * np.sin(2.0 * time))
+    turn = np.where(time < stand, 0.0, circle + 0.15 * np.sin(2.0 * time))
     # Neutral steer is near enough for an offset of the angle, which the turn averages out.
     steer = turn * (p.front_distance + p.rear_distance) / 12.0 + angle
     sensors = SensorsOverDrive(p, RATE)
@@ -39,6 +39,12 @@ def test_neither_bank_nor_an_angle_that_is_off_is_taken_for_an_offset():
     assert seen(bank=0.5).offset() is None
     assert seen(angle=0.01).offset() is None
     assert seen().offset() is None
+
+
+def test_a_scale_is_not_taken_for_an_offset_in_turns_to_one_side():
+    # Roll makes the acceleration read 5 % high, and tyres near their limit make the steering angle larger.
+    assert seen(circle=0.3, acceleration=1.05, angle=0.01).offset() is None
+    assert seen(circle=0.05, offset=OFFSET).offset().value == pytest.approx(OFFSET, rel=0.2)
 
 
 @pytest.mark.parametrize(

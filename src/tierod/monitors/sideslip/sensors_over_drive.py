@@ -27,6 +27,8 @@ class SensorLimits:
         rolling_time: needed for that
         alike: factor within which lateral acceleration and steering must tell the same offset; a bank, or an angle that
             is off, moves one of them only
+        scale: share of the mean yaw rate by which roll, tyres near their limit and a wrong steering ratio may move
+            both; in turns to one side it cannot be parted from an offset
         largest: yaw rate that no car reaches
         largest_share: of the samples beyond it from which the unit is wrong, and not a few readings
     """
@@ -37,6 +39,7 @@ class SensorLimits:
     rolling: Annotated[float, "m/s"] = 5.0
     rolling_time: Annotated[float, "s"] = 10.0
     alike: Annotated[float, ""] = 2.0
+    scale: Annotated[float, ""] = 0.2
     largest: Annotated[float, "rad/s"] = 3.0
     largest_share: Annotated[float, ""] = 0.01
 
@@ -63,7 +66,7 @@ class SensorsOverDrive:
         self._gradient = understeer_gradient(
             p.mass, p.front_distance, p.rear_distance, p.front_cornering_stiffness, p.rear_cornering_stiffness
         )
-        self._standing, self._rolling, self._turning = np.zeros(3), np.zeros(3), np.zeros(6)
+        self._standing, self._rolling, self._turning = np.zeros(3), np.zeros(4), np.zeros(6)
         self._readings = self._beyond = 0
 
     def add(self, speed: np.ndarray, yaw_rate: np.ndarray, acceleration: np.ndarray, angle: np.ndarray) -> None:
@@ -87,7 +90,7 @@ class SensorsOverDrive:
         steered = np.isfinite(angle[rolling])
         v, r, a, d = v[steered], r[steered], a[steered], angle[rolling][steered]
         gain = steady_yaw_gain(v, self._wheelbase, self._gradient)
-        self._rolling += (len(v), np.sum(r - a / v), np.sum(r - gain * d))
+        self._rolling += (len(v), np.sum(r - a / v), np.sum(r - gain * d), np.sum(r))
 
     def offset(self, beside_turns: float = 0.0) -> Offset | None:
         """Of the yaw rate, where the data tells one that is worth naming.
@@ -102,12 +105,14 @@ class SensorsOverDrive:
                 return self._worth_naming(mean, "while the car stands")
         if told := self._worth_naming(beside_turns, "beside the lateral acceleration at different speeds"):
             return told
-        count, beside_acceleration, beside_steering = self._rolling
+        count, beside_acceleration, beside_steering, turned = self._rolling
         if count < self.limits.rolling_time * self._rate:
             return None
         one, other = beside_acceleration / count, beside_steering / count
         alike = one * other > 0.0 and 1.0 / self.limits.alike < abs(one / other) < self.limits.alike
         smaller = min(one, other, key=abs)
+        if abs(smaller) < self.limits.scale * abs(turned / count - smaller):
+            return None
         return self._worth_naming(smaller, "beside lateral acceleration and steering alike") if alike else None
 
     def _worth_naming(self, value: float, told_by: str) -> Offset | None:
