@@ -165,3 +165,13 @@ def test_a_process_that_hangs_while_it_compiles_is_not_waited_for_without_end(tm
     cache = KernelCache(tmp_path, Bounds(waited=0.05))
     with cache.building(NAME), pytest.raises(OutputError, match=r"has been compiling in .* for 0\.05 s; end it"):
         cache.building(NAME).__enter__()
+
+
+def test_a_build_folder_of_a_former_version_stays_until_it_is_old(tmp_path):
+    build = tmp_path / "build-k3x_01ab"
+    build.mkdir()
+    KernelCache(tmp_path).prune()
+    assert build.is_dir()
+    os.utime(build, (0, 0))
+    KernelCache(tmp_path).prune()
+    assert not build.exists()

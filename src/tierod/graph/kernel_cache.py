@@ -181,7 +181,11 @@ class KernelCache:
                 elif _HALF_WRITTEN.fullmatch(entry.name) and age > self.bounds.abandoned:
                     os.unlink(entry.path)
                 elif entry.name.startswith(_BUILD) and stat.S_ISDIR(found.st_mode):
-                    _sweep(Path(entry.path), age > self.bounds.abandoned)
+                    # Only folders of kernels are locked; earlier versions compile in others without a lock.
+                    locked = _OURS.fullmatch(f"{entry.name.removeprefix(_BUILD)}.kernel") is not None
+                    old = age > self.bounds.abandoned
+                    if locked or old:
+                        _sweep(Path(entry.path), old)
         held = 0
         for place, (age, size, path) in enumerate(sorted(kernels)):
             held += size
