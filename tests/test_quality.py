@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from shared_data import shared_data
 from tierod.errors import InputError
 from tierod.quality import channel_quality, median_rate
+from tierod.readers import read
 from tierod.recording import Channel, Recording
 from tierod.signals import SIGNALS
 
@@ -108,3 +110,17 @@ def test_remarks_have_the_units_of_the_tables():
     assert "rad" not in remarks
     torque = " ".join(channel_quality(Channel("driver_torque", TIME, np.round(np.sin(TIME), 1), "N*m")).remarks)
     assert "0.1 N·m apart" in torque
+
+
+def test_a_wheel_at_rest_that_is_read_in_coarse_steps_is_not_saturated():
+    rest = -6.1 + 0.1 * np.maximum((np.arange(2500) - 2000) // 40, 0)
+    assert "saturated" not in remarks(np.radians(rest), TIME[: len(rest)])
+
+
+def test_a_wheel_at_rest_of_a_real_car_is_not_saturated_and_counts_do_not_look_like_degrees():
+    folder = "dacia_lock_to_lock"
+    recording = read(shared_data(folder, "candump.log"), dbc=shared_data(folder, "logan.dbc"))
+    names = ("steering_wheel_angle", "steering_wheel_rate")
+    found = {name: " ".join(channel_quality(recording[name]).remarks) for name in names}
+    assert "saturated" not in found["steering_wheel_angle"]
+    assert "looks like degrees" not in found["steering_wheel_rate"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated
@@ -200,7 +201,8 @@ def _range_remark(name: str, unit: str, least: float, most: float, assumed: bool
     # A unit that the file or the map says is not guessed again.
     advice = "check sensor, unit and factor"
     if assumed:
-        advice = "looks like degrees: check the unit" if unit.startswith("rad") else "check the unit"
+        in_degrees = unit.startswith("rad") and math.radians(max(-least, most)) <= max(-low, high)
+        advice = "looks like degrees: check the unit" if in_degrees else "check the unit"
     return [f"{first} to {last} {_PLAUSIBLE} {lower} to {upper}; {advice}"]
 
 
@@ -218,7 +220,8 @@ def _saturation_remark(channel: Channel, seen: np.ndarray, limits: QualityLimits
 def _stops_at(seen: np.ndarray, extreme: float, run: int, rate: float) -> bool:
     """Whether the longest run at the extreme begins and ends at the pace at which the signal moves elsewhere.
 
-    What comes to rest there slows down before it and starts slowly; what is cut off does neither.
+    What comes to rest there slows down before it and starts slowly; what is cut off does neither. A sensor that moves
+    by a step or two of its own at a time shows no pace.
     """
     width = max(round(APPROACH * rate), 1) if rate > 0.0 else 1
     moves = np.abs(seen[width:] - seen[:-width])
@@ -230,7 +233,8 @@ def _stops_at(seen: np.ndarray, extreme: float, run: int, rate: float) -> bool:
     last = first + run - 1
     ends = [abs(seen[first - width] - extreme)] if first >= width else []
     ends += [abs(seen[last + width] - extreme)] if last + width < len(seen) else []
-    return bool(ends) and min(ends) >= 0.5 * float(np.median(moving))
+    step = float(np.diff(np.unique(seen)).min())
+    return bool(ends) and min(ends) >= max(0.5 * float(np.median(moving)), 2.5 * step)
 
 
 def _is_clipped(seen: np.ndarray, extreme: float) -> bool:

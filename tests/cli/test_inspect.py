@@ -37,7 +37,7 @@ def test_says_which_monitor_can_run(whole, capsys):
 def test_says_on_what_condition_a_monitor_can_run_and_that_a_variant_must_be_chosen(whole, capsys):
     main(["inspect", str(whole)])
     printed = " ".join(capsys.readouterr().out.split())
-    assert "hysteresis: can run if this is a lock-to-lock test of the standing car" in printed
+    assert "hysteresis: can run with a vehicle file if this is a lock-to-lock test of the standing car" in printed
     assert "choose --variant hoist or ground" in printed
 
 

@@ -154,7 +154,7 @@ REFUSED = {
     "in more than 3 s from lock to lock": lambda: lock_to_lock(HEALTHY, seconds_per_turn=1.0),
     "the vehicle moves at up to 5.0 m/s": lambda: _moving(lock_to_lock(HEALTHY)),
     "turn the sign": lambda: _mirrored(lock_to_lock(HEALTHY)),
-    "a signal is missing 100 times": lambda: _holed(lock_to_lock(HEALTHY)),
+    "driver_torque is missing or stuck for 1.0 s within the test": lambda: _holed(lock_to_lock(HEALTHY)),
     "is sampled every 1 s": lambda: _sparse(lock_to_lock(HEALTHY)),
     "holds no values": lambda: changed(
         lock_to_lock(HEALTHY), "steering_wheel_angle", np.full(len(lock_to_lock(HEALTHY)["driver_torque"].time), np.nan)

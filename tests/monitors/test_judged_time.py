@@ -13,6 +13,7 @@ from tierod.findings import Status
 from tierod.monitors.registry import MONITORS
 from tierod.monitors.run import Run, diagnose, find
 from tierod.proving_ground import FrictionCourse, drive
+from tierod.proving_ground.scenarios import load as scenario
 from tierod.recording import Recording
 from tierod.vehicles import load
 
@@ -41,6 +42,16 @@ def test_a_signal_that_freezes_before_a_fault_leaves_it_unjudged_and_is_named(ri
     # Rate and angle contradict each other once the wheel turns; the others are known after a second.
     slowest = 280.0 if name == "steering_wheel_angle" else 261.1
     assert 260.9 < finding.evidence["signals_complete_until_s"] < slowest
+
+
+def test_a_frozen_signal_is_named_before_the_doubts_that_it_raises():
+    name = "steering_wheel_angle"
+    bench = scenario("column-bench-hands").run().recording
+    finding = diagnose(held(bench, name, 60.0), "column-bench", "driver-torque").findings[0]
+    assert finding.status is Status.SUSPECT
+    assert finding.cause.startswith(f"{name} is stuck from 60.0 s on")
+    assert finding.action.startswith("repair the sensor or its messages")
+    assert f"; {name} is stuck from 60.0 s on" in finding.headline.partition("Until then")[0]
 
 
 def test_a_signal_that_is_lost_before_a_fault_leaves_it_unjudged_and_is_named(rising):

@@ -52,7 +52,7 @@ def inspect(
     if json:
         print_json(_document(whole, quality, warnings, reasons))
     else:
-        _show(whole, quality, warnings, reasons, every)
+        _show(whole, quality, warnings, reasons, every, "can run" if car else "can run with a vehicle file")
         _say_which_vehicle(car)
 
 
@@ -113,6 +113,7 @@ def _show(
     warnings: tuple[str, ...],
     reasons: dict[str, Mapping[str, str]],
     every: bool,
+    verdict: str,
 ) -> None:
     from rich.text import Text
 
@@ -139,7 +140,7 @@ def _show(
     console.print("\n[bold]Monitors[/bold]")
     for name, each in reasons.items():
         lack = _obstacles(MONITORS[name], each)
-        console.print(Text(f"  {name}: {'cannot run' if lack else _can_run(MONITORS[name], each)}"))
+        console.print(Text(f"  {name}: {'cannot run' if lack else _can_run(MONITORS[name], each, verdict)}"))
         # Other variants than the default lack as much, or they would run in its place.
         for obstacle in dict.fromkeys(map(_short, lack[:1] if MONITORS[name].default else lack)):
             console.print(Text(f"    - {obstacle}"))
@@ -159,16 +160,16 @@ def _short(reason: str) -> str:
     return re.split(r"; did you mean|; known: |; none of the|\\. (?=[A-Z])", reason)[0].rstrip(".")
 
 
-def _can_run(monitor: Monitor, reasons: Mapping[str, str]) -> str:
+def _can_run(monitor: Monitor, reasons: Mapping[str, str], verdict: str) -> str:
     """That it can run, on what condition, as which variant, and whether one must be chosen."""
     from tierod.monitors.inspection import taken
 
     free = taken(monitor, reasons)
     condition = f" if {monitor.condition}" if monitor.condition else ""
     if monitor.default is None:
-        return f"can run{condition}; choose --variant {' or '.join(free)}"
+        return f"{verdict}{condition}; choose --variant {' or '.join(free)}"
     alone = "" if len(free) == len(reasons) else f", as {', '.join(free)} only"
-    return f"can run{condition}{alone}"
+    return f"{verdict}{condition}{alone}"
 
 
 def _say_which_vehicle(car: Vehicle | None) -> None:

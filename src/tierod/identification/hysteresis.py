@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -148,7 +148,7 @@ class HysteresisIdentification:
         begin, end = loops[0].first, loops[-1].last + 1
         loops = [loop.shifted(-begin) for loop in loops]
         time, angle, rate, driver, motor = (values[begin:end] for values in (time, angle, rate, driver, motor))
-        self._require_complete(time, np.column_stack([rate, driver, motor]))
+        self._require_complete(time, dict(zip(_SIGNALS[1:], (rate, driver, motor), strict=True)))
         self._require_slow(angle, rate)
         angle = angle - torsion_bar_twist(driver, self.torsion_bar_stiffness)
         rate = rate - torsion_bar_twist(slope(driver, time), self.torsion_bar_stiffness)
@@ -177,7 +177,7 @@ class HysteresisIdentification:
             raise InputError("'steering_wheel_angle' holds no values; check the channel map and that the sensor was on")
         span = slice(int(known[0]), int(known[-1]) + 1)
         time, (angle, rate, driver, motor) = aligned.time[span], aligned.values[span].T
-        self._require_complete(time, angle[:, None])
+        self._require_complete(time, {_SIGNALS[0]: angle})
         if "steering_wheel_rate" not in recording:
             rate = slope(angle, time)
         return time, angle, rate, driver, motor
@@ -202,13 +202,16 @@ class HysteresisIdentification:
                 f"hides the friction; turn steadily, in more than {least:.0f} s from lock to lock"
             )
 
-    def _require_complete(self, time: np.ndarray, values: np.ndarray) -> None:
-        missing = ~np.isfinite(values).all(axis=1)
-        if missing.any():
-            raise InputError(
-                f"a signal is missing {int(missing.sum())} times within the test, first at "
-                f"{time[np.argmax(missing)]:.2f} s (gap over {self.maximum_age} s); record the test again without gaps"
-            )
+    def _require_complete(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> None:
+        for name, values in signals.items():
+            missing = ~np.isfinite(values)
+            if missing.any():
+                seconds = missing.sum() / self.sampling_rate
+                raise InputError(
+                    f"{name} is missing or stuck for {seconds:.1f} s within the test, first at "
+                    f"{time[np.argmax(missing)]:.2f} s (gap over {self.maximum_age} s); check the sensor and its "
+                    "messages, and record the test again without gaps"
+                )
 
     def _result(
         self,

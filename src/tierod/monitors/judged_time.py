@@ -60,7 +60,7 @@ class JudgedTime:
         )
 
     def limited(self, finding: Finding, title: str, reaction: float, stuck: Mapping[str, Stuck]) -> Finding:
-        """The finding; no longer healthy where more than the monitor's reaction time at the end was not judged.
+        """The finding; no longer healthy, and a doubt second, where the end was not judged for the reaction time.
 
         Args:
             finding: of the monitor
@@ -72,7 +72,7 @@ class JudgedTime:
             not self.rest > reaction
             or self.last is None
             or self.end is None
-            or finding.status not in (Status.HEALTHY, Status.RISING)
+            or finding.status not in (Status.HEALTHY, Status.RISING, Status.SUSPECT)
         ):
             return finding
         lost = [name for name in self.required if self._last.get(name, self.last) <= self.last + 1.5 / self.rate]
@@ -83,10 +83,18 @@ class JudgedTime:
         cause = f"{why} from {since:.1f} s on, and nothing was judged since then ({self.end - since:.0f} s)"
         if finding.status is Status.RISING:
             return replace(finding, cause=f"{finding.cause}; {cause}")
+        repair = "repair the sensor or its messages, and record again with all signals to the end"
+        if finding.status is Status.SUSPECT:
+            return replace(
+                finding,
+                headline=f"{title}: {Status.SUSPECT.value}; {cause}. Until then: {finding.headline}",
+                cause=f"{cause}; {finding.cause}",
+                action=f"{repair}; {finding.action}",
+            )
         return replace(
             finding,
             status=Status.NOT_IDENTIFIABLE,
             headline=f"{title}: {Status.NOT_IDENTIFIABLE.value}; {cause}. Until then: {finding.headline}",
             cause=cause,
-            action="repair the sensor or its messages, and record again with all signals to the end",
+            action=repair,
         )

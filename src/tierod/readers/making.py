@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -89,7 +90,8 @@ def _doubt(pick: Pick, most: float) -> str:
         return f'{place}, but reaches {most:.4g} m/s: if it is km/h, give unit = "km/h" in a channel map'
     if most > max(abs(low), abs(high)):
         guess = known.unit.replace("rad", "deg")
-        looks = f'looks like {guess}: give unit = "{guess}"' if angular else "is not plausible: give its unit"
+        in_degrees = angular and math.radians(most) <= max(abs(low), abs(high))
+        looks = f'looks like {guess}: give unit = "{guess}"' if in_degrees else "is not plausible: give its unit"
         return f"{place}, but reaches {most:.4g} and {looks} in a channel map"
     return f"{place}: confirm it in a channel map" if angular or speed else ""
 

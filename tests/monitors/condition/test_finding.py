@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from monitors.condition.made_up_said import PERIOD, place, sound, span
-from tierod.findings import Status
+from tierod.findings import Element, Episode, Status
 from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.driven import Driven
 from tierod.monitors.condition.finding import OtherCauses, judge
@@ -301,6 +301,21 @@ def test_inputs_that_disagree_with_others_are_named_beside_what_was_found():
     assert "lateral acceleration may be the cause instead: it is 1.2 m/s² off yaw rate times speed from 4 s on" in cause
     assert "target drive torque left and target drive torque right may be the cause instead" in cause
     assert "instead" not in slid(12.0, OtherCauses((doubt._replace(sure=True),), ())).cause
+
+
+def test_an_acceleration_is_named_first_unless_what_it_is_compared_with_failed_long_before():
+    def told(start):
+        first = Episode("delay", start, None)
+        other = Episode("off yaw rate times speed", 24.0, None)
+        states = [
+            Element("lateral_acceleration", "sensor", Status.FAULT, episodes=(other,)),
+            Element("wheel_speed_rear_left", "sensor", Status.FAULT, episodes=(first,)),
+        ]
+        return judge("condition, bank", states, Driven(PERIOD), (), {}, 0, True).headline
+
+    assert told(2.7).startswith("Wheel speed rear left sensor: delay")
+    assert told(22.0).startswith("Lateral acceleration sensor: off")
+    assert told(60.0).startswith("Lateral acceleration sensor: off")
 
 
 def test_targets_that_disagree_are_named_where_nothing_is_declared():

@@ -30,6 +30,13 @@ class OtherCauses(NamedTuple):
     asked: tuple[tuple[str, ...], ...]
 
 
+COMPARED = ("wheel_speed_rear_left", "wheel_speed_rear_right", "yaw_rate")
+"""Sensors of the motion that the accelerations are compared with."""
+
+LONG_BEFORE = 5.0
+"""By which one of them fails earlier than an acceleration that it explains [s]; a faulty acceleration is found within
+this time, and filters that it misleads not earlier than that."""
+
 HARDLY = 0.3
 """Share of the driving not judged because tyres slid, above which nothing is called fault-free [-]."""
 
@@ -200,10 +207,7 @@ def _fault(
     warnings: tuple[str, ...],
 ) -> Finding:
     all_ = [(episode, each) for each in (*faulty, *doubtful) for episode in each.episodes]
-    singles = sorted(
-        ((episode, each) for episode, each in all_ if not episode.candidates),
-        key=lambda pair: (pair[1].name not in ACCELERATIONS, pair[0].start),
-    )
+    singles = _likeliest_first([(episode, each) for episode, each in all_ if not episode.candidates])
     if not singles:
         first, _ = min(all_, key=lambda pair: pair[0].start)
         named = {name for episode, each in all_ for name in (each.name, *episode.candidates)}
@@ -232,6 +236,22 @@ def _fault(
         name, Status.FAULT, headline[:1].upper() + headline[1:], episode.start, episode.size, evidence, cause, action,
         warnings,
     )  # fmt: skip
+
+
+def _likeliest_first(found: Sequence[tuple[Episode, Element]]) -> list[tuple[Episode, Element]]:
+    """Faults in the order in which they are told: what explains the others first, then by time.
+
+    An acceleration misleads the filters, and is named first. What it is compared with comes of wheel speeds and yaw
+    rate: where one of these was faulty long before, that one explains the acceleration.
+    """
+    compared = [episode.start for episode, each in found if each.name in COMPARED]
+
+    def order(pair: tuple[Episode, Element]) -> tuple[bool, float]:
+        episode, each = pair
+        explained = any(start < episode.start - LONG_BEFORE for start in compared)
+        return each.name not in ACCELERATIONS or explained, episode.start
+
+    return sorted(found, key=order)
 
 
 def _why(names: Sequence[str]) -> str:

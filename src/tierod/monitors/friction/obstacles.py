@@ -99,7 +99,11 @@ def _closing_condition(figures: FrictionFigures) -> tuple[str, str]:
             "signals were missing or had just come back",
             "look for gaps with 'tierod inspect'",
         ),
-        (figures.slow_seconds / whole, "the vehicle stood or crept", "drive faster than walking pace"),
+        (
+            figures.slow_seconds / whole,
+            "the vehicle stood or crept",
+            "drive faster than walking pace, or judge a lock-to-lock test with --monitor hysteresis",
+        ),
         (
             figures.hands_off_seconds / whole,
             "the driver's torque was too small",

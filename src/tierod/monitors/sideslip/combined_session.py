@@ -83,9 +83,11 @@ class CombinedSession(SideslipSession):
             return dataclasses.replace(
                 finding,
                 status=Status.NOT_IDENTIFIABLE,
-                headline=f"{finding.headline} But the parameters do not fit this car: {cause}.",
-                cause=cause,
-                action="give a vehicle file that fits: mass, stiffness, friction and noises of the sensors",
+                headline=f"{finding.headline} But signals or parameters do not fit this car: {cause}.",
+                cause=f"{finding.cause}; {cause}" if finding.cause else cause,
+                action="check scale, unit and delay of yaw rate, lateral acceleration and speed in the channel map; "
+                "where they are right, give a vehicle file that fits: mass, stiffness, friction and noises of "
+                "the sensors",
             )
         if self._first_ahead is None:
             return finding
