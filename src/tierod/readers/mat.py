@@ -113,7 +113,8 @@ def _content(path: Path, kept: Kept) -> dict[str, Any]:
         InputError: the file is damaged, of version 7.3, or unfolds to too much
     """
     _refuse_large(path)
-    process, found = MatProcess(path), {}
+    process = MatProcess(path)
+    found: dict[str, Any] = {}
     while True:
         about, vectors = process.ask({})
         if about.get("newer"):
