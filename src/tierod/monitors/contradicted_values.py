@@ -13,6 +13,12 @@ from typing import Any, NamedTuple
 from tierod.graph.maths import absolute, all_of, both, maximum, minimum, negated, present, where
 from tierod.monitors.repeated_values import Run
 
+STEPS = 1.5
+"""Steps of quantisation by which a difference of two readings may be off [-]: half a step each, and half in reserve."""
+
+AGREED = 0.5
+"""Share of a limit within which two signals were before a run of equal values [-]: a standing offset is no such run."""
+
 
 class Contradiction(NamedTuple):
     """Memory of one signal compared with another one since its run of equal values began.
@@ -80,14 +86,14 @@ def _beyond(limits: PairLimits, apart: Any, since: Any, run: Run, other: Run) ->
     return all_of(
         since > 0.0,
         other.stuck < 0.5,
-        apart > limits.angle + 1.5 * angle + (limits.drift + 1.5 * rate) * since,
+        apart > limits.angle + STEPS * angle + (limits.drift + STEPS * rate) * since,
     )
 
 
 def beside_turn(limits: PairLimits, old: Contradiction, run: Run, turn: Any, shows: Any) -> tuple[Contradiction, Any]:
     """A signal of a turn that stays while the others turn."""
     memory = _agreed(old, run, turn)
-    apart = both(absolute(turn) > limits.turn, memory.start < 0.5 * limits.turn)
+    apart = both(absolute(turn) > limits.turn, memory.start < AGREED * limits.turn)
     return memory, all_of(run.seconds > limits.delay, apart, shows)
 
 
@@ -108,7 +114,7 @@ def speed_beside_others(
     memory = _agreed(old, run, where(known, nearest, old.far))
     most = limits.speed + limits.slip * absolute(run.value - where(known, nearest, 0.0))
     free = 1.0 if name == "vehicle_speed" else absolute(run.value) > 0.0
-    parted = all_of(known, absolute(nearest) > most, memory.start < 0.5 * most)
+    parted = all_of(known, absolute(nearest) > most, memory.start < AGREED * most)
     return memory, all_of(run.seconds > limits.delay, parted, free)
 
 
