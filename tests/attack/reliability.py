@@ -24,9 +24,9 @@ FIGURES = ROOT / "attack.json"
 PAGE = ROOT / "docs" / "reliability.md"
 MARKS = ("<!-- figures: begin; made by make attack -->\n", "<!-- figures: end -->\n")
 
-OTHERS = (("signals", "semantic", 1500, True), ("crowd of two", "crowds", 2, False),
+OTHERS = (("signals", "semantic", 2500, True), ("crowd of two", "crowds", 2, False),
           ("crowd of twenty", "crowds", 20, False), ("kills", "kills", 500, True))  # fmt: skip
-"""Attacks of other modules here: title, module, `count` (1500 changes of signals are all), whether a share will do.
+"""Attacks of other modules here: title, module, `count` (2500 changes of signals are more than all), whether a share will do.
 
 Each has `run(count, seed, folder)`, which gives figures, or figures for each thing that was attacked.
 """
