@@ -86,9 +86,9 @@ class Decimator:
 
     def _halve(self) -> None:
         self._grow(len(self._count) + len(self._count) % 2)
-        self._lower = self._lower.reshape(-1, 2).min(axis=1)
-        self._upper = self._upper.reshape(-1, 2).max(axis=1)
-        self._sum, self._count = (old.reshape(-1, 2).sum(axis=1) for old in (self._sum, self._count))
+        self._lower = np.minimum(self._lower[::2], self._lower[1::2])
+        self._upper = np.maximum(self._upper[::2], self._upper[1::2])
+        self._sum, self._count = (old[::2] + old[1::2] for old in (self._sum, self._count))
         self._width *= 2.0
 
 

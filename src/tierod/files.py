@@ -34,11 +34,13 @@ ABANDONED: Annotated[float, "s"] = 3600.0
 
 
 @contextmanager
-def replacing(path: str | Path) -> Iterator[Path]:
+def replacing(path: str | Path, sweeps: bool = True) -> Iterator[Path]:
     """A path beside the target to write to; it becomes the target when the block ends well and vanishes otherwise.
 
     Args:
         path: the target; its folder must exist
+        sweeps: whether what killed processes left beside it is removed; a store of thousands of files does that once
+            itself, since a look takes 2 ms there
 
     Raises:
         OutputError: the file cannot be written; the message says why and what to do
@@ -47,7 +49,8 @@ def replacing(path: str | Path) -> Iterator[Path]:
     temporary: Path | None = None
     try:
         temporary = _beside(target)
-        sweep(target)
+        if sweeps:
+            sweep(target)
         yield temporary
         _settle(temporary)
         os.replace(temporary, target)
@@ -61,13 +64,18 @@ def replacing(path: str | Path) -> Iterator[Path]:
         raise
 
 
-def write_text(path: str | Path, text: str) -> Path:
+def write_text(path: str | Path, text: str, sweeps: bool = True) -> Path:
     """Write a whole text file in UTF-8, or nothing.
+
+    Args:
+        path: the target; its folder must exist
+        text: to be written
+        sweeps: as of `replacing`
 
     Raises:
         OutputError: the file cannot be written; the message says why and what to do
     """
-    with replacing(path) as temporary:
+    with replacing(path, sweeps) as temporary:
         # Half characters, as in names of files in no Unicode, are in no UTF-8.
         temporary.write_text(text, encoding="utf-8", errors="replace")
     return expanded(path)
@@ -102,7 +110,7 @@ def holding(path: str | Path) -> Iterator[Path]:
         OutputError: its folder is missing or cannot be written, or another program holds it without end
     """
     # A link is followed once: lock, temporary file and new name belong into one folder.
-    place = Path(path).expanduser().resolve()
+    place = expanded(path).resolve()
     require_folder(place)
     with contextlib.ExitStack() as stack:
         try:

@@ -26,7 +26,8 @@ MARKS = ("<!-- figures: begin; made by make attack -->\n", "<!-- figures: end --
 
 OTHERS = (("signals", "semantic", 2500, True), ("crowd of two", "crowds", 2, False),
           ("crowd of twenty", "crowds", 20, False), ("kills", "kills", 500, True))  # fmt: skip
-"""Attacks of other modules here: title, module, `count` (2500 changes of signals are more than all), whether a share will do.
+"""Attacks of other modules here: title, module, `count` (2500 changes of signals are more than all), and whether a
+share will do.
 
 Each has `run(count, seed, folder)`, which gives figures, or figures for each thing that was attacked.
 """

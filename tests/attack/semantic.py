@@ -43,7 +43,7 @@ UNOBSERVABLE = (
     "scales with them; each finding of friction says so",
     "all currents and voltages of a motor times one factor: its equations are linear, and the factor is that of the "
     "magnets' flux",
-    "all signals late by the same time: nothing in the recording tells when something happened",
+    "all signals late by the same time: nothing in the recording shows when something happened",
 )
 """Changes of several signals at once that no signal can show, with the physical reason; no change of one signal is."""
 

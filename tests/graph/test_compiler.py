@@ -26,7 +26,7 @@ def places(monkeypatch, tmp_path):
     (tmp_path / "temporary").mkdir()
     monkeypatch.setenv("TIEROD_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(compiler.tempfile, "tempdir", str(tmp_path / "temporary"))
-    monkeypatch.setattr(compiler, "_TOLD", set())
+    monkeypatch.setattr(compiler, "_WARNED", set())
     monkeypatch.setattr(kernels, "_INTERPRETED", set())
     return tmp_path
 
@@ -202,10 +202,10 @@ def test_a_cache_that_cannot_be_made_is_reported_and_no_obstacle(places, monkeyp
 def test_a_full_disk_is_reported_and_no_obstacle(places, monkeypatch):
     real = kernel_cache.replacing
 
-    def full(path):
+    def full(path, **options):
         if path.parent == places / "cache":
             raise OutputError(f"{path} cannot be written: no space left on device; make room")
-        return real(path)
+        return real(path, **options)
 
     monkeypatch.setattr(kernel_cache, "replacing", full)
     with pytest.warns(KernelWarning, match="no space left on device.*are kept in .*temporary"):

@@ -173,4 +173,4 @@ def _read(path: Path, schema: str, key: str) -> dict[str, Any] | None:
 
 def _write(path: Path, schema: str, key: str, content: Mapping[str, Any]) -> None:
     document = {"schema": schema, "key": key, **content}
-    write_text(path, json.dumps(document, ensure_ascii=False, indent=1, allow_nan=False) + "\n")
+    write_text(path, json.dumps(document, ensure_ascii=False, indent=1, allow_nan=False) + "\n", sweeps=False)

@@ -84,7 +84,7 @@ def load(source: str, name: str) -> ctypes.PyDLL:
             except OSError:  # of another C library, for example: compiled anew
                 place.forget(kernel)
             else:
-                _tell([caches[0].trouble()], place.where)
+                _warn_once([caches[0].trouble()], place.where)
                 return library
     return _built(command, source, kernel, caches)
 
@@ -134,7 +134,7 @@ def _built(
                 raise
             code, refusal = None, error  # perhaps for lack of room there: tried once more in the next place
         else:
-            _tell(troubles, place.where)
+            _warn_once(troubles, place.where)
             return library
     if library is None:
         raise refusal or CompileError(f"no folder was found to compile in: {'; '.join(troubles)}")
@@ -151,14 +151,14 @@ def _of_compiler(code: bytes, kernel: str) -> ctypes.PyDLL:
         ) from None
 
 
-_TOLD: set[str] = set()
+_WARNED: set[str] = set()
 
 
-def _tell(troubles: list[str], where: str) -> None:
+def _warn_once(troubles: list[str], where: str) -> None:
     """Say once in a process why kernels are not where they belong, and where they are."""
     trouble = next(filter(None, troubles), "")
-    if trouble and not _TOLD:
-        _TOLD.add(trouble)
+    if trouble and not _WARNED:
+        _WARNED.add(trouble)
         warnings.warn(f"{trouble}. Compiled kernels are kept {where}", KernelWarning, stacklevel=2)
 
 

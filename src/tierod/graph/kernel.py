@@ -114,7 +114,7 @@ def kernel(block: Block, engine: Engine = "auto") -> Kernel:
         try:
             return CompiledKernel(block)
         except CompileError as error:
-            _tell_interpreted(error, engine)
+            _warn_interpreted(error, engine)
     return BankMachine(block) if isinstance(trace(block), BankGraph) else VirtualMachine(block)
 
 
@@ -129,14 +129,14 @@ def lane_kernel(blocks: list[Block]) -> LaneKernel | None:
     try:
         return LaneKernel(blocks)
     except CompileError as error:
-        _tell_interpreted(error, "auto")
+        _warn_interpreted(error, "auto")
         return None
 
 
 _INTERPRETED: set[str] = set()
 
 
-def _tell_interpreted(error: CompileError, engine: str) -> None:
+def _warn_interpreted(error: CompileError, engine: str) -> None:
     """Say once in a process why blocks run on the virtual machine; an error where compiled ones were asked for."""
     if _chosen(engine) == "compiled":
         raise error

@@ -114,7 +114,7 @@ class KernelCache:
             raise OutputError(f"there is a folder {target} where a compiled kernel belongs; remove it")
         if not target.is_file() or target.is_symlink():
             self.forget(name)  # a link, a pipe or a device would be written to, not replaced
-        with replacing(target) as temporary:
+        with replacing(target, sweeps=False) as temporary:
             temporary.write_bytes(_HEAD + _digest(name, code) + code)
             temporary.chmod(0o600)
         with contextlib.suppress(OSError):

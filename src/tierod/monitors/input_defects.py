@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated
 
@@ -35,6 +35,7 @@ class Relation:
         earliest, latest: delay of the second that fault-free cars and slow messages explain [s]
         gain: factor by which second over first may be off 1; infinite where cars differ too much to say
         words: the second quantity and the first, for messages
+        quantities: both, from the signals by name, (n,) each
     """
 
     first: tuple[str, ...]
@@ -44,6 +45,17 @@ class Relation:
     latest: Annotated[float, "s"]
     gain: float
     words: tuple[str, str]
+    quantities: Callable[[Mapping[str, np.ndarray]], tuple[np.ndarray, np.ndarray]]
+
+
+CHARACTERISTIC_SPEED = 22.0
+"""At which a usual car turns half as much as its steering says [m/s]; makes yaw rate of angle and speed."""
+
+
+def _turned(block: Mapping[str, np.ndarray]) -> np.ndarray:
+    """What the yaw rate of a usual car is proportional to."""
+    speed = block["vehicle_speed"]
+    return block["steering_wheel_angle"] * speed / (1.0 + (speed / CHARACTERISTIC_SPEED) ** 2)
 
 
 RELATIONS = {
@@ -56,6 +68,7 @@ RELATIONS = {
         0.06,
         1.35,
         ("steering_wheel_rate", "the change of steering_wheel_angle"),
+        lambda block: (np.gradient(block["steering_wheel_angle"]) * RATE, block["steering_wheel_rate"]),
     ),
     # Virtual cars -79 to 92 ms, a real racing car 119 ms; gain 0.91 to 0.99 with roll and bank.
     "turn": Relation(
@@ -66,6 +79,7 @@ RELATIONS = {
         0.2,
         1.5,
         ("lateral_acceleration", "yaw_rate times vehicle_speed"),
+        lambda block: (block["vehicle_speed"] * block["yaw_rate"], block["lateral_acceleration"]),
     ),
     # 45 to 82 ms; a soft car on the motorway may need twice that.
     "car": Relation(
@@ -76,10 +90,18 @@ RELATIONS = {
         0.25,
         np.inf,
         ("yaw_rate", "steering_wheel_angle"),
+        lambda block: (_turned(block), block["yaw_rate"]),
     ),
     # -30 to 0 ms, as active return and damping act on the motor alone; messages come within a period of 20 ms.
     "assist": Relation(
-        ("driver_torque",), ("motor_torque",), 0.3, -0.06, 0.06, np.inf, ("motor_torque", "driver_torque")
+        ("driver_torque",),
+        ("motor_torque",),
+        0.3,
+        -0.06,
+        0.06,
+        np.inf,
+        ("motor_torque", "driver_torque"),
+        lambda block: (block["driver_torque"], block["motor_torque"]),
     ),
 }
 """By what they are about. Limits are about twice what 18 fault-free virtual drives and the real recordings show."""
@@ -92,9 +114,6 @@ FOLLOWS = 0.5
 
 CERTAIN = 3.0
 """Standard deviations by which a delay must be beyond its limit [-]."""
-
-CHARACTERISTIC_SPEED = 22.0
-"""At which a usual car turns half as much as its steering says [m/s]; makes yaw rate of angle and speed."""
 
 CLIPPED = ("driver_torque", "motor_torque", "lateral_acceleration", "yaw_rate", "steering_wheel_rate")
 """Signals of which a free motion has no preferred extreme; an angle has stops, a speed rests at zero."""
@@ -157,7 +176,7 @@ class InputDefects:
 
     def _take(self, block: Mapping[str, np.ndarray]) -> None:
         for key, lag in self._lags.items():
-            lag.add(*_quantities(key, block))
+            lag.add(*RELATIONS[key].quantities(block))
         for name, (low, high) in self._ends.items():
             levels, counts = np.unique(block[name][np.isfinite(block[name])], return_counts=True)
             for end, kept in ((low, slice(None, LEVELS)), (high, slice(-LEVELS, None))):
@@ -220,19 +239,6 @@ class InputDefects:
                     sentence = f"{name} is clipped at its {side} end {value} for {seconds:.0f} s in all"
                     found.append(Defect((name,), sentence))
         return found
-
-
-def _quantities(key: str, block: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """First and second quantity of a relation over one block."""
-    if key == "steering":
-        rate = np.gradient(block["steering_wheel_angle"]) * RATE
-        return rate, block["steering_wheel_rate"]
-    if key == "turn":
-        return block["vehicle_speed"] * block["yaw_rate"], block["lateral_acceleration"]
-    if key == "car":
-        speed = block["vehicle_speed"]
-        return block["steering_wheel_angle"] * speed / (1.0 + (speed / CHARACTERISTIC_SPEED) ** 2), block["yaw_rate"]
-    return block["driver_torque"], block["motor_torque"]
 
 
 def with_defects(finding: Finding, defects: Sequence[Defect], monitor: Monitor) -> Finding:

@@ -14,6 +14,7 @@ from tierod.files import require_folder
 from tierod.findings import Diagnosis, Status
 from tierod.monitors.session import StatusChange
 from tierod.recording import Aligned
+from tierod.strides import Stride
 
 RATE = 10.0
 """Results per second that go into the memory [Hz]: a monitor's own stopping rule has decided already."""
@@ -40,13 +41,12 @@ class MemoryFeed:
         # Traces and compiles what the transaction at the end needs, which would hold up all others.
         Counting(memory.codes).add(np.zeros(1), {})
         self._pieces: list[tuple[np.ndarray, dict[str, np.ndarray]]] = []
-        self._seen = 0
+        self._stride: Stride | None = None
 
     def add(self, aligned: Aligned, rate: float) -> None:
         """Signals of one more piece, at the rate of its grid [Hz]."""
-        stride = max(round(rate / RATE), 1)
-        kept = slice(-self._seen % stride, None, stride)
-        self._seen += len(aligned.time)
+        self._stride = self._stride or Stride(max(round(rate / RATE), 1))
+        kept = self._stride.over(len(aligned.time))
         names = [name for name in self.identifiers if name in aligned.names]
         columns = {name: aligned.values[kept, aligned.names.index(name)] for name in names}
         self._pieces.append((aligned.time[kept], columns))

@@ -84,17 +84,12 @@ class JudgedTime:
         if finding.status is Status.RISING:
             return replace(finding, cause=f"{finding.cause}; {cause}")
         repair = "repair the sensor or its messages, and record again with all signals to the end"
-        if finding.status is Status.SUSPECT:
-            return replace(
-                finding,
-                headline=f"{title}: {Status.SUSPECT.value}; {cause}. Until then: {finding.headline}",
-                cause=f"{cause}; {finding.cause}",
-                action=f"{repair}; {finding.action}",
-            )
+        doubted = finding.status is Status.SUSPECT
+        status = Status.SUSPECT if doubted else Status.NOT_IDENTIFIABLE
         return replace(
             finding,
-            status=Status.NOT_IDENTIFIABLE,
-            headline=f"{title}: {Status.NOT_IDENTIFIABLE.value}; {cause}. Until then: {finding.headline}",
-            cause=cause,
-            action=repair,
+            status=status,
+            headline=f"{title}: {status.value}; {cause}. Until then: {finding.headline}",
+            cause=f"{cause}; {finding.cause}" if doubted else cause,
+            action=f"{repair}; {finding.action}" if doubted else repair,
         )

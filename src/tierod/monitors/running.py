@@ -68,7 +68,7 @@ class Run:
             refuse_foreign(own_level, vehicle.name, f"{monitor.name}, {variant.name}")
         self.session: Session = opened(monitor, variant, vehicle, own_level)
         self.feed = _feed(memory, vehicle, monitor) if memory else None
-        self._digest = SampleDigest(_common(monitor))
+        self._digest = SampleDigest(_common(monitor)) if memory else None
         self.kept = kept
         self.learnt: OwnLevel | None = None
         self.course: tuple[StatusChange, ...] = ()
@@ -101,7 +101,7 @@ class Run:
         whole = complete(joined(self._before, piece), [*self.monitor.required, *self.monitor.optional])
         complete_piece = whole.slice(begin) if self._before else whole
         self._quality.add(complete_piece)
-        if self.feed:
+        if self._digest:
             self._digest.add(piece)
         self._metadata |= {k: v for k, v in piece.metadata.items() if k != SHARE_READ}
         if self._start is None:
@@ -175,36 +175,34 @@ class Run:
         if not self._steps:
             raise InputError("the recording holds no samples; check that the file is whole and the channel map fits it")
         self._quality.refuse_unusable(self.monitor.required)
-        conclusion = self._limited(self.session.conclude())
+        contradictions = self._quality.contradictions()
+        conclusion = self._limited(self.session.conclude(), contradictions)
         self.learnt, self.course = conclusion.own_level, conclusion.course
         self.code_courses = conclusion.code_courses
-        diagnosis = self._diagnosis(conclusion, command)
-        if self.feed:
+        diagnosis = self._diagnosis(conclusion, contradictions, command)
+        if self.feed and self._digest:
             taken = self.feed.finish(diagnosis, self.course, self.code_courses, self._digest.result())
             diagnosis = diagnosis.remarked("fault memory", taken)
         return diagnosis
 
-    def _limited(self, conclusion: Conclusion) -> Conclusion:
+    def _limited(self, conclusion: Conclusion, contradictions: Sequence[str]) -> Conclusion:
         """The conclusion, with what is wrong with its signals, and with what of the recording was judged at all."""
-        before, defects = conclusion.finding, (*self._defects.found(self._quality.units), *conclusion.defects)
-        conclusion = dataclasses.replace(conclusion, finding=with_defects(before, defects, self.monitor))
-        contradictions = self._quality.contradictions()
-        conclusion = dataclasses.replace(
-            conclusion, finding=contradicted(conclusion.finding, contradictions, self.monitor)
+        defects = (*self._defects.found(self._quality.units), *conclusion.defects)
+        named = contradicted(with_defects(conclusion.finding, defects, self.monitor), contradictions, self.monitor)
+        finding = self._judged.limited(named, self.monitor.title, self.monitor.reaction, self._stuck.lasting())
+        course = conclusion.course
+        if finding.status is not named.status and self._judged.last is not None:
+            course = (*course, StatusChange(self._judged.last, finding.status))
+        return dataclasses.replace(
+            conclusion,
+            finding=dataclasses.replace(finding, evidence={**finding.evidence, **self._judged.evidence()}),
+            own_level=conclusion.own_level if finding.status is conclusion.finding.status else None,
+            course=course,
         )
-        if conclusion.finding.status is not before.status:
-            conclusion = dataclasses.replace(conclusion, own_level=None)
-        before = conclusion.finding
-        finding = self._judged.limited(before, self.monitor.title, self.monitor.reaction, self._stuck.lasting())
-        finding = dataclasses.replace(finding, evidence={**finding.evidence, **self._judged.evidence()})
-        if finding.status is before.status or self._judged.last is None:
-            return dataclasses.replace(conclusion, finding=finding)
-        until = StatusChange(self._judged.last, finding.status)
-        return dataclasses.replace(conclusion, finding=finding, own_level=None, course=(*conclusion.course, until))
 
-    def _diagnosis(self, conclusion: Conclusion, command: str) -> Diagnosis:
+    def _diagnosis(self, conclusion: Conclusion, contradictions: Sequence[str], command: str) -> Diagnosis:
         return Diagnosis(
-            findings=(self._with_warnings(conclusion.finding),),
+            findings=(self._with_warnings(conclusion.finding, contradictions),),
             elements=conclusion.elements,
             traces=self._shown(conclusion.withheld),
             histograms=dict(conclusion.histograms),
@@ -241,14 +239,14 @@ class Run:
                 traces[name] = dataclasses.replace(traces[name], unit=units.get(name, ""))
         return traces
 
-    def _with_warnings(self, finding: Finding) -> Finding:
+    def _with_warnings(self, finding: Finding, contradictions: Sequence[str]) -> Finding:
         """The finding with what a reader must know of vehicle and recording besides."""
         other = other_vehicle(self._metadata, self.vehicle.name)
         told = (
             *finding.warnings,
             *((other,) if other else ()),
             *self._stuck.warnings(self._quality.units),
-            *self._quality.contradictions(),
+            *contradictions,
             *self._quality.range_warnings(),
             *self._metadata.get("warnings", ()),
         )

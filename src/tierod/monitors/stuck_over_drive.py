@@ -13,6 +13,7 @@ from tierod.monitors.stuck_signals import StuckSignals
 from tierod.recording import Aligned, Recording
 from tierod.shown import in_words
 from tierod.signals import SIGNALS
+from tierod.strides import Stride
 
 RATE = 20.0
 """Rate at which signals are watched [Hz]: a stuck signal repeats its value in every sample, and a monitor at 10 kHz
@@ -57,11 +58,10 @@ class StuckOverDrive:
         self.names = tuple(name for name in names if name in SIGNALS)
         self.beside = witnesses(self.names)
         self.passed_on = frozenset(passed_on)
-        self._stride = max(round(rate / RATE), 1)
-        self._rate = rate / self._stride
+        self._stride = Stride(max(round(rate / RATE), 1))
+        self._rate = rate / self._stride.step
         self._block = StuckSignals(self.names, self.beside, 1.0 / self._rate) if self.names else None
         self._memory: Memory | None = None
-        self._samples = 0
         self._flags = np.zeros(len(self.names), bool)
         self._open: dict[str, Stuck] = {}
         self._closed: list[Stuck] = []
@@ -73,11 +73,10 @@ class StuckOverDrive:
             aligned: follows on the ones before
             recording: that they were taken from, with the signals that serve as evidence
         """
-        first = -self._samples % self._stride
-        self._samples += len(aligned.time)
+        watched = self._stride.over(len(aligned.time))
         if self._block is None:
             return aligned
-        kept = aligned.time[first :: self._stride]
+        kept = aligned.time[watched]
         flags = np.empty((len(kept) + 1, len(self.names)), bool)
         flags[0] = self._flags
         if len(kept):
@@ -85,7 +84,7 @@ class StuckOverDrive:
             self._flags = flags[-1]
         if not flags.any():
             return aligned
-        place = (np.arange(len(aligned.time)) - first) // self._stride + 1
+        place = (np.arange(len(aligned.time)) - watched.start) // watched.step + 1
         values = aligned.values.copy()
         for column, name in enumerate(self.names):
             if name in aligned.names and name not in self.passed_on:

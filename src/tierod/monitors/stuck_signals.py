@@ -15,7 +15,6 @@ from tierod.graph.maths import (
     any_of,
     both,
     either,
-    exp,
     maximum,
     minimum,
     present,
@@ -32,6 +31,7 @@ from tierod.monitors.contradicted_values import (
 )
 from tierod.monitors.related_signals import FOLLOWS, RATES, SAME_SPEED, SPEEDS, TURN, is_ordered, is_turned
 from tierod.monitors.repeated_values import NEW, Run, is_changing, repeated
+from tierod.physics.lag import share_reached
 
 
 @dataclass(frozen=True)
@@ -206,7 +206,7 @@ class StuckSignals:
         """Mean of a rate less the change of its angle, followed slowly."""
         known = all_of(present(rate), present(angle), present(angle_before))
         error = rate - (angle - where(known, angle_before, 0.0)) / self.sample_time - offset
-        share = 1.0 - exp(-self.sample_time / self.offset_time)
+        share = share_reached(self.sample_time / self.offset_time)
         return where(known, offset + share * where(known, error, 0.0), offset)
 
     def _turn(self, residual: Any, now: dict[str, Any]) -> Any:
@@ -216,7 +216,7 @@ class StuckSignals:
         acceleration, yaw, speed = (now[name] for name in TURN)
         error = acceleration - yaw * speed - residual
         known = present(error)
-        share = 1.0 - exp(-self.sample_time / self.smoothing)
+        share = share_reached(self.sample_time / self.smoothing)
         return residual + where(known, share * where(known, error, 0.0), 0.0)
 
     def _misfit(self, turn: Any, runs: dict[str, Run]) -> Any:

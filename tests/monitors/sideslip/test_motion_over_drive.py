@@ -1,4 +1,4 @@
-"""Which signal contradicts the motion that the others tell."""
+"""Which signal contradicts the motion that the others give."""
 
 import math
 

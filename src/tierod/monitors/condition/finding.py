@@ -239,7 +239,7 @@ def _fault(
 
 
 def _likeliest_first(found: Sequence[tuple[Episode, Element]]) -> list[tuple[Episode, Element]]:
-    """Faults in the order in which they are told: what explains the others first, then by time.
+    """Faults in the order in which they are named: what explains the others first, then by time.
 
     An acceleration misleads the filters, and is named first. What it is compared with comes of wheel speeds and yaw
     rate: where one of these was faulty long before, that one explains the acceleration.

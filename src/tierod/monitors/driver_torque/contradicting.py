@@ -6,6 +6,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.strides import Stride
+
 SIGNALS = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
 """The signals of the torsion bar: wheel angle = motor angle / ratio + torque of the bar / stiffness + constant."""
 
@@ -74,17 +76,16 @@ class ContradictionOverDrive:
 
     def __init__(self, ratio: float, stiffness: float, rate: float):
         self._scales = np.array([1.0, -1.0 / ratio, -1.0 / stiffness])
-        self._stride = max(round(rate / RATE), 1)
-        self._rate = rate / self._stride
+        self._stride = Stride(max(round(rate / RATE), 1))
+        self._rate = rate / self._stride.step
         self._kept: list[np.ndarray] = []
-        self._seen = 0
+        self._room = round(LONGEST * self._rate)
 
     def add(self, wheel_angle: np.ndarray, motor_angle: np.ndarray, driver_torque: np.ndarray) -> None:
         """The next piece: angles [rad] and torque of the bar [N*m], (n,) each; NaN where missing."""
-        first = -self._seen % self._stride
-        room = max(round(LONGEST * self._rate) * self._stride - self._seen, 0)
-        self._seen += len(wheel_angle)
-        rows = np.column_stack([wheel_angle, motor_angle, driver_torque])[first : room : self._stride]
+        kept = self._stride.over(len(wheel_angle))
+        rows = np.column_stack([wheel_angle, motor_angle, driver_torque])[kept][: self._room]
+        self._room -= len(rows)
         self._kept.append(rows * self._scales)
 
     def found(self) -> Contradiction | None:

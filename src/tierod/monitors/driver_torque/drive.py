@@ -18,11 +18,11 @@ class Drive(NamedTuple):
         peak, peak_deviation: greatest torque of the hands
         error: of the torque against the truth of a simulation; NaN where there is none
         torque_span, angle_span: least to greatest of bar and wheel
-        nis: mean per measurement; NaN where the observer tells none
+        nis: mean per measurement; NaN where the observer gives none
         sample_time: between two samples
         inertia_error, torque_offset: as learnt without hands
         geometry: what angles and torque say of the column
-        motor_inertia: with the gear's at the motor's shaft, as torques and acceleration tell it; None where they do not
+        motor_inertia: with the gear's at the motor's shaft, as torques and acceleration show it; None where they do not
         turned: a sentence for every signal whose sign is wrong
         stretches: without hands
         contradiction: what of the bar's three signals contradicts the others; None where they do not say

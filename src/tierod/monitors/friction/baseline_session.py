@@ -15,6 +15,7 @@ from tierod.monitors.friction.decisions import BASELINE_DECISIONS
 from tierod.monitors.friction.over_drive import EstimateOverDrive
 from tierod.monitors.friction.session import tuning_rows
 from tierod.monitors.session import BlockSession, Conclusion
+from tierod.strides import Stride
 
 QUANTITY = "variance between two self-aligning torques about the kingpins"
 
@@ -43,7 +44,7 @@ class BaselineSession(BlockSession):
         self._window = block.block_samples * block.blocks
         self._window_seconds = self._window / rate
         self._spread = EstimateOverDrive(rate)
-        self._seen = 0
+        self._stride, self._seen = Stride(self._window), 0
         self._enabled = 0
         self._times: list[np.ndarray] = []
         self._variances: list[np.ndarray] = []
@@ -52,7 +53,7 @@ class BaselineSession(BlockSession):
         """The windows of one piece."""
         ready = result["ready"] > 0.5
         self._spread.add(time, result["variance"], ready)
-        chosen = np.arange(-self._seen % self._window, len(time), self._window)
+        chosen = np.arange(*self._stride.over(len(time)).indices(len(time)))
         self._seen += len(time)
         self._enabled += int(np.count_nonzero(result["enabled"] > 0.5))
         chosen = chosen[ready[chosen]]

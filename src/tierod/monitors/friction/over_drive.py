@@ -9,6 +9,7 @@ import numpy as np
 
 from tierod.errors import InputError
 from tierod.identification.hysteresis_presence import HysteresisPresence, HysteresisPresenceTest
+from tierod.strides import Stride
 
 STRETCHES = 4
 """Parts of a drive without a change that get a histogram each."""
@@ -23,16 +24,13 @@ class EstimateOverDrive:
     """Friction estimates, one a second, for histograms per stretch of the drive."""
 
     def __init__(self, rate: float):
-        self._every = max(round(rate), 1)
-        self._seen = 0
+        self._stride = Stride(max(round(rate), 1))
         self._time: list[np.ndarray] = []
         self._values: list[np.ndarray] = []
 
     def add(self, time: np.ndarray, estimate: np.ndarray, ready: np.ndarray) -> None:
         """Estimates that follow those already added; only those of the ready monitor count."""
-        first = -self._seen % self._every
-        self._seen += len(time)
-        chosen = np.arange(first, len(time), self._every)
+        chosen = np.arange(*self._stride.over(len(time)).indices(len(time)))
         chosen = chosen[ready[chosen] & np.isfinite(estimate[chosen])]
         self._time.append(time[chosen])
         self._values.append(estimate[chosen])

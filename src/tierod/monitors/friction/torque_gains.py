@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Annotated
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from tierod.findings import Defect
 from tierod.physics.assist import assist_speed_factor
 from tierod.physics.steering_ratio import column_torque_of_motor
+from tierod.strides import Stride
 from tierod.vehicles import Vehicle
 
 STRIDE = 5
@@ -19,6 +20,11 @@ STRIDE = 5
 
 BLOCK = 1000
 """Samples summed at a time, so that the sums do not depend on how the recording is cut."""
+
+BOTH = ("driver_torque", "motor_torque")
+
+_TERMS = 10
+"""Of the regression, see `GainsOverDrive`."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +42,16 @@ class AssistCharacteristic:
     assist_quadratic_gain: Annotated[float, "1/(N*m)"]
     assist_half_speed: Annotated[float, "m/s"]
     motor_ratio: Annotated[float, ""]
+
+    @classmethod
+    def of(cls, vehicle: Vehicle) -> AssistCharacteristic | None:
+        """That of a vehicle; None where its file has none, or its torques are raw counts.
+
+        Args:
+            vehicle: whose characteristic it is
+        """
+        known = vehicle.calibrated and all(field.name in vehicle for field in fields(cls))
+        return vehicle.parameters_for(cls) if known else None
 
 
 @dataclass(frozen=True)
@@ -93,21 +109,18 @@ class GainsOverDrive:
 
     def __init__(self, vehicle: Vehicle, rate: float, limits: GainLimits | None = None):
         self.limits, self._rate = limits or GainLimits(), rate
-        names = AssistCharacteristic.__dataclass_fields__
-        known = vehicle.calibrated and all(name in vehicle for name in names)
-        self._map = vehicle.parameters_for(AssistCharacteristic) if known else None
-        self._seen = 0
+        self._map = AssistCharacteristic.of(vehicle)
+        self._stride = Stride(STRIDE)
         self._rows: list[np.ndarray] = []
-        self._sums = np.zeros((_COLUMNS + 1, _COLUMNS + 1))
+        self._sums = np.zeros((_TERMS + 1, _TERMS + 1))
         self._count = 0
 
     def add(self, signals: Mapping[str, np.ndarray]) -> None:
         """The next piece: signals by name, (n,) each, NaN where missing."""
         if self._map is None or "vehicle_speed" not in signals:
             return
-        first = -self._seen % STRIDE
-        self._seen += len(signals["driver_torque"])
-        rows = self._terms({name: values[first::STRIDE] for name, values in signals.items()})
+        kept = self._stride.over(len(signals["driver_torque"]))
+        rows = self._terms({name: values[kept] for name, values in signals.items()})
         self._rows = [np.vstack([*self._rows, rows])]
         while len(self._rows[0]) >= BLOCK:
             block, self._rows[0] = self._rows[0][:BLOCK], self._rows[0][BLOCK:]
@@ -178,8 +191,3 @@ class GainsOverDrive:
             gains = f"{found.driver:.2f} and {found.motor:.2f} times the right gain"
             return (Defect(BOTH, f"driver_torque and motor_torque have {gains}: the assist bends elsewhere"),)
         return ()
-
-
-BOTH = ("driver_torque", "motor_torque")
-
-_COLUMNS = 10

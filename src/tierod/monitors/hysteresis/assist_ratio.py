@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from tierod.findings import Defect
 from tierod.monitors.friction.torque_gains import BOTH, AssistCharacteristic, GainLimits
-from tierod.monitors.input_defects import Defect
+from tierod.physics.assist import assist_torque
 from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.vehicles import Vehicle
 
@@ -25,14 +26,12 @@ def torque_defects(
             12 N*m of friction
     """
     limits = limits or GainLimits()
-    if not vehicle.calibrated or any(name not in vehicle for name in AssistCharacteristic.__dataclass_fields__):
-        return ()
-    p = vehicle.parameters_for(AssistCharacteristic)
+    p = AssistCharacteristic.of(vehicle)
     used = np.isfinite(driver_torque) & np.isfinite(motor_torque)
-    if np.count_nonzero(used) < LEAST_SAMPLES:
+    if p is None or np.count_nonzero(used) < LEAST_SAMPLES:
         return ()
     driver, motor = driver_torque[used], column_torque_of_motor(motor_torque[used], p.motor_ratio)
-    usual = driver * (p.assist_linear_gain + p.assist_quadratic_gain * np.abs(driver))
+    usual = assist_torque(driver, 0.0, p.assist_linear_gain, p.assist_quadratic_gain, 0.0, p.assist_half_speed, np.inf)
     power = float(usual @ usual)
     if not max(power, float(motor @ motor)) > limits.smallest**2 * len(usual):
         return ()

@@ -123,7 +123,7 @@ CONFIRMED = (
     "the target is not the one that the motor follows, or it cannot follow",
     "check sign, scale and time of the target in the channel map; then the control and the load of the motor",
 )
-"""What `not_following` means where the sensor turns as the currents tell."""
+"""What `not_following` means where the sensor turns as the currents indicate."""
 
 UNTWISTED = (
     "the angles of motor, steering wheel and pinion are not compared: without driver_torque the twist of the torsion "
@@ -300,7 +300,7 @@ def _cause_of(root: str, drive: Drive) -> tuple[str, str]:
 
 
 def _or_torque(drive: Drive, vehicle: Vehicle) -> str:
-    """The driver's torque as another cause: the twist of the bar that it tells lies between wheel and pinion."""
+    """The driver's torque as another cause: the twist of the bar that it indicates lies between wheel and pinion."""
     if drive.suspect not in (NOT_MOTOR, 0.0) or not drive.mismatch > 0.0:
         return ""
     torque = drive.mismatch * vehicle["torsion_bar_stiffness"] / vehicle["superposition_input_ratio"]

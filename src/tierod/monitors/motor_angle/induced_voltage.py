@@ -1,4 +1,4 @@
-"""Whether currents and voltages are those of one motor, told without its angle sensor."""
+"""Whether currents and voltages are those of one motor, without its angle sensor."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class InducedVoltage:
     """Collects how the voltage that the magnets induce turns, and how large it is.
 
     The change of the flux over a window is the chord 2 psi sin(turn / 2), and successive chords turn as the rotor does:
-    size and turning of the induced voltage tell the same speed, whatever the sensor says.
+    size and turning of the induced voltage give the same speed, whatever the sensor reads.
 
     Args:
         resistance: [ohm]

@@ -16,7 +16,7 @@ from tierod.monitors.sideslip.combined_session import CombinedSession
 from tierod.monitors.sideslip.conventional import conventional_kalman, conventional_poles
 from tierod.monitors.sideslip.decisions import COMBINED_DECISIONS, DECISIONS
 from tierod.monitors.sideslip.over_drive import TRUTHS
-from tierod.monitors.sideslip.session import SideslipSession
+from tierod.monitors.sideslip.session import JUDGED, SideslipSession
 from tierod.monitors.sideslip.two_stage import two_stage_kalman, two_stage_poles
 from tierod.vehicles import Vehicle
 
@@ -117,15 +117,7 @@ SIDESLIP = Monitor(
     summary="Estimates the sideslip angle and the aligning torque of the front tyres, with their uncertainty.",
     source=PAPER,
     required=("vehicle_speed", "yaw_rate"),
-    optional=(
-        "road_wheel_angle",
-        "steering_wheel_angle",
-        "lateral_acceleration",
-        "longitudinal_acceleration",
-        "motor_torque",
-        "motor_current",
-        *TRUTHS,
-    ),
+    optional=(*JUDGED, *TRUTHS),
     rate=100.0,
     minimum_rate=20.0,
     maximum_age=0.1,

@@ -1,13 +1,14 @@
-"""Whether speed, accelerations, yaw rate and steering tell of one motion, and which of them does not."""
+"""Whether speed, accelerations, yaw rate and steering are those of one motion, and which of them is not."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 
+from tierod.findings import Defect
 from tierod.models.single_track import SingleTrack
 from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
 
@@ -33,8 +34,8 @@ class MotionLimits:
         leaping: share of such changes; wheels that lock make 0.02 of them
         seconds: of driving that is needed
         gaining: the same for speed gained: a stop with wheels that lock must not decide
-        rolling: speed from which turns tell an offset of the yaw rate [m/s]
-        rolling_time: ... for so long [s]: four terms are told, and one turn after the other errs alike
+        rolling: speed from which turns show an offset of the yaw rate [m/s]
+        rolling_time: ... for so long [s]: four terms are estimated, and one turn after the other errs alike
         condition: greatest condition number of that regression; at one speed alone it says nothing
     """
 
@@ -50,13 +51,6 @@ class MotionLimits:
     rolling: Annotated[float, "m/s"] = 3.0
     rolling_time: Annotated[float, "s"] = 60.0
     condition: Annotated[float, ""] = 1e4
-
-
-class Wrong(NamedTuple):
-    """Signals, one of which is wrong, and a sentence that begins with them."""
-
-    names: tuple[str, ...]
-    sentence: str
 
 
 class _Pair:
@@ -161,14 +155,14 @@ class MotionOverDrive:
         deviation = math.sqrt(left * float(np.linalg.inv(matrix)[2, 2]))
         return -math.copysign(max(abs(float(terms[2])) - 2.0 * deviation, 0.0), float(terms[2]))
 
-    def wrong(self) -> tuple[Wrong, ...]:
-        """What contradicts the motion that the other signals tell."""
+    def wrong(self) -> tuple[Defect, ...]:
+        """What contradicts the motion that the other signals give."""
         limits = self.limits
         leaps = self._leaps / max(self._steps, 1)
         if self._steps * BLOCK / STEPS >= limits.seconds and leaps > limits.leaping:
             fifth = f"{limits.leap:g} m/s within {BLOCK / STEPS:g} s"
             sentence = f"vehicle_speed leaps by more than {fifth} in {100.0 * leaps:.0f} % of the steps"
-            return (Wrong(("vehicle_speed",), f"{sentence}, which no car does"),)
+            return (Defect(("vehicle_speed",), f"{sentence}, which no car does"),)
         turn = self._turn.unexplained(limits.seconds, limits.lateral)
         gain = self._gain.unexplained(limits.gaining, limits.longitudinal)
         if turn > limits.contradicts:
@@ -177,24 +171,24 @@ class MotionOverDrive:
             return ()
         if turn < limits.agrees:
             sentence = "longitudinal_acceleration contradicts the change of vehicle_speed, which the turns confirm"
-            return (Wrong(("longitudinal_acceleration",), sentence),)
+            return (Defect(("longitudinal_acceleration",), sentence),)
         names = ("longitudinal_acceleration", "vehicle_speed")
         return (
-            Wrong(names, "longitudinal_acceleration and vehicle_speed contradict each other: one of them is wrong"),
+            Defect(names, "longitudinal_acceleration and vehicle_speed contradict each other: one of them is wrong"),
         )
 
-    def _of_a_turn(self, gain: float) -> Wrong:
+    def _of_a_turn(self, gain: float) -> Defect:
         """The one of speed, yaw rate and lateral acceleration that the steering and the other two contradict."""
         limits = self.limits
         yaw = self._yaw.unexplained(limits.seconds, limits.lateral)
         side = self._side.unexplained(limits.seconds, limits.lateral)
         if yaw < limits.agrees and not side < limits.agrees:
-            return Wrong(
+            return Defect(
                 ("lateral_acceleration",),
                 "lateral_acceleration contradicts yaw rate, speed and steering angle, which fit each other",
             )
         if side < limits.agrees and not yaw < limits.agrees:
-            return Wrong(
+            return Defect(
                 ("yaw_rate",),
                 "yaw_rate contradicts lateral acceleration, speed and steering angle, which fit each other",
             )
@@ -202,9 +196,9 @@ class MotionOverDrive:
             sentence = (
                 "vehicle_speed contradicts yaw rate and lateral acceleration in turns, and the acceleration along"
             )
-            return Wrong(("vehicle_speed",), sentence)
+            return Defect(("vehicle_speed",), sentence)
         names = ("vehicle_speed", "yaw_rate", "lateral_acceleration")
-        return Wrong(
+        return Defect(
             names,
             "vehicle_speed, yaw_rate and lateral_acceleration contradict each other in turns: one of them is wrong",
         )

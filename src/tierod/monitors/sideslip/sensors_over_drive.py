@@ -93,18 +93,18 @@ class SensorsOverDrive:
         self._rolling += (len(v), np.sum(r - a / v), np.sum(r - gain * d), np.sum(r))
 
     def offset(self, beside_turns: float = 0.0) -> Offset | None:
-        """Of the yaw rate, where the data tells one that is worth naming.
+        """Of the yaw rate, where the data show one that is worth naming.
 
         Args:
-            beside_turns: what lateral acceleration over speed tells, see `MotionOverDrive.yaw_rate_offset` [rad/s]
+            beside_turns: that of lateral acceleration over speed, see `MotionOverDrive.yaw_rate_offset` [rad/s]
         """
         count, total, squares = self._standing
         if count >= self.limits.standing_time * self._rate:
             mean = total / count
             if math.sqrt(max(squares / count - mean * mean, 0.0)) < self.limits.still:
                 return self._worth_naming(mean, "while the car stands")
-        if told := self._worth_naming(beside_turns, "beside the lateral acceleration at different speeds"):
-            return told
+        if found := self._worth_naming(beside_turns, "beside the lateral acceleration at different speeds"):
+            return found
         count, beside_acceleration, beside_steering, turned = self._rolling
         if count < self.limits.rolling_time * self._rate:
             return None
