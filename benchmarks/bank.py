@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.filters import EnabledFilter
-from tierod.block import Tree
-from tierod.graph import KEEP, Bank, JudgeSample, Stream, Verdict, scan
-from tierod.graph.maths import maximum, where
+from tierod.core.block import Tree
+from tierod.core.graph import KEEP, Bank, JudgeSample, Stream, Verdict, scan
+from tierod.core.graph.maths import maximum, where
 from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.refined import printed
 from tierod.vehicles import load

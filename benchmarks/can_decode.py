@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from tierod.readers.candump import frames_of
-from tierod.readers.dbc import bus_source, load_databases
-from tierod.readers.frames import EXTENDED, Frames, joined
-from tierod.readers.log import Log, heard
+from tierod.io.readers.candump import frames_of
+from tierod.io.readers.dbc import bus_source, load_databases
+from tierod.io.readers.frames import EXTENDED, Frames, joined
+from tierod.io.readers.log import Log, heard
 
 _REPEATS = 7
 _ROOT = Path(__file__).resolve().parents[1]

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from tierod.block import Block, rebuild, skeleton
-from tierod.estimators.kalman import KalmanFilter
-from tierod.graph.trace import trace
+from tierod.core.block import Block, rebuild, skeleton
+from tierod.core.graph.trace import trace
+from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.vehicles import load
 

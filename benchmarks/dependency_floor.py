@@ -11,9 +11,9 @@ import time
 
 import numpy as np
 
-from tierod.graph import Graph
-from tierod.graph.compiler import load
-from tierod.graph.operations import NEXT_STATE, STATE, Operation, Program, program
+from tierod.core.graph import Graph
+from tierod.core.graph.compiler import load
+from tierod.core.graph.operations import NEXT_STATE, STATE, Operation, Program, program
 
 CHAINS = {
     "add": "x = x + a;",

@@ -14,11 +14,11 @@ import numpy as np
 
 from benchmarks.filterpy_peer import nanoseconds_per_step
 from benchmarks.filters import EnabledFilter, matrices
+from tierod.io.writers import write
 from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.refined import printed
 from tierod.proving_ground import drive
 from tierod.vehicles import load
-from tierod.writers import write
 
 RATE = 100.0
 REPEATS = 5

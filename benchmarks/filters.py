@@ -10,13 +10,13 @@ import numpy as np
 
 from benchmarks.dependency_floor import floor
 from benchmarks.filterpy_peer import nanoseconds_per_step
-from tierod.block import Block, Tree
-from tierod.estimators.kalman import KalmanFilter
-from tierod.graph import Stream, trace
-from tierod.graph.kernel import LaneKernel, kernel, lane_array
-from tierod.graph.maths import sign
-from tierod.graph.printer import LANES
-from tierod.graph.trace import initial_memory
+from tierod.core.block import Block, Tree
+from tierod.core.graph import Stream, trace
+from tierod.core.graph.kernel import LaneKernel, kernel, lane_array
+from tierod.core.graph.maths import sign
+from tierod.core.graph.printer import LANES
+from tierod.core.graph.trace import initial_memory
+from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.models.friction_estimation import FrictionEstimation, FrictionParameters
 from tierod.monitors.friction.gate import FrictionGate
 from tierod.monitors.friction.refined import FrictionSample, printed

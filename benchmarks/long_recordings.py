@@ -214,8 +214,8 @@ def _blf(path: Path, ending: str, hours: float) -> None:
 
 
 def _whole(path: Path, ending: str, hours: float) -> None:
-    from tierod.recording import Channel, Recording
-    from tierod.writers import write
+    from tierod.core.recording import Channel, Recording
+    from tierod.io.writers import write
 
     pieces = list(signals(hours))
     time_ = np.concatenate([stamps for stamps, _ in pieces])

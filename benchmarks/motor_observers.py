@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from tierod.block import Block
-from tierod.estimators.kalman import KalmanFilter
-from tierod.graph.kernel import kernel
-from tierod.graph.trace import initial_memory
-from tierod.monitors.motor_angle.printed_observers import RotorFrameObserver, extended_kalman, luenberger
-from tierod.studies.motor_angle.observer_accuracy import parameters
-from tierod.studies.motor_angle.observer_drives import SAMPLE_TIME, to_and_fro
+from tierod.core.block import Block
+from tierod.core.graph.kernel import kernel
+from tierod.core.graph.trace import initial_memory
+from tierod.methods.estimators.kalman import KalmanFilter
+from tierod.papers.motor_angle.observer_accuracy import parameters
+from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, to_and_fro
+from tierod.papers.motor_angle.printed_observers import RotorFrameObserver, extended_kalman, luenberger
 
 STEPS, PEER_STEPS = 20_000, 2_000
 REPEATS, PEER_REPEATS = 9, 3

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.graph import scan
+from tierod.core.graph import scan
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning

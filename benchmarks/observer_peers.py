@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from tierod.estimators.fixed_lag import FixedLag
-from tierod.estimators.interacting import InteractingFilter
-from tierod.estimators.kalman import KalmanFilter
-from tierod.estimators.stationary import StationaryFilter
-from tierod.estimators.stationary_bank import StationaryBank
+from tierod.methods.estimators.fixed_lag import FixedLag
+from tierod.methods.estimators.interacting import InteractingFilter
+from tierod.methods.estimators.kalman import KalmanFilter
+from tierod.methods.estimators.stationary import StationaryFilter
+from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.models.linear import LinearSystem, linearise
 from tierod.physics.friction import dahl_update
 

@@ -17,18 +17,18 @@ from benchmarks.observer_peers import (
     PlainFilter,
     full,
 )
-from tierod.block import Block
-from tierod.estimators.interacting import InteractingFilter
-from tierod.estimators.kalman import KalmanFilter
-from tierod.estimators.stationary_bank import StationaryBank
-from tierod.graph.kernel import kernel
-from tierod.graph.trace import initial_memory
+from tierod.core.block import Block
+from tierod.core.graph.kernel import kernel
+from tierod.core.graph.trace import initial_memory
+from tierod.methods.estimators.interacting import InteractingFilter
+from tierod.methods.estimators.kalman import KalmanFilter
+from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.models.steering_column import ColumnParameters
-from tierod.monitors.driver_torque.column_friction import ColumnFrictionObserver
 from tierod.monitors.driver_torque.delayed import DelayedHandTorque, smoothing
 from tierod.monitors.driver_torque.printed import PrintedObserver
 from tierod.monitors.driver_torque.tuning import ColumnTuning, design, process_noises
-from tierod.studies.column.swept_bench import swept
+from tierod.papers.column.column_friction import ColumnFrictionObserver
+from tierod.papers.column.swept_bench import swept
 from tierod.vehicles import load
 
 STEPS = 40_000

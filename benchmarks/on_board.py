@@ -12,15 +12,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tierod.graph import Bank
-from tierod.graph.kernel import kernel
-from tierod.graph.trace import initial_memory
+from tierod.core.graph import Bank
+from tierod.core.graph.kernel import kernel
+from tierod.core.graph.trace import initial_memory
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.on_board import on_board
 from tierod.monitors.condition.signals import hypotheses
 from tierod.monitors.condition.vehicle_bank import bank_of
-from tierod.studies.condition.drives import Drive, actuator_tests, healthy_drives, sensor_tests
-from tierod.studies.condition.recorded import recorded
+from tierod.papers.condition.drives import Drive, actuator_tests, healthy_drives, sensor_tests
+from tierod.papers.condition.recorded import recorded
 from tierod.vehicles import load
 
 LANES, STATES, READINGS = len(hypotheses()), len(AutomatedVehicle.State._fields), len(AutomatedVehicle.Output._fields)

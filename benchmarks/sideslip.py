@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.observer_peers import filled
-from tierod.block import Block
-from tierod.estimators.kalman import KalmanFilter
+from tierod.core.block import Block
+from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.models.linear import LinearSystem
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.sideslip.conventional import conventional_kalman, conventional_poles

@@ -11,10 +11,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from tierod.core.nomenclature import nomenclature
 from tierod.monitors.condition.residuals.catalogue import RESIDUALS
-from tierod.monitors.decision import Decision
+from tierod.monitors.harness.decision import Decision
 from tierod.monitors.registry import MONITORS
-from tierod.nomenclature import nomenclature
 from tierod.vehicles import QUANTITIES, load, shipped
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -8,11 +8,11 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from tierod.files import write_text
+from tierod.core.files import write_text
+from tierod.experiments.effort import Effort
 from tierod.monitors.condition import substitutes
 from tierod.monitors.condition.substitutes import FILTER, substitution_graph
-from tierod.studies.condition.substitutes import HOURS, Error, measured
-from tierod.studies.effort import Effort
+from tierod.papers.condition.substitutes import HOURS, Error, measured
 
 TABLE = Path(substitutes.__file__).with_name("substitutes.toml")
 HEAD = """\

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
 from blocks_of_graph import Everything, Pair
-from tierod.block import Ring
-from tierod.graph import KEEP, Bank, Verdict, maths
+from tierod.core.block import Ring
+from tierod.core.graph import KEEP, Bank, Verdict, maths
 
 
 class Said(NamedTuple):

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
-from tierod.block import Ring
-from tierod.graph import maths
+from tierod.core.block import Ring
+from tierod.core.graph import maths
 
 
 class Pair(NamedTuple):

@@ -3,9 +3,9 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from tierod.readers.content import Content, content_of
-from tierod.readers.frames import Frames, joined
-from tierod.readers.log import Log
+from tierod.io.readers.content import Content, content_of
+from tierod.io.readers.frames import Frames, joined
+from tierod.io.readers.log import Log
 
 
 def log_of(*blocks: Frames) -> Log:

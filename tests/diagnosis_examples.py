@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tierod.findings import ChannelQuality, Diagnosis, Element, Episode, Estimate, Finding, Status, Trace
+from tierod.core.findings import ChannelQuality, Diagnosis, Element, Episode, Estimate, Finding, Status, Trace
 
 
 def trace(name, unit, time, values, spread=0.0):

@@ -7,8 +7,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.block import Ring, leaves, rebuild, skeleton
-from tierod.graph import maths, scan
+from tierod.core.block import Ring, leaves, rebuild, skeleton
+from tierod.core.graph import maths, scan
 from tierod.models.linear import LinearSystem, as_model
 
 

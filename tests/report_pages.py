@@ -5,7 +5,7 @@ import json
 import re
 from html.parser import HTMLParser
 
-from tierod.decimation import Packed, unpack
+from tierod.core.decimation import Packed, unpack
 
 
 class Page(HTMLParser):

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from blocks_of_graph import Everything
-from tierod import arrow
-from tierod.decimation import Decimator
-from tierod.derive import complete
-from tierod.graph import batch, scan
-from tierod.graph.samples import Memory
-from tierod.quality import channel_quality
-from tierod.readers import open_chunks, read
-from tierod.recording import Channel, Recording
-from tierod.signs import sign_warnings
-from tierod.writers import write
+from tierod.core import arrow
+from tierod.core.decimation import Decimator
+from tierod.core.graph import batch, scan
+from tierod.core.graph.samples import Memory
+from tierod.core.recording import Channel, Recording
+from tierod.io.derive import complete
+from tierod.io.quality import channel_quality
+from tierod.io.readers import open_chunks, read
+from tierod.io.signs import sign_warnings
+from tierod.io.writers import write
 
 TIME = np.arange(0.0, 300.0, 0.01)
 UNITS = {

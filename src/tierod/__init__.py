@@ -18,35 +18,35 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from tierod.errors import TierodError
-    from tierod.findings import Diagnosis, Finding, Status
-    from tierod.graph import Stream, batch, scan
+    from tierod.core.errors import TierodError
+    from tierod.core.findings import Diagnosis, Finding, Status
+    from tierod.core.graph import Stream, batch, scan
+    from tierod.core.recording import Channel, Recording
+    from tierod.io.readers import read
+    from tierod.io.writers import write
     from tierod.monitors.run import diagnose
-    from tierod.readers import read
-    from tierod.recording import Channel, Recording
     from tierod.report import to_json, write_html
     from tierod.report.plot import plot
     from tierod.vehicles import Vehicle
     from tierod.vehicles import load as vehicle
-    from tierod.writers import write
 
 _HOMES = {
-    "Channel": "tierod.recording",
-    "Diagnosis": "tierod.findings",
-    "Finding": "tierod.findings",
-    "Recording": "tierod.recording",
-    "Status": "tierod.findings",
-    "Stream": "tierod.graph",
-    "TierodError": "tierod.errors",
+    "Channel": "tierod.core.recording",
+    "Diagnosis": "tierod.core.findings",
+    "Finding": "tierod.core.findings",
+    "Recording": "tierod.core.recording",
+    "Status": "tierod.core.findings",
+    "Stream": "tierod.core.graph",
+    "TierodError": "tierod.core.errors",
     "Vehicle": "tierod.vehicles",
-    "batch": "tierod.graph",
+    "batch": "tierod.core.graph",
     "diagnose": "tierod.monitors.run",
     "plot": "tierod.report.plot",
-    "read": "tierod.readers",
-    "scan": "tierod.graph",
+    "read": "tierod.io.readers",
+    "scan": "tierod.core.graph",
     "to_json": "tierod.report",
     "vehicle": "tierod.vehicles:load",
-    "write": "tierod.writers",
+    "write": "tierod.io.writers",
     "write_html": "tierod.report",
 }
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from shared_data import shared_data
-from tierod.derive import complete
+from tierod.experiments.plant_agreement import commonroad_agreement, commonroad_tyre
+from tierod.experiments.plant_recordings import ferrari_agreement, rav4_agreement
+from tierod.io.derive import complete
+from tierod.io.readers import read
 from tierod.physics.magic_formula import combined_forces, stiffness_per_load
-from tierod.readers import read
-from tierod.studies.plant_agreement import commonroad_agreement, commonroad_tyre
-from tierod.studies.plant_recordings import ferrari_agreement, rav4_agreement
 
 
 @pytest.fixture(scope="module")

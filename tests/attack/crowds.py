@@ -16,15 +16,15 @@ from typing import Any
 
 import numpy as np
 
-from tierod.campaigns.store import Store
+from tierod.core.errors import InputError, OutputError
+from tierod.core.findings import Diagnosis, Finding, Status
+from tierod.core.graph import compiler
+from tierod.core.graph.kernel_cache import Bounds, KernelCache
+from tierod.core.recording import Aligned, Recording
 from tierod.diagnosis.fault_memory import FaultMemory
-from tierod.errors import InputError, OutputError
-from tierod.findings import Diagnosis, Finding, Status
-from tierod.graph import compiler
-from tierod.graph.kernel_cache import Bounds, KernelCache
-from tierod.monitors.into_memory import MemoryFeed
-from tierod.monitors.own_level import OwnLevel, keep_first, load_own_level
-from tierod.recording import Aligned, Recording
+from tierod.experiments.store import Store
+from tierod.monitors.harness.into_memory import MemoryFeed
+from tierod.monitors.harness.own_level import OwnLevel, keep_first, load_own_level
 
 VEHICLE = "midsize-eps"
 
@@ -214,8 +214,8 @@ def campaign(count: int, seed: int, folder: Path) -> dict[str, int]:
 
 def commands(count: int, seed: int, folder: Path) -> dict[str, int]:
     """`tierod diagnose` as users call it, all at once on one memory and one baseline; every fourth recording twice."""
+    from tierod.io.writers import write
     from tierod.proving_ground import drive
-    from tierod.writers import write
 
     whole = Recording(drive(minutes=8.0, seed=seed).channels)
     for number in range(count):

@@ -42,13 +42,13 @@ def _whole_json(path: Path) -> None:
 
 
 def _whole_recording(path: Path) -> None:
-    from tierod.readers import read
+    from tierod.io.readers import read
 
     assert read(path).names
 
 
 def _whole_table(path: Path) -> None:
-    from tierod.campaigns.table import read_table
+    from tierod.experiments.table import read_table
 
     assert read_table(path)
 
@@ -60,7 +60,7 @@ def _whole_memory(path: Path) -> None:
 
 
 def _whole_baseline(path: Path) -> None:
-    from tierod.monitors.own_level import load_own_level
+    from tierod.monitors.harness.own_level import load_own_level
 
     load_own_level(path)
 
@@ -107,9 +107,9 @@ class Command:
 
 
 def _drives(folder: Path) -> None:
+    from tierod.core.recording import Recording
+    from tierod.io.writers import write
     from tierod.proving_ground import drive
-    from tierod.recording import Recording
-    from tierod.writers import write
 
     first = Recording(drive(minutes=8.0, seed=3).channels)
     write(first, folder / "first.parquet")
@@ -122,9 +122,9 @@ def _campaign(folder: Path) -> None:
 
 
 def _motor(folder: Path) -> None:
+    from tierod.io.writers import write
     from tierod.proving_ground.scenarios import load
     from tierod.vehicles.vehicle import SHIPPED
-    from tierod.writers import write
 
     write(load("motor-bench-multisine").run().recording, folder / "drive.parquet")
     shutil.copy(SHIPPED / "motor-bench.toml", folder / "motor.toml")

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tierod.recording import Channel, Recording
+from tierod.core.recording import Channel, Recording
 
 ROWS = 120
 START = 1_700_000_000.0
@@ -77,7 +77,7 @@ def _written(name: str, write: Callable[[Path], object]) -> bytes:
 
 def csv_files() -> dict[str, bytes]:
     """tierod's own layout, and layouts of vendors: units in a row of their own, decimal commas, dates, milliseconds."""
-    from tierod.writers import write
+    from tierod.io.writers import write
 
     whole = drive()
     names, time = list(whole.names), whole["yaw_rate"].time
@@ -109,7 +109,7 @@ def parquet_files() -> dict[str, bytes]:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    from tierod.writers import write
+    from tierod.io.writers import write
 
     whole = drive()
     columns = {"time": whole["yaw_rate"].time, **{name: whole[name].values for name in whole.names}}
@@ -127,7 +127,7 @@ def mf4_files() -> dict[str, bytes]:
     """tierod's own MF4, one whose data are packed, and an old MDF 3."""
     import asammdf
 
-    from tierod.writers import write
+    from tierod.io.writers import write
 
     whole = drive()
 
@@ -260,14 +260,14 @@ def vendor_files(kind: str) -> dict[str, bytes]:
 
 def user_files() -> dict[str, dict[str, bytes]]:
     """Of each kind of file that a user writes or keeps, by name of the target."""
-    from tierod.monitors.own_level import OwnLevel, store_own_level
+    from tierod.monitors.harness.own_level import OwnLevel, store_own_level
 
     package = Path(__import__("tierod").__file__).parent
     shipped = {
         "vehicle": ("vehicles", ("midsize-eps.toml", "smartload.toml")),
         "channel-map": ("vehicles", ("rav4.channels.toml",)),
         "scenario": ("proving_ground/scenarios", ("step-steer.toml", "slalom-winter-tyres.toml", "hands-off.toml")),
-        "campaign": ("campaigns", ("friction-steps.toml", "friction-own-level.toml")),
+        "campaign": ("experiments", ("friction-steps.toml", "friction-own-level.toml")),
         "fault": ("proving_ground/faults/shipped", ("friction-step.toml", "yaw-rate-delay.toml", "motor-hot.toml")),
         "dbc": ("vehicles", ("rav4.dbc",)),
     }

@@ -25,11 +25,11 @@ import numpy as np
 
 from attack.semantic_changes import changed, changes, touched
 from attack.semantic_drives import DRIVES, Drive, recorded
-from tierod.errors import TierodError
-from tierod.findings import Diagnosis, Status
+from tierod.core.errors import TierodError
+from tierod.core.findings import Diagnosis, Status
+from tierod.core.recording import Recording
 from tierod.monitors.registry import MONITORS
 from tierod.monitors.run import diagnose
-from tierod.recording import Recording
 from tierod.report import print_table
 
 SEEDS = (11, 12)

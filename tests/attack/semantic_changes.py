@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tierod.recording import Channel, Recording
+from tierod.core.recording import Channel, Recording
 
 STUCK_FROM = 1.0 / 3.0
 """Share of the recording after which a stuck signal stands still: before any fault of the recordings can be judged."""

@@ -9,9 +9,9 @@ import zlib
 import numpy as np
 import pytest
 
-from tierod.errors import InputError, ParameterError
-from tierod.readers import limits, open_chunks, read
-from tierod.readers.limits import VARIABLE, Limits
+from tierod.core.errors import InputError, ParameterError
+from tierod.io.readers import limits, open_chunks, read
+from tierod.io.readers.limits import VARIABLE, Limits
 
 SMALL = "64MB"
 """The limit in these tests, which need not unfold gigabytes to pass it."""
@@ -110,8 +110,8 @@ def test_little_memory_is_taken_before_it_is_refused(tmp_path, name):
     path = tmp_path / name
     BOMBS[name](path)
     code = (
-        "import re, sys\nfrom pathlib import Path\nfrom tierod.errors import InputError\n"
-        "from tierod.readers import read\ntry:\n    read(sys.argv[1])\n"
+        "import re, sys\nfrom pathlib import Path\nfrom tierod.core.errors import InputError\n"
+        "from tierod.io.readers import read\ntry:\n    read(sys.argv[1])\n"
         "except InputError as error:\n    assert 'unfolds' in str(error), error\n"
         "print(re.search(r'VmHWM:\\s+(\\d+)', Path('/proc/self/status').read_text())[1])"
     )

@@ -3,7 +3,7 @@
 import pytest
 
 from attack.kills import COMMANDS, run
-from tierod.graph.compiler import cache_folder
+from tierod.core.graph.compiler import cache_folder
 
 BAD = ("broken", "lost", "hindered", "strays")
 

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 from can_logs import log_of
-from tierod.errors import InputError, TierodError
-from tierod.readers import read, reader_process
-from tierod.readers.mdf import open_mdf
-from tierod.readers.reader_process import Budget, MdfProcess
-from tierod.recording import Channel, Recording
-from tierod.writers import write
+from tierod.core.errors import InputError, TierodError
+from tierod.core.recording import Channel, Recording
+from tierod.io.readers import read, reader_process
+from tierod.io.readers.mdf import open_mdf
+from tierod.io.readers.reader_process import Budget, MdfProcess
+from tierod.io.writers import write
 
 asammdf = pytest.importorskip("asammdf")
 
@@ -143,7 +143,7 @@ def test_the_process_ends_with_what_started_it(tmp_path):
     del process
     assert not Path(f"/proc/{number}").exists(), "neither running nor a zombie"
     code = (
-        "import sys, time\nfrom pathlib import Path\nfrom tierod.readers.reader_process import MdfProcess\n"
+        "import sys, time\nfrom pathlib import Path\nfrom tierod.io.readers.reader_process import MdfProcess\n"
         "process = MdfProcess(Path(sys.argv[1]))\nprocess.ask({})\nprint(process._process.pid, flush=True)\n"
         "time.sleep(60)"
     )

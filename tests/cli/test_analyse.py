@@ -6,13 +6,13 @@ import shutil
 import numpy as np
 import pytest
 
-from analysis.column_sets import column
+from methods.analysis.column_sets import column
 from report_pages import Page, charts
 from tierod.cli import main
+from tierod.core.recording import Channel, Recording
+from tierod.io.writers import write
 from tierod.models.linear import sampled
-from tierod.recording import Channel, Recording
 from tierod.vehicles import load
-from tierod.writers import write
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import pytest
 
 from tierod import __version__
 from tierod.cli import app, main
-from tierod.errors import InputError, KernelWarning
+from tierod.core.errors import InputError, KernelWarning
 
 
 @pytest.fixture

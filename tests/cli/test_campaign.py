@@ -14,11 +14,11 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from campaigns.test_campaign import BASE
-from tierod.campaigns.table import read_table
+from experiments.test_campaign import BASE
 from tierod.cli import main
+from tierod.experiments.table import read_table
 
-SCHEMA = json.loads(files("tierod.campaigns").joinpath("campaign.schema.json").read_text(encoding="utf-8"))
+SCHEMA = json.loads(files("tierod.experiments").joinpath("campaign.schema.json").read_text(encoding="utf-8"))
 FILE = """name = "lost signals"
 description = "Signals that are lost."
 scenario = "base.toml"

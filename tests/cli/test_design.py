@@ -5,8 +5,8 @@ import pytest
 
 from tierod.cli import main
 from tierod.cli.design import seconds_between
-from tierod.recording import Channel, Recording
-from tierod.writers import write
+from tierod.core.recording import Channel, Recording
+from tierod.io.writers import write
 
 WISH = ["design", "detector", "--false-alarms", "1 per 100 h", "--shift", "1.2", "--rate", "100"]
 

@@ -6,9 +6,9 @@ import json
 import pytest
 
 from tierod.cli import main
+from tierod.core.recording import Recording
+from tierod.io.writers import write
 from tierod.proving_ground import FrictionCourse, drive
-from tierod.recording import Recording
-from tierod.writers import write
 
 
 @pytest.fixture(scope="module")

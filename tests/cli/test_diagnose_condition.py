@@ -7,13 +7,13 @@ import pytest
 
 from tierod.cli import main
 from tierod.diagnosis.trouble_codes import load_trouble_codes
+from tierod.io.readers import read
+from tierod.io.writers import write
 from tierod.monitors.condition.signals import ELEMENTS
-from tierod.readers import read
-from tierod.studies.condition.drives import Drive
-from tierod.studies.condition.faults import LOSS, Injected
-from tierod.studies.condition.odd_drives import without
-from tierod.studies.condition.recorded import recorded
-from tierod.writers import write
+from tierod.papers.condition.drives import Drive
+from tierod.papers.condition.faults import LOSS, Injected
+from tierod.papers.condition.odd_drives import without
+from tierod.papers.condition.recorded import recorded
 
 
 @pytest.fixture(scope="module")

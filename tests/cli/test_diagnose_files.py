@@ -5,12 +5,12 @@ import json
 import pytest
 
 from tierod.cli import main
+from tierod.core.recording import Recording
 from tierod.diagnosis.fault_memory import FaultMemory
-from tierod.monitors.own_level import OwnLevel, load_own_level, store_own_level
-from tierod.monitors.running import Run
+from tierod.io.writers import write
+from tierod.monitors.harness.own_level import OwnLevel, load_own_level, store_own_level
+from tierod.monitors.harness.running import Run
 from tierod.proving_ground import drive
-from tierod.recording import Recording
-from tierod.writers import write
 
 
 @pytest.fixture(scope="module")

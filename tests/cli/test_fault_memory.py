@@ -5,13 +5,13 @@ import pytest
 
 from diagnosis.memories import drive
 from tierod.cli import main
+from tierod.core.errors import OutputError
+from tierod.core.findings import Diagnosis, Finding, Status
+from tierod.core.recording import Aligned
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.diagnosis.status import CodeStatus
-from tierod.errors import OutputError
-from tierod.findings import Diagnosis, Finding, Status
-from tierod.monitors.into_memory import MemoryFeed
-from tierod.monitors.session import StatusChange
-from tierod.recording import Aligned
+from tierod.monitors.harness.into_memory import MemoryFeed
+from tierod.monitors.harness.session import StatusChange
 
 
 @pytest.fixture

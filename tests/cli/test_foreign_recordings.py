@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from tierod.cli import main
+from tierod.core.recording import Channel, Recording
+from tierod.io.readers import read
+from tierod.io.writers import write
 from tierod.monitors.registry import MONITORS
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
-from tierod.readers import read
-from tierod.recording import Channel, Recording
-from tierod.writers import write
 
 FORMATS = ("csv", "parquet", "mf4")
 FOREIGN = {

@@ -6,13 +6,13 @@ import tomllib
 import pytest
 
 from tierod.cli import main
+from tierod.core.recording import Channel, Recording
+from tierod.core.signals import SIGNALS
+from tierod.io.writers import write
+from tierod.papers.motor_angle.observer_drives import to_and_fro
 from tierod.proving_ground.motor import Inverter
-from tierod.recording import Channel, Recording
-from tierod.signals import SIGNALS
-from tierod.studies.motor_angle.observer_drives import to_and_fro
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import SHIPPED
-from tierod.writers import write
 
 NAMES = (
     "motor_current_alpha",

@@ -9,15 +9,15 @@ import pytest
 
 from report_pages import Page
 from tierod.cli import main
+from tierod.core.recording import Recording
+from tierod.io.readers import read
+from tierod.io.writers import write
 from tierod.monitors.condition.calibration.limits import limits_of
 from tierod.monitors.condition.definition import CONDITION
-from tierod.readers import read
-from tierod.recording import Recording
-from tierod.studies.condition.drives import Drive
-from tierod.studies.condition.recorded import recorded
+from tierod.papers.condition.drives import Drive
+from tierod.papers.condition.recorded import recorded
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import SHIPPED
-from tierod.writers import write
 
 TEXT = (SHIPPED / "smartload.toml").read_text(encoding="utf-8")
 

@@ -5,10 +5,10 @@ import pytest
 
 from shared_data import shared_data
 from tierod.cli import main
+from tierod.core.recording import Channel, Recording
+from tierod.core.signals import SIGNALS
+from tierod.io.writers import write
 from tierod.monitors.registry import MONITORS
-from tierod.recording import Channel, Recording
-from tierod.signals import SIGNALS
-from tierod.writers import write
 
 
 def recording(names, **values):

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from tierod.cli import main
+from tierod.io.readers import read
 from tierod.proving_ground.scenarios import Scenario
-from tierod.readers import read
 
 TEXT = """\
 name = "mine"

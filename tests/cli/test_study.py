@@ -5,13 +5,13 @@ import jsonschema
 import pytest
 
 from report_pages import Page
-from tierod.claims import Claim, at_most
 from tierod.cli import main
-from tierod.content import Heading, Table
-from tierod.studies import registry
-from tierod.studies.registry import Study
+from tierod.core.claims import Claim, at_most
+from tierod.core.content import Heading, Table
+from tierod.papers import registry
+from tierod.papers.registry import Study
 
-SCHEMA = json.loads(files("tierod").joinpath("claims.schema.json").read_text(encoding="utf-8"))
+SCHEMA = json.loads(files("tierod.core").joinpath("claims.schema.json").read_text(encoding="utf-8"))
 
 
 @pytest.fixture

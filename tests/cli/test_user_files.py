@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tierod.cli.app import run
-from tierod.recording import Channel, Recording
-from tierod.writers import write
+from tierod.core.recording import Channel, Recording
+from tierod.io.writers import write
 
 PATIENCE = 20
 """Seconds after which a command hangs."""

@@ -9,41 +9,37 @@ from typing import Any
 from bank_of_graph import bank
 from models.friction_paper import CAR
 from monitors.condition.demonstrator import CAR as DEMONSTRATOR
-from tierod.control.intervention import DriverIntervention, Noise
-from tierod.control.position_control import PositionControl
-from tierod.control.steering_controller import SteeringController
-from tierod.detectors.counter import GatedCounter
-from tierod.detectors.cusum import Cusum
-from tierod.detectors.geometric_average import GeometricAverage
-from tierod.detectors.held_threshold import HeldThreshold
-from tierod.detectors.likelihood_ratio import LikelihoodRatio
-from tierod.detectors.moments import BatchMoments, ExponentialMoments, MovingMoments
-from tierod.detectors.sequential_test import SequentialTest
-from tierod.detectors.threshold import Debounce, Hysteresis
-from tierod.detectors.two_sided import TwoSided
+from tierod.core.graph.bank import Bank
 from tierod.diagnosis.debounce import DebounceCounter, DebounceCounters
 from tierod.diagnosis.rules import RuleDiagnosis
 from tierod.diagnosis.substitution import Substitute, SubstitutionGraph
 from tierod.diagnosis.switchover import Switchover
-from tierod.estimators.fixed_lag import FixedLag
-from tierod.estimators.interacting import InteractingFilter
-from tierod.estimators.kalman import KalmanFilter
-from tierod.estimators.luenberger import Luenberger
-from tierod.estimators.mixing import switching_of
-from tierod.estimators.stationary import StationaryFilter
-from tierod.estimators.stationary_bank import StationaryBank
-from tierod.estimators.unscented import UnscentedFilter
-from tierod.filters.butterworth import Butterworth
-from tierod.filters.delay import Delay
-from tierod.filters.first_order import Differentiator, FirstOrderLowPass
-from tierod.filters.hold import InputHold
-from tierod.filters.jump_gate import JumpGate
-from tierod.filters.play import Play
-from tierod.graph.bank import Bank
-from tierod.identification.innovations import Innovations
-from tierod.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
-from tierod.identification.simulation import Simulation
-from tierod.models.dq_motor import DqMotorParameters
+from tierod.methods.detectors.counter import GatedCounter
+from tierod.methods.detectors.cusum import Cusum
+from tierod.methods.detectors.geometric_average import GeometricAverage
+from tierod.methods.detectors.held_threshold import HeldThreshold
+from tierod.methods.detectors.likelihood_ratio import LikelihoodRatio
+from tierod.methods.detectors.moments import BatchMoments, ExponentialMoments, MovingMoments
+from tierod.methods.detectors.sequential_test import SequentialTest
+from tierod.methods.detectors.threshold import Debounce, Hysteresis
+from tierod.methods.detectors.two_sided import TwoSided
+from tierod.methods.estimators.fixed_lag import FixedLag
+from tierod.methods.estimators.interacting import InteractingFilter
+from tierod.methods.estimators.kalman import KalmanFilter
+from tierod.methods.estimators.luenberger import Luenberger
+from tierod.methods.estimators.mixing import switching_of
+from tierod.methods.estimators.stationary import StationaryFilter
+from tierod.methods.estimators.stationary_bank import StationaryBank
+from tierod.methods.estimators.unscented import UnscentedFilter
+from tierod.methods.filters.butterworth import Butterworth
+from tierod.methods.filters.delay import Delay
+from tierod.methods.filters.first_order import Differentiator, FirstOrderLowPass
+from tierod.methods.filters.hold import InputHold
+from tierod.methods.filters.jump_gate import JumpGate
+from tierod.methods.filters.play import Play
+from tierod.methods.identification.innovations import Innovations
+from tierod.methods.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
+from tierod.methods.identification.simulation import Simulation
 from tierod.models.friction_estimation import FrictionEstimation as EstimatedFriction
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.models.steered_vehicle import SteeredVehicle
@@ -66,7 +62,6 @@ from tierod.monitors.condition.residuals.thresholds import ResidualThreshold
 from tierod.monitors.condition.rule_files import rules
 from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
 from tierod.monitors.condition.substitutes import Reconfiguration
-from tierod.monitors.driver_torque.column_friction import ColumnFrictionObserver
 from tierod.monitors.driver_torque.delayed import DelayedHandTorque
 from tierod.monitors.driver_torque.hands import HandsMonitor
 from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
@@ -84,16 +79,12 @@ from tierod.monitors.friction.rolling_variance import RollingVariance
 from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.monitors.friction.unscented import unscented
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
+from tierod.monitors.harness.stuck_signals import StuckSignals
 from tierod.monitors.motor_angle.comparison import SensorComparison
 from tierod.monitors.motor_angle.detector import MotorAngleMonitor
 from tierod.monitors.motor_angle.electrical import ElectricalChecks
-from tierod.monitors.motor_angle.feedforward import FeedforwardAngle
-from tierod.monitors.motor_angle.feedforward_load import FeedforwardWithLoad
-from tierod.monitors.motor_angle.flux_observer import FluxObserver
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition
-from tierod.monitors.motor_angle.printed_kalman import PrintedJacobianFilter
-from tierod.monitors.motor_angle.printed_observers import RotorFrameObserver, extended_kalman
 from tierod.monitors.motor_angle.residual import ResidualGate
 from tierod.monitors.motor_angle.second_tests import Backwards, Increments, NotFollowing, Stuck
 from tierod.monitors.motor_angle.voltages import MotorVoltages
@@ -107,8 +98,17 @@ from tierod.monitors.sideslip.conventional import (
     conventional_poles,
 )
 from tierod.monitors.sideslip.two_stage import TwoStageKalman, TwoStagePoles, two_stage_kalman, two_stage_poles
-from tierod.monitors.stuck_signals import StuckSignals
-from tierod.studies.sideslip.rivals import LeakyKinematic
+from tierod.papers.column.column_friction import ColumnFrictionObserver
+from tierod.papers.column.control.intervention import DriverIntervention, Noise
+from tierod.papers.column.control.position_control import PositionControl
+from tierod.papers.column.control.steering_controller import SteeringController
+from tierod.papers.motor_angle.dq_motor import DqMotorParameters
+from tierod.papers.motor_angle.feedforward import FeedforwardAngle
+from tierod.papers.motor_angle.feedforward_load import FeedforwardWithLoad
+from tierod.papers.motor_angle.flux_observer import FluxObserver
+from tierod.papers.motor_angle.printed_kalman import PrintedJacobianFilter
+from tierod.papers.motor_angle.printed_observers import RotorFrameObserver, extended_kalman
+from tierod.papers.sideslip.rivals import LeakyKinematic
 from tierod.vehicles import load
 
 DT = 0.01
@@ -121,6 +121,9 @@ COLUMN = TwoInertiaParameters(0.035, 0.23, 132.0, 18.0, 1.6e-4, 1.5e-3)
 
 BASES = {"GaussianFilter", "EachSignal", "SteeringTorqueObserver"}
 """What several blocks share; they are exercised through those."""
+
+SET_UPS = {"AlarmWatch", "ClosedLoop", "SweptBench"}
+"""A plant with what watches or drives it, of one campaign of a paper."""
 
 PARTS = {"AngleObserver", "ConditionJudge", "Decision", "OnBoardJudge", "Watching"}
 """Steps with arguments of their own, used inside one block and exercised through it."""

@@ -12,28 +12,28 @@ import numpy as np
 import pytest
 
 import tierod
-from contract.block_examples import BASES, PARTS, examples
-from tierod.block import leaves, rebuild, skeleton, tuning, units, with_tuning
-from tierod.graph import Stream, batch, scan, trace
-from tierod.graph.bank_graph import BankGraph
-from tierod.graph.compiler import compiler
-from tierod.graph.kernel import print_c
-from tierod.graph.printer import print_lanes
+from contract.block_examples import BASES, PARTS, SET_UPS, examples
+from tierod.core.block import leaves, rebuild, skeleton, tuning, units, with_tuning
+from tierod.core.graph import Stream, batch, scan, trace
+from tierod.core.graph.bank_graph import BankGraph
+from tierod.core.graph.compiler import compiler
+from tierod.core.graph.kernel import print_c
+from tierod.core.graph.printer import print_lanes
 
 EXAMPLES = examples()
 COUNT = 600
 
 
 def blocks() -> list[type]:
-    """Every block class of the package, plants left out (they have tests of their own)."""
+    """Every block class of the package, plants and the set-ups of campaigns left out (they have tests of their own)."""
     found = []
     for info in pkgutil.walk_packages(tierod.__path__, "tierod."):
-        if any(part in info.name for part in (".cli.", ".proving_ground.", ".studies.", "__main__")):
+        if any(part in info.name for part in (".cli.", ".proving_ground.", ".experiments.", "__main__")):
             continue
         module = importlib.import_module(info.name)
         for name, member in vars(module).items():
             own = inspect.isclass(member) and member.__module__ == info.name and dataclasses.is_dataclass(member)
-            if own and hasattr(member, "init") and hasattr(member, "step") and name not in BASES | PARTS:
+            if own and hasattr(member, "init") and hasattr(member, "step") and name not in BASES | PARTS | SET_UPS:
                 found.append(member)
     return found
 

@@ -8,17 +8,17 @@ import pytest
 
 import report_pages
 from tierod.cli import main
-from tierod.findings import Status
-from tierod.monitors.own_level import OwnLevel
+from tierod.core.findings import Status
+from tierod.core.recording import Channel
+from tierod.core.shown import shown
+from tierod.io.readers import read
+from tierod.monitors.harness.own_level import OwnLevel
 from tierod.monitors.registry import MONITORS
 from tierod.monitors.run import diagnose
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
-from tierod.readers import read
-from tierod.recording import Channel
 from tierod.report.deciding import deciding
 from tierod.report.display import number, time_scale
 from tierod.report.page import render
-from tierod.shown import shown
 from tierod.vehicles import load
 
 SCENARIOS = {

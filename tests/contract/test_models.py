@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 import tierod.models
-from tierod.block import leaves, rebuild, skeleton, units
-from tierod.graph import jacobian
-from tierod.model import DiscreteModel, Model
+import tierod.papers
+from tierod.core.block import leaves, rebuild, skeleton, units
+from tierod.core.graph import jacobian
+from tierod.core.model import DiscreteModel, Model
 from tierod.models.steering_column import ColumnParameters
 from tierod.models.two_inertia_column import TwoInertiaColumn, without_gear
 from tierod.vehicles import load, shipped
@@ -21,11 +22,16 @@ from tierod.vehicles import load, shipped
 
 def models() -> list[type]:
     found = []
-    for info in pkgutil.walk_packages(tierod.models.__path__, "tierod.models."):
-        module = importlib.import_module(info.name)
+    modules = [
+        info.name
+        for package in (tierod.models, tierod.papers)
+        for info in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
+    ]
+    for name in modules:
+        module = importlib.import_module(name)
         for member in vars(module).values():
             parts = ("State", "Input", "Output", "Parameters", "output")
-            if inspect.isclass(member) and member.__module__ == info.name and all(hasattr(member, p) for p in parts):
+            if inspect.isclass(member) and member.__module__ == name and all(hasattr(member, p) for p in parts):
                 found.append(member)
     return found
 

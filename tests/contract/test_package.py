@@ -13,7 +13,7 @@ import pytest
 import tierod
 from tierod.cli import main
 from tierod.cli.app import commands
-from tierod.units import known
+from tierod.core.units import known
 from tierod.vehicles import QUANTITIES, load, shipped
 
 MODULES = sorted(

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from tierod.cli import main
+from tierod.io.readers import read
 from tierod.proving_ground import courses, scenarios
 from tierod.proving_ground.cars import catalogue
 from tierod.proving_ground.run import run
-from tierod.readers import read
 
 
 @pytest.mark.parametrize("name", scenarios.shipped())

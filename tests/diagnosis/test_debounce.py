@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from tierod.core.errors import ParameterError
+from tierod.core.graph import scan
 from tierod.diagnosis.debounce import DebounceCounter, DebounceCounters
-from tierod.errors import ParameterError
-from tierod.graph import scan
 
 
 def run(block, results):

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from diagnosis.memories import code, drive, table
+from tierod.core.errors import InputError, ParameterError
 from tierod.diagnosis.fault_memory import CAUSE_DELAY, FaultMemory
 from tierod.diagnosis.status import CLEARED, CodeStatus
-from tierod.errors import InputError, ParameterError
 
 FAILED_NOW = CodeStatus.TEST_FAILED | CodeStatus.FAILED_THIS_CYCLE | CodeStatus.PENDING | CodeStatus.FAILED_SINCE_CLEAR
 

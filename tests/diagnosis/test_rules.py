@@ -2,10 +2,10 @@ import math
 
 import pytest
 
+from tierod.core.errors import ParameterError
+from tierod.core.toml import Document
 from tierod.diagnosis.rules import RuleDiagnosis
 from tierod.diagnosis.symptom_files import table_of
-from tierod.errors import ParameterError
-from tierod.toml import Document
 
 RESIDUALS = tuple(f"r{k}" for k in range(1, 8))
 FAULTS = ("left", "right", "gyro", "angle")

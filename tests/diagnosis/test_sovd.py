@@ -3,9 +3,9 @@ import json
 import pytest
 
 from diagnosis.memories import code, drive, table
+from tierod.core.errors import ParameterError
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.diagnosis.sovd import fault, faults
-from tierod.errors import ParameterError
 
 
 def memory():

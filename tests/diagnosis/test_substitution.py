@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from tierod.core.errors import ParameterError
+from tierod.core.graph import scan, trace
 from tierod.diagnosis.substitution import Substitute, SubstitutionGraph, graph_from
 from tierod.diagnosis.switchover import HELD, NOTHING, SENSOR, Switchover
-from tierod.errors import ParameterError
-from tierod.graph import scan, trace
 
 SAMPLE_TIME = 0.01
 FADE = 0.1

@@ -1,8 +1,8 @@
 import pytest
 
 from diagnosis.memories import code, table
+from tierod.core.errors import ParameterError
 from tierod.diagnosis.trouble_codes import TroubleCode, load_trouble_codes
-from tierod.errors import ParameterError
 from tierod.monitors.registry import MONITORS
 
 WHOLE = """

@@ -42,8 +42,8 @@ def blocks(text, language):
 def drives(tmp_path_factory):
     """A folder with the recordings that the pages speak of."""
     from tierod.diagnosis.fault_memory import FaultMemory
+    from tierod.io.writers import write
     from tierod.proving_ground import FrictionCourse, drive
-    from tierod.writers import write
 
     folder = tmp_path_factory.mktemp("drives")
     recording = drive(minutes=4.0, friction=FrictionCourse.step(4.0, 8.0, at=120.0), seed=1)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tierod.block import skeleton
+from tierod.core.block import skeleton
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
 from tierod.vehicles import load

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tierod.block import units
-from tierod.errors import ParameterError
+from tierod.core.block import units
+from tierod.core.errors import ParameterError
 from tierod.models.column_observation import linear_column, observed_column
-from tierod.models.rubbing_observation import RubbingObservationParameters, with_dahl_friction
 from tierod.models.steering_column import ColumnParameters, RubbingColumn, RubbingColumnParameters, SteeringColumn
 from tierod.models.two_inertia_column import TwoInertiaColumn, without_gear
+from tierod.papers.column.rubbing_observation import RubbingObservationParameters, with_dahl_friction
 from tierod.vehicles import load
 
 DT = 1e-3

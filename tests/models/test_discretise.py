@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from example_models import Cart, CartParameters, ContinuousCart, Two, named
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.models.discretise import METHODS, discretise
 
 

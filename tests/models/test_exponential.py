@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.models.exponential import discretise_pair
 from tierod.models.single_track import SingleTrack
 

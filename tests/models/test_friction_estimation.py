@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from models.friction_paper import CAR
-from tierod.graph import jacobian
+from tierod.core.graph import jacobian
 from tierod.models.friction_estimation import FrictionEstimation, SmoothFrictionEstimation, SmoothFrictionParameters
 
 ZERO = FrictionEstimation.State(0.0, 0.0, 0.0, 0.0, 0.0)

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tierod.block import rebuild
-from tierod.errors import ParameterError
-from tierod.graph import jacobian
+from tierod.core.block import rebuild
+from tierod.core.errors import ParameterError
+from tierod.core.graph import jacobian
 from tierod.models.lateral_motion import lateral_motion
 from tierod.models.lateral_parameters import UNKNOWNS, LateralParameters, Sampled
 from tierod.models.lateral_states import Driven, DrivenByWire

@@ -15,8 +15,8 @@ from example_models import (
     named,
     random_linear,
 )
-from tierod.errors import ParameterError
-from tierod.graph import maths
+from tierod.core.errors import ParameterError
+from tierod.core.graph import maths
 from tierod.models.discretise import discretise
 from tierod.models.linear import LinearSystem, linearise, sampled, zero_order_hold
 

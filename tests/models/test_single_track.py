@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from tierod.graph import jacobian
+from tierod.core.graph import jacobian
 from tierod.models.single_track import SingleTrack
 from tierod.physics.aligning import aligning_torque_from_steer, aligning_torque_from_yaw
 from tierod.physics.single_track import steady_yaw_gain, understeer_gradient

@@ -4,11 +4,11 @@ import dataclasses
 
 import pytest
 
-from tierod.errors import InputError, ParameterError
-from tierod.findings import Status
+from tierod.core.errors import InputError, ParameterError
+from tierod.core.findings import Status
+from tierod.monitors.harness.own_level import OwnLevel
 from tierod.monitors.hysteresis.decisions import INCREASE
 from tierod.monitors.hysteresis.definition import IncreaseLimits
-from tierod.monitors.own_level import OwnLevel
 from tierod.monitors.registry import MONITORS
 from tierod.monitors.run import diagnose
 from tierod.proving_ground import drive, lock_to_lock

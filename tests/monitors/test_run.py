@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from shared_data import shared_data
-from tierod.errors import InputError, ParameterError
-from tierod.findings import Status
+from tierod.core.errors import InputError, ParameterError
+from tierod.core.findings import Status
+from tierod.core.recording import Channel, Recording
 from tierod.monitors.registry import MONITORS
 from tierod.monitors.run import Run, diagnose, find, usual_monitor
 from tierod.proving_ground import FrictionCourse, drive
-from tierod.recording import Channel, Recording
 from tierod.report.page import render
 from tierod.vehicles import load
 

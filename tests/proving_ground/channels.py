@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from tierod.block import leaves, skeleton
-from tierod.graph import scan
+from tierod.core.block import leaves, skeleton
+from tierod.core.graph import scan
 from tierod.proving_ground.recorder import channel_names
 
 ONES = ("road.adhesion_left", "road.adhesion_right", "road.support", "demand.grip")

@@ -4,11 +4,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.core.signals import SIGNALS
 from tierod.proving_ground import City, DryFriction, EpsCar, FrictionCourse, Sensor, SensorSet, drive, lock_to_lock
 from tierod.proving_ground.drives import CHANNELS
 from tierod.proving_ground.steering.friction_laws import Dahl
-from tierod.signals import SIGNALS
 
 CANONICAL = CHANNELS
 IDEAL = SensorSet.ideal().only(CHANNELS)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.proving_ground import FrictionCourse
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from tierod.graph.derivatives import jacobian
+from tierod.core.graph.derivatives import jacobian
 from tierod.proving_ground.integration import GAMMA, implicit_inverse, rosenbrock, runge_kutta, with_entry
 
 

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from tierod.graph import scan
+from tierod.core.graph import scan
+from tierod.experiments.plant_checks import courses
 from tierod.proving_ground.chassis import SingleTrack, TwoTrack
 from tierod.proving_ground.replay import Replay
-from tierod.studies.plant_checks import courses
 
 
 @pytest.mark.parametrize("chassis", [SingleTrack(), TwoTrack()], ids=["single", "two"])

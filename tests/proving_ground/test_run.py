@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.proving_ground import EpsCar, Scatter, SensorSet, SingleTrack, run
 from tierod.proving_ground.courses import Start
 from tierod.proving_ground.courses.natural import NaturalDrive

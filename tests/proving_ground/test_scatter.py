@@ -5,7 +5,8 @@ from operator import attrgetter
 import numpy as np
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.core.toml import Document, build
 from tierod.proving_ground.cars.active_front_car import ActiveFrontCar
 from tierod.proving_ground.cars.demonstrator_car import DemonstratorCar
 from tierod.proving_ground.cars.eps_car import EpsCar
@@ -15,7 +16,6 @@ from tierod.proving_ground.scatter import Scatter, Spread
 from tierod.proving_ground.sensors import SensorSet
 from tierod.proving_ground.steering.column_eps import ColumnEps
 from tierod.proving_ground.steering.rack_eps import RackEps
-from tierod.toml import Document, build
 
 CARS = {
     "two-track": EpsCar(TwoTrack(), ColumnEps()),

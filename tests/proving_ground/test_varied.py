@@ -4,9 +4,9 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import pytest
 
-from tierod.block import leaves, skeleton
-from tierod.errors import ParameterError
-from tierod.graph import scan
+from tierod.core.block import leaves, skeleton
+from tierod.core.errors import ParameterError
+from tierod.core.graph import scan
 from tierod.proving_ground.varied import Varied
 
 

@@ -8,12 +8,12 @@ import re
 import pytest
 from rich.console import Console
 
-from campaigns.campaign_rows import row
-from campaigns.test_compare import campaign as compared
-from campaigns.test_summary import ROWS, STEP, gate, summary
-from tierod.campaigns.compare import compare
-from tierod.campaigns.compare import document as comparison_document
-from tierod.campaigns.summary import document, text
+from experiments.campaign_rows import row
+from experiments.test_compare import campaign as compared
+from experiments.test_summary import ROWS, STEP, gate, summary
+from tierod.experiments.compare import compare
+from tierod.experiments.compare import document as comparison_document
+from tierod.experiments.summary import document, text
 from tierod.report.campaign import render_campaign, render_comparison, show, show_comparison
 from tierod.report.campaign.charts import box_figure, detection_figure
 from tierod.report.campaign.grid import grid

@@ -5,7 +5,7 @@ import pytest
 
 from diagnosis_examples import friction_fault, trace
 from report_pages import Page, charts
-from tierod.findings import Curve, Decided
+from tierod.core.findings import Curve, Decided
 from tierod.report.charts.decisions import (
     decision_figure,
     design_figures,

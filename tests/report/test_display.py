@@ -2,9 +2,9 @@ import math
 
 import pytest
 
-from tierod.findings import Estimate
+from tierod.core.findings import Estimate
+from tierod.core.shown import shown
 from tierod.report.display import duration, evidence, interval, number, share, time_scale, words
-from tierod.shown import shown
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 
 import tierod.report
 from diagnosis_examples import EXAMPLES, friction_fault
-from tierod.findings import Status
+from tierod.core.findings import Status
 from tierod.report import to_json
 from tierod.report.document import SCHEMA, plain
 

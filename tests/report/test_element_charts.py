@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tierod.findings import Diagnosis, Element, Episode, Estimate, Finding, Status, Trace
+from tierod.core.findings import Diagnosis, Element, Episode, Estimate, Finding, Status, Trace
 from tierod.report.charts.elements import state_figure, substitute_figures
 from tierod.report.charts.over_time import result_figure
 from tierod.report.page import render

@@ -2,7 +2,7 @@ import re
 
 import pytest
 
-from tierod.findings import Estimate
+from tierod.core.findings import Estimate
 from tierod.report.gauge import gauge
 
 

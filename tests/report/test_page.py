@@ -5,15 +5,15 @@ import pytest
 
 from diagnosis_examples import EXAMPLES, friction_fault, trace
 from report_pages import Page, charts, series
-from tierod.errors import OutputError
-from tierod.findings import Status
+from tierod.core.errors import OutputError
+from tierod.core.findings import Status
+from tierod.core.signals import SIGNALS
 from tierod.report import write_html
 from tierod.report.charts.over_time import signal_figure
 from tierod.report.display import words
 from tierod.report.html import breakable
 from tierod.report.page import render
 from tierod.report.status import appearance
-from tierod.signals import SIGNALS
 
 
 @pytest.fixture(scope="module")

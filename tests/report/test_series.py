@@ -12,7 +12,7 @@ import pytest
 
 import report_pages
 from diagnosis_examples import friction_fault
-from tierod.findings import Trace
+from tierod.core.findings import Trace
 from tierod.report import write_html
 from tierod.report.charts.over_time import estimate_figures, signal_figure
 from tierod.report.html import LIBRARY, TEMPLATES

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from report_pages import Page, charts
-from tierod.claims import Claim, at_least, at_most
-from tierod.content import Band, Bars, Boxes, Cells, Chart, Heading, Lines, Panel, Points, Table
+from tierod.core.claims import Claim, at_least, at_most
+from tierod.core.content import Band, Bars, Boxes, Cells, Chart, Heading, Lines, Panel, Points, Table
 from tierod.report.charts.study import study_figure
 from tierod.report.study_page import StudyPage, render_study
 

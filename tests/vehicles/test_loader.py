@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.vehicles import QUANTITIES, load, shipped
 
 WHOLE = """\

@@ -2,7 +2,7 @@ import tomllib
 
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import SHIPPED
 from tierod.vehicles.writer import Change, changed, with_thresholds

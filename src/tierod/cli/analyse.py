@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from tierod.recording import Recording
+    from tierod.core.recording import Recording
     from tierod.vehicles import Vehicle
 
 
@@ -35,7 +35,7 @@ def analyse(
     from tierod.cli.app import HEALTHY, NOT_JUDGED
     from tierod.cli.terminal import messages, print_json
     from tierod.cli.terminal import output as console
-    from tierod.errors import ParameterError, nearest
+    from tierod.core.errors import ParameterError, nearest
     from tierod.report.analysis.page import facts_of
     from tierod.report.analysis.subjects import SUBJECTS
     from tierod.vehicles import load
@@ -63,8 +63,8 @@ def analyse(
 def _read(path: Path | None, dbc: list[Path] | None, channel_map: Path | None, car: Vehicle) -> Recording | None:
     if path is None:
         return None
-    from tierod.derive import complete
-    from tierod.readers import read
+    from tierod.io.derive import complete
+    from tierod.io.readers import read
 
     databases = dbc or ([car.database] if car.database else None)
     return complete(read(path, dbc=databases, channel_map=channel_map or car.channel_map))

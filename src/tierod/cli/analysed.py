@@ -25,7 +25,7 @@ def refuse_to_overwrite(
     Raises:
         OutputError: it would
     """
-    from tierod.errors import OutputError
+    from tierod.core.errors import OutputError
 
     for path in given:
         if path and target is not None and Path(path).resolve() == target.resolve():
@@ -53,7 +53,7 @@ def write_page(
     Raises:
         OutputError: it cannot be written
     """
-    from tierod.files import write_text
+    from tierod.core.files import write_text
     from tierod.report.analysis.page import render_analysis
 
     write_text(target, render_analysis(found, facts, origin(), not_good_for, kind))
@@ -64,7 +64,7 @@ def show(found: Analysis) -> None:
     from rich.text import Text
 
     from tierod.cli.terminal import output, rows
-    from tierod.content import Table
+    from tierod.core.content import Table
 
     console = output()
     console.print(Text(found.title, style="bold"))

@@ -18,7 +18,7 @@ from types import ModuleType
 from typing import TextIO
 
 from tierod.cli.visible import spell_what_cannot_be_shown, visible
-from tierod.errors import KernelWarning, TierodError, nearest
+from tierod.core.errors import KernelWarning, TierodError, nearest
 
 HEALTHY, FAULT, NOT_JUDGED, BAD_INPUT, DEFECT, INTERRUPTED, UNHEARD = 0, 1, 2, 3, 4, 130, 141
 """Exit codes; DEFECT means that tierod itself is wrong, INTERRUPTED that the user stopped it, UNHEARD (128 + SIGPIPE)

@@ -16,10 +16,10 @@ import typer
 from tierod.cli.visible import say
 
 if TYPE_CHECKING:
-    from tierod.campaigns.campaign import Campaign
-    from tierod.campaigns.running import Progress
-    from tierod.campaigns.store import Store
-    from tierod.campaigns.summary import Summary
+    from tierod.experiments.campaign import Campaign
+    from tierod.experiments.running import Progress
+    from tierod.experiments.store import Store
+    from tierod.experiments.summary import Summary
 
 QUIET_SECONDS = 10.0
 """Without a terminal one line at the most in this time, beside those of drives that failed."""
@@ -46,8 +46,8 @@ def campaign(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
     """Run a campaign: all gates met (0), one missed (1), could not judge (2), bad input (3); again resumes it."""
-    from tierod.campaigns.campaign import load, shipped
-    from tierod.errors import ParameterError
+    from tierod.core.errors import ParameterError
+    from tierod.experiments.campaign import load, shipped
 
     if compare is not None:
         if file is not None or dry_run or toml or summary_only:
@@ -73,8 +73,8 @@ def _cores() -> int:
 
 
 def _list(names: tuple[str, ...]) -> None:
-    from tierod.campaigns.campaign import load
     from tierod.cli.terminal import output, rows
+    from tierod.experiments.campaign import load
 
     console = output()
     found = [load(name) for name in names]
@@ -89,9 +89,9 @@ def _list(names: tuple[str, ...]) -> None:
 def _dry(chosen: Campaign, folder: Path, processes: int, as_json: bool) -> int:
     import dataclasses
 
-    from tierod.campaigns.estimate import estimate
-    from tierod.campaigns.store import Store
     from tierod.cli.terminal import output, print_json, rows
+    from tierod.experiments.estimate import estimate
+    from tierod.experiments.store import Store
     from tierod.report.display import duration
 
     cost = estimate(chosen, Store(folder), processes)
@@ -113,11 +113,11 @@ def _dry(chosen: Campaign, folder: Path, processes: int, as_json: bool) -> int:
 
 
 def _run(chosen: Campaign, folder: Path, processes: int, summary_only: bool, as_json: bool) -> int:
-    from tierod.campaigns.running import run
-    from tierod.campaigns.store import Store
-    from tierod.campaigns.summary import document, summarise
     from tierod.cli.terminal import messages
-    from tierod.errors import InputError, OutputError
+    from tierod.core.errors import InputError, OutputError
+    from tierod.experiments.running import run
+    from tierod.experiments.store import Store
+    from tierod.experiments.summary import document, summarise
 
     store = Store(folder)
     store.prepare()
@@ -203,9 +203,9 @@ class _Lines:
 
 def _write(summary: Summary, store: Store, content: dict[str, Any]) -> Path:
     """Table, document and page; where the page is, which comes last since it links to the others."""
-    from tierod.campaigns.summary import text
-    from tierod.campaigns.table import write_table
-    from tierod.files import write_text
+    from tierod.core.files import write_text
+    from tierod.experiments.summary import text
+    from tierod.experiments.table import write_table
     from tierod.report.campaign import render_campaign
 
     write_table(summary.rows, store.folder / "cells.parquet")
@@ -225,10 +225,10 @@ def _show(content: dict[str, Any], page: Path, as_json: bool) -> None:
 
 
 def _compare(folders: tuple[Path, Path], target: Path, as_json: bool) -> int:
-    from tierod.campaigns.compare import compare, document
-    from tierod.campaigns.summary import text
     from tierod.cli.terminal import messages, output, print_json
-    from tierod.files import write_text
+    from tierod.core.files import write_text
+    from tierod.experiments.compare import compare, document
+    from tierod.experiments.summary import text
     from tierod.report.campaign import render_comparison, show_comparison
 
     content = document(compare(*folders), folders, shlex.join(["tierod", *sys.argv[1:]]))

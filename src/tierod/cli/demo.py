@@ -20,9 +20,9 @@ def demo(
     from tierod.cli.diagnose import show
     from tierod.cli.terminal import messages, progress
     from tierod.cli.terminal import output as console
+    from tierod.io.writers import write
     from tierod.monitors.run import diagnose
     from tierod.proving_ground import FrictionCourse, drive
-    from tierod.writers import write
 
     terminal = console()
     course = FrictionCourse.step(healthy, risen, at=30.0 * minutes)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tierod.errors import InputError, ParameterError, nearest
+from tierod.core.errors import InputError, ParameterError, nearest
 
 if TYPE_CHECKING:
     import numpy as np
@@ -127,7 +127,7 @@ def _facts(wish: Wish, residual: str) -> Facts:
 
 
 def _residual(path: Path, signal: str | None, rate: float) -> np.ndarray:
-    from tierod.readers import read
+    from tierod.io.readers import read
 
     recording = read(path)
     if signal is None and len(recording.names) == 1:

@@ -13,7 +13,7 @@ import typer
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from tierod.findings import Diagnosis
+    from tierod.core.findings import Diagnosis
 
 
 RecordingPath = Annotated[
@@ -116,7 +116,7 @@ def diagnose(
 def _named_in(recording: Path, dbc: list[Path] | None, channel_map: Path | None) -> str:
     """The vehicle that a recording names, which the user is told."""
     from tierod.cli.terminal import messages
-    from tierod.monitors.named_vehicle import vehicle_named_in
+    from tierod.monitors.harness.named_vehicle import vehicle_named_in
 
     name = vehicle_named_in(recording, dbc or None, channel_map)
     messages().print(
@@ -130,7 +130,7 @@ def _refuse_what_cannot_be_written(
 ) -> None:
     """Before the memory takes the recording: judged once more, it would count twice."""
     from tierod.cli.analysed import refuse_to_overwrite
-    from tierod.files import require_folder
+    from tierod.core.files import require_folder
 
     refuse_to_overwrite(report, given)
     refuse_to_overwrite(signals, [*given, report], "recording", "--signals")

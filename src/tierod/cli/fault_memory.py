@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tierod.cli.terminal import messages, output, print_json
-from tierod.errors import InputError, ParameterError
+from tierod.core.errors import InputError, ParameterError
 
 if TYPE_CHECKING:
     from tierod.diagnosis.fault_memory import FaultMemory
@@ -93,9 +93,9 @@ def _snapshot(path: Path, code: str | None, uds: str | None, json: bool) -> None
 
 
 def _clear(path: Path, code: str | None, uds: str | None, json: bool) -> None:
+    from tierod.core.files import holding
     from tierod.diagnosis import store
     from tierod.diagnosis.fault_memory import FaultMemory
-    from tierod.files import holding
 
     if not path.exists():
         raise InputError(f"there is no fault memory {path}; there is nothing to clear")

@@ -9,8 +9,8 @@ import typer
 
 from tierod.cli.terminal import output, print_json, rows
 from tierod.cli.visible import say
-from tierod.errors import ParameterError
-from tierod.user_files import read_text
+from tierod.core.errors import ParameterError
+from tierod.core.user_files import read_text
 
 if TYPE_CHECKING:
     from tierod.proving_ground.faults import FaultFile

@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 if TYPE_CHECKING:
-    from tierod.content import Item, Table
-    from tierod.identification.column_result import ColumnIdentification, Found
-    from tierod.identification.inverter import InverterIdentification
-    from tierod.identification.motor_result import MotorIdentification
+    from tierod.core.content import Item, Table
+    from tierod.core.recording import Recording
+    from tierod.methods.identification.column_result import ColumnIdentification, Found
+    from tierod.methods.identification.inverter import InverterIdentification
+    from tierod.methods.identification.motor_result import MotorIdentification
     from tierod.monitors.condition.calibration.whole import ConditionCalibration
-    from tierod.recording import Recording
     from tierod.vehicles import Vehicle
 
 
@@ -60,8 +60,8 @@ class Subject(NamedTuple):
 def _column(
     car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any
 ) -> ColumnIdentification:
-    from tierod.identification.column import identify_column
-    from tierod.identification.sampled_column import BenchParameters
+    from tierod.methods.identification.column import identify_column
+    from tierod.methods.identification.sampled_column import BenchParameters
 
     deviations = {name: each.standard_deviation for name, each in car.parameters.items()}
     return identify_column(car.parameters_for(BenchParameters), recordings, free, deviations, advance)
@@ -104,7 +104,7 @@ def _column_document(result: ColumnIdentification) -> dict[str, Any]:
 
 
 def _motor(car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any) -> MotorIdentification:
-    from tierod.identification.motor import identify_motor
+    from tierod.methods.identification.motor import identify_motor
     from tierod.models.stator_frame_motor import MotorParameters
 
     before = {name: (each.value, each.standard_deviation) for name, each in car.parameters.items()}
@@ -145,7 +145,7 @@ def _motor_document(result: MotorIdentification) -> dict[str, Any]:
 def _inverter(
     car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any
 ) -> InverterIdentification:
-    from tierod.identification.inverter import identified_inverter
+    from tierod.methods.identification.inverter import identified_inverter
 
     before = {name: (each.value, each.standard_deviation) for name, each in car.parameters.items()}
     names = ("motor_resistance", "motor_inductance", "motor_flux")
@@ -172,7 +172,7 @@ def _inverter_document(result: InverterIdentification) -> dict[str, Any]:
 def _thresholds(
     car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any, hours: float = 1000.0
 ) -> ConditionCalibration:
-    from tierod.errors import ParameterError
+    from tierod.core.errors import ParameterError
     from tierod.monitors.condition.calibration.whole import calibrate_condition
 
     if free:
@@ -191,7 +191,7 @@ def _thresholds_items(result: ConditionCalibration) -> Iterable[Item]:
 
 
 def _thresholds_tables(result: ConditionCalibration) -> Sequence[Table]:
-    from tierod.content import Table
+    from tierod.core.content import Table
     from tierod.monitors.condition.signals import hypotheses
     from tierod.report.display import number
     from tierod.report.identification_page import found_table

@@ -9,7 +9,7 @@ import typer
 
 if TYPE_CHECKING:
     from tierod.cli.identified import Identified, Subject
-    from tierod.recording import Recording
+    from tierod.core.recording import Recording
     from tierod.vehicles import Vehicle
 
 
@@ -40,7 +40,7 @@ def identify(
     from tierod.cli.app import HEALTHY, NOT_JUDGED
     from tierod.cli.identified import SUBJECTS
     from tierod.cli.terminal import messages, print_json, progress
-    from tierod.errors import ParameterError, nearest
+    from tierod.core.errors import ParameterError, nearest
     from tierod.vehicles import load
 
     if subject not in SUBJECTS:
@@ -72,7 +72,7 @@ def identify(
 def _wanted_rate(wanted: Subject, subject: str, false_alarms: str | None) -> dict[str, float]:
     """The wanted time between false alarms, where one is given and makes sense [h]."""
     from tierod.cli.design import seconds_between
-    from tierod.errors import ParameterError
+    from tierod.core.errors import ParameterError
 
     if false_alarms is None:
         return {}
@@ -87,7 +87,7 @@ def _names(free: str | None) -> tuple[str, ...]:
 
 def _target(car: Vehicle, output: Path | None, in_place: bool) -> Path | None:
     """Where the vehicle file goes."""
-    from tierod.errors import OutputError
+    from tierod.core.errors import OutputError
     from tierod.vehicles.vehicle import SHIPPED
 
     if in_place and output is not None:
@@ -109,7 +109,7 @@ def _require_places(
 ) -> None:
     """See, before the search, that vehicle file and page can be written and write over nothing that was given."""
     from tierod.cli.analysed import refuse_to_overwrite
-    from tierod.files import require_folder
+    from tierod.core.files import require_folder
 
     given = [*recordings, channel_map]
     refuse_to_overwrite(report, [*given, car.path, target], "page", "--report")
@@ -122,8 +122,8 @@ def _require_places(
 
 def _read(paths: list[Path], channel_map: Path | None, signals: tuple[str, ...] | None) -> dict[str, Recording]:
     """Recordings by a name of their own, with the signals that are looked at, all where None."""
-    from tierod.errors import InputError
-    from tierod.readers import read
+    from tierod.core.errors import InputError
+    from tierod.io.readers import read
 
     found: dict[str, Recording] = {}
     for path in paths:
@@ -150,9 +150,9 @@ def _sources(recordings: list[Path]) -> list[str]:
 
 def _write_vehicle(result: Identified, car: Vehicle, recordings: list[Path], target: Path) -> None:
     from tierod.cli.analysed import origin
-    from tierod.errors import ParameterError
-    from tierod.files import holding, write_text
-    from tierod.user_files import read_text
+    from tierod.core.errors import ParameterError
+    from tierod.core.files import holding, write_text
+    from tierod.core.user_files import read_text
     from tierod.vehicles.writer import Change, changed, with_thresholds
 
     by = origin()
@@ -170,7 +170,7 @@ def _write_page(
     subject: Subject, result: Any, car: Vehicle, known: dict[str, Recording], recordings: list[Path], target: Path
 ) -> None:
     from tierod.cli.analysed import origin
-    from tierod.files import write_text
+    from tierod.core.files import write_text
     from tierod.report.identification_page import IdentificationPage, render_identification
 
     by = origin()

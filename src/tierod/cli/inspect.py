@@ -12,9 +12,9 @@ import typer
 from tierod.cli.terminal import messages, output, print_json, progress, rows
 
 if TYPE_CHECKING:
-    from tierod.findings import ChannelQuality
-    from tierod.monitors.session import Monitor
-    from tierod.recording import Recording
+    from tierod.core.findings import ChannelQuality
+    from tierod.core.recording import Recording
+    from tierod.monitors.harness.session import Monitor
     from tierod.vehicles import Vehicle
 
 _SHOWN = 40
@@ -37,12 +37,12 @@ def inspect(
     with progress(f"reading {recording.name}") as advance:
         whole = _read(recording, dbc, channel_map, vehicle)
         advance(1.0)
-    from tierod.derive import complete
-    from tierod.monitors.inspection import refusals
+    from tierod.io.derive import complete
+    from tierod.io.quality import channel_quality
+    from tierod.io.signs import sign_warnings
+    from tierod.io.turns import turn_warnings
+    from tierod.monitors.harness.inspection import refusals
     from tierod.monitors.registry import MONITORS
-    from tierod.quality import channel_quality
-    from tierod.signs import sign_warnings
-    from tierod.turns import turn_warnings
 
     car = _vehicle(whole, vehicle)
     reasons = {name: refusals(monitor, car, whole) for name, monitor in MONITORS.items()}
@@ -57,7 +57,7 @@ def inspect(
 
 
 def _read(path: Path, dbc: list[Path] | None, channel_map: Path | None, vehicle: str | None) -> Recording:
-    from tierod.readers import read
+    from tierod.io.readers import read
     from tierod.vehicles import load
 
     car = load(vehicle) if vehicle else None
@@ -67,8 +67,8 @@ def _read(path: Path, dbc: list[Path] | None, channel_map: Path | None, vehicle:
 
 def _vehicle(whole: Recording, name: str | None) -> Vehicle | None:
     """The vehicle as which a diagnosis would judge the recording: the one given, or the one that it names."""
-    from tierod.errors import TierodError
-    from tierod.monitors.named_vehicle import vehicle_named_in
+    from tierod.core.errors import TierodError
+    from tierod.monitors.harness.named_vehicle import vehicle_named_in
     from tierod.vehicles import load
 
     if name is not None:
@@ -84,8 +84,8 @@ def _document(
 ) -> dict[str, Any]:
     import dataclasses
 
+    from tierod.io.writers.layout import plain
     from tierod.monitors.registry import MONITORS
-    from tierod.writers.layout import plain
 
     return {
         "schema": "tierod.inspection/2",
@@ -117,8 +117,8 @@ def _show(
 ) -> None:
     from rich.text import Text
 
+    from tierod.core.signals import SIGNALS
     from tierod.monitors.registry import MONITORS
-    from tierod.signals import SIGNALS
 
     console = output()
     first, last = whole.span
@@ -162,7 +162,7 @@ def _short(reason: str) -> str:
 
 def _can_run(monitor: Monitor, reasons: Mapping[str, str], verdict: str) -> str:
     """That it can run, on what condition, as which variant, and whether one must be chosen."""
-    from tierod.monitors.inspection import taken
+    from tierod.monitors.harness.inspection import taken
 
     free = taken(monitor, reasons)
     condition = f" if {monitor.condition}" if monitor.condition else ""
@@ -182,8 +182,8 @@ def _say_which_vehicle(car: Vehicle | None) -> None:
 
 
 def _cells(row: ChannelQuality) -> tuple[str, ...]:
+    from tierod.core.shown import shown
     from tierod.report.display import number, share
-    from tierod.shown import shown
 
     factor, label = shown(row.unit)
     figures = (number(row.rate, 4), share(row.missing_share), number(row.longest_gap, 3))

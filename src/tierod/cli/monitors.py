@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tierod.cli.terminal import output, print_json, rows
-from tierod.shown import written
+from tierod.core.shown import written
 
 if TYPE_CHECKING:
-    from tierod.monitors.decision import Decision
-    from tierod.monitors.session import Monitor
+    from tierod.monitors.harness.decision import Decision
+    from tierod.monitors.harness.session import Monitor
 
 
 def monitors(
@@ -20,7 +20,7 @@ def monitors(
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
 ) -> None:
     """List the monitors, or show one: the signals it needs, its variants, and where they come from."""
-    from tierod.errors import ParameterError, nearest
+    from tierod.core.errors import ParameterError, nearest
     from tierod.monitors.registry import MONITORS
 
     if name is not None and name not in MONITORS:
@@ -71,7 +71,7 @@ def _decision(decision: Decision) -> dict[str, Any]:
 
 
 def _show(monitor: Monitor) -> None:
-    from tierod.signals import SIGNALS
+    from tierod.core.signals import SIGNALS
 
     console = output()
     console.print(
@@ -119,6 +119,6 @@ def _show_decisions(monitor: Monitor) -> None:
 
 def _measured(names: Iterable[str]) -> tuple[str, ...]:
     """The signals that a car can have; truths of a simulation are left out."""
-    from tierod.signals import SIGNALS
+    from tierod.core.signals import SIGNALS
 
     return tuple(name for name in names if name in SIGNALS)

@@ -8,7 +8,7 @@ import typer
 
 from tierod.cli.terminal import output, print_json, rows
 from tierod.cli.visible import say
-from tierod.shown import written
+from tierod.core.shown import written
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -22,7 +22,7 @@ def scenarios(
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
 ) -> None:
     """List what can be driven, or show one: car, course, sensors, faults, duration."""
-    from tierod.errors import ParameterError
+    from tierod.core.errors import ParameterError
 
     for one, other, both in (("--cars", "--courses", cars and courses), ("--toml", "--json", toml and json)):
         if both:
@@ -52,7 +52,7 @@ def _kind_of(name: str, wanted: tuple[str, ...]) -> str:
     """What a name means; a path is a file of the first kind wanted."""
     from pathlib import Path
 
-    from tierod.errors import ParameterError, nearest
+    from tierod.core.errors import ParameterError, nearest
 
     known = _names()
     for kind in wanted:
@@ -75,8 +75,8 @@ def _path(kind: str, name: str) -> Path:
 
 def _to_begin_with(kind: str, name: str) -> str:
     """The file's text; files that it names beside itself are named by their whole path, so that a copy finds them."""
+    from tierod.core.toml import Document
     from tierod.proving_ground.scenarios.files import named_files
-    from tierod.toml import Document
 
     document = Document.read(_path(kind, name), kind.removesuffix("s"))
     text, folder = document.text, document.path.parent.resolve()
@@ -102,7 +102,7 @@ def _list(kinds: tuple[str, ...], as_json: bool) -> None:
 
 
 def _description(kind: str, name: str) -> str:
-    from tierod.toml import Document
+    from tierod.core.toml import Document
 
     return str(Document.read(_path(kind, name), kind.removesuffix("s")).content["description"])
 

@@ -24,8 +24,8 @@ def simulate(
 
     from tierod.cli.app import HEALTHY, NOT_JUDGED
     from tierod.cli.terminal import messages, print_json, progress
+    from tierod.io.writers import require_writable, write
     from tierod.proving_ground.scenarios import load
-    from tierod.writers import require_writable, write
 
     whole = load(scenario)
     chosen = whole.with_run(seconds, seed)

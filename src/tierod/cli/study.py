@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from tierod.claims import Claim
-    from tierod.studies.effort import Effort
-    from tierod.studies.registry import Study
+    from tierod.core.claims import Claim
+    from tierod.experiments.effort import Effort
+    from tierod.papers.registry import Study
 
 
 def study(
@@ -29,9 +29,9 @@ def study(
 ) -> int:
     """Run a study: tables and claims to the terminal as Markdown, a page and claims.json into a folder."""
     from tierod.cli.terminal import messages
-    from tierod.errors import ParameterError, nearest
-    from tierod.studies.effort import Effort
-    from tierod.studies.registry import STUDIES
+    from tierod.core.errors import ParameterError, nearest
+    from tierod.experiments.effort import Effort
+    from tierod.papers.registry import STUDIES
 
     if name is not None and name not in STUDIES:
         raise ParameterError(f"there is no study '{name}'{nearest(name, STUDIES)}")
@@ -49,9 +49,9 @@ def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
     from datetime import UTC, datetime
 
     from tierod import __version__
-    from tierod.claims import Claim, claims_document
-    from tierod.content import Item, Table
-    from tierod.files import write_text
+    from tierod.core.claims import Claim, claims_document
+    from tierod.core.content import Item, Table
+    from tierod.core.files import write_text
     from tierod.report.study_page import StudyPage, render_study
 
     _require_writable(folder)
@@ -85,7 +85,7 @@ def _require_writable(folder: Path) -> None:
     """Stop before minutes of work whose result has no place."""
     import os
 
-    from tierod.errors import OutputError
+    from tierod.core.errors import OutputError
 
     folder.mkdir(parents=True, exist_ok=True)
     if not os.access(folder, os.W_OK):
@@ -114,9 +114,9 @@ def _print(claims: Sequence[Claim]) -> None:
     """The claims as a table, and how many hold."""
     import sys
 
-    from tierod.content import Table
+    from tierod.core.content import Table
+    from tierod.core.shown import written
     from tierod.report.display import number
-    from tierod.shown import written
 
     words = {True: "yes", False: "**no**", None: ""}
     rows = tuple(

@@ -8,7 +8,7 @@ import typer
 
 from tierod.cli.terminal import output, print_json, rows
 from tierod.cli.visible import say
-from tierod.shown import written
+from tierod.core.shown import written
 
 if TYPE_CHECKING:
     from tierod.vehicles import Vehicle
@@ -20,7 +20,7 @@ def vehicles(
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
 ) -> None:
     """List the vehicles that are shipped, or show one: values, units, spread, sources, and what it is not good for."""
-    from tierod.errors import ParameterError
+    from tierod.core.errors import ParameterError
     from tierod.vehicles import load, shipped
 
     if toml and json:
@@ -42,8 +42,8 @@ def vehicles(
 
 def _to_begin_with(vehicle: Vehicle) -> str:
     """The file's text; files that it names beside itself are named by their whole path, so that a copy finds them."""
-    from tierod.errors import ParameterError
-    from tierod.user_files import read_text
+    from tierod.core.errors import ParameterError
+    from tierod.core.user_files import read_text
 
     text = read_text(vehicle.path, "the vehicle file", ParameterError)
     folder = vehicle.path.parent

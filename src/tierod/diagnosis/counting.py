@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tierod.core.graph import Memory, scan
 from tierod.diagnosis.debounce import DebounceCounters
 from tierod.diagnosis.trouble_codes import TroubleCodes
-from tierod.graph import Memory, scan
 
 
 class Change(NamedTuple):

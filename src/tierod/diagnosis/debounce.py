@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import named_tuple
-from tierod.errors import ParameterError
-from tierod.graph.maths import any_of, both, maximum, minimum, present, where
+from tierod.core.block import named_tuple
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import any_of, both, maximum, minimum, present, where
 
 LOWEST, HIGHEST = -128.0, 127.0
 

@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
+from tierod.core.errors import InputError, ParameterError, nearest
+from tierod.core.files import expanded, holding
+from tierod.core.signals import SIGNALS
 from tierod.diagnosis import cycle, store
 from tierod.diagnosis.counting import Counting
 from tierod.diagnosis.entry import Entry
 from tierod.diagnosis.frames import AFTER, BEFORE, Window
 from tierod.diagnosis.status import CodeStatus, after_test
 from tierod.diagnosis.trouble_codes import REACTIONS, TroubleCodes, load_trouble_codes
-from tierod.errors import InputError, ParameterError, nearest
-from tierod.files import expanded, holding
-from tierod.signals import SIGNALS
 
 CAUSE_DELAY = 2.0
 """A cause may fail this much later than its consequence and still take its place [s]: it may be slower to find."""

@@ -6,10 +6,21 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import named_tuple
+from tierod.core.block import named_tuple
+from tierod.core.graph.maths import (
+    absolute,
+    all_of,
+    any_of,
+    both,
+    either,
+    greatest_of,
+    maximum,
+    minimum,
+    present,
+    where,
+)
+from tierod.core.ranges import POSITIVE
 from tierod.diagnosis.symptoms import SymptomRule, SymptomTable
-from tierod.graph.maths import absolute, all_of, any_of, both, either, greatest_of, maximum, minimum, present, where
-from tierod.ranges import POSITIVE
 
 
 @lru_cache(maxsize=64)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from tierod.core.errors import ParameterError
+from tierod.core.signals import SIGNALS
 from tierod.diagnosis.entry import Entry, FreezeFrame
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.diagnosis.status import CodeStatus
-from tierod.errors import ParameterError
-from tierod.signals import SIGNALS
 
 _BITS = {
     "testFailed": CodeStatus.TEST_FAILED,

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tierod.core.errors import InputError, OutputError
+from tierod.core.files import holding, replacing, sweep
+from tierod.core.user_files import MOST_DATA_BYTES, json_document, read_bytes
 from tierod.diagnosis.entry import Entry
 from tierod.diagnosis.trouble_codes import TroubleCodes
-from tierod.errors import InputError, OutputError
-from tierod.files import holding, replacing, sweep
-from tierod.user_files import MOST_DATA_BYTES, json_document, read_bytes
 
 SCHEMA = "tierod.fault-memory/1"
 """Name and version of the file."""

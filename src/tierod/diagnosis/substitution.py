@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from tierod.errors import ParameterError, nearest
+from tierod.core.errors import ParameterError, nearest
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import named_tuple
+from tierod.core.block import named_tuple
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import both, either, negated, present, sqrt, where
 from tierod.diagnosis.substitution import SubstitutionGraph
-from tierod.errors import ParameterError
-from tierod.graph.maths import both, either, negated, present, sqrt, where
 
 SENSOR = 0.0
 """Source of a value: the sensor itself; 1, 2, ... are its substitutes."""

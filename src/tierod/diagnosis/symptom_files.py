@@ -27,9 +27,9 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
+from tierod.core.errors import nearest
+from tierod.core.toml import Document, build
 from tierod.diagnosis.symptoms import SymptomRule, SymptomTable, Timing
-from tierod.errors import nearest
-from tierod.toml import Document, build
 
 _LISTS = ("abnormal", "normal", "positive", "negative")
 _KEYS = ("fault", *_LISTS, "larger", "sound", "weights")

@@ -9,10 +9,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Literal
 
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.findings import Status
+from tierod.core.toml import Document, build
 from tierod.diagnosis.debounce import DebounceCounter
-from tierod.errors import ParameterError, nearest
-from tierod.findings import Status
-from tierod.toml import Document, build
 
 SHIPPED = Path(__file__).with_name("trouble-codes.toml")
 """The table that tierod ships."""
@@ -178,7 +178,7 @@ def load_trouble_codes(path: str | Path = SHIPPED) -> TroubleCodes:
 
 
 def _identifier(number: object, name: str, document: Document) -> int:
-    from tierod.signals import SIGNALS
+    from tierod.core.signals import SIGNALS
 
     if name not in SIGNALS:
         raise document.error(("freeze_frame", name), f"there is no signal '{name}'{nearest(name, SIGNALS)}")

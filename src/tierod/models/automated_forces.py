@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from tierod.graph.maths import absolute, limit, sqrt
+from tierod.core.graph.maths import absolute, limit, sqrt
 from tierod.physics.load_transfer import longitudinal_load_transfer
 from tierod.physics.single_track import front_axle_load, yaw_moment
 from tierod.physics.tyre import saturating_lateral_force

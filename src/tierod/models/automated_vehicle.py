@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import absolute, exp
+from tierod.core.graph.maths import absolute, exp
 from tierod.models.automated_forces import (
     Forces,
     Torques,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from tierod.graph.maths import maximum, sin, sqrt
+from tierod.core.graph.maths import maximum, sin, sqrt
 from tierod.physics.magic_formula import magic_angle
 
 LEAST_ACROSS = 0.3

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import named_tuple, skeleton, units
-from tierod.errors import ParameterError
+from tierod.core.block import named_tuple, skeleton, units
+from tierod.core.errors import ParameterError
 from tierod.models.disturbances import with_disturbance_states, with_offset_state, with_outputs
 from tierod.models.linear import LinearSystem, as_model, linearise, sampled
 from tierod.models.steering_column import ColumnInput, ColumnOutput

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
-from tierod.graph.maths import exp
+from tierod.core.graph.maths import exp
 from tierod.models.stator_frame_motor import SampledMotorParameters, StatorFrameMotor
 from tierod.physics.clarke_park import StatorVector
 from tierod.physics.inverter import phase_signs

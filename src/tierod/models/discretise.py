@@ -7,8 +7,8 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Annotated, Any
 
-from tierod.block import Tree, leaves, rebuild
-from tierod.errors import ParameterError, nearest
+from tierod.core.block import Tree, leaves, rebuild
+from tierod.core.errors import ParameterError, nearest
 
 Derivative = Callable[[Tree], Tree]
 

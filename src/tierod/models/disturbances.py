@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from tierod.errors import ParameterError, nearest
+from tierod.core.errors import ParameterError, nearest
 from tierod.models.linear import LinearSystem
 
 DERIVATIVES = ("", "_rate", "_acceleration")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import exp, expm1
+from tierod.core.graph.maths import exp, expm1
 from tierod.physics.friction import coulomb, viscous
 from tierod.physics.steering_ratio import column_torque_of_motor, torque_at_steering_wheel
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Any
 
-from tierod.block import Tree, leaves, rebuild, skeleton
-from tierod.errors import ParameterError
-from tierod.graph.derivatives import jacobian
-from tierod.graph.maths import absolute, cos, exp, sin, sqrt, where
+from tierod.core.block import Tree, leaves, rebuild, skeleton
+from tierod.core.errors import ParameterError
+from tierod.core.graph.derivatives import jacobian
+from tierod.core.graph.maths import absolute, cos, exp, sin, sqrt, where
 from tierod.models.discretise import sampled_class
 
 _SMALL = 1e-8  # squared half difference of the eigenvalues times the step; below, the series has all digits

@@ -10,9 +10,9 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Annotated, Any, NamedTuple, get_type_hints
 
-from tierod.block import named_tuple
-from tierod.errors import ParameterError, nearest
-from tierod.graph.maths import absolute, cos, exp, limit, maximum, sin, where
+from tierod.core.block import named_tuple
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.graph.maths import absolute, cos, exp, limit, maximum, sin, where
 from tierod.models.axle_force import AxleForce, AxleLoad, axle_force
 from tierod.models.lateral_parameters import OF_STEERING, UNKNOWNS, Sampled
 from tierod.models.lateral_states import (

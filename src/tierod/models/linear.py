@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tierod.block import Tree, leaves, rebuild, skeleton
-from tierod.errors import ParameterError
-from tierod.graph.derivatives import jacobian
+from tierod.core.block import Tree, leaves, rebuild, skeleton
+from tierod.core.errors import ParameterError
+from tierod.core.graph.derivatives import jacobian
 
 
 @dataclass(frozen=True, eq=False)

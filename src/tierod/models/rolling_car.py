@@ -9,10 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, NamedTuple
 
-from tierod.graph.maths import arctan, exp, maximum
+from tierod.core.graph.maths import arctan, exp, maximum
+from tierod.core.ranges import POSITIVE
 from tierod.physics.planar_motion import lateral_acceleration_of_turning
 from tierod.physics.single_track import lateral_acceleration_at, understeer_gradient
-from tierod.ranges import POSITIVE
 
 LEAST_SPEED = 1.0
 """Taken for slower ones where something is divided by the speed [m/s]."""

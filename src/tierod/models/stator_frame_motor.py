@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import exp, where
+from tierod.core.graph.maths import exp, where
 from tierod.physics.clarke_park import StatorVector, direction, electrical_angle, park
 from tierod.physics.pm_motor import electromagnetic_torque, rotor_acceleration, stator_current_rate
 

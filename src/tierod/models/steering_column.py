@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import sign
+from tierod.core.graph.maths import sign
 from tierod.physics.friction import dahl_slope
 from tierod.physics.gear import gear_coupling_torque
 from tierod.physics.torsion_bar import torsion_bar_torque

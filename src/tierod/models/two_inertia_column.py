@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.models.steering_column import ColumnInput, ColumnOutput, ColumnParameters
 from tierod.physics.torsion_bar import torsion_bar_torque
 

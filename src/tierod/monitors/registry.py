@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterator, Mapping
 
-from tierod.monitors.session import Monitor
+from tierod.monitors.harness.session import Monitor
 
 _PLACES = {
     "friction": "friction.definition:FRICTION",

@@ -7,18 +7,18 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from tierod.derive import complete
-from tierod.errors import ParameterError, nearest
-from tierod.findings import Diagnosis, Status
-from tierod.monitors.named_vehicle import vehicle_named_in
-from tierod.monitors.over_time import OverTime
-from tierod.monitors.own_level import OwnLevel, keep_first, load_own_level
-from tierod.monitors.pieces import pieces_of, share_read
-from tierod.monitors.running import Run
-from tierod.monitors.session import Monitor, Variant
-from tierod.recording import Recording
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.findings import Diagnosis, Status
+from tierod.core.recording import Recording
+from tierod.io.derive import complete
+from tierod.io.writers import require_writable, write
+from tierod.monitors.harness.named_vehicle import vehicle_named_in
+from tierod.monitors.harness.over_time import OverTime
+from tierod.monitors.harness.own_level import OwnLevel, keep_first, load_own_level
+from tierod.monitors.harness.pieces import pieces_of, share_read
+from tierod.monitors.harness.running import Run
+from tierod.monitors.harness.session import Monitor, Variant
 from tierod.vehicles import Vehicle, load
-from tierod.writers import require_writable, write
 
 
 def diagnose(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from tierod.graph.maths import sqrt
+from tierod.core.graph.maths import sqrt
 
 AIR_DENSITY = 1.2
 """At 20 degC and 1013 hPa [kg/m**3]."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.graph.maths import cos, sin
+from tierod.core.graph.maths import cos, sin
 
 
 def aligning_torque_from_steer(

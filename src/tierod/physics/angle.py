@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from tierod.graph.maths import floor
+from tierod.core.graph.maths import floor
 
 
 def wrapped(angle: Any) -> Any:

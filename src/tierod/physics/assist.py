@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.graph.maths import absolute, limit, maximum, minimum, sign
+from tierod.core.graph.maths import absolute, limit, maximum, minimum, sign
 
 
 def assist_speed_factor(speed: Any, half_speed: Any) -> Any:

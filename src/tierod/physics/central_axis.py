@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.graph.maths import absolute, arctan, cos, tan, where
+from tierod.core.graph.maths import absolute, arctan, cos, tan, where
 
 _LEAST = 1e-9
 

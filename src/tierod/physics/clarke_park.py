@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from tierod.graph.maths import cos, sin
+from tierod.core.graph.maths import cos, sin
 
 _SQRT_3 = 3.0**0.5
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from tierod.graph.maths import exp, maximum
+from tierod.core.graph.maths import exp, maximum
 
 LEAST_DAMPING = 1e-4
 """Share of its rate that a body loses at least over the time: with less the difference of two near numbers is divided

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.graph.maths import absolute, maximum, sign, where
+from tierod.core.graph.maths import absolute, maximum, sign, where
 
 
 def end_stop_torque(angle: Any, rate: Any, lock: Any, stiffness: Any, damping: Any) -> Any:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.graph.maths import absolute, exp, expm1, maximum, power, sign, tanh, where
+from tierod.core.graph.maths import absolute, exp, expm1, maximum, power, sign, tanh, where
 
 
 def coulomb(rate: Any, level: Any) -> Any:

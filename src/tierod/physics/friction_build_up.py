@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from tierod.graph.maths import absolute, maximum, sign, sqrt, where
+from tierod.core.graph.maths import absolute, maximum, sign, sqrt, where
 from tierod.physics.friction import dahl_sensitivity_update, dahl_update
 
 _CLOSED = 1e-9  # root of a gap that counts as none: friction has reached its level

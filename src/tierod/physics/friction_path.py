@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.graph.maths import absolute, exp, limit, sign, where
+from tierod.core.graph.maths import absolute, exp, limit, sign, where
 
 
 def elastoplastic_update(share: Any, angle_increment: Any, elastic_angle: Any) -> Any:

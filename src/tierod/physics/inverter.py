@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.graph.maths import limit, maximum, sqrt
+from tierod.core.graph.maths import limit, maximum, sqrt
 from tierod.physics.clarke_park import PhaseValues, StatorVector, clarke, inverse_clarke
 
 LONGEST_SIGN = 4.0 / 3.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.graph.maths import cos, sin
+from tierod.core.graph.maths import cos, sin
 
 
 def weight_lever(scrub_radius: Any, inclination: Any, wheel_radius: Any) -> Any:

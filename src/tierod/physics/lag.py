@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from tierod.graph.maths import exp, expm1, maximum
+from tierod.core.graph.maths import exp, expm1, maximum
 
 SHORTEST = 1e-4
 """Lag below which it counts as this long [s]: far below a sample, and nothing is divided by zero."""

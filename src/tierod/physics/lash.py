@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.graph.maths import absolute, maximum, sign, where
+from tierod.core.graph.maths import absolute, maximum, sign, where
 
 
 def lash_torque(twist: Any, twist_rate: Any, stiffness: Any, damping: Any, play: Any) -> Any:

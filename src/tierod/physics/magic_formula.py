@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from tierod.graph.maths import arctan, cos, sin, sqrt
+from tierod.core.graph.maths import arctan, cos, sin, sqrt
 
 REST = 1e-6
 """Normalised slip below which a tyre is taken as at rest [-]: only keeps the direction of no slip defined."""

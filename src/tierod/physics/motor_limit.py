@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.graph.maths import limit
+from tierod.core.graph.maths import limit
 
 
 def driving_limit(speed: Any, maximum_torque: Any, base_speed: Any, no_load_speed: Any) -> Any:

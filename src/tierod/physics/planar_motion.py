@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.graph.maths import cos, sin, tan
+from tierod.core.graph.maths import cos, sin, tan
 
 
 def planar_acceleration(speed: Any, speed_rate: Any, sideslip_angle: Any, course_rate: Any) -> tuple[Any, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.graph.maths import limit
+from tierod.core.graph.maths import limit
 
 
 def rolling_resistance(load: Any, coefficient: Any) -> Any:

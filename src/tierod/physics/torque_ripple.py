@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.graph.maths import sin
+from tierod.core.graph.maths import sin
 
 
 def torque_ripple(motor_angle: Any, motor_torque: Any, cogging_torque: Any, ripple_share: Any, order: Any) -> Any:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.graph.maths import absolute, maximum, sign, sqrt, where
+from tierod.core.graph.maths import absolute, maximum, sign, sqrt, where
 
 
 def linear_lateral_force(slip_angle: Any, cornering_stiffness: Any) -> Any:

@@ -7,8 +7,10 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from tierod.block import tuning
-from tierod.errors import ParameterError
+from tierod.core.block import tuning
+from tierod.core.errors import ParameterError
+from tierod.core.recording import Recording
+from tierod.core.toml import override
 from tierod.proving_ground.cars.eps_car import EpsCar
 from tierod.proving_ground.courses import Course
 from tierod.proving_ground.courses.conditions import AnyCondition, Restlessness
@@ -20,8 +22,6 @@ from tierod.proving_ground.friction_course import FrictionCourse
 from tierod.proving_ground.run import run
 from tierod.proving_ground.scatter import Scatter
 from tierod.proving_ground.sensors import SensorNoise, SensorSet
-from tierod.recording import Recording
-from tierod.toml import override
 
 LEVEL = "steering.friction.level"
 """The parameter of a car that a friction fault changes."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from tierod.block import leaves, rebuild
-from tierod.graph.derivatives import jacobian
+from tierod.core.block import leaves, rebuild
+from tierod.core.graph.derivatives import jacobian
 
 State = TypeVar("State", bound=tuple)
 

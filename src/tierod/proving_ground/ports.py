@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from tierod.block import named_tuple
-from tierod.graph.maths import where
+from tierod.core.block import named_tuple
+from tierod.core.graph.maths import where
 from tierod.proving_ground.parts import Port
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from tierod.graph.maths import absolute, limit, maximum, minimum
+from tierod.core.graph.maths import absolute, limit, maximum, minimum
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.physics.lag import share_reached
 from tierod.proving_ground.parts import Reaction, Wheels
-from tierod.ranges import NOT_NEGATIVE, POSITIVE, SHARE
 
 CRAWL = 1.0
 """Speed below which power no longer limits the force [m/s]."""

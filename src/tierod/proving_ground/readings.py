@@ -7,10 +7,10 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 
+from tierod.core.recording import Channel
 from tierod.proving_ground.faults import Schedule
 from tierod.proving_ground.recorder import TRUTH_RATE, channel
 from tierod.proving_ground.sensors import Sensor
-from tierod.recording import Channel
 
 _STREAM = 2
 """The stream of chance of sensors."""

@@ -7,10 +7,10 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
-from tierod.block import Block, units
-from tierod.graph.trace import trace
-from tierod.recording import Channel
-from tierod.signals import SIGNALS
+from tierod.core.block import Block, units
+from tierod.core.graph.trace import trace
+from tierod.core.recording import Channel
+from tierod.core.signals import SIGNALS
 
 TRUTH_RATE = 100.0
 """Rate of the channels prefixed `truth_` [Hz]."""

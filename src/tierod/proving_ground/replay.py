@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.proving_ground.chassis import TwoTrack
 from tierod.proving_ground.integration import rosenbrock
 from tierod.proving_ground.parts import Chassis, Reaction, Road, Steer, Wheels, Wind
 from tierod.proving_ground.powertrain import Powertrain
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 
 class Course(NamedTuple):

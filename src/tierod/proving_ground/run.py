@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from tierod.block import tuning
-from tierod.errors import ParameterError, nearest
-from tierod.fields import check_ranges
-from tierod.graph.kernel import kernel
-from tierod.graph.trace import initial_memory
+from tierod.core.block import tuning
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.fields import check_ranges
+from tierod.core.graph.kernel import kernel
+from tierod.core.graph.trace import initial_memory
+from tierod.core.recording import Channel, Recording
 from tierod.proving_ground.courses import Course
 from tierod.proving_ground.courses.course import FACTORS
 from tierod.proving_ground.faults import Fault, Schedule
@@ -25,7 +26,6 @@ from tierod.proving_ground.recorder import Recorder, channel_names, declared_uni
 from tierod.proving_ground.scatter import Scatter
 from tierod.proving_ground.sensors import Sensor, SensorSet
 from tierod.proving_ground.varied import Varied, path_of
-from tierod.recording import Channel, Recording
 
 LOOK = 0.2
 """Between two looks at the course [s]; over that time the distance is foreseen to a centimetre."""

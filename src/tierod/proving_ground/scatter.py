@@ -12,13 +12,13 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from tierod.errors import ParameterError, nearest
-from tierod.fields import Number, check_ranges, numbers, replaced
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.fields import Number, check_ranges, numbers, replaced
+from tierod.core.ranges import NOT_NEGATIVE
+from tierod.core.signals import SIGNALS
+from tierod.core.toml import Document, Location, build
 from tierod.proving_ground.sensors import Sensor, SensorSet
 from tierod.proving_ground.usual_scatter import SENSORS, UsualScatter
-from tierod.ranges import NOT_NEGATIVE
-from tierod.signals import SIGNALS
-from tierod.toml import Document, Location, build
 
 _TRIES = 1000
 

@@ -8,8 +8,8 @@ from typing import Annotated
 
 import numpy as np
 
-from tierod.fields import Number, check_ranges
-from tierod.ranges import NOT_NEGATIVE
+from tierod.core.fields import Number, check_ranges
+from tierod.core.ranges import NOT_NEGATIVE
 
 SENSORS = "sensors."
 """Beginning of the paths that lead to sensors: "sensors.yaw_rate.bias"."""

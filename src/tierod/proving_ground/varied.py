@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, get_type_hints
 
-from tierod.block import named_tuple, tuning
-from tierod.errors import ParameterError, nearest
+from tierod.core.block import named_tuple, tuning
+from tierod.core.errors import ParameterError, nearest
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """What a diagnosis looks like to people and to programs: one HTML page, one JSON document, one table in the terminal.
 
-All three are made from a `tierod.findings.Diagnosis` alone. Names in it decide where a series is drawn:
+All three are made from a `tierod.core.findings.Diagnosis` alone. Names in it decide where a series is drawn:
 
 - a trace ``X`` beside a trace ``X_standard_deviation`` is an estimate, drawn with its band, with the reference levels
   of the decisive finding where the units agree; a trace ``true_X`` beside it is drawn as the truth of a simulation;
@@ -15,7 +15,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tierod.findings import Diagnosis
+from tierod.core.findings import Diagnosis
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -33,7 +33,7 @@ def write_html(diagnosis: Diagnosis, path: str | Path) -> Path:
     Raises:
         OutputError: the page cannot be written
     """
-    from tierod.files import write_text
+    from tierod.core.files import write_text
     from tierod.report.page import render
 
     return write_text(path, render(diagnosis))

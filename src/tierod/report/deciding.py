@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from tierod.findings import Decided, Diagnosis, Finding
+from tierod.core.findings import Decided, Diagnosis, Finding
+from tierod.core.shown import shown
 from tierod.report.display import instant, number, words
-from tierod.shown import shown
 
 
 def deciding(diagnosis: Diagnosis, finding: Finding) -> list[str]:

@@ -7,8 +7,8 @@ import math
 import re
 from typing import Any
 
-from tierod.findings import Estimate
-from tierod.shown import shown
+from tierod.core.findings import Estimate
+from tierod.core.shown import shown
 
 _CAPITALS = {"nis", "nees", "eps", "can", "rms", "dbc", "csv", "mf4"}
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from tierod.decimation import merged
-from tierod.findings import ChannelQuality, Diagnosis, Element, Estimate, Finding, Trace
+from tierod.core.decimation import merged
+from tierod.core.findings import ChannelQuality, Diagnosis, Element, Estimate, Finding, Trace
 from tierod.report.display import INTERVAL
 from tierod.report.status import overall
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from tierod.findings import Element, Episode
+from tierod.core.findings import Element, Episode
 from tierod.report.display import instant, interval, words
 from tierod.report.status import Appearance, appearance
 

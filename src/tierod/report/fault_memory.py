@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from tierod.core.shown import shown
+from tierod.core.signals import SIGNALS
 from tierod.diagnosis.entry import FreezeFrame
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.report.display import number
-from tierod.shown import shown
-from tierod.signals import SIGNALS
 
 if TYPE_CHECKING:
     from rich.console import Console

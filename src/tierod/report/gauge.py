@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from html import escape
 
-from tierod.findings import Estimate
+from tierod.core.findings import Estimate
+from tierod.core.shown import shown
 from tierod.report.charts.figure import BLUE, level_colour
 from tierod.report.display import INTERVAL, interval, number, words
-from tierod.shown import shown
 
 _WIDTH, _MARGIN = 640.0, 14.0
 _ROW = 26.0

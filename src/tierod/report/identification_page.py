@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tierod.content import Chart, Heading, Item, Lines, Panel, Table
-from tierod.identification.bench_recording import OUTPUTS
-from tierod.identification.column_result import ColumnIdentification, Found, Shown
+from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
+from tierod.core.shown import written
+from tierod.methods.identification.bench_recording import OUTPUTS
+from tierod.methods.identification.column_result import ColumnIdentification, Found, Shown
 from tierod.report.display import number
 from tierod.report.html import chart_script, library, looks, moment, template
 from tierod.report.study_page import sections
-from tierod.shown import written
 from tierod.vehicles.catalogue import QUANTITIES
 
 _POINTS = 4000

@@ -8,7 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from tierod.findings import Diagnosis, Finding
+from tierod.core.findings import Diagnosis, Finding
+from tierod.core.shown import shown, written
+from tierod.core.timestamps import CALENDAR
 from tierod.report.charts.decisions import decision_figure, design_figures, looks_figure, quiet_figure
 from tierod.report.charts.elements import state_figure, substitute_figures
 from tierod.report.charts.figure import Figure, drawn_from
@@ -22,8 +24,6 @@ from tierod.report.gauge import gauge
 from tierod.report.html import chart_script, library, looks, moment, template
 from tierod.report.series import packed_series, series_script
 from tierod.report.status import appearance, overall
-from tierod.shown import shown, written
-from tierod.timestamps import CALENDAR
 
 LATEST = 2.5e11
 """Calendar times [s] beyond this are of no year that a calendar has."""

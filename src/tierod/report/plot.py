@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tierod.errors import InputError
-from tierod.findings import Diagnosis
+from tierod.core.errors import InputError
+from tierod.core.findings import Diagnosis
 from tierod.report.charts.figure import Figure
 from tierod.report.charts.histograms import histogram_figure
 from tierod.report.charts.loops import loop_figure

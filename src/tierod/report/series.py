@@ -6,10 +6,10 @@ import base64
 import heapq
 from collections.abc import Iterable, Mapping
 
-from tierod.decimation import Packed, coarser, pack
-from tierod.findings import Trace
+from tierod.core.decimation import Packed, coarser, pack
+from tierod.core.findings import Trace
+from tierod.core.signals import SIGNALS
 from tierod.report.html import script_json
-from tierod.signals import SIGNALS
 
 BUDGET = 900_000
 """Characters of all series of a page; with the charting library and all else it stays below 2 MB."""

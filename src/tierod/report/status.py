@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tierod.findings import Diagnosis, Status
+from tierod.core.findings import Diagnosis, Status
 
 
 @dataclass(frozen=True)

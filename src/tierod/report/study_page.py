@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from tierod.claims import Claim
-from tierod.content import Chart, Heading, Item, Table
+from tierod.core.claims import Claim
+from tierod.core.content import Chart, Heading, Item, Table
+from tierod.core.shown import written
 from tierod.report.charts.figure import Figure
 from tierod.report.charts.study import study_figure
 from tierod.report.display import number
 from tierod.report.html import chart_script, library, looks, moment, template
-from tierod.shown import written
 
 
 @dataclass(frozen=True)

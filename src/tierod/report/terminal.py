@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tierod.findings import Diagnosis, Finding
+from tierod.core.findings import Diagnosis, Finding
+from tierod.core.shown import shown
 from tierod.report.deciding import deciding
 from tierod.report.display import evidence, instant, interval, number, words
 from tierod.report.elements import COLUMNS, rows
 from tierod.report.status import appearance, overall
-from tierod.shown import shown
 
 if TYPE_CHECKING:
     from rich.console import Console

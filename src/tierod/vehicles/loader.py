@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tierod.errors import InputError, ParameterError, nearest
-from tierod.files import expanded
-from tierod.toml_lines import line_of
-from tierod.units import COUNT, Scale, scale
-from tierod.user_files import read_text, toml
+from tierod.core.errors import InputError, ParameterError, nearest
+from tierod.core.files import expanded
+from tierod.core.toml_lines import line_of
+from tierod.core.units import COUNT, Scale, scale
+from tierod.core.user_files import read_text, toml
 from tierod.vehicles.catalogue import QUANTITIES, Quantity
 from tierod.vehicles.vehicle import SHIPPED, Parameter, Vehicle
 

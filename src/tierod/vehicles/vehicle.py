@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
-from tierod.errors import ParameterError, nearest
+from tierod.core.errors import ParameterError, nearest
 
 Parameters = TypeVar("Parameters")
 

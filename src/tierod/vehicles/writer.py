@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from tierod.errors import ParameterError
-from tierod.toml_lines import line_of
-from tierod.units import scale
+from tierod.core.errors import ParameterError
+from tierod.core.toml_lines import line_of
+from tierod.core.units import scale
 from tierod.vehicles.catalogue import QUANTITIES
 
 _LINE = re.compile(

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tierod.block import skeleton
-from tierod.graph.maths import both, log, present, sqrt, where
+from tierod.core.block import skeleton
+from tierod.core.graph.maths import both, log, present, sqrt, where
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.bank.readings import Readings
 from tierod.monitors.condition.signals import SENSORS, ConditionSample, Hypothesis

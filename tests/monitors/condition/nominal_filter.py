@@ -5,7 +5,7 @@ from functools import lru_cache
 
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.signals import ConditionSample
-from tierod.studies.condition.vehicles import vehicle
+from tierod.papers.condition.vehicles import vehicle
 from tierod.vehicles import load
 
 

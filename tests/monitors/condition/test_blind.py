@@ -2,7 +2,7 @@
 
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.monitors.condition.blind import untold
 from tierod.monitors.condition.structure import rolls, vehicle_structure
 from tierod.vehicles import load, shipped

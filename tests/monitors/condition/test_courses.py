@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from monitors.condition.made_up_said import PERIOD, part, place, sound, span
-from tierod.findings import Status
+from tierod.core.findings import Status
 from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.kinds.catalogue import GAIN, NOISE, OFFSET
 

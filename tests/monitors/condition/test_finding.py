@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from monitors.condition.made_up_said import PERIOD, place, sound, span
-from tierod.findings import Element, Episode, Status
+from tierod.core.findings import Element, Episode, Status
 from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.driven import Driven
 from tierod.monitors.condition.finding import OtherCauses, judge

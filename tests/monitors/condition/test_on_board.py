@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from monitors.condition.made_up_lanes import HYPOTHESES, LEFT, column, healthy_drive, lane
+from tierod.core.graph import Bank, Stream, scan, trace
 from tierod.diagnosis.counting import Counting
 from tierod.diagnosis.trouble_codes import load_trouble_codes
-from tierod.graph import Bank, Stream, scan, trace
 from tierod.monitors.condition.bank.decision import judge
 from tierod.monitors.condition.bank.judge import ConditionJudge
 from tierod.monitors.condition.bank.tuning import PlausibleRange

@@ -7,13 +7,13 @@ import pytest
 
 from shared_data import shared_data
 from tierod.cli import main
-from tierod.derive import complete
+from tierod.core.recording import Recording
+from tierod.io.derive import complete
+from tierod.io.readers import read
+from tierod.io.writers import write
+from tierod.papers.condition.faults import OFFSET, Injected
 from tierod.proving_ground.faults import injected
-from tierod.readers import read
-from tierod.recording import Recording
-from tierod.studies.condition.faults import OFFSET, Injected
 from tierod.vehicles import load
-from tierod.writers import write
 
 CARS = {
     "rav4": (("rav4_highway_minute", "can.log"), {"wheel_speed_rear_left", "wheel_speed_rear_right"}, []),

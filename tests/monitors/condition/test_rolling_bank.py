@@ -6,14 +6,14 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from tierod.graph import scan
+from tierod.core.graph import scan
 from tierod.monitors.condition.bank.rolling_filter import JUDGED, RollingFilter
 from tierod.monitors.condition.calibration.grid import aligned
 from tierod.monitors.condition.rolling_bank import rolling_bank, rolling_hypotheses
 from tierod.monitors.condition.signals import ConditionSample
-from tierod.studies.condition.drives import Drive
-from tierod.studies.condition.faults import LOSS, OFFSET, Injected
-from tierod.studies.condition.recorded import recorded
+from tierod.papers.condition.drives import Drive
+from tierod.papers.condition.faults import LOSS, OFFSET, Injected
+from tierod.papers.condition.recorded import recorded
 from tierod.vehicles import load
 
 CAR = load("smartload")

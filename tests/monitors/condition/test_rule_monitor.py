@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from monitors.condition.demonstrator import CAR, circle
-from tierod.errors import InputError, ParameterError
-from tierod.graph import scan
+from tierod.core.errors import InputError, ParameterError
+from tierod.core.graph import scan
+from tierod.core.recording import Channel, Recording
+from tierod.core.signals import SIGNALS
 from tierod.monitors.condition.residuals.calibration import ResidualCalibration, calibrate_residuals
 from tierod.monitors.condition.residuals.catalogue import RESIDUALS
 from tierod.monitors.condition.residuals.parameters import Coefficients
@@ -13,8 +15,6 @@ from tierod.monitors.condition.residuals.thresholds import Excitation, ResidualT
 from tierod.monitors.condition.rule_files import FILES, rules
 from tierod.monitors.condition.rule_monitor import rule_monitor
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS, ConditionSample
-from tierod.recording import Channel, Recording
-from tierod.signals import SIGNALS
 
 LIMITS = dict.fromkeys(RESIDUALS, 0.2) | {"r2": 0.5, "r3": 2.0, "r4": 0.1, "r16": 1.0, "r5": 1.0, "r19": 150.0}
 KNOWN = ResidualCalibration(Coefficients(), {k: ResidualThreshold(v) for k, v in LIMITS.items()}, {}, 0)

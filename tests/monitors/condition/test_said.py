@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from monitors.condition.made_up_said import place, sound
+from tierod.core.units import known
 from tierod.monitors.condition.kinds.catalogue import DELAY, DRIFT, GAIN, LOSS, NOISE, OFFSET, OUTLIER, STUCK
 from tierod.monitors.condition.said import LOST_TORQUE, nothing_said, told
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS
-from tierod.units import known
 
 
 @pytest.mark.parametrize(

@@ -6,17 +6,17 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tierod.findings import Status
+from tierod.core.findings import Status
+from tierod.core.recording import Channel, Recording
 from tierod.monitors.condition.definition import CONDITION
 from tierod.monitors.condition.driven import SLID
 from tierod.monitors.condition.recording_checks.coverage import TARGETS
 from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS
 from tierod.monitors.run import Run
-from tierod.recording import Channel, Recording
-from tierod.studies.condition.drives import Drive
-from tierod.studies.condition.faults import OFFSET, Injected
-from tierod.studies.condition.odd_drives import odd_drives, without
-from tierod.studies.condition.recorded import recorded
+from tierod.papers.condition.drives import Drive
+from tierod.papers.condition.faults import OFFSET, Injected
+from tierod.papers.condition.odd_drives import odd_drives, without
+from tierod.papers.condition.recorded import recorded
 from tierod.vehicles import load
 
 CAR = load("smartload")

@@ -2,9 +2,9 @@
 
 from math import comb
 
-from tierod.block import units
+from tierod.core.block import units
+from tierod.core.signals import SIGNALS
 from tierod.monitors.condition.signals import ACTUATORS, HEALTHY, SENSORS, ConditionSample, hypotheses
-from tierod.signals import SIGNALS
 
 
 def test_every_signal_is_canonical_with_its_unit():

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tierod.analysis.structure import decompose, gain_of_sensors, isolability, minimal_test_sets
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.methods.analysis.structure import decompose, gain_of_sensors, isolability, minimal_test_sets
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS
 from tierod.monitors.condition.structure import further_sensors, vehicle_structure
 from tierod.vehicles import load

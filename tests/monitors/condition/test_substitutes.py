@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tierod.core.graph import scan
 from tierod.diagnosis.switchover import Switchover
-from tierod.graph import scan
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.signals import SENSORS, ConditionSample
 from tierod.monitors.condition.substitutes import (

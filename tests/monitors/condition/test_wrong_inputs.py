@@ -6,15 +6,15 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tierod.findings import Status
+from tierod.core.findings import Status
+from tierod.core.recording import Recording
 from tierod.monitors.condition.definition import CONDITION
 from tierod.monitors.condition.recording_checks.coverage import TARGETS
 from tierod.monitors.condition.signals import ACCELERATIONS, ELEMENTS
 from tierod.monitors.run import Run
-from tierod.recording import Recording
-from tierod.studies.condition.drives import Drive
-from tierod.studies.condition.faults import OFFSET, Injected, lost
-from tierod.studies.condition.recorded import recorded
+from tierod.papers.condition.drives import Drive
+from tierod.papers.condition.faults import OFFSET, Injected, lost
+from tierod.papers.condition.recorded import recorded
 from tierod.vehicles import load
 
 ALONG, ACROSS = ACCELERATIONS

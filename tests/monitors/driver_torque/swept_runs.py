@@ -4,8 +4,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from tierod.studies.column.observer_runs import samples
-from tierod.studies.column.swept_bench import swept
+from tierod.papers.column.observer_runs import samples
+from tierod.papers.column.swept_bench import swept
 
 
 @lru_cache(maxsize=8)

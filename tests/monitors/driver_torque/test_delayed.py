@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from monitors.driver_torque.swept_runs import rms, run
-from tierod.errors import ParameterError
-from tierod.graph import scan
+from tierod.core.errors import ParameterError
+from tierod.core.graph import scan
 from tierod.monitors.driver_torque.delayed import DelayedHandTorque
 from tierod.vehicles import load
 

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tierod.errors import ParameterError
-from tierod.findings import Status
+from tierod.core.errors import ParameterError
+from tierod.core.findings import Status
+from tierod.core.recording import Recording
 from tierod.monitors.driver_torque.definition import DRIVER_TORQUE
 from tierod.monitors.run import diagnose
 from tierod.proving_ground.cars.column_bench import ColumnBench
@@ -14,7 +15,6 @@ from tierod.proving_ground.courses.bench_hands import BenchHands
 from tierod.proving_ground.run import run
 from tierod.proving_ground.scenarios import load as scenario
 from tierod.proving_ground.sensors import SensorSet
-from tierod.recording import Recording
 from tierod.vehicles import load
 
 BENCH = load("column-bench")

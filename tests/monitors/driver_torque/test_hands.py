@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tierod.graph import scan
+from tierod.core.graph import scan
 from tierod.monitors.driver_torque.hands import OFF, ON, UNCERTAIN, HandsMonitor
 from tierod.vehicles import load
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from monitors.driver_torque.swept_runs import rms, run
-from tierod.errors import ParameterError
-from tierod.graph import scan
+from tierod.core.errors import ParameterError
+from tierod.core.graph import scan
 from tierod.models.steering_column import ColumnParameters
 from tierod.models.two_inertia_column import without_gear
 from tierod.monitors.driver_torque.observer import UNKNOWN, ColumnObserver, ColumnSample

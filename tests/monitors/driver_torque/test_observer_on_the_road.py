@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from monitors.driver_torque.swept_runs import rms
-from tierod.graph import scan
+from tierod.core.graph import scan
 from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.signs import ColumnSigns, wrong_signs
+from tierod.papers.column.swept_bench import NOISE
 from tierod.proving_ground import SensorSet, run
 from tierod.proving_ground.cars import catalogue as cars
 from tierod.proving_ground.courses import catalogue as courses
-from tierod.studies.column.swept_bench import NOISE
 from tierod.vehicles import load
 
 CHANNELS = ("motor_torque", "steering_wheel_angle", "motor_angle_mechanical", "driver_torque")

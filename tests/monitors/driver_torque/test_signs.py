@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from monitors.driver_torque.swept_runs import run
-from tierod.graph import scan
+from tierod.core.graph import scan
 from tierod.monitors.driver_torque.signs import ColumnSigns, wrong_signs
 
 NAMES = ("motor_torque", "steering_wheel_angle", "motor_angle_mechanical", "driver_torque")

@@ -8,10 +8,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from tierod.core.recording import Aligned
 from tierod.monitors.friction.refined_signals import FrictionSample
 from tierod.proving_ground import EpsCar, FrictionCourse, SensorNoise, SingleTrack, drive
 from tierod.proving_ground.steering.friction_laws import Dahl
-from tierod.recording import Aligned
 
 THIN_AIR = 1e12
 """Pressure of a tyre that does not scrub [Pa]."""

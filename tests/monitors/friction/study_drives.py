@@ -3,9 +3,9 @@
 import math
 from dataclasses import dataclass
 
+from tierod.core.recording import Recording
+from tierod.papers.friction import cases
 from tierod.proving_ground import FrictionCourse
-from tierod.recording import Recording
-from tierod.studies.friction import cases
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ import pytest
 
 from models.friction_paper import CAR
 from monitors.friction.drives import driven
-from tierod.errors import InputError, ParameterError
-from tierod.graph import scan
+from tierod.core.errors import InputError, ParameterError
+from tierod.core.graph import scan
 from tierod.models.eps_column import rate_hold
 from tierod.monitors.friction.baseline import (
     BaselineFrictionMonitor,

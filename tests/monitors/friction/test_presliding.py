@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from monitors.friction.study_drives import Case
-from tierod.block import leaves, rebuild
-from tierod.errors import ParameterError
-from tierod.graph import scan
+from tierod.core.block import leaves, rebuild
+from tierod.core.errors import ParameterError
+from tierod.core.graph import scan
 from tierod.monitors.friction.conditioning import SteeringConditioning
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.notices import RIGID_WARNING

@@ -8,8 +8,8 @@ import pytest
 
 from models.friction_paper import CAR
 from monitors.friction.drives import driven, enabled_seconds
-from tierod.errors import ParameterError
-from tierod.graph import scan
+from tierod.core.errors import ParameterError
+from tierod.core.graph import scan
 from tierod.models.friction_estimation import FrictionEstimation
 from tierod.monitors.friction.gate import FrictionGate
 from tierod.monitors.friction.joint_filter import equal_low_pass, joint_filter

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tierod.errors import ParameterError
-from tierod.graph import scan
+from tierod.core.errors import ParameterError
+from tierod.core.graph import scan
 from tierod.monitors.friction.rolling_variance import RollingVariance
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from models.friction_paper import CAR
-from tierod.graph.maths import sin
+from tierod.core.graph.maths import sin
 from tierod.monitors.friction.column_motion import ColumnMotion, column_motion
 from tierod.monitors.friction.conditioning import ConditionedSteering, SteeringConditioning
 from tierod.monitors.friction.steering_sample import SteeringSample

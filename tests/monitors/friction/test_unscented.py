@@ -5,7 +5,7 @@ import pytest
 
 from models.friction_paper import CAR
 from monitors.friction.drives import driven, enabled_seconds
-from tierod.graph import scan
+from tierod.core.graph import scan
 from tierod.monitors.friction.refined import consistent
 from tierod.monitors.friction.unscented import unscented
 

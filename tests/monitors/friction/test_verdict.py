@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from monitors.friction.study_drives import Case
-from tierod.block import rebuild
-from tierod.errors import InputError, ParameterError
-from tierod.findings import Status
-from tierod.graph import scan
+from tierod.core.block import rebuild
+from tierod.core.errors import InputError, ParameterError
+from tierod.core.findings import Status
+from tierod.core.graph import scan
 from tierod.monitors.friction.decisions import ABSOLUTE_DESIGN, RISING_DESIGN
 from tierod.monitors.friction.judgement import judge
 from tierod.monitors.friction.monitor import FrictionMonitor

@@ -7,12 +7,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from tierod.graph import scan
+from tierod.core.graph import scan
+from tierod.core.recording import Channel, Recording
+from tierod.core.signals import SIGNALS
 from tierod.monitors.motor_angle.detector import MotorAngleMonitor
 from tierod.monitors.motor_angle.signals import MotorAngleSample
-from tierod.recording import Channel, Recording
-from tierod.signals import SIGNALS
-from tierod.studies.motor_angle.fault_drives import RATE, drive
+from tierod.papers.motor_angle.fault_drives import RATE, drive
 from tierod.vehicles import load
 
 MONITOR = MotorAngleMonitor.of_vehicle(load("motor-bench"), 1.0 / RATE)

@@ -6,8 +6,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from tierod.graph import scan
-from tierod.graph.trace import trace
+from tierod.core.graph import scan
+from tierod.core.graph.trace import trace
 from tierod.proving_ground.cars.motor_bench import MotorBench
 
 RATE = 1e4

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from monitors.motor_angle.monitored import COLUMN, SOUND, changed, recording
-from tierod.findings import Status
+from tierod.core.findings import Status
 from tierod.monitors.run import diagnose
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from monitors.motor_angle.monitored import vehicle_with
-from tierod.errors import InputError, ParameterError
-from tierod.findings import Status
+from tierod.core.errors import InputError, ParameterError
+from tierod.core.findings import Status
+from tierod.core.recording import Channel, Recording
+from tierod.core.signals import SIGNALS
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.run import diagnose
+from tierod.papers.motor_angle.observer_drives import to_and_fro
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 from tierod.proving_ground.motor import Inverter
-from tierod.recording import Channel, Recording
-from tierod.signals import SIGNALS
-from tierod.studies.motor_angle.observer_drives import to_and_fro
 from tierod.vehicles import load
 
 DRIVE = to_and_fro(82, 9.0, inverter=Inverter(dead_time=1e-6, forward_drop=0.7, knee_current=1.0))

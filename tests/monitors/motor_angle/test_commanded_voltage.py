@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tierod.graph import scan
+from tierod.core.graph import scan
 from tierod.models.commanded_motor import CommandedMotorParameters
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
+from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, to_and_fro
 from tierod.proving_ground.motor import Inverter
-from tierod.studies.motor_angle.observer_drives import SAMPLE_TIME, to_and_fro
 from tierod.vehicles import load
 
 VEHICLE = load("motor-bench")

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tierod.graph import scan
+from tierod.core.graph import scan
 from tierod.monitors.motor_angle.comparison import ANGLE_DRIFT, ANGLE_THRESHOLD, SensorComparison
 from tierod.monitors.motor_angle.residual import ResidualGate
 from tierod.monitors.motor_angle.second_tests import Increments

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from monitors.motor_angle.monitored import COLUMN, MONITOR, SOUND, alarms_of, changed
-from tierod.graph import scan
+from tierod.core.graph import scan
 from tierod.monitors.motor_angle.detector import FAULT, HEALTHY, NOT_ENABLED, NOT_READY
-from tierod.studies.motor_angle.fault_drives import RATE, drive
-from tierod.studies.motor_angle.fault_kinds import FAULTS, FIVE_DEGREES
+from tierod.papers.motor_angle.fault_drives import RATE, drive
+from tierod.papers.motor_angle.fault_kinds import FAULTS, FIVE_DEGREES
 
 BEGIN = 62_000
 """A sample at which the drive turns."""

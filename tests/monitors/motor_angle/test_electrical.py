@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tierod.graph import scan
+from tierod.core.graph import scan
 from tierod.monitors.motor_angle.electrical import ElectricalAlarms, ElectricalChecks, ElectricalSample
 
 TIME = np.arange(6000) / 1e4

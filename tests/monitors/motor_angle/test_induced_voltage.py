@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from monitors.motor_angle.monitored import COLUMN, SOUND, changed, recording
-from tierod.findings import Status
+from tierod.core.findings import Status
 from tierod.monitors.motor_angle.induced_voltage import FITS, InducedVoltage
 from tierod.monitors.run import diagnose
-from tierod.studies.motor_angle.fault_drives import RATE
+from tierod.papers.motor_angle.fault_drives import RATE
 from tierod.vehicles import load
 
 MOTOR = load("motor-bench")

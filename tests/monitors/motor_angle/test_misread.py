@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from monitors.motor_angle.monitored import COLUMN, SOUND, recording
-from tierod.findings import Status
+from tierod.core.findings import Status
+from tierod.core.recording import Recording
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.misread import cause_of
 from tierod.monitors.motor_angle.voltage_balance import AS_RECORDED, Balance, Reading
 from tierod.monitors.run import diagnose
-from tierod.recording import Recording
-from tierod.studies.motor_angle.fault_drives import course
-from tierod.studies.motor_angle.observer_drives import bench, drive
+from tierod.papers.motor_angle.fault_drives import course
+from tierod.papers.motor_angle.observer_drives import bench, drive
 from tierod.vehicles import load
 
 P = load("motor-bench").parameters_for(SampledMotorParameters)

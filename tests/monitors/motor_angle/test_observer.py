@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from monitors.motor_angle.motor_drives import NOISE, RATE, drive, held, observed
-from tierod.errors import ParameterError
-from tierod.graph import scan
+from tierod.core.errors import ParameterError
+from tierod.core.graph import scan
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning

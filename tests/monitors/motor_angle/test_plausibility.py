@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tierod.graph import scan
+from tierod.core.graph import scan
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, VariableGain
 from tierod.monitors.motor_angle.which_angle import MOTOR, NONE, PINION, WHEEL
 

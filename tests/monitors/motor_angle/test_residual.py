@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from tierod.errors import ParameterError
-from tierod.graph import scan
+from tierod.core.errors import ParameterError
+from tierod.core.graph import scan
 from tierod.monitors.motor_angle.residual import ResidualGate
 
 GATE = ResidualGate(4.0, 0.0085, start=0.1)

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from tierod.errors import ParameterError
-from tierod.graph import scan
+from tierod.core.errors import ParameterError
+from tierod.core.graph import scan
 from tierod.monitors.motor_angle.second_tests import Backwards, Increments, NotFollowing, Stuck
 
 TIME = np.arange(4000) / 1e4

@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 
 from monitors.motor_angle.monitored import COLUMN, SOUND, changed, recording, vehicle_with
+from tierod.core.errors import InputError
+from tierod.core.findings import Status
+from tierod.core.recording import Channel, Recording
 from tierod.diagnosis.fault_memory import FaultMemory
-from tierod.errors import InputError
-from tierod.findings import Status
 from tierod.monitors.run import diagnose
-from tierod.recording import Channel, Recording
-from tierod.studies.motor_angle.fault_drives import RATE, drive
-from tierod.studies.motor_angle.fault_kinds import FAULTS, FIVE_DEGREES, offset
+from tierod.papers.motor_angle.fault_drives import RATE, drive
+from tierod.papers.motor_angle.fault_kinds import FAULTS, FIVE_DEGREES, offset
 
 ANGLE = SOUND().samples[:, COLUMN["motor_angle_mechanical"]]
 LATE = np.arange(len(ANGLE)) >= 62_000

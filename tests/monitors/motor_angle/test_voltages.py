@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from tierod.errors import ParameterError
-from tierod.graph import scan
+from tierod.core.errors import ParameterError
+from tierod.core.graph import scan
 from tierod.monitors.motor_angle.voltages import MotorVoltages, VoltageSignals
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from tierod.errors import TierodError
-from tierod.graph import scan
+from tierod.core.errors import TierodError
+from tierod.core.graph import scan
 from tierod.monitors.motor_angle.which_angle import MOTOR, NONE, NOT_MOTOR, PINION, WHEEL, WhichAngle
 
 COUNT, BEGIN = 4000, 1000

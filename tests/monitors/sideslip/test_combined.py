@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from tierod.errors import ParameterError
-from tierod.graph import scan
+from tierod.core.errors import ParameterError
+from tierod.core.graph import scan
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.monitors.sideslip.combined import SMOOTHING, CombinedSideslip
 from tierod.monitors.sideslip.combined_identifiability import identifiability

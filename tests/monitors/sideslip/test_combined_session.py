@@ -8,14 +8,14 @@ import math
 import numpy as np
 import pytest
 
-from tierod.findings import Status
+from tierod.core.findings import Status
+from tierod.core.recording import Recording
 from tierod.monitors.run import diagnose
 from tierod.proving_ground import SensorSet, run
 from tierod.proving_ground.cars.catalogue import load
 from tierod.proving_ground.courses.catalogue import load as course_called
 from tierod.proving_ground.courses.conditions import Adhesion
 from tierod.proving_ground.courses.open_loop import AngleRamp, SineSteer
-from tierod.recording import Recording
 
 
 def driven(course):

@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from tierod.errors import ParameterError
-from tierod.graph import scan
+from tierod.core.errors import ParameterError
+from tierod.core.graph import scan
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.sideslip.conventional import conventional_kalman, conventional_poles
 from tierod.monitors.sideslip.observer import LowSpeed, ObserverSample

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from shared_data import shared_data
-from tierod.derive import complete
-from tierod.findings import Status
-from tierod.graph import Stream
+from tierod.core.findings import Status
+from tierod.core.graph import Stream
+from tierod.io.derive import complete
+from tierod.io.readers import load_channel_map, read
 from tierod.monitors.run import diagnose
 from tierod.monitors.sideslip.beside_truth import beside_truth
 from tierod.monitors.sideslip.calibration import TYRES, calibrated, with_parameters
 from tierod.monitors.sideslip.combined import CombinedSideslip
-from tierod.readers import load_channel_map, read
 from tierod.vehicles import load
 
 RACE = ("ferrari_250lm_race", "laps.parquet")

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
 
-from tierod.errors import ParameterError
-from tierod.estimators.pole_placement import discrete_poles
+from tierod.core.errors import ParameterError
+from tierod.methods.estimators.pole_placement import discrete_poles
 from tierod.models.linear import LinearSystem
 from tierod.models.steered_vehicle import SteeredVehicle, TorqueShownVehicle
 from tierod.monitors.sideslip.conventional import placed

@@ -8,15 +8,15 @@ import math
 import numpy as np
 import pytest
 
-from tierod.errors import ParameterError
-from tierod.findings import Status
+from tierod.core.errors import ParameterError
+from tierod.core.findings import Status
+from tierod.core.recording import Recording
 from tierod.monitors.run import diagnose
 from tierod.monitors.sideslip.car_signals import FromCarSignals
 from tierod.monitors.sideslip.session import TRACES
 from tierod.proving_ground import SensorSet, run
 from tierod.proving_ground.cars.catalogue import load as load_car
 from tierod.proving_ground.courses.open_loop import SineSteer
-from tierod.recording import Recording
 from tierod.vehicles import load
 
 VARIANT = "two-stage-kalman"

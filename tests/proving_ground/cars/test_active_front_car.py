@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from proving_ground.channels import Run
-from tierod.block import leaves, rebuild, skeleton
-from tierod.graph.trace import trace
+from tierod.core.block import leaves, rebuild, skeleton
+from tierod.core.graph.trace import trace
 from tierod.proving_ground.cars.active_front_car import ActiveFrontCar
 from tierod.proving_ground.cars.car import Start
 from tierod.proving_ground.chassis import SingleTrack

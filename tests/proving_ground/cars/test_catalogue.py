@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from shared_data import shared_data
-from tierod.derive import complete
-from tierod.errors import ParameterError
-from tierod.fields import numbers
-from tierod.graph import scan
+from tierod.core.errors import ParameterError
+from tierod.core.fields import numbers
+from tierod.core.graph import scan
+from tierod.core.toml import Document
+from tierod.io.derive import complete
+from tierod.io.readers import read
 from tierod.proving_ground.cars.catalogue import Choice, flat, load, shipped
 from tierod.proving_ground.chassis import SingleTrack, TwoTrack
 from tierod.proving_ground.replay import Course, Replay
 from tierod.proving_ground.steering.friction_laws import LuGre
-from tierod.readers import read
-from tierod.toml import Document
 
 FILE = """\
 name = "mine"

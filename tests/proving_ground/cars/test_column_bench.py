@@ -6,8 +6,8 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from proving_ground.channels import Run
-from tierod.block import rebuild, skeleton
-from tierod.graph.derivatives import jacobian
+from tierod.core.block import rebuild, skeleton
+from tierod.core.graph.derivatives import jacobian
 from tierod.proving_ground.cars.column_bench import Acting, Arms, ColumnBench, ColumnMotion
 from tierod.proving_ground.steering.friction import DryFriction
 

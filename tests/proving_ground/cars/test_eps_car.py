@@ -4,9 +4,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tierod.block import leaves, rebuild, skeleton
-from tierod.graph import scan
-from tierod.graph.trace import trace
+from tierod.core.block import leaves, rebuild, skeleton
+from tierod.core.graph import scan
+from tierod.core.graph.trace import trace
 from tierod.physics import single_track
 from tierod.proving_ground.cars.car import Start
 from tierod.proving_ground.cars.eps_car import EpsCar

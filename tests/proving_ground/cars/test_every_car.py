@@ -1,6 +1,7 @@
 import pytest
 
-from tierod.graph.trace import trace
+from tierod.core.graph.trace import trace
+from tierod.core.signals import SIGNALS
 from tierod.proving_ground.cars.active_front_car import ActiveFrontCar
 from tierod.proving_ground.cars.column_bench import ColumnBench
 from tierod.proving_ground.cars.demonstrator_car import DemonstratorCar
@@ -13,7 +14,6 @@ from tierod.proving_ground.faults import Sluggish
 from tierod.proving_ground.faults.elements import Reach
 from tierod.proving_ground.recorder import channel_names
 from tierod.proving_ground.sensors import SensorSet
-from tierod.signals import SIGNALS
 
 ROAD = (ActiveFrontCar, DemonstratorCar, EpsCar, PmEpsCar, SteerByWireCar)
 PLANTS = [kind(chassis=chassis()) for kind in ROAD for chassis in (SingleTrack, TwoTrack)]

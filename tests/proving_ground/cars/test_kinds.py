@@ -5,7 +5,9 @@ import pkgutil
 
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.core.toml import Document
+from tierod.core.toml_builder import kind_name
 from tierod.proving_ground import cars
 from tierod.proving_ground.cars.active_front_car import ActiveFrontCar
 from tierod.proving_ground.cars.car import Car
@@ -13,8 +15,6 @@ from tierod.proving_ground.cars.eps_car import EpsCar
 from tierod.proving_ground.cars.kinds import KINDS, choices, parts_of, with_parts
 from tierod.proving_ground.chassis import SingleTrack
 from tierod.proving_ground.steering.column_eps import WormGear
-from tierod.toml import Document
-from tierod.toml_builder import kind_name
 
 NOWHERE = Document({}, "", "test")
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from proving_ground.channels import Run
-from tierod.graph.trace import trace
+from tierod.core.graph.trace import trace
 from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.proving_ground.recorder import channel_names
 

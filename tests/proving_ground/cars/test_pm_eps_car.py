@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from proving_ground.channels import Run
-from tierod.graph.trace import trace
+from tierod.core.graph.trace import trace
 from tierod.proving_ground.cars.car import Start
 from tierod.proving_ground.cars.eps_car import EpsCar
 from tierod.proving_ground.cars.pm_eps_car import PmEpsCar

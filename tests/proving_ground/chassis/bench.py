@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tierod.graph import Result, scan
+from tierod.core.graph import Result, scan
 from tierod.proving_ground.chassis import TwoTrack
 from tierod.proving_ground.integration import rosenbrock
 from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels, Wind

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from proving_ground.chassis.bench import Bench, Inputs, columns, drive, finite, surroundings
-from tierod.block import leaves
-from tierod.graph import scan
+from tierod.core.block import leaves
+from tierod.core.graph import scan
+from tierod.experiments.plant_checks import understeer_error, unresisted, yaw_gain_error
 from tierod.proving_ground.chassis import SingleTrack, TwoTrack, demonstrator
-from tierod.studies.plant_checks import understeer_error, unresisted, yaw_gain_error
 
 G = 9.81
 BODIES = [SingleTrack(), TwoTrack(), demonstrator()]

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from proving_ground.chassis.bench import Bench, Inputs, columns, drive, finite, surroundings
-from tierod.graph import scan
+from tierod.core.graph import scan
+from tierod.experiments.plant_checks import energy_error, unresisted
 from tierod.proving_ground.chassis import TYRES, TwoTrack, demonstrator
 from tierod.proving_ground.integration import runge_kutta
 from tierod.proving_ground.parts import Road, Steer, Wheels, Wind
-from tierod.studies.plant_checks import energy_error, unresisted
 
 G = 9.81
 CAR = TwoTrack()

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from proving_ground.steering.rig import STEP, Rig
-from tierod.block import leaves, tuning
-from tierod.graph.derivatives import jacobian
+from tierod.core.block import leaves, tuning
+from tierod.core.graph.derivatives import jacobian
 from tierod.physics.assist import assist_torque
 from tierod.proving_ground.cars.active_front_car import ActiveFrontCar
 from tierod.proving_ground.control.assist import ActiveReturn, AssistMemory, AssistUnit, Characteristic

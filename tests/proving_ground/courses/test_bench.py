@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.proving_ground.cars.column_bench import ColumnBench
 from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.proving_ground.courses.bench import BenchMultisine, BenchRamps, BenchSteps, BenchSweep

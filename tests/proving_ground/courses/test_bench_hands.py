@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.proving_ground.cars.column_bench import ColumnBench
 from tierod.proving_ground.courses.bench_hands import BenchHands
 from tierod.proving_ground.run import run

@@ -4,14 +4,14 @@ import pickle
 import numpy as np
 import pytest
 
-from tierod.block import leaves, skeleton
-from tierod.errors import ParameterError
+from tierod.core.block import leaves, skeleton
+from tierod.core.errors import ParameterError
+from tierod.core.toml import Document, override
+from tierod.core.toml_builder import kind_name
 from tierod.proving_ground.cars.column_bench import Acting
 from tierod.proving_ground.courses import described, load, shipped
 from tierod.proving_ground.courses.catalogue import AnyCourse
 from tierod.proving_ground.parts import Demand, Road, Wind
-from tierod.toml import Document, override
-from tierod.toml_builder import kind_name
 
 KNOWN = {
     f"{part}.{path}"

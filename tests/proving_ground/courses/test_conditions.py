@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.proving_ground.courses.chance import Repeated, band_limited, smooth_noise
 from tierod.proving_ground.courses.conditions import (
     Adhesion,

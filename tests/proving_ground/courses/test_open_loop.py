@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.proving_ground.courses.lane import Slalom, SteadyCircle
 from tierod.proving_ground.courses.open_loop import (
     AngleRamp,

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.proving_ground.courses import load
 from tierod.proving_ground.courses.csv_table import read_table
 from tierod.proving_ground.courses.way import STEP

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.proving_ground.courses import load
 from tierod.proving_ground.courses.circuit import Bend, Circuit, Halt, Straight
 from tierod.proving_ground.courses.lane import DoubleLaneChange, Slalom, SteadyCircle, StraightLane

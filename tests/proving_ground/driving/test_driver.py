@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from tierod.block import Ring
-from tierod.graph import scan
-from tierod.graph.derivatives import jacobian
+from tierod.core.block import Ring
+from tierod.core.graph import scan
+from tierod.core.graph.derivatives import jacobian
 from tierod.proving_ground.driving import HumanDriver, Pedals
 from tierod.proving_ground.parts import Demand, Hand, Intent, Seen
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proving_ground.faults.car_stand_in import SENSORS, Car
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.proving_ground.faults import (
     BEHAVIOURS,
     AtTime,

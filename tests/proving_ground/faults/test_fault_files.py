@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proving_ground.faults.car_stand_in import SENSORS, Car
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.core.toml import Document, build
 from tierod.proving_ground import EpsCar, Scatter
 from tierod.proving_ground.faults import (
     Always,
@@ -33,7 +34,6 @@ from tierod.proving_ground.faults import (
 )
 from tierod.proving_ground.faults.triggers import Comparison
 from tierod.proving_ground.sensors import SensorSet
-from tierod.toml import Document, build
 
 
 def faults_of(document):

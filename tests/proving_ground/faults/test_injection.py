@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.core.recording import Channel, Recording
 from tierod.proving_ground.cars.demonstrator_car import DemonstratorCar
 from tierod.proving_ground.courses.catalogue import load
 from tierod.proving_ground.faults import Delay, Drift, Fault, Noise, Offset, Outlier, Stuck, TotalLoss, injected
 from tierod.proving_ground.faults.triggers import AtTime, When
 from tierod.proving_ground.run import run
 from tierod.proving_ground.sensors import SensorSet
-from tierod.recording import Channel, Recording
 
 
 @pytest.mark.parametrize("behaviour", [TotalLoss(), Stuck(), Offset("5 deg/s"), Drift(0.1), Noise(0.2), Delay(0.1)])

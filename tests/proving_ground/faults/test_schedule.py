@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from proving_ground.faults.car_stand_in import SENSORS, Car, Steering
-from tierod.errors import ParameterError
-from tierod.graph.kernel import kernel
-from tierod.graph.trace import initial_memory
+from tierod.core.errors import ParameterError
+from tierod.core.graph.kernel import kernel
+from tierod.core.graph.trace import initial_memory
 from tierod.proving_ground.faults import (
     AtDistance,
     AtTime,

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.proving_ground.cars import catalogue
 from tierod.proving_ground.faults import Schedule, load, shipped
 from tierod.proving_ground.faults.schedule import Schedule as Ready

@@ -7,7 +7,7 @@ import pytest
 from proving_ground.channels import Run
 from proving_ground.motor.motor_bench import MotorBench
 from proving_ground.motor.three_phases import ThreePhases
-from tierod.block import leaves, rebuild, skeleton
+from tierod.core.block import leaves, rebuild, skeleton
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 from tierod.physics.inverter import longest_voltage
 from tierod.proving_ground.motor import AFS_MOTOR, EPS_MOTOR, Inverter, Rotor, Warming

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from tierod.core.toml import Document
 from tierod.proving_ground.cars import catalogue
 from tierod.proving_ground.scenarios import from_document
-from tierod.toml import Document
 
 GUIDE = (Path(__file__).parents[3] / "docs" / "virtual-vehicle.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```(toml|text)\n(.*?)```", GUIDE, re.DOTALL)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.proving_ground.chassis import SingleTrack
 from tierod.proving_ground.faults import AtTime, Ramp
 from tierod.proving_ground.scenarios import load, shipped

@@ -5,9 +5,9 @@ import pickle
 import numpy as np
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.core.toml import Document
 from tierod.proving_ground.scenarios import from_document, load
-from tierod.toml import Document
 
 TEXT = """\
 name = "mine"

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.proving_ground import Sensor, SensorNoise
 from tierod.proving_ground.sensors.drift import gauss_markov, random_walk
 from tierod.proving_ground.sensors.loss import lost_frames

@@ -2,12 +2,12 @@ import math
 
 import pytest
 
-from tierod.errors import ParameterError
-from tierod.fields import numbers
+from tierod.core.errors import ParameterError
+from tierod.core.fields import numbers
+from tierod.core.signals import SIGNALS
+from tierod.core.toml import Document, build
 from tierod.proving_ground import Sensor, SensorNoise
 from tierod.proving_ground.sensors import PRESETS, SensorSet
-from tierod.signals import SIGNALS
-from tierod.toml import Document, build
 
 
 def read(text, path="drive.toml"):

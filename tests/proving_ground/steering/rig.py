@@ -7,7 +7,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from tierod.graph import scan
+from tierod.core.graph import scan
 from tierod.proving_ground.control.assist import AssistUnit
 from tierod.proving_ground.integration import rosenbrock
 from tierod.proving_ground.parts import Loads

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.proving_ground.parts import Loads
 from tierod.proving_ground.steering.active_front import ActiveFront
 from tierod.proving_ground.steering.column_eps import ColumnEps

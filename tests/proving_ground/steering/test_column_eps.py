@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from proving_ground.steering.rig import STEP, Rig
-from tierod.block import leaves
+from tierod.core.block import leaves
 from tierod.physics.friction import dahl_slope
 from tierod.proving_ground.steering.column_eps import ColumnEps, Rotor, WormGear
 from tierod.proving_ground.steering.friction import DryFriction

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tierod.graph.derivatives import jacobian
+from tierod.core.graph.derivatives import jacobian
 from tierod.proving_ground.parts import Loads
 from tierod.proving_ground.steering.demonstrator import Demonstrator
 from tierod.proving_ground.steering.friction import DryFriction

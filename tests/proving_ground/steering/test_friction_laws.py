@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tierod.block import tuning
-from tierod.errors import ParameterError
-from tierod.graph import scan
+from tierod.core.block import tuning
+from tierod.core.errors import ParameterError
+from tierod.core.graph import scan
 from tierod.physics.friction import (
     dahl_power_update,
     dahl_slope,

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from proving_ground.steering.rig import STEP, Rig
-from tierod.block import leaves, rebuild
-from tierod.graph.derivatives import jacobian
+from tierod.core.block import leaves, rebuild
+from tierod.core.graph.derivatives import jacobian
 from tierod.proving_ground.parts import Loads
 from tierod.proving_ground.steering.active_front import ActiveFront
 from tierod.proving_ground.steering.column_eps import ColumnEps, WormGear

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.proving_ground.steering.motor import Motor, Ripple, SpeedLimit
 
 

@@ -1,8 +1,8 @@
 import pytest
 
-from tierod.block import units
+from tierod.core.block import units
+from tierod.core.signals import SIGNALS
 from tierod.proving_ground.steering.observed import SteeringSignals
-from tierod.signals import SIGNALS
 
 FIELDS = list(zip(SteeringSignals._fields, units(SteeringSignals), strict=True))
 

@@ -6,7 +6,7 @@ import pytest
 from scipy.linalg import expm
 
 from proving_ground.steering.rig import STEP, Rig
-from tierod.graph.derivatives import jacobian
+from tierod.core.graph.derivatives import jacobian
 from tierod.proving_ground.parts import Loads
 from tierod.proving_ground.steering.column_eps import ColumnEps
 from tierod.proving_ground.steering.friction import DryFriction

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.report.analysis.subjects import SUBJECTS
 from tierod.vehicles import load
 

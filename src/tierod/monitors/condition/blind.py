@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from tierod.analysis.structure import Isolability, isolability
+from tierod.methods.analysis.structure import Isolability, isolability
 from tierod.monitors.condition.said import listed
 from tierod.monitors.condition.structure import vehicle_structure
 from tierod.vehicles import Vehicle

@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tierod.findings import Episode, Estimate, Status
+from tierod.core.findings import Episode, Estimate, Status
+from tierod.core.runs import runs
 from tierod.monitors.condition.said import Said, told
 from tierod.monitors.condition.signals import ELEMENTS
-from tierod.monitors.session import StatusChange
-from tierod.runs import runs
+from tierod.monitors.harness.session import StatusChange
 
 TOGETHER = 0.3
 """Two episodes of one element with less between them are one [s]."""

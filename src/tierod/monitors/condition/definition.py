@@ -17,9 +17,9 @@ from tierod.monitors.condition.session import EVIDENCE, Car, ConditionSession, f
 from tierod.monitors.condition.signals import ConditionSample
 from tierod.monitors.condition.structure import rolls
 from tierod.monitors.condition.vehicle_bank import bank_of
-from tierod.monitors.decision import Decision, Demonstrated, OwnRule
-from tierod.monitors.own_level import OwnLevel
-from tierod.monitors.session import Monitor, Variant
+from tierod.monitors.harness.decision import Decision, Demonstrated, OwnRule
+from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.harness.session import Monitor, Variant
 from tierod.vehicles import Vehicle
 
 PAPER = (

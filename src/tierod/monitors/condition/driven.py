@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from tierod.core.findings import Status
+from tierod.core.graph import Result
 from tierod.diagnosis.substitution import SubstitutionGraph
-from tierod.findings import Status
-from tierod.graph import Result
 from tierod.monitors.condition.recording_checks.absence import Absence, Loss
 from tierod.monitors.condition.recording_checks.coverage import ALL, LOST, TARGETS, UNASKED, Covered
 from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from tierod.findings import Element, Episode, Finding, Status
+from tierod.core.findings import Element, Episode, Finding, Status
 from tierod.monitors.condition.driven import SLID, Driven
 from tierod.monitors.condition.recording_checks.absence import Loss
 from tierod.monitors.condition.recording_checks.accelerations import MOTION, Disagreement

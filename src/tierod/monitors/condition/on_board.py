@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import Tree, named_tuple
+from tierod.core.block import Tree, named_tuple
+from tierod.core.graph import Bank, JudgeSample, Verdict
+from tierod.core.graph.maths import any_of, both, negated, present, where
 from tierod.diagnosis.debounce import DebounceCounters
 from tierod.diagnosis.trouble_codes import TroubleCodes, load_trouble_codes
-from tierod.graph import Bank, JudgeSample, Verdict
-from tierod.graph.maths import any_of, both, negated, present, where
 from tierod.monitors.condition.bank.judge import ConditionJudge, Judgement
 from tierod.monitors.condition.calibration.limits import has_own_limits
 from tierod.monitors.condition.courses import LEAST_DOUBT

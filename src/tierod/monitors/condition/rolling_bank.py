@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from tierod.graph import Bank
+from tierod.core.graph import Bank
 from tierod.models.rolling_car import Wander
 from tierod.monitors.condition.bank.decision import Decision
 from tierod.monitors.condition.bank.judge import ConditionJudge

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import named_tuple
+from tierod.core.block import named_tuple
+from tierod.core.graph.maths import absolute, all_of, both, present, where
 from tierod.diagnosis.rules import RuleDiagnosis
-from tierod.graph.maths import absolute, all_of, both, present, where
 from tierod.monitors.condition.residuals.actuator_set import ActuatorSet, Repaired, Targets, actuator_set
 from tierod.monitors.condition.residuals.calibration import ResidualCalibration
 from tierod.monitors.condition.residuals.catalogue import ACTUATOR_RESIDUALS, SENSOR_RESIDUALS

@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.graph import Result
+from tierod.core.graph import Result
+from tierod.core.shown import in_words
+from tierod.core.signals import SIGNALS
 from tierod.monitors.condition.kinds.catalogue import DELAY, DRIFT, GAIN, LOSS, NOISE, OFFSET, OUTLIER, STUCK
 from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS
-from tierod.shown import in_words
-from tierod.signals import SIGNALS
 
 LARGEST_LEAD = 20.0
 """By how much one sample may speak for one hypothesis against another [nat]; without a rival a lead has no end."""

@@ -8,9 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tierod.block import Block
-from tierod.findings import Status
-from tierod.graph import Memory, Result, scan
+from tierod.core.block import Block
+from tierod.core.findings import Status
+from tierod.core.graph import Memory, Result, scan
+from tierod.core.recording import Aligned
+from tierod.core.signals import SIGNALS
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.blind import untold
 from tierod.monitors.condition.courses import ElementCourse
@@ -27,9 +29,7 @@ from tierod.monitors.condition.said import Said, nothing_said
 from tierod.monitors.condition.signals import ACCELERATIONS, ELEMENTS, SENSORS, ConditionSample
 from tierod.monitors.condition.states import acceleration_elements, code_courses, elements, losses
 from tierod.monitors.condition.substitutes import Reconfiguration
-from tierod.monitors.session import Conclusion
-from tierod.recording import Aligned
-from tierod.signals import SIGNALS
+from tierod.monitors.harness.session import Conclusion
 from tierod.vehicles import Vehicle
 
 MEASURED = (*SENSORS, *ACCELERATIONS)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from tierod.core.findings import Element, Episode, Status
+from tierod.core.signals import SIGNALS
 from tierod.diagnosis.substitution import SubstitutionGraph
 from tierod.diagnosis.trouble_codes import load_trouble_codes
-from tierod.findings import Element, Episode, Status
 from tierod.monitors.condition.bank.testability import TOLD_BY
 from tierod.monitors.condition.courses import TOGETHER, ElementCourse
 from tierod.monitors.condition.driven import ALL_HELD, ALL_ZERO, TOO_FEW, Driven
@@ -15,8 +16,7 @@ from tierod.monitors.condition.recording_checks.accelerations import MOTION, Dis
 from tierod.monitors.condition.recording_checks.contradictions import Problem
 from tierod.monitors.condition.said import shown
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS
-from tierod.monitors.session import StatusChange
-from tierod.signals import SIGNALS
+from tierod.monitors.harness.session import StatusChange
 
 LEAST_TESTABLE = 5.0
 """Time for which a fault of an element must have been able to show before the element is called sound [s]."""

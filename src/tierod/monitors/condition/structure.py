@@ -6,8 +6,8 @@ from collections.abc import Collection
 from dataclasses import MISSING, fields
 from typing import Annotated, Any, NamedTuple
 
-from tierod.analysis.structure import Equation, StructuralModel, structure_of
-from tierod.errors import ParameterError, nearest
+from tierod.core.errors import ParameterError, nearest
+from tierod.methods.analysis.structure import Equation, StructuralModel, structure_of
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.signals import ACCELERATIONS, MOTORS, SENSORS

@@ -8,10 +8,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import named_tuple
+from tierod.core.block import named_tuple
+from tierod.core.graph.maths import maximum
 from tierod.diagnosis.substitution import SubstitutionGraph, graph_from
 from tierod.diagnosis.switchover import Switchover
-from tierod.graph.maths import maximum
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.signals import SENSORS, ConditionSample
 from tierod.physics.central_axis import rolling_yaw_rate
@@ -49,7 +49,7 @@ def substitution_graph(calibrated: bool = True, filters: bool = True) -> Substit
         calibrated: whether the errors are those of calibrated vehicles, or of one that nobody has calibrated
         filters: whether there is a bank that leaves out all that is at fault; rules have none
     """
-    from tierod.toml import Document
+    from tierod.core.toml import Document
 
     path = Path(__file__).with_name("substitutes.toml")
     table = Document.read(path, "table of substitutes").content

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from tierod.graph import Bank
+from tierod.core.graph import Bank
 from tierod.monitors.condition.signals import SENSORS
 from tierod.monitors.condition.substitutes import FILTER, substitution_graph
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tierod.graph import Bank
+from tierod.core.graph import Bank
 from tierod.monitors.condition.bank.judge import condition_bank
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.calibration.limits import has_own_limits, limits_of

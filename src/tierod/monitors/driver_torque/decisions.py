@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from tierod.detectors.cusum import Cusum
-from tierod.detectors.held_threshold import HeldThreshold
-from tierod.detectors.rule_design import RuleDesign, RunLengthLine, alarms_at
-from tierod.detectors.stopping_rules import CusumRule, HoldRule
-from tierod.monitors.decision import Decision, Demonstrated
+from tierod.methods.detectors.cusum import Cusum
+from tierod.methods.detectors.held_threshold import HeldThreshold
+from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine, alarms_at
+from tierod.methods.detectors.stopping_rules import CusumRule, HoldRule
 from tierod.monitors.driver_torque.hands import THRESHOLDS
+from tierod.monitors.harness.decision import Decision, Demonstrated
 
 INERTIA_SPREAD, STIFFNESS_SPREAD, RATIO_SPREAD, MOTOR_INERTIA_SPREAD = 0.026, 0.064, 0.005, 0.104
 """By what a sound car differs from its vehicle file, one standard deviation as a share: the wheel's inertia as it is

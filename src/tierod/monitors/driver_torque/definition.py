@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.models.steering_column import ColumnParameters
 from tierod.monitors.driver_torque.decisions import DECISIONS
 from tierod.monitors.driver_torque.delayed import DELAY, DelayedHandTorque
@@ -18,8 +18,8 @@ from tierod.monitors.driver_torque.printed import PrintedObserver
 from tierod.monitors.driver_torque.session import TRUTH, DriverTorqueSession
 from tierod.monitors.driver_torque.signs import ColumnSigns
 from tierod.monitors.driver_torque.vehicle_column import gear_is_too_fast, usual_tuning
-from tierod.monitors.own_level import OwnLevel
-from tierod.monitors.session import Monitor, Session, Variant
+from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.harness.session import Monitor, Session, Variant
 from tierod.vehicles import Vehicle
 
 PAPER = "Raffone, Observers of an electric power steering column"

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, NamedTuple
 
-from tierod.errors import ParameterError
-from tierod.estimators.fixed_lag import FixedLag
-from tierod.graph.maths import both, sqrt, where
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import both, sqrt, where
+from tierod.methods.estimators.fixed_lag import FixedLag
 from tierod.models.column_observation import MotorTorque
 from tierod.monitors.driver_torque.observer import UNKNOWN, resting_state
 from tierod.monitors.driver_torque.starting import ColumnSample, Starting, StartState

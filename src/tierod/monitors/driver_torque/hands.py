@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.detectors import Cusum
-from tierod.estimators import KalmanFilter
-from tierod.filters import Differentiator, FirstOrderLowPass
-from tierod.graph.maths import absolute, both, either, limit, negated, present, sqrt, where
+from tierod.core.graph.maths import absolute, both, either, limit, negated, present, sqrt, where
+from tierod.methods.detectors import Cusum
+from tierod.methods.estimators import KalmanFilter
+from tierod.methods.filters import Differentiator, FirstOrderLowPass
 from tierod.models.steering_wheel import SteeringWheel, SteeringWheelParameters
 from tierod.monitors.driver_torque.hands_filters import (
     FINE,

@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
-from tierod.block import leaves, rebuild
-from tierod.estimators import KalmanFilter
-from tierod.estimators.augment import augment
-from tierod.estimators.linear_algebra import unpack, upper
-from tierod.estimators.shapes import Belief
-from tierod.graph.maths import log, where
+from tierod.core.block import leaves, rebuild
+from tierod.core.graph.maths import log, where
+from tierod.methods.estimators import KalmanFilter
+from tierod.methods.estimators.augment import augment
+from tierod.methods.estimators.linear_algebra import unpack, upper
+from tierod.methods.estimators.shapes import Belief
 from tierod.models.discretise import discretise
 from tierod.models.steering_wheel import SteeringWheel, SteeringWheelParameters
 

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import Block
-from tierod.graph.maths import both, present, where
+from tierod.core.block import Block
+from tierod.core.graph.maths import both, present, where
 from tierod.models.steering_column import ColumnOutput
 from tierod.monitors.driver_torque.hands import HandsMonitor
 from tierod.monitors.driver_torque.hands_filters import SensorNoise

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import leaves
-from tierod.estimators.stationary_bank import StationaryBank
-from tierod.graph.maths import both, present, sqrt, where
+from tierod.core.block import leaves
+from tierod.core.graph.maths import both, present, sqrt, where
+from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.models.column_observation import MotorTorque
 from tierod.models.steering_column import ColumnOutput
 from tierod.monitors.driver_torque.starting import ColumnSample, Phase, Starting, StartState

@@ -7,14 +7,14 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from tierod.analysis.fitness import require_fit
-from tierod.analysis.reduction import balanced_reduction
-from tierod.errors import ParameterError, nearest
-from tierod.estimators.linear_algebra import pack, plus, product, times
-from tierod.estimators.riccati import stationary_gain
-from tierod.estimators.shapes import leaf_values
-from tierod.estimators.stationary import StationaryFilter
-from tierod.graph.maths import present, where
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.graph.maths import present, where
+from tierod.methods.analysis.fitness import require_fit
+from tierod.methods.analysis.reduction import balanced_reduction
+from tierod.methods.estimators.linear_algebra import pack, plus, product, times
+from tierod.methods.estimators.riccati import stationary_gain
+from tierod.methods.estimators.shapes import leaf_values
+from tierod.methods.estimators.stationary import StationaryFilter
 from tierod.models.column_observation import MotorTorque, linear_column, observed_column
 from tierod.models.disturbances import with_disturbance_states
 from tierod.models.linear import LinearSystem

@@ -8,9 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from tierod.analysis.consistency import ConsistencyAccumulator
-from tierod.findings import Status
-from tierod.graph import Result
+from tierod.core.findings import Status
+from tierod.core.graph import Result
+from tierod.core.recording import Aligned
+from tierod.methods.analysis.consistency import ConsistencyAccumulator
 from tierod.monitors.driver_torque.below_bar import BelowBarOverDrive
 from tierod.monitors.driver_torque.contradicting import ContradictionOverDrive
 from tierod.monitors.driver_torque.decisions import FitRules
@@ -24,8 +25,7 @@ from tierod.monitors.driver_torque.sensor_noise import measured_noise
 from tierod.monitors.driver_torque.signs import SignVerdict, wrong_signs
 from tierod.monitors.driver_torque.stretches import Stretches
 from tierod.monitors.driver_torque.verdict import judge
-from tierod.monitors.session import BlockSession, Conclusion
-from tierod.recording import Aligned
+from tierod.monitors.harness.session import BlockSession, Conclusion
 from tierod.vehicles import Vehicle
 
 TRUTH = "truth_hand_torque"

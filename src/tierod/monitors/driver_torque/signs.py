@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import absolute, all_of, both, maximum, present, where
+from tierod.core.graph.maths import absolute, all_of, both, maximum, present, where
 from tierod.monitors.driver_torque.starting import ColumnSample
 
 

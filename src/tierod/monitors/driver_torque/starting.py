@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import leaves, rebuild
-from tierod.graph.maths import all_of, either, maximum, present, where
+from tierod.core.block import leaves, rebuild
+from tierod.core.graph.maths import all_of, either, maximum, present, where
 from tierod.monitors.driver_torque.tuning import Layout
 
 

@@ -8,10 +8,10 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from tierod.analysis.fitness import require_fit
-from tierod.errors import ParameterError
-from tierod.estimators.mixing import Switching
-from tierod.estimators.stationary_bank import StationaryBank
+from tierod.core.errors import ParameterError
+from tierod.methods.analysis.fitness import require_fit
+from tierod.methods.estimators.mixing import Switching
+from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.models.column_observation import ColumnObservation, linear_column, observed_column
 from tierod.models.linear import LinearSystem
 from tierod.models.steering_column import ColumnOutput, ColumnParameters, SteeringColumn

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.models.below_bar import BelowBarParameters
 from tierod.models.steering_column import ColumnParameters
 from tierod.models.two_inertia_column import TwoInertiaParameters, without_gear

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from tierod.findings import Estimate, Finding, Status
+from tierod.core.findings import Estimate, Finding, Status
 from tierod.monitors.driver_torque.decisions import MOTOR_INERTIA_SPREAD, FitRules
 from tierod.monitors.driver_torque.drive import Drive
 from tierod.monitors.driver_torque.misfits import distances, is_late, is_zeroed, misfits, suspected

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, NamedTuple
 
-from tierod.filters import Differentiator, FirstOrderLowPass
+from tierod.methods.filters import Differentiator, FirstOrderLowPass
 
 SMOOTHING = 0.005
 """Time constant of the acceleration, whose noise would otherwise pass for motion [s]; at least two samples."""

@@ -7,15 +7,15 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from tierod.detectors.rule_design import alarms_at
-from tierod.findings import Estimate, Finding, Status
-from tierod.graph import Result
+from tierod.core.findings import Estimate, Finding, Status
+from tierod.core.graph import Result
+from tierod.core.strides import Stride
+from tierod.methods.detectors.rule_design import alarms_at
 from tierod.monitors.friction.baseline import BaselineFrictionMonitor
 from tierod.monitors.friction.decisions import BASELINE_DECISIONS
 from tierod.monitors.friction.over_drive import EstimateOverDrive
 from tierod.monitors.friction.session import tuning_rows
-from tierod.monitors.session import BlockSession, Conclusion
-from tierod.strides import Stride
+from tierod.monitors.harness.session import BlockSession, Conclusion
 
 QUANTITY = "variance between two self-aligning torques about the kingpins"
 

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import leaves, map_leaves, rebuild
-from tierod.filters import Butterworth, InputHold
-from tierod.graph.maths import absolute, all_of, limit, minimum, present, where
+from tierod.core.block import leaves, map_leaves, rebuild
+from tierod.core.graph.maths import absolute, all_of, limit, minimum, present, where
+from tierod.methods.filters import Butterworth, InputHold
 from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.physics.lag import share_reached
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-from tierod.detectors.excess_rule import ExcessRule
-from tierod.detectors.held_threshold import HeldThreshold
-from tierod.detectors.rule_design import RuleDesign, RunLengthLine
-from tierod.detectors.stopping_rules import HoldRule
-from tierod.monitors.decision import Decision, Demonstrated, OwnRule
+from tierod.methods.detectors.excess_rule import ExcessRule
+from tierod.methods.detectors.held_threshold import HeldThreshold
+from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine
+from tierod.methods.detectors.stopping_rules import HoldRule
 from tierod.monitors.friction.conditioning import SAMPLE_TIME
 from tierod.monitors.friction.verdict_tuning import AlarmTuning
+from tierod.monitors.harness.decision import Decision, Demonstrated, OwnRule
 
 TUNING = AlarmTuning()
 

@@ -17,8 +17,8 @@ from tierod.monitors.friction.refined import RefinedFrictionMonitor, consistent,
 from tierod.monitors.friction.session import FrictionSession, acting_by_balance, acting_by_build_up
 from tierod.monitors.friction.unscented import unscented
 from tierod.monitors.friction.verdict import FrictionVerdict
-from tierod.monitors.own_level import OwnLevel
-from tierod.monitors.session import Monitor, Session, Variant
+from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.harness.session import Monitor, Session, Variant
 from tierod.vehicles import Vehicle
 
 PAPER = "Mohtat et al., Steering friction monitoring by joint state-parameter estimation"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import absolute, all_of
+from tierod.core.graph.maths import absolute, all_of
 
 
 class GateConditions(NamedTuple):

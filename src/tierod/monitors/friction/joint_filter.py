@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from tierod.errors import ParameterError
-from tierod.estimators.gaussian import GaussianFilter
-from tierod.estimators.kalman import KalmanFilter
-from tierod.filters.butterworth import Butterworth
+from tierod.core.errors import ParameterError
+from tierod.methods.estimators.gaussian import GaussianFilter
+from tierod.methods.estimators.kalman import KalmanFilter
+from tierod.methods.filters.butterworth import Butterworth
 from tierod.models.friction_estimation import FrictionEstimation, FrictionParameters
 from tierod.monitors.friction.refined_signals import FrictionSample
 

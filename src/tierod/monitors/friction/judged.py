@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from tierod.block import rebuild
-from tierod.graph import Memory
-from tierod.graph.maths import all_of, present, where
+from tierod.core.block import rebuild
+from tierod.core.graph import Memory
+from tierod.core.graph.maths import all_of, present, where
 from tierod.monitors.friction.refined import RefinedFrictionMonitor
 from tierod.monitors.friction.refined_signals import FrictionEstimate
 from tierod.monitors.friction.run import FrictionRun

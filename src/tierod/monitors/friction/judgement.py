@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tierod.findings import Estimate, Finding, Status
+from tierod.core.findings import Estimate, Finding, Status
 from tierod.monitors.friction.decisions import ABSOLUTE, OWN_LEVEL
 from tierod.monitors.friction.limits import Limits, limits_of
 from tierod.monitors.friction.notices import notices

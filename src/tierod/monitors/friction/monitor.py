@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from tierod.block import rebuild
-from tierod.errors import InputError
-from tierod.findings import Finding
-from tierod.graph import Memory, Result
+from tierod.core.block import rebuild
+from tierod.core.errors import InputError
+from tierod.core.findings import Finding
+from tierod.core.graph import Memory, Result
 from tierod.monitors.friction.conditioning import SAMPLE_TIME
 from tierod.monitors.friction.judgement import judge
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from tierod.findings import Status
+from tierod.core.findings import Status
 from tierod.monitors.friction.verdict_state import FrictionFigures, VerdictSample
 from tierod.monitors.friction.verdict_tuning import AlarmTuning
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from tierod.errors import InputError
-from tierod.identification.hysteresis_presence import HysteresisPresence, HysteresisPresenceTest
-from tierod.strides import Stride
+from tierod.core.errors import InputError
+from tierod.core.strides import Stride
+from tierod.methods.identification.hysteresis_presence import HysteresisPresence, HysteresisPresenceTest
 
 STRETCHES = 4
 """Parts of a drive without a change that get a histogram each."""

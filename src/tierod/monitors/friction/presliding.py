@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, NamedTuple
 
-from tierod.errors import ParameterError
-from tierod.estimators.kernels import correct
-from tierod.estimators.linear_algebra import add, dot, from_diagonal, product, unpack
-from tierod.filters import Butterworth
-from tierod.graph.maths import absolute, all_of, exp, limit, log, maximum, minimum, sqrt, where
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import absolute, all_of, exp, limit, log, maximum, minimum, sqrt, where
+from tierod.methods.estimators.kernels import correct
+from tierod.methods.estimators.linear_algebra import add, dot, from_diagonal, product, unpack
+from tierod.methods.filters import Butterworth
 from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.column_motion import column_motion
 from tierod.monitors.friction.conditioning import SAMPLE_TIME, SteeringConditioning

@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Annotated, Any, Literal, NamedTuple
 
-from tierod.block import leaves, rebuild, skeleton
-from tierod.errors import ParameterError
-from tierod.estimators.gaussian import GaussianFilter
-from tierod.estimators.shapes import Belief
-from tierod.filters.each import EachSignal
-from tierod.graph.maths import absolute, all_of, both, present, sign, sqrt, where
+from tierod.core.block import leaves, rebuild, skeleton
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import absolute, all_of, both, present, sign, sqrt, where
+from tierod.methods.estimators.gaussian import GaussianFilter
+from tierod.methods.estimators.shapes import Belief
+from tierod.methods.filters.each import EachSignal
 from tierod.models.friction_estimation import FrictionEstimation, FrictionParameters
 from tierod.monitors.friction.gate import FrictionGate
 from tierod.monitors.friction.joint_filter import VirtualNoise, joint_filter

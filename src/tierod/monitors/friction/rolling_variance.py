@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.errors import ParameterError
-from tierod.graph.maths import both, maximum, present, where
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import both, maximum, present, where
 
 
 class Moments(NamedTuple):

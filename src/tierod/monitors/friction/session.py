@@ -9,11 +9,11 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from tierod.analysis.consistency import ConsistencyAccumulator
-from tierod.block import tuning
-from tierod.findings import Finding, Status
-from tierod.graph import Result
-from tierod.identification.hysteresis_presence import HysteresisPresence
+from tierod.core.block import tuning
+from tierod.core.findings import Finding, Status
+from tierod.core.graph import Result
+from tierod.methods.analysis.consistency import ConsistencyAccumulator
+from tierod.methods.identification.hysteresis_presence import HysteresisPresence
 from tierod.models.eps_column import driving_torque
 from tierod.monitors.friction.decisions import STATISTICS
 from tierod.monitors.friction.judged import JudgedEstimator
@@ -23,8 +23,8 @@ from tierod.monitors.friction.over_drive import EstimateOverDrive, HysteresisOve
 from tierod.monitors.friction.run import FrictionRun
 from tierod.monitors.friction.torque_gains import GainsOverDrive
 from tierod.monitors.friction.verdict_state import HEALTHY, STATUSES
-from tierod.monitors.own_level import OwnLevel
-from tierod.monitors.session import BlockSession, Conclusion
+from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.harness.session import BlockSession, Conclusion
 from tierod.physics.friction import viscous
 from tierod.vehicles import Vehicle
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from tierod.estimators.linear_algebra import dot
-from tierod.graph.maths import absolute, maximum, sin
+from tierod.core.graph.maths import absolute, maximum, sin
+from tierod.methods.estimators.linear_algebra import dot
 from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.column_motion import ColumnMotion
 from tierod.monitors.friction.conditioning import ConditionedSteering

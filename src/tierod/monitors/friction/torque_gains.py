@@ -9,10 +9,10 @@ from typing import Annotated
 
 import numpy as np
 
-from tierod.findings import Defect
+from tierod.core.findings import Defect
+from tierod.core.strides import Stride
 from tierod.physics.assist import assist_speed_factor
 from tierod.physics.steering_ratio import column_torque_of_motor
-from tierod.strides import Stride
 from tierod.vehicles import Vehicle
 
 STRIDE = 5

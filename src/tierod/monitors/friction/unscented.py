@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from tierod.estimators.unscented import UnscentedFilter
+from tierod.methods.estimators.unscented import UnscentedFilter
 from tierod.models.friction_estimation import FrictionParameters, SmoothFrictionEstimation, SmoothFrictionParameters
 from tierod.monitors.friction.joint_filter import joint_filter
 from tierod.monitors.friction.refined import RefinedFrictionMonitor

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.detectors import Cusum
-from tierod.errors import ParameterError
-from tierod.graph.maths import all_of, both, either, maximum, minimum, negated, sqrt, where
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import all_of, both, either, maximum, minimum, negated, sqrt, where
+from tierod.methods.detectors import Cusum
 from tierod.monitors.friction.conditioning import SAMPLE_TIME
 from tierod.monitors.friction.verdict_state import (
     HEALTHY,

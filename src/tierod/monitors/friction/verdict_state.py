@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, NamedTuple
 
-from tierod.findings import Status
+from tierod.core.findings import Status
 
 STATUSES = (Status.NOT_READY, Status.NOT_IDENTIFIABLE, Status.HEALTHY, Status.RISING, Status.FAULT)
 """Status of each code that the running verdict gives out."""

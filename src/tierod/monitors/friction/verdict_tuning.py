@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from tierod.detectors import Cusum
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.methods.detectors import Cusum
 
 
 @dataclass(frozen=True)

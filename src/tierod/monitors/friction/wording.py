@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tierod.findings import Status
+from tierod.core.findings import Status
 from tierod.monitors.friction.limits import Limit, Limits
 from tierod.monitors.friction.run import FrictionRun
 from tierod.monitors.friction.verdict import UNKNOWN_LIMITS

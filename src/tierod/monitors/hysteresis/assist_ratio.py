@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tierod.findings import Defect
+from tierod.core.findings import Defect
 from tierod.monitors.friction.torque_gains import BOTH, AssistCharacteristic, GainLimits
 from tierod.physics.assist import assist_torque
 from tierod.physics.steering_ratio import column_torque_of_motor

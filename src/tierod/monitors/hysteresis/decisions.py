@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from tierod.detectors.rule_design import RuleDesign
-from tierod.detectors.stopping_rules import HoldRule
-from tierod.monitors.decision import Decision, Demonstrated
+from tierod.methods.detectors.rule_design import RuleDesign
+from tierod.methods.detectors.stopping_rules import HoldRule
+from tierod.monitors.harness.decision import Decision, Demonstrated
 
 INCREASE_DESIGN = RuleDesign(HoldRule(1, sides="upper"), values=1000.0, shift=8.0, spacing=math.inf)
 """One look at a test."""

@@ -9,16 +9,16 @@ from typing import Annotated
 
 import numpy as np
 
-from tierod.detectors.held_threshold import HeldThreshold
-from tierod.detectors.rule_design import alarms_at
-from tierod.findings import Estimate, Finding, Status
-from tierod.identification.hysteresis import HysteresisFriction, HysteresisIdentification, Support
+from tierod.core.findings import Estimate, Finding, Status
+from tierod.core.recording import Aligned, Channel, Recording
+from tierod.core.signals import SIGNALS
+from tierod.methods.detectors.held_threshold import HeldThreshold
+from tierod.methods.detectors.rule_design import alarms_at
+from tierod.methods.identification.hysteresis import HysteresisFriction, HysteresisIdentification, Support
+from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.harness.session import Conclusion, Monitor, Session, Variant
 from tierod.monitors.hysteresis.assist_ratio import torque_defects
 from tierod.monitors.hysteresis.decisions import INCREASE
-from tierod.monitors.own_level import OwnLevel
-from tierod.monitors.session import Conclusion, Monitor, Session, Variant
-from tierod.recording import Aligned, Channel, Recording
-from tierod.signals import SIGNALS
 from tierod.vehicles import Vehicle
 
 PAPER = "Mohtat et al., appendix A, eqs (15) to (17)"

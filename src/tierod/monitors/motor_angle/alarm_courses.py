@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from tierod.findings import Status
-from tierod.graph import Result
+from tierod.core.findings import Status
+from tierod.core.graph import Result
+from tierod.monitors.harness.session import StatusChange
 from tierod.monitors.motor_angle.detector import FAULT
-from tierod.monitors.session import StatusChange
 
 KEPT = 0.25
 """An alarm counts for so long at least [s]: longer than a fault memory's sample of a recording."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.detectors.cusum import Cusum
-from tierod.graph.maths import maximum, where
+from tierod.core.graph.maths import maximum, where
+from tierod.methods.detectors.cusum import Cusum
 from tierod.monitors.motor_angle.residual import Observed, ResidualGate
 from tierod.monitors.motor_angle.second_tests import Backwards, Increments, Stuck, Turning
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from tierod.detectors.cusum import Cusum
-from tierod.detectors.rule_design import RuleDesign, RunLengthLine
-from tierod.detectors.stopping_rules import CusumRule
-from tierod.monitors.decision import Decision, Demonstrated, OwnRule
+from tierod.methods.detectors.cusum import Cusum
+from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine
+from tierod.methods.detectors.stopping_rules import CusumRule
+from tierod.monitors.harness.decision import Decision, Demonstrated, OwnRule
 from tierod.monitors.motor_angle.comparison import ANGLE_DRIFT, ANGLE_THRESHOLD, SPEED_DRIFT, SPEED_THRESHOLD
 from tierod.monitors.motor_angle.detector import MODEL_DRIFT, MODEL_THRESHOLD
 from tierod.monitors.motor_angle.electrical import ElectricalChecks

@@ -5,15 +5,15 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.harness.session import Monitor, Variant
 from tierod.monitors.motor_angle.decisions import DECISIONS
 from tierod.monitors.motor_angle.detector import MotorAngleMonitor
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, VariableGain
 from tierod.monitors.motor_angle.session import MotorAngleSession
 from tierod.monitors.motor_angle.voltages import COMMANDED, DUTY_CYCLES, MEASURED, SIGNALS, VARIANTS, MotorVoltages
 from tierod.monitors.motor_angle.which_angle import WhichAngle
-from tierod.monitors.own_level import OwnLevel
-from tierod.monitors.session import Monitor, Variant
 from tierod.vehicles import Vehicle
 
 PAPER = "Reinelt, Lundquist, Johansson, On-line sensor monitoring in an active front steering system, SAE 2005-01-1271"

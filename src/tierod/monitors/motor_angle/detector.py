@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.detectors.cusum import Cusum
-from tierod.graph.maths import any_of, where
+from tierod.core.graph.maths import any_of, where
+from tierod.methods.detectors.cusum import Cusum
 from tierod.monitors.motor_angle.comparison import SensorComparison
 from tierod.monitors.motor_angle.electrical import (
     ElectricalAlarms,

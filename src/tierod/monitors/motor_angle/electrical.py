@@ -6,9 +6,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.detectors.threshold import Debounce
-from tierod.fields import check_ranges
-from tierod.graph.maths import (
+from tierod.core.fields import check_ranges
+from tierod.core.graph.maths import (
     absolute,
     all_of,
     any_of,
@@ -24,8 +23,9 @@ from tierod.graph.maths import (
     sin,
     where,
 )
+from tierod.core.ranges import POSITIVE
+from tierod.methods.detectors.threshold import Debounce
 from tierod.physics.angle import wrapped
-from tierod.ranges import POSITIVE
 
 LEARNT = 0.2
 """The amplitude of sine and cosine is taken over so long from the start [s]."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Annotated, NamedTuple
 
-from tierod.findings import Estimate, Finding, Status
+from tierod.core.findings import Estimate, Finding, Status
 from tierod.monitors.motor_angle.induced_voltage import FITS
 from tierod.monitors.motor_angle.inverter_finding import Lost, inverter_remarks, knee_beyond
 from tierod.monitors.motor_angle.voltages import MEASURED, VARIANTS

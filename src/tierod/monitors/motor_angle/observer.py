@@ -6,10 +6,8 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, NamedTuple, get_type_hints
 
-from tierod.errors import ParameterError
-from tierod.estimators.kalman import KalmanFilter
-from tierod.estimators.shapes import Belief
-from tierod.graph.maths import (
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import (
     absolute,
     all_of,
     both,
@@ -22,6 +20,8 @@ from tierod.graph.maths import (
     sqrt,
     where,
 )
+from tierod.methods.estimators.kalman import KalmanFilter
+from tierod.methods.estimators.shapes import Belief
 from tierod.models.commanded_motor import CommandedMotorParameters
 from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters, StatorFrameMotor
 from tierod.monitors.motor_angle.stator_filter import angle_variance_place, stator_filter

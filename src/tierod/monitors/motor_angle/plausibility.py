@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.detectors.threshold import Debounce
-from tierod.fields import check_ranges
-from tierod.graph.maths import absolute, all_of, both, maximum, minimum, negated, present, where
+from tierod.core.fields import check_ranges
+from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, negated, present, where
+from tierod.core.ranges import POSITIVE
+from tierod.methods.detectors.threshold import Debounce
 from tierod.monitors.motor_angle.which_angle import MOTOR, NONE, PINION, WHEEL, WhichAngle
 from tierod.physics.angle import wrapped
 from tierod.physics.gear import superposed_angle, superposed_target, variable_gain
-from tierod.ranges import POSITIVE
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.detectors.threshold import Debounce
-from tierod.fields import check_ranges
-from tierod.graph.maths import absolute, all_of, both, log, maximum, minimum, present, where
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import check_ranges
+from tierod.core.graph.maths import absolute, all_of, both, log, maximum, minimum, present, where
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.methods.detectors.threshold import Debounce
 
 
 class Observed(NamedTuple):

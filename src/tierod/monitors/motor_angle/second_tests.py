@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.detectors.cusum import Cusum
-from tierod.detectors.threshold import Debounce
-from tierod.fields import check_ranges
-from tierod.graph.maths import absolute, all_of, both, minimum, present, sign, where
+from tierod.core.fields import check_ranges
+from tierod.core.graph.maths import absolute, all_of, both, minimum, present, sign, where
+from tierod.core.ranges import POSITIVE
+from tierod.methods.detectors.cusum import Cusum
+from tierod.methods.detectors.threshold import Debounce
 from tierod.physics.angle import wrapped
-from tierod.ranges import POSITIVE
 
 
 class Turning(NamedTuple):

@@ -6,10 +6,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from tierod.errors import InputError
-from tierod.findings import Status
-from tierod.graph import Result, scan
+from tierod.core.errors import InputError
+from tierod.core.findings import Status
+from tierod.core.graph import Result, scan
+from tierod.core.recording import Aligned
 from tierod.models.commanded_motor import CommandedMotorParameters
+from tierod.monitors.harness.session import BlockSession, Conclusion
 from tierod.monitors.motor_angle.alarm_courses import AlarmCourses
 from tierod.monitors.motor_angle.detector import NOT_READY, MotorAngleMonitor
 from tierod.monitors.motor_angle.finding import STARTLES, SURPRISING, SUSPECTS, Drive, judge, root_of
@@ -18,10 +20,8 @@ from tierod.monitors.motor_angle.inverter_finding import Lost
 from tierod.monitors.motor_angle.misread import misread
 from tierod.monitors.motor_angle.voltage_balance import VoltageBalance
 from tierod.monitors.motor_angle.voltages import DUTY_CYCLES, SIGNALS
-from tierod.monitors.session import BlockSession, Conclusion
 from tierod.physics.clarke_park import StatorVector
 from tierod.physics.inverter import phase_signs
-from tierod.recording import Aligned
 from tierod.vehicles import Vehicle
 
 LEAST_SHARE = 0.8

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.estimators.kalman import KalmanFilter
+from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.models.commanded_motor import CommandedMotor, CommandedMotorParameters
 from tierod.models.stator_frame_motor import SampledMotorParameters, StatorFrameMotor
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning

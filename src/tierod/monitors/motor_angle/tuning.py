@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from tierod.fields import check_ranges
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import check_ranges
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, NamedTuple
 
-from tierod.errors import ParameterError
-from tierod.graph.maths import present, where
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import present, where
 from tierod.physics.clarke_park import PhaseValues
 from tierod.physics.inverter import commanded_voltage
 

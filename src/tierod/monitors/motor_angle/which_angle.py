@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.detectors.threshold import Debounce
-from tierod.fields import check_ranges
-from tierod.graph.maths import absolute, all_of, any_of, limit, where
-from tierod.ranges import POSITIVE
+from tierod.core.fields import check_ranges
+from tierod.core.graph.maths import absolute, all_of, any_of, limit, where
+from tierod.core.ranges import POSITIVE
+from tierod.methods.detectors.threshold import Debounce
 
 NONE, MOTOR, WHEEL, PINION, NOT_MOTOR = 0.0, 1.0, 2.0, 3.0, 4.0
 """Codes of the angle that is suspected; the last: the steering wheel's or the pinion's."""

@@ -8,13 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
-from tierod.errors import InputError
-from tierod.graph import Result, scan, trace
+from tierod.core.errors import InputError
+from tierod.core.graph import Result, scan, trace
+from tierod.core.recording import Recording
 from tierod.monitors.sideslip.car_signals import FromCarSignals
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning
 from tierod.monitors.sideslip.over_drive import BAND, TRUTHS
-from tierod.recording import Recording
 from tierod.vehicles import Vehicle
 
 

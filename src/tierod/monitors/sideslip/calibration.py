@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.core.recording import Recording
 from tierod.monitors.sideslip.beside_truth import beside_truth
-from tierod.recording import Recording
 from tierod.vehicles import Vehicle
 
 TYRES = ("front_cornering_stiffness", "rear_cornering_stiffness", "tyre_friction", "rear_friction_ratio")

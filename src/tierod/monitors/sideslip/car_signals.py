@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any, Self
 
-from tierod.block import Block, Tree, named_tuple
-from tierod.errors import ParameterError
-from tierod.graph.maths import present, where
+from tierod.core.block import Block, Tree, named_tuple
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import present, where
+from tierod.core.signals import SIGNALS
 from tierod.models.steer_by_wire import Actuator
-from tierod.signals import SIGNALS
 from tierod.vehicles.vehicle import Vehicle
 
 MADE = {

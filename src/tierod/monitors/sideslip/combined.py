@@ -10,13 +10,14 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple, Self
 
-from tierod.detectors.held_threshold import HeldThreshold
-from tierod.errors import ParameterError
-from tierod.estimators.kalman import KalmanFilter
-from tierod.estimators.linear_algebra import diagonal
-from tierod.estimators.shapes import Belief
-from tierod.filters.jump_gate import JumpGate
-from tierod.graph.maths import absolute, both, limit, log, maximum, present, sqrt, where
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import absolute, both, limit, log, maximum, present, sqrt, where
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.methods.detectors.held_threshold import HeldThreshold
+from tierod.methods.estimators.kalman import KalmanFilter
+from tierod.methods.estimators.linear_algebra import diagonal
+from tierod.methods.estimators.shapes import Belief
+from tierod.methods.filters.jump_gate import JumpGate
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.monitors.sideslip.combined_filter import GATE, combined_filter, held_growth
 from tierod.monitors.sideslip.combined_output import told as told_of
@@ -25,7 +26,6 @@ from tierod.monitors.sideslip.combined_tuning import CombinedTuning, per_sample
 from tierod.monitors.sideslip.decisions import limit_rule
 from tierod.monitors.sideslip.vehicle_tuning import tuning_of
 from tierod.physics.gravity import GRAVITY
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.vehicles.vehicle import Vehicle
 
 STEERING_RATE = 0.3

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.estimators.kalman import KalmanFilter
+from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.models.lateral_motion import lateral_motion
 from tierod.models.lateral_parameters import LateralParameters, Sampled
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning, Noises, per_sample

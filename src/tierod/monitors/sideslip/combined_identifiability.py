@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tierod.block import rebuild
-from tierod.estimators.linear_algebra import unpack
-from tierod.graph import Memory
+from tierod.core.block import rebuild
+from tierod.core.graph import Memory
+from tierod.methods.estimators.linear_algebra import unpack
 from tierod.monitors.sideslip.combined import CombinedSideslip, CombinedState
 
 IDENTIFIED = 0.75

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from tierod.estimators.kalman import KalmanFilter
-from tierod.estimators.linear_algebra import congruence, diagonal
-from tierod.estimators.shapes import Belief
-from tierod.graph.derivatives import jacobian
-from tierod.graph.maths import absolute, arctan, exp, limit, sqrt
+from tierod.core.graph.derivatives import jacobian
+from tierod.core.graph.maths import absolute, arctan, exp, limit, sqrt
+from tierod.methods.estimators.kalman import KalmanFilter
+from tierod.methods.estimators.linear_algebra import congruence, diagonal
+from tierod.methods.estimators.shapes import Belief
 from tierod.monitors.sideslip.combined_sample import CombinedEstimate
 
 UNSEEN = 5e-4

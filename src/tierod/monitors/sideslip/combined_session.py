@@ -7,9 +7,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from tierod.findings import Finding, Status
-from tierod.graph import Result
-from tierod.monitors.session import Conclusion
+from tierod.core.findings import Finding, Status
+from tierod.core.graph import Result
+from tierod.monitors.harness.session import Conclusion
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.combined_identifiability import WORDS, identifiability
 from tierod.monitors.sideslip.decisions import MOST_RESTARTS

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass, field, fields
 from typing import Annotated
 
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.models.lateral_parameters import OF_STEERING, UNKNOWNS
 from tierod.physics.lag import gauss_markov_noise
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from tierod.block import Tree
-from tierod.estimators.kalman import KalmanFilter
-from tierod.estimators.linear_algebra import congruence
-from tierod.estimators.pole_placement import discrete_poles, place
-from tierod.graph.derivatives import jacobian
-from tierod.graph.maths import where
+from tierod.core.block import Tree
+from tierod.core.graph.derivatives import jacobian
+from tierod.core.graph.maths import where
+from tierod.methods.estimators.kalman import KalmanFilter
+from tierod.methods.estimators.linear_algebra import congruence
+from tierod.methods.estimators.pole_placement import discrete_poles, place
 from tierod.models.discretise import discretise
 from tierod.models.linear import LinearSystem
 from tierod.models.steered_vehicle import SteeredVehicle, aligning_torque

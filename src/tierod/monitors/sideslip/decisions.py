@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from tierod.detectors.held_threshold import HeldThreshold
-from tierod.detectors.rule_design import RuleDesign
-from tierod.detectors.stopping_rules import HoldRule
-from tierod.monitors.decision import Decision, Demonstrated, OwnRule
+from tierod.methods.detectors.held_threshold import HeldThreshold
+from tierod.methods.detectors.rule_design import RuleDesign
+from tierod.methods.detectors.stopping_rules import HoldRule
+from tierod.monitors.harness.decision import Decision, Demonstrated, OwnRule
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning
 
 USUAL_OFFSET: Annotated[float, "rad/s"] = math.radians(0.12)

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.models.steered_vehicle import SteeredVehicle
-from tierod.monitors.own_level import OwnLevel
-from tierod.monitors.session import Monitor, Session, Variant
+from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.harness.session import Monitor, Session, Variant
 from tierod.monitors.sideslip.car_signals import BY_WIRE
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.combined_session import CombinedSession

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import numpy as np
 
-from tierod.findings import Defect
+from tierod.core.findings import Defect
 from tierod.models.single_track import SingleTrack
 from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
 

@@ -6,10 +6,10 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import Tree
-from tierod.graph.maths import all_of, limit, maximum, present, sqrt, where
+from tierod.core.block import Tree
+from tierod.core.graph.maths import all_of, limit, maximum, present, sqrt, where
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.monitors.sideslip.axles import Axles, Slips
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 
 class ObserverSample(NamedTuple):

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from tierod.graph import Result
+from tierod.core.graph import Result
 
 TRUTHS = ("sideslip_angle", "truth_sideslip_angle")
 """Channels that a recording may have to hold the estimate against: of an optical sensor, or of a simulation."""

@@ -8,11 +8,11 @@ from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 
-from tierod.block import Tree, rebuild, skeleton
-from tierod.errors import ParameterError
-from tierod.estimators.luenberger import observe
-from tierod.estimators.shapes import leaf_names
-from tierod.graph.maths import limit, maximum, present, where
+from tierod.core.block import Tree, rebuild, skeleton
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import limit, maximum, present, where
+from tierod.methods.estimators.luenberger import observe
+from tierod.methods.estimators.shapes import leaf_names
 from tierod.models.linear import LinearSystem, sampled
 
 LOWEST, HIGHEST, COUNT = 0.5, 70.0, 16

@@ -8,11 +8,11 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.detectors.rule_design import alarms_at
+from tierod.io.turns import TurnLimits
+from tierod.methods.detectors.rule_design import alarms_at
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.sideslip.decisions import USUAL_OFFSET, offset_rule
 from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
-from tierod.turns import TurnLimits
 
 
 @dataclass(frozen=True)

@@ -19,13 +19,14 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.analysis.consistency import ConsistencyAccumulator
-from tierod.block import Block
-from tierod.detectors.rule_design import alarms_at
-from tierod.findings import Estimate, Finding, Status
-from tierod.graph import Result
+from tierod.core.block import Block
+from tierod.core.findings import Estimate, Finding, Status
+from tierod.core.graph import Result
+from tierod.core.recording import Aligned
+from tierod.methods.analysis.consistency import ConsistencyAccumulator
+from tierod.methods.detectors.rule_design import alarms_at
 from tierod.models.single_track import SingleTrack
-from tierod.monitors.session import BlockSession, Conclusion
+from tierod.monitors.harness.session import BlockSession, Conclusion
 from tierod.monitors.sideslip.car_signals import FromCarSignals
 from tierod.monitors.sideslip.decisions import (
     BAND_DECISION,
@@ -40,7 +41,6 @@ from tierod.monitors.sideslip.motion_over_drive import MotionOverDrive
 from tierod.monitors.sideslip.over_drive import TRUTHS, OverDrive, truth_in
 from tierod.monitors.sideslip.sensors_over_drive import SensorsOverDrive
 from tierod.monitors.sideslip.signs import TOGETHER, SignsOverDrive
-from tierod.recording import Aligned
 from tierod.vehicles import Vehicle
 
 JUDGED = (

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.models.linear import linearise
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.sideslip.observer import LowSpeed

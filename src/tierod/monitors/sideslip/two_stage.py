@@ -8,11 +8,12 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from tierod.block import Tree
-from tierod.estimators.kalman import KalmanFilter
-from tierod.estimators.luenberger import Luenberger
-from tierod.estimators.pole_placement import discrete_poles, observer_gain
-from tierod.graph.maths import present, where
+from tierod.core.block import Tree
+from tierod.core.graph.maths import present, where
+from tierod.core.ranges import NOT_NEGATIVE
+from tierod.methods.estimators.kalman import KalmanFilter
+from tierod.methods.estimators.luenberger import Luenberger
+from tierod.methods.estimators.pole_placement import discrete_poles, observer_gain
 from tierod.models.discretise import discretise
 from tierod.models.linear import linearise
 from tierod.models.steer_by_wire import DisturbedSteering
@@ -33,7 +34,6 @@ from tierod.monitors.sideslip.schedule import (
     stationary_covariance,
 )
 from tierod.monitors.sideslip.soundness import finer_steps, require_sound
-from tierod.ranges import NOT_NEGATIVE
 
 DISTURBANCE_POLES = (-60.0, -65.0, -70.0)
 """Of the disturbance observer [1/s]: three times as fast as the vehicle at the speed of the test, a little apart."""

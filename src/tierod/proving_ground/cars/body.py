@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import arctan, arctan2, where
+from tierod.core.graph.maths import arctan, arctan2, where
 from tierod.proving_ground.cars.imu import InertialUnit
 from tierod.proving_ground.cars.path import Path
 from tierod.proving_ground.parts import Reaction, Road

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import named_tuple
+from tierod.core.block import named_tuple
+from tierod.core.ranges import Range
 from tierod.proving_ground.cars.body import Body, body_signals, vehicle_speed
 from tierod.proving_ground.cars.imu import InertialUnit
 from tierod.proving_ground.cars.path import START, Path, moved, path_rate
@@ -32,7 +33,6 @@ from tierod.proving_ground.parts import (
 from tierod.proving_ground.ports import pass_through, ports_type
 from tierod.proving_ground.powertrain import Powertrain
 from tierod.proving_ground.steering.implicit import steering_inverse
-from tierod.ranges import Range
 
 
 class Motion(NamedTuple):

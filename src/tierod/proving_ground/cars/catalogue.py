@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tierod import vehicles
-from tierod.errors import ParameterError, nearest
-from tierod.fields import numbers
-from tierod.files import expanded
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.fields import numbers
+from tierod.core.files import expanded
+from tierod.core.toml import Document, build, override
 from tierod.proving_ground.cars.kinds import car_of, on_tyres, with_parts
-from tierod.toml import Document, build, override
 
 SHIPPED = Path(__file__).parent
 """Where the files of the virtual cars are that tierod ships."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import where
+from tierod.core.graph.maths import where
+from tierod.core.ranges import COUNT, NOT_NEGATIVE, POSITIVE
 from tierod.physics.gear import gear_coupling_torque
 from tierod.physics.torsion_bar import torsion_bar_torque
 from tierod.proving_ground.integration import runge_kutta
@@ -14,7 +15,6 @@ from tierod.proving_ground.ports import pass_through
 from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.friction_laws import Dahl
 from tierod.proving_ground.steering.motor import Ripple, rippled
-from tierod.ranges import COUNT, NOT_NEGATIVE, POSITIVE
 
 
 class ColumnMotion(NamedTuple):

@@ -6,8 +6,10 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, get_args
 
-from tierod.errors import ParameterError, nearest
-from tierod.fields import hints, meaning, members, replaced
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.fields import hints, meaning, members, replaced
+from tierod.core.toml import Document, Location
+from tierod.core.toml_builder import kind_name
 from tierod.proving_ground.cars.active_front_car import ActiveFrontCar
 from tierod.proving_ground.cars.column_bench import ColumnBench
 from tierod.proving_ground.cars.demonstrator_car import DemonstratorCar
@@ -19,8 +21,6 @@ from tierod.proving_ground.chassis import TYRES, SingleTrack, TwoTrack, Tyre
 from tierod.proving_ground.steering.column_eps import ColumnEps
 from tierod.proving_ground.steering.friction_laws import Coulomb, Dahl, DahlPower, LuGre, MaxwellSlip, Stribeck
 from tierod.proving_ground.steering.rack_eps import RackEps
-from tierod.toml import Document, Location
-from tierod.toml_builder import kind_name
 
 _CARS: tuple[type, ...] = (EpsCar, PmEpsCar, SteerByWireCar, ActiveFrontCar, DemonstratorCar, ColumnBench, MotorBench)
 

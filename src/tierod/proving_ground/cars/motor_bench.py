@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import limit
+from tierod.core.graph.maths import limit
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory
 from tierod.proving_ground.motor import AFS_MOTOR, DriveState, PmMotor
 from tierod.proving_ground.motor.pm_motor import IN_LOOP, DriveSignals, Senses
 from tierod.proving_ground.ports import pass_through, ports_type
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 PORTS = ports_type((*IN_LOOP, "motor_torque"))
 """Where faults reach the loops: what the current control reads, and the torque that is asked of the drive."""

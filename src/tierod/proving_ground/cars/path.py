@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from tierod.graph.maths import cos, maximum, sin
+from tierod.core.graph.maths import cos, maximum, sin
 from tierod.proving_ground.parts import Reaction
 
 INSIDE = 0.2

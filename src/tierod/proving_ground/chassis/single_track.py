@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import limit, maximum, sin, sqrt, where
+from tierod.core.graph.maths import limit, maximum, sin, sqrt, where
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.physics import single_track
 from tierod.physics.gravity import GRAVITY
 from tierod.physics.kingpin import weight_torque
@@ -23,7 +24,6 @@ from tierod.proving_ground.chassis.air import air_on
 from tierod.proving_ground.chassis.two_axles import OnTwoAxles
 from tierod.proving_ground.chassis.wheel import LEAST_ADHESION, TREAD_LAG, hub
 from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels, Wind
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 
 class SingleTrackMotion(NamedTuple):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from tierod.graph.maths import cos, limit, maximum, sin, where
+from tierod.core.graph.maths import cos, limit, maximum, sin, where
 from tierod.physics.aerodynamics import AirForces
 from tierod.physics.gravity import GRAVITY
 from tierod.physics.load_transfer import lateral_load_transfer, longitudinal_load_transfer

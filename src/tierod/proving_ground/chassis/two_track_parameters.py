@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Self
 
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.physics import single_track
 from tierod.proving_ground.chassis.suspension import Axle, Kingpins
 from tierod.proving_ground.chassis.two_axles import OnTwoAxles
 from tierod.proving_ground.chassis.tyres import Tyre
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import Annotated
 
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE, Range
 from tierod.physics.magic_formula import stiffness_per_load
-from tierod.ranges import NOT_NEGATIVE, POSITIVE, Range
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from tierod.graph.maths import limit, maximum, sin, sqrt
+from tierod.core.graph.maths import limit, maximum, sin, sqrt
 from tierod.physics.magic_formula import combined_forces, friction_at_load, stiffness_per_load, trail
 from tierod.physics.tyre import bounded_relaxation_rate, relaxation_speed
 from tierod.proving_ground.chassis.tyres import Tyre

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
+from tierod.core.ranges import POSITIVE
 from tierod.physics.gear import variable_gain
-from tierod.ranges import POSITIVE
 
 
 @dataclass(frozen=True)

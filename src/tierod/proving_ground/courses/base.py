@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.proving_ground.courses.conditions import Acting, AnyCondition
 from tierod.proving_ground.courses.course import Columns, Start, combine
 from tierod.proving_ground.courses.grid import Grid

@@ -8,10 +8,10 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.core.ranges import COUNT, NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.proving_ground.courses.base import Described
 from tierod.proving_ground.courses.course import Columns, Start
-from tierod.ranges import COUNT, NOT_NEGATIVE, POSITIVE, SHARE
 
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 

@@ -9,12 +9,12 @@ from typing import Annotated
 
 import numpy as np
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.proving_ground.courses.base import Described
 from tierod.proving_ground.courses.chance import Repeated, smooth_noise
 from tierod.proving_ground.courses.conditions import Acting, Tremor
 from tierod.proving_ground.courses.course import Columns, Start
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 STRETCH = (20.0, 60.0)
 """Shortest and longest time for which the motor does the same [s]."""

@@ -6,8 +6,9 @@ from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 
-from tierod.errors import ParameterError, nearest
-from tierod.files import expanded
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.files import expanded
+from tierod.core.toml import Document, build
 from tierod.proving_ground.courses.base import Described
 from tierod.proving_ground.courses.bench import BenchMultisine, BenchRamps, BenchSteps, BenchSweep
 from tierod.proving_ground.courses.bench_hands import BenchHands
@@ -25,7 +26,6 @@ from tierod.proving_ground.courses.open_loop import (
     StepSteer,
 )
 from tierod.proving_ground.courses.table import TimeTable, WayTable
-from tierod.toml import Document, build
 
 AnyCourse = (
     Circuit

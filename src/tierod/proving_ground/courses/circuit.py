@@ -10,10 +10,10 @@ from typing import Annotated
 
 import numpy as np
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.core.ranges import ANY, NOT_NEGATIVE, POSITIVE
 from tierod.proving_ground.courses.base import WayCourse
 from tierod.proving_ground.courses.way import STEP, Way
-from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from typing import Annotated, Protocol
 
 import numpy as np
 
+from tierod.core.ranges import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.proving_ground.courses.chance import Repeated, smooth_noise
 from tierod.proving_ground.courses.course import Columns
 from tierod.proving_ground.courses.window import During, Window
-from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 
 Acting = Callable[[np.ndarray, np.ndarray], Columns]
 """(instants [s], distances [m]) -> columns that add to, or share in, those of the course."""

@@ -11,11 +11,11 @@ from typing import get_type_hints
 
 import numpy as np
 
-from tierod.block import units
-from tierod.errors import InputError, ParameterError, nearest
+from tierod.core.block import units
+from tierod.core.errors import InputError, ParameterError, nearest
+from tierod.core.units import scale
+from tierod.core.user_files import MOST_DATA_BYTES, read_text
 from tierod.proving_ground.parts import Demand, Road, Wind
-from tierod.units import scale
-from tierod.user_files import MOST_DATA_BYTES, read_text
 
 PLACES = {"time": "s", "distance": "m", "x": "m", "y": "m"}
 _HEADING = re.compile(r"\s*(\w+)\s*(?:\[(.*)\])?\s*")

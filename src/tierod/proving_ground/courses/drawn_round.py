@@ -9,13 +9,13 @@ from typing import Annotated
 
 import numpy as np
 
+from tierod.core.ranges import POSITIVE
 from tierod.proving_ground.courses.base import Described
 from tierod.proving_ground.courses.circuit import Bend, Circuit, Halt, Straight
 from tierod.proving_ground.courses.conditions import Adhesion, AnyCondition, Gusts, Slope, Unevenness
 from tierod.proving_ground.courses.course import Columns, Start
 from tierod.proving_ground.courses.plan import Pace
 from tierod.proving_ground.courses.window import Along
-from tierod.ranges import POSITIVE
 
 
 @dataclass(frozen=True)

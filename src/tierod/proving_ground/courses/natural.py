@@ -9,7 +9,8 @@ from typing import Annotated
 
 import numpy as np
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.physics.gravity import GRAVITY
 from tierod.proving_ground.courses.base import WAY, WayCourse
 from tierod.proving_ground.courses.chance import smooth_noise
@@ -17,7 +18,6 @@ from tierod.proving_ground.courses.course import Columns
 from tierod.proving_ground.courses.plan import reachable
 from tierod.proving_ground.courses.roads import AnyRoad, City, Country, Motorway, RoadKind
 from tierod.proving_ground.courses.way import STEP, Way
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 _BENDS, _HALTS, _HILLS = range(3)
 _MARGIN = 5.0

@@ -7,8 +7,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.proving_ground.courses.way import Way
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 TICK = 0.02
 """Spacing of a plan in time [s]."""

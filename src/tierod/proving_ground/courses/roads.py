@@ -8,9 +8,9 @@ from typing import Annotated
 
 import numpy as np
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.core.ranges import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.proving_ground.courses.way import bump
-from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 
 Pair = tuple[float, float]
 """Lowest and highest value of what chance draws."""

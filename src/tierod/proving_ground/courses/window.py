@@ -8,8 +8,8 @@ from typing import Annotated
 
 import numpy as np
 
-from tierod.errors import ParameterError
-from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE
+from tierod.core.errors import ParameterError
+from tierod.core.ranges import ANY, NOT_NEGATIVE, POSITIVE
 
 
 @dataclass(frozen=True)

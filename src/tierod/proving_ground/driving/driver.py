@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import Ring
-from tierod.graph.maths import absolute, arctan, limit, maximum, minimum
+from tierod.core.block import Ring
+from tierod.core.graph.maths import absolute, arctan, limit, maximum, minimum
+from tierod.core.ranges import ANY, NOT_NEGATIVE, POSITIVE
 from tierod.physics.pursuit import pursuit_curvature
 from tierod.physics.single_track import steady_road_wheel_angle
 from tierod.proving_ground.driving.pedals import Foot, Pedals
 from tierod.proving_ground.parts import Demand, Hand, Intent, Seen
-from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE
 
 
 class Muscles(NamedTuple):

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.proving_ground.faults.behaviour import SIGNAL, Behaviour, Change
 from tierod.proving_ground.faults.chance import Chance
 from tierod.proving_ground.faults.changes import Course

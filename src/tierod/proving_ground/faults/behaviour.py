@@ -7,8 +7,8 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from tierod.errors import ParameterError
-from tierod.fields import check_ranges
+from tierod.core.errors import ParameterError
+from tierod.core.fields import check_ranges
 from tierod.proving_ground.faults.chance import Chance
 from tierod.proving_ground.sensors import Sensor
 

@@ -8,7 +8,9 @@ from typing import Annotated, Any, ClassVar, get_args
 
 import numpy as np
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.core.ranges import POSITIVE
+from tierod.core.toml_builder import kind_name
 from tierod.proving_ground.faults.behaviour import Behaviour, Change
 from tierod.proving_ground.faults.bus import BitFlip, Delay, DropOut
 from tierod.proving_ground.faults.chance import Chance
@@ -24,8 +26,6 @@ from tierod.proving_ground.faults.signals import (
     TotalLoss,
 )
 from tierod.proving_ground.sensors import Sensor
-from tierod.ranges import POSITIVE
-from tierod.toml_builder import kind_name
 
 
 @dataclass(frozen=True)

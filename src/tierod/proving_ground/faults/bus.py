@@ -7,12 +7,12 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.core.ranges import POSITIVE, Range
+from tierod.core.toml_builder import SIGNAL_UNIT
 from tierod.proving_ground.faults.behaviour import LOOP, SIGNAL, Amount, Behaviour, Change, si
 from tierod.proving_ground.faults.chance import Chance
 from tierod.proving_ground.sensors import Sensor
-from tierod.ranges import POSITIVE, Range
-from tierod.toml_builder import SIGNAL_UNIT
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,12 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE, Range
+from tierod.core.toml_builder import SIGNAL_UNIT
 from tierod.physics.lag import share_reached
 from tierod.proving_ground.faults.behaviour import ACTUATOR, PARAMETER, SURROUNDING, Amount, Behaviour, Change, si
 from tierod.proving_ground.faults.chance import Chance
-from tierod.ranges import NOT_NEGATIVE, POSITIVE, Range
-from tierod.toml_builder import SIGNAL_UNIT
 
 _PARAMETERS = frozenset({PARAMETER, SURROUNDING})
 

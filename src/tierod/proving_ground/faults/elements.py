@@ -6,19 +6,19 @@ from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from tierod.block import leaves, skeleton, units
-from tierod.errors import ParameterError, nearest
-from tierod.fields import Meaning, Number, hints, meaning, numbers
-from tierod.graph.trace import trace
+from tierod.core.block import leaves, skeleton, units
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.fields import Meaning, Number, hints, meaning, numbers
+from tierod.core.graph.trace import trace
+from tierod.core.ranges import Range
+from tierod.core.signals import SIGNALS
+from tierod.core.toml_builder import kind_name
 from tierod.proving_ground.faults.behaviour import ACTUATOR, LOOP, PARAMETER, SIGNAL, SURROUNDING, Behaviour
 from tierod.proving_ground.faults.behaviours import BEHAVIOURS
 from tierod.proving_ground.faults.changes import Sluggish
 from tierod.proving_ground.parts import Demand, Road, Wind
 from tierod.proving_ground.recorder import channel_names, declared_units
 from tierod.proving_ground.sensors import SensorSet
-from tierod.ranges import Range
-from tierod.signals import SIGNALS
-from tierod.toml_builder import kind_name
 
 NOTHING = "nothing"
 """Behind "|": an effect that is left out where the car has none of the elements before it."""

@@ -7,14 +7,14 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from tierod.errors import ParameterError
-from tierod.fields import check_ranges
+from tierod.core.errors import ParameterError
+from tierod.core.fields import check_ranges
+from tierod.core.ranges import POSITIVE
+from tierod.core.toml import Document, build
+from tierod.core.toml_builder import kind_name
 from tierod.proving_ground.faults.behaviour import Behaviour
 from tierod.proving_ground.faults.behaviours import AnyBehaviour
 from tierod.proving_ground.faults.triggers import Always, AnyTrigger
-from tierod.ranges import POSITIVE
-from tierod.toml import Document, build
-from tierod.toml_builder import kind_name
 
 
 @dataclass(frozen=True)

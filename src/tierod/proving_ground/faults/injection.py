@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.core.recording import Recording
+from tierod.core.signals import SIGNALS
 from tierod.proving_ground.faults.elements import Reach
 from tierod.proving_ground.faults.fault import Fault
 from tierod.proving_ground.faults.schedule import Schedule
 from tierod.proving_ground.faults.triggers import AtDistance, When
 from tierod.proving_ground.sensors import Sensor, SensorSet
-from tierod.recording import Recording
-from tierod.signals import SIGNALS
 
 
 class _OfRecording(Reach):

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tierod.errors import ParameterError, TierodError, nearest
-from tierod.fields import Meaning, hints, meaning
-from tierod.files import expanded
+from tierod.core.errors import ParameterError, TierodError, nearest
+from tierod.core.fields import Meaning, hints, meaning
+from tierod.core.files import expanded
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE, Range
+from tierod.core.toml import Document, Location, build
+from tierod.core.toml_builder import Builder, kind_name
 from tierod.proving_ground.faults.behaviours import BEHAVIOURS, AnyBehaviour, Intermittent
 from tierod.proving_ground.faults.elements import unit_without_car
 from tierod.proving_ground.faults.fault import Effect, Fault, Origin
 from tierod.proving_ground.faults.triggers import Always, AnyTrigger, AtTime, trigger_of
-from tierod.ranges import NOT_NEGATIVE, POSITIVE, Range
-from tierod.toml import Document, Location, build
-from tierod.toml_builder import Builder, kind_name
 
 SHIPPED = Path(__file__).parent / "shipped"
 """Where the files are."""

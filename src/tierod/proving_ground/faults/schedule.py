@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.core.toml_builder import kind_name
 from tierod.proving_ground.faults import triggers
 from tierod.proving_ground.faults.active import Active, prepared
 from tierod.proving_ground.faults.behaviour import ACTUATOR, LOOP, PARAMETER, SIGNAL, SURROUNDING
@@ -18,7 +19,6 @@ from tierod.proving_ground.faults.elements import Reach, Target
 from tierod.proving_ground.faults.fault import Fault
 from tierod.proving_ground.faults.through_port import Levels, PortCourse
 from tierod.proving_ground.sensors import SensorSet
-from tierod.toml_builder import kind_name
 
 _STREAM = 4
 """The stream of chance of faults, apart from those of road, driver, sensors and scatter."""

@@ -7,6 +7,8 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.core.toml_builder import SIGNAL_UNIT
 from tierod.proving_ground.faults.behaviour import (
     ACTUATOR,
     LOOP,
@@ -19,8 +21,6 @@ from tierod.proving_ground.faults.behaviour import (
     si,
 )
 from tierod.proving_ground.faults.chance import Chance
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
-from tierod.toml_builder import SIGNAL_UNIT
 
 _VALUES = frozenset({SIGNAL, LOOP, ACTUATOR})
 _ALL = _VALUES | {PARAMETER, SURROUNDING}

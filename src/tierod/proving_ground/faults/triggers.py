@@ -9,11 +9,11 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from tierod.errors import InputError, ParameterError
-from tierod.fields import check_ranges
-from tierod.ranges import NOT_NEGATIVE
-from tierod.toml_builder import kind_name
-from tierod.units import scale
+from tierod.core.errors import InputError, ParameterError
+from tierod.core.fields import check_ranges
+from tierod.core.ranges import NOT_NEGATIVE
+from tierod.core.toml_builder import kind_name
+from tierod.core.units import scale
 
 
 @dataclass(frozen=True)

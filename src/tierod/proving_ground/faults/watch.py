@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from tierod.errors import InputError, ParameterError, nearest
+from tierod.core.errors import InputError, ParameterError, nearest
 from tierod.proving_ground.faults.elements import Reach
 from tierod.proving_ground.faults.triggers import AtDistance, Comparison, When
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import dataclasses
 from typing import Any, cast
 
-from tierod.fields import hints, meaning, members
+from tierod.core.fields import hints, meaning, members
+from tierod.core.toml_builder import SIGNAL_UNIT, kind_name
 from tierod.proving_ground.faults.behaviour import Behaviour
 from tierod.proving_ground.faults.elements import unit_without_car
 from tierod.proving_ground.faults.fault import Effect, Fault
 from tierod.proving_ground.faults.triggers import Always, AtDistance, AtTime, When, Within
-from tierod.toml_builder import SIGNAL_UNIT, kind_name
 
 
 def of_effect(effect: Effect) -> str:

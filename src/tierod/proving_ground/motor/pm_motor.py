@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Annotated, Any, NamedTuple
 
+from tierod.core.ranges import COUNT, POSITIVE
 from tierod.physics.clarke_park import StatorVector, direction, electrical_angle, turned
 from tierod.physics.inverter import lost_voltage
 from tierod.physics.pm_motor import electric_power, flux_at, resistance_at, torque_of_flux
 from tierod.proving_ground.motor.current_control import ControlMemory, CurrentControl
 from tierod.proving_ground.motor.machine import Inverter, Machine, Warming, Warmth
 from tierod.proving_ground.motor.period import Instant, Load, Rotor, Winding, advance, begin
-from tierod.ranges import COUNT, POSITIVE
 
 
 def _true(value: Any) -> Any:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tierod.errors import nearest
-from tierod.fields import numbers
-from tierod.graph.trace import trace
+from tierod.core.errors import nearest
+from tierod.core.fields import numbers
+from tierod.core.graph.trace import trace
 from tierod.proving_ground.faults import Schedule
 from tierod.proving_ground.recorder import channel_names
 

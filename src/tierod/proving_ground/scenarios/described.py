@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from tierod.fields import hints, meaning, numbers
+from tierod.core.fields import hints, meaning, numbers
+from tierod.core.toml_builder import SIGNAL_UNIT, kind_name
 from tierod.proving_ground.cars.catalogue import VirtualCar, flat
 from tierod.proving_ground.cars.kinds import parts_of
 from tierod.proving_ground.faults import AtDistance, AtTime, Fault, When, Within
 from tierod.proving_ground.faults.elements import unit_without_car
 from tierod.proving_ground.scenarios.scenario import Scenario
-from tierod.toml_builder import SIGNAL_UNIT, kind_name
 
 
 def facts(scenario: Scenario) -> list[tuple[str, str]]:

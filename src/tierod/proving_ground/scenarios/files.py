@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from tierod.errors import ParameterError
-from tierod.toml import Document
-from tierod.user_files import MOST_DATA_BYTES, read_bytes, read_text, toml
+from tierod.core.errors import ParameterError
+from tierod.core.toml import Document
+from tierod.core.user_files import MOST_DATA_BYTES, read_bytes, read_text, toml
 
 
 def named_files(document: Document) -> dict[str, str]:

@@ -7,8 +7,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from tierod.errors import ParameterError, nearest
-from tierod.files import expanded
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.files import expanded
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.core.toml import Document, build
 from tierod.proving_ground import courses
 from tierod.proving_ground.cars import catalogue
 from tierod.proving_ground.faults import fault_of
@@ -17,8 +19,6 @@ from tierod.proving_ground.scenarios.check import require_sound
 from tierod.proving_ground.scenarios.files import named_files
 from tierod.proving_ground.scenarios.scenario import Scenario, lengthened, require_duration
 from tierod.proving_ground.sensors import SensorSet
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
-from tierod.toml import Document, build
 
 SHIPPED = Path(__file__).parent
 """Where the scenarios are that tierod ships."""

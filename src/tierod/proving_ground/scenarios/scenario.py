@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 from importlib.metadata import version
 from typing import Any
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.core.toml import Document
 from tierod.proving_ground.courses import AnyCourse
 from tierod.proving_ground.faults import AtTime, Fault, Within
 from tierod.proving_ground.run import Outcome, run
 from tierod.proving_ground.scatter import Scatter
 from tierod.proving_ground.sensors import SensorSet
-from tierod.toml import Document
 
 LONGEST = 14_400.0
 """Longest run [s]: all that is recorded stays in memory, 0.25 megabytes a second, ten times that with currents."""

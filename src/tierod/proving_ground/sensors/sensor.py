@@ -8,12 +8,12 @@ from typing import Annotated
 
 import numpy as np
 
-from tierod.errors import ParameterError
-from tierod.fields import check_ranges
+from tierod.core.errors import ParameterError
+from tierod.core.fields import check_ranges
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE, Range
+from tierod.core.toml_builder import SIGNAL_UNIT
 from tierod.proving_ground.sensors.drift import gauss_markov, random_walk
 from tierod.proving_ground.sensors.loss import lost_frames
-from tierod.ranges import NOT_NEGATIVE, POSITIVE, Range
-from tierod.toml_builder import SIGNAL_UNIT
 
 AT_MOST = 0.45
 """Greatest jitter over the time between two readings, so that they keep their order."""

@@ -8,10 +8,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from tierod.errors import InputError, ParameterError, nearest
+from tierod.core.errors import InputError, ParameterError, nearest
+from tierod.core.signals import SIGNALS, signal
+from tierod.core.toml import Document, Location, build
 from tierod.proving_ground.sensors.sensor import Sensor
-from tierod.signals import SIGNALS, signal
-from tierod.toml import Document, Location, build
 
 PRESETS = ("production", "ideal", "bench", "worn")
 """Sets of sensors that are shipped."""

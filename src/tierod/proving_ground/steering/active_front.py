@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
+from tierod.core.ranges import POSITIVE
 from tierod.physics.friction import viscous
 from tierod.physics.gear import superposed_angle
 from tierod.proving_ground.parts import Hand, Loads, Steer
 from tierod.proving_ground.steering.column_eps import ColumnEps, ColumnMemory, ColumnMotion
 from tierod.proving_ground.steering.motor import Motor
 from tierod.proving_ground.steering.torsion_bar import Wheel
-from tierod.ranges import POSITIVE
 
 
 class ActiveFrontMotion(NamedTuple):

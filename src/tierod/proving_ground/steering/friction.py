@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
-from tierod.graph.maths import absolute, cos, maximum, where
+from tierod.core.graph.maths import absolute, cos, maximum, where
+from tierod.core.ranges import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.proving_ground.steering.friction_laws import Dahl, Law
-from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,9 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any, Protocol
 
-from tierod.errors import ParameterError
-from tierod.graph.maths import sign
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import sign
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE, SHARE, Range
 from tierod.physics.friction import dahl_power_update, dahl_slope, dahl_update, stribeck_level
 from tierod.physics.friction_path import (
     elastoplastic_slope,
@@ -23,7 +24,6 @@ from tierod.physics.friction_path import (
     lugre_slope,
     lugre_update,
 )
-from tierod.ranges import NOT_NEGATIVE, POSITIVE, SHARE, Range
 
 
 class Law(Protocol):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.block import leaves
+from tierod.core.block import leaves
 from tierod.proving_ground.integration import implicit_inverse, with_entry
 from tierod.proving_ground.parts import Loads, Memory, Motion, Steering
 

@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
+from tierod.core.ranges import ANY, NOT_NEGATIVE, POSITIVE
 from tierod.physics.ackermann import ackermann_angle, ackermann_slope
 from tierod.physics.end_stop import end_stop_torque
 from tierod.physics.steering_ratio import road_wheel_angle, torque_at_steering_wheel, variable_ratio
 from tierod.proving_ground.parts import Loads, Steer
 from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.friction_laws import Dahl
-from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from tierod.errors import ParameterError
-from tierod.graph.maths import limit
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import limit
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.physics.motor_limit import driving_limit
 from tierod.physics.torque_ripple import torque_ripple
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.physics.friction import viscous
 from tierod.physics.lash import lash_torque
 from tierod.physics.steering_ratio import column_torque_of_motor
@@ -14,7 +15,6 @@ from tierod.proving_ground.steering.linkage import Linkage, Resistance
 from tierod.proving_ground.steering.motor import Motor, assist_motor
 from tierod.proving_ground.steering.observed import Dry, Rack, Shaft, SteeringSignals, steering_signals
 from tierod.proving_ground.steering.torsion_bar import TorsionBar, Wheel
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.physics.friction import viscous
 from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.proving_ground.parts import Hand, Loads, Steer
@@ -13,7 +14,6 @@ from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.friction_laws import Dahl
 from tierod.proving_ground.steering.linkage import Linkage, Resistance
 from tierod.proving_ground.steering.motor import Motor
-from tierod.ranges import NOT_NEGATIVE, POSITIVE, SHARE
 
 
 class HandWheelMotion(NamedTuple):

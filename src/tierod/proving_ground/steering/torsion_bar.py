@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.physics.torsion_bar import torsion_bar_torque
-from tierod.ranges import NOT_NEGATIVE, POSITIVE
 
 
 class Wheel(NamedTuple):

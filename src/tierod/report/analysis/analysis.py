@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from tierod.content import Chart, Heading, Table
+from tierod.core.content import Chart, Heading, Table
 
 Shown = Heading | Table | Chart
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from tierod.analysis.bode import DRAWN, measured_chart, reduced_chart
-from tierod.analysis.column import (
+from tierod.core.content import Chart, Heading, Table
+from tierod.core.recording import Recording
+from tierod.core.shown import shown
+from tierod.methods.analysis.bode import DRAWN, measured_chart, reduced_chart
+from tierod.methods.analysis.column import (
     HEARD,
     SAMPLING,
     UNKNOWN_TORQUES,
@@ -16,14 +19,11 @@ from tierod.analysis.column import (
     damping_ratio,
     vibrations,
 )
-from tierod.analysis.output_subsets import Shown, disagreements
-from tierod.content import Chart, Heading, Table
+from tierod.methods.analysis.output_subsets import Shown, disagreements
 from tierod.models.steering_column import ColumnParameters
-from tierod.recording import Recording
 from tierod.report.analysis.analysis import Analysis
 from tierod.report.analysis.column_measured import Measured, measured_column
 from tierod.report.display import number, words
-from tierod.shown import shown
 from tierod.vehicles import Vehicle
 
 _SHORT = {

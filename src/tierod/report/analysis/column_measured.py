@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tierod.analysis.frequency_response import frequency_response
-from tierod.analysis.measured_response import MeasuredResponse, measured_response
-from tierod.content import Table
-from tierod.errors import InputError
+from tierod.core.content import Table
+from tierod.core.errors import InputError
+from tierod.core.recording import Recording
+from tierod.methods.analysis.frequency_response import frequency_response
+from tierod.methods.analysis.measured_response import MeasuredResponse, measured_response
 from tierod.models.linear import LinearSystem
-from tierod.recording import Recording
 from tierod.report.display import number, words
 
 INPUTS = ("motor_torque", "motor_target_torque")

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from tierod.analysis.structure import (
+from tierod.core.content import Cells, Chart, Heading, Panel, Table
+from tierod.methods.analysis.structure import (
     Isolability,
     SensorGain,
     StructuralModel,
@@ -17,7 +18,6 @@ from tierod.analysis.structure import (
     minimal_redundant_sets,
     minimal_test_sets,
 )
-from tierod.content import Cells, Chart, Heading, Panel, Table
 from tierod.monitors.condition.said import listed
 from tierod.monitors.condition.signals import MOTORS, SENSORS
 from tierod.monitors.condition.structure import (

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from tierod.analysis.neutral_steer import OUTPUTS, Shown, shown, systems, table
-from tierod.content import Table
+from tierod.core.content import Table
+from tierod.methods.analysis.neutral_steer import OUTPUTS, Shown, shown, systems, table
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.physics.single_track import understeer_gradient
 from tierod.report.analysis.analysis import Analysis

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from tierod.recording import Recording
+from tierod.core.recording import Recording
 from tierod.report.analysis.analysis import Analysis
 from tierod.vehicles import Vehicle
 

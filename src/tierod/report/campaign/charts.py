@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from tierod.core.shown import shown
 from tierod.report.campaign.words import NEVER, found, seconds, value
 from tierod.report.charts.figure import (
     AMBER,
@@ -21,7 +22,6 @@ from tierod.report.charts.figure import (
     strip_title,
 )
 from tierod.report.display import bracketed, number
-from tierod.shown import shown
 
 _PANEL = 210
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)")

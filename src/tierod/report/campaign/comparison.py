@@ -38,7 +38,7 @@ def render_comparison(content: Mapping[str, Any]) -> str:
     """The page as text.
 
     Args:
-        content: the document of `tierod.campaigns.compare.document`
+        content: the document of `tierod.experiments.compare.document`
     """
     views = [_view(index, monitor) for index, monitor in enumerate(content["monitors"])]
     figures = [view["figure"] for view in views if view["figure"] is not None]

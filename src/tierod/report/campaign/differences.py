@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from tierod.core.shown import shown
 from tierod.report.campaign.words import TITLES, amount, value
 from tierod.report.charts.figure import BLUE, GREY, RED, Figure, axis, layout, rounded, strip_title
 from tierod.report.display import bracketed
-from tierod.shown import shown
 
 _SHOWN = ("detection_s", "bias", "absolute_bias", "deviation")
 """Figures whose differences are drawn."""

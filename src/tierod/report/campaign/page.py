@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from tierod.findings import Status
+from tierod.core.findings import Status
+from tierod.core.shown import shown
 from tierod.report.campaign.charts import box_figure, detection_figure
 from tierod.report.campaign.grid import grid
 from tierod.report.campaign.words import count, false_alarms, found, place, rate, seconds, shared, spread, value
@@ -13,7 +14,6 @@ from tierod.report.charts.figure import Figure
 from tierod.report.display import number
 from tierod.report.html import TEMPLATES, chart_script, library, looks, moment, template
 from tierod.report.status import appearance
-from tierod.shown import shown
 
 _GATES = {True: ("✓", "met", "good"), False: ("✕", "missed", "bad"), None: ("?", "not judged", "open")}
 _STATUSES = {
@@ -34,7 +34,7 @@ def render_campaign(content: Mapping[str, Any]) -> str:
     """The page as text.
 
     Args:
-        content: the document of `tierod.campaigns.summary.document`
+        content: the document of `tierod.experiments.summary.document`
     """
     symbol, kind, headline = _STATUSES[content["status"]]
     views = [_view(index, content, monitor) for index, monitor in enumerate(content["monitors"])]

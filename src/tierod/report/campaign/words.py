@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from tierod.core.shown import shown
 from tierod.report.display import duration, number, share
-from tierod.shown import shown
 
 NEVER = "never"
 

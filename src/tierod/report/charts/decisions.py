@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from tierod.decimation import merged
-from tierod.findings import Decided, Diagnosis, Trace
+from tierod.core.decimation import merged
+from tierod.core.findings import Decided, Diagnosis, Trace
+from tierod.core.shown import shown
 from tierod.report.charts.figure import (
     BLUE,
     GREY,
@@ -26,7 +27,6 @@ from tierod.report.charts.figure import (
 from tierod.report.charts.over_time import since_marks, span
 from tierod.report.deciding import alarm_from
 from tierod.report.display import bracketed, number, time_scale, words
-from tierod.shown import shown
 
 Limit = tuple[float, bool]
 """A threshold, and whether the rule acts below it."""

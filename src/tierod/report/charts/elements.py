@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from tierod.decimation import merged
-from tierod.findings import Diagnosis, Element, Episode
+from tierod.core.decimation import merged
+from tierod.core.findings import Diagnosis, Element, Episode
+from tierod.core.shown import shown
 from tierod.report.charts.figure import (
     AMBER,
     BLUE,
@@ -26,7 +27,6 @@ from tierod.report.charts.figure import (
 )
 from tierod.report.charts.over_time import span
 from tierod.report.display import INTERVAL, bracketed, instant, time_scale, words
-from tierod.shown import shown
 
 STATE, SUPPLIED, DEVIATION = "state_of_", "supplied_", "deviation_of_supplied_"
 """Beginnings of the traces that are drawn here."""

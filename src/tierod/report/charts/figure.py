@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from tierod.findings import Diagnosis, Trace
+from tierod.core.findings import Diagnosis, Trace
+from tierod.core.runs import runs
+from tierod.core.shown import shown
 from tierod.report.display import number, words
-from tierod.runs import runs
-from tierod.shown import shown
 
 BLUE, GREY, GREEN, AMBER, RED, TEXT, GRID = "#1d5fa8", "#64748b", "#17692f", "#8a5a00", "#b3261e", "#1e293b", "#e2e8f0"
 

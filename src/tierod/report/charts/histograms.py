@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from tierod.findings import Diagnosis
+from tierod.core.findings import Diagnosis
+from tierod.core.shown import shown
 from tierod.report.charts.figure import BLUE, Figure, axis, layout, level_colour, references, rounded, strip_title
 from tierod.report.display import bracketed, number, words
-from tierod.shown import shown
 
 
 def histogram_figure(diagnosis: Diagnosis) -> Figure | None:

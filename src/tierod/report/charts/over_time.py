@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from tierod.decimation import bin_width, merged
-from tierod.findings import Diagnosis, Trace
+from tierod.core.decimation import bin_width, merged
+from tierod.core.findings import Diagnosis, Trace
+from tierod.core.shown import shown
+from tierod.core.signals import SIGNALS
 from tierod.report.charts.figure import (
     BLUE,
     GREEN,
@@ -30,8 +32,6 @@ from tierod.report.charts.figure import (
 )
 from tierod.report.charts.first_range import first_range
 from tierod.report.display import INTERVAL, bracketed, number, time_scale, words
-from tierod.shown import shown
-from tierod.signals import SIGNALS
 
 DEVIATION = "_standard_deviation"
 _CONSISTENT = (

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tierod.content import Band, Bars, Boxes, Cells, Chart, Lines, Mark, Panel, Points
+from tierod.core.content import Band, Bars, Boxes, Cells, Chart, Lines, Mark, Panel, Points
 from tierod.report.charts.figure import (
     AMBER,
     BLUE,

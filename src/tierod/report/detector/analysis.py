@@ -9,12 +9,12 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from tierod.content import Chart, Table
-from tierod.detectors.comparison import RULES, designed
-from tierod.detectors.delays import delays_of
-from tierod.detectors.measured import threshold_from_records
-from tierod.detectors.stopping_rules import LikelihoodRatioRule, StoppingRule
-from tierod.errors import InputError
+from tierod.core.content import Chart, Table
+from tierod.core.errors import InputError
+from tierod.methods.detectors.comparison import RULES, designed
+from tierod.methods.detectors.delays import delays_of
+from tierod.methods.detectors.measured import threshold_from_records
+from tierod.methods.detectors.stopping_rules import LikelihoodRatioRule, StoppingRule
 from tierod.report.analysis.analysis import Analysis
 from tierod.report.detector.tables import against_false_alarms, against_shift, measurement, rules_beside, time_in_words
 from tierod.report.detector.wish import Wish

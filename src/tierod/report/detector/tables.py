@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from tierod.content import Chart, Lines, Panel, Points, Table
-from tierod.detectors.comparison import Designed
-from tierod.detectors.measured import MeasuredDesign
+from tierod.core.content import Chart, Lines, Panel, Points, Table
+from tierod.methods.detectors.comparison import Designed
+from tierod.methods.detectors.measured import MeasuredDesign
 from tierod.report.detector.wish import Wish
 from tierod.report.display import duration, number
 

@@ -10,7 +10,7 @@ const series = (() => {
     return new Uint8Array(await new Response(stream).arrayBuffer());
   }
 
-  // The bins that tierod.decimation.pack made.
+  // The bins that tierod.core.decimation.pack made.
   function unpacked(head, bytes) {
     const count = head.count, level = empty(head.start, head.width, count);
     const number = (place) => bytes[place] + 256 * bytes[3 * count + place];

@@ -3,7 +3,7 @@
 import pytest
 
 from monitors.condition.made_up_lanes import LEFT, RIGHT, TORQUE
-from tierod.graph import KEEP
+from tierod.core.graph import KEEP
 from tierod.monitors.condition.bank.adoption import adopted, believed, kin
 from tierod.monitors.condition.signals import Hypothesis
 

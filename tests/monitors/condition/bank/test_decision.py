@@ -17,8 +17,8 @@ from monitors.condition.made_up_lanes import (
     healthy_drive,
     lane,
 )
-from tierod.errors import ParameterError
-from tierod.graph import Bank, scan
+from tierod.core.errors import ParameterError
+from tierod.core.graph import Bank, scan
 from tierod.monitors.condition.bank.decision import judge
 from tierod.monitors.condition.bank.weighing import Limits, Weighing
 from tierod.monitors.condition.calibration.limits import GAP

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from monitors.condition.made_up_lanes import HYPOTHESES, LEFT, MOTOR_2, TORQUE, column, healthy_drive, lane
-from tierod.graph import Bank, scan
+from tierod.core.graph import Bank, scan
 from tierod.monitors.condition.bank.decision import judge
 from tierod.monitors.condition.bank.judge import ConditionJudge, condition_bank
 from tierod.monitors.condition.bank.lane import LeaveOutFilter

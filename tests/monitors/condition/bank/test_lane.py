@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from monitors.condition.nominal_filter import nominal_filter
-from tierod.graph import batch, scan, trace
+from tierod.core.graph import batch, scan, trace
 from tierod.monitors.condition.bank.lane import LIMITS, LeaveOutFilter
 from tierod.monitors.condition.bank.leaving_out import leaving_out
 from tierod.monitors.condition.bank.tuning import ModelError, SensorNoise, widened
 from tierod.monitors.condition.calibration.grid import aligned
 from tierod.monitors.condition.signals import ACTUATORS, MOTORS, SENSORS, ConditionSample, hypotheses
-from tierod.studies.condition.drives import Drive
-from tierod.studies.condition.faults import Injected, lost
-from tierod.studies.condition.recorded import recorded
-from tierod.studies.condition.vehicles import vehicle
+from tierod.papers.condition.drives import Drive
+from tierod.papers.condition.faults import Injected, lost
+from tierod.papers.condition.recorded import recorded
+from tierod.papers.condition.vehicles import vehicle
 from tierod.vehicles import load
 
 SETTLED = 300

@@ -7,20 +7,20 @@ import numpy as np
 import pytest
 
 from monitors.condition.nominal_filter import nominal_filter
-from tierod.graph import batch
+from tierod.core.graph import batch
 from tierod.monitors.condition.bank.leaving_out import leaving_out
 from tierod.monitors.condition.bank.low_grip import Lack, LowGrip, sliding
 from tierod.monitors.condition.calibration.grid import aligned
 from tierod.monitors.condition.signals import DRIVES, Hypothesis
+from tierod.papers.condition.drives import Drive
+from tierod.papers.condition.faults import lost
+from tierod.papers.condition.recorded import as_recorded, recorded
+from tierod.papers.condition.vehicles import vehicle
 from tierod.proving_ground.courses.catalogue import load as course
 from tierod.proving_ground.courses.circuit import Halt
 from tierod.proving_ground.courses.conditions import Adhesion
 from tierod.proving_ground.courses.window import Along
 from tierod.proving_ground.run import run
-from tierod.studies.condition.drives import Drive
-from tierod.studies.condition.faults import lost
-from tierod.studies.condition.recorded import as_recorded, recorded
-from tierod.studies.condition.vehicles import vehicle
 from tierod.vehicles import load
 
 OTHERS = (0.0, -5.0, -8.0)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from tierod.estimators.kernels import correct
-from tierod.estimators.linear_algebra import pack, unpack
+from tierod.methods.estimators.kernels import correct
+from tierod.methods.estimators.linear_algebra import pack, unpack
 from tierod.monitors.condition.bank.updates import logarithm, spread_of, update
 
 CHANCE = np.random.default_rng(4)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tierod.errors import InputError, ParameterError
+from tierod.core.errors import InputError, ParameterError
 from tierod.monitors.condition.calibration.healthy_ratios import BLOCK, SETTLING, block_maxima
 from tierod.monitors.condition.calibration.limits import (
     FACTOR,

@@ -6,16 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tierod.errors import InputError
-from tierod.graph import scan
+from tierod.core.errors import InputError
+from tierod.core.graph import scan
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.bank.tuning import SensorNoise
 from tierod.monitors.condition.calibration.grid import aligned
 from tierod.monitors.condition.calibration.likeliest import Place, Search, WhitenedInnovations
 from tierod.monitors.condition.calibration.vehicle_parameters import FREE, SOURCE, _free, calibrate, is_calibrated
-from tierod.studies.condition.drives import Drive, calibration_drives
-from tierod.studies.condition.recorded import recorded
-from tierod.studies.condition.vehicles import vehicle
+from tierod.papers.condition.drives import Drive, calibration_drives
+from tierod.papers.condition.recorded import recorded
+from tierod.papers.condition.vehicles import vehicle
 from tierod.vehicles import load
 from tierod.vehicles.catalogue import QUANTITIES
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tierod.errors import InputError
+from tierod.core.errors import InputError
+from tierod.core.recording import Channel, Recording
 from tierod.monitors.condition.calibration.healthy_drives import healthy_drives, parted
 from tierod.monitors.condition.calibration.healthy_ratios import Watched
 from tierod.monitors.condition.calibration.likeliest import Found
@@ -14,7 +15,6 @@ from tierod.monitors.condition.calibration.vehicle_parameters import Calibration
 from tierod.monitors.condition.calibration.whole import ConditionCalibration, _suspicions, calibrate_condition
 from tierod.monitors.condition.recording_checks.coverage import TARGETS
 from tierod.monitors.condition.signals import WHEELS, hypotheses
-from tierod.recording import Channel, Recording
 from tierod.vehicles import load
 
 CAR = load("smartload")

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tierod.graph import batch, scan
+from tierod.core.graph import batch, scan
 from tierod.monitors.condition.bank.tuning import PlausibleRange
 from tierod.monitors.condition.kinds.catalogue import KINDS
 from tierod.monitors.condition.kinds.fits import delays_of

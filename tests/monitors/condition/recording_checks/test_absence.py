@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tierod.findings import Status
+from tierod.core.findings import Status
 from tierod.monitors.condition.recording_checks.absence import Absence
 
 PERIOD, BORNE = 0.01, 1.0

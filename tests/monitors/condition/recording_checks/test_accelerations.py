@@ -8,8 +8,8 @@ import pytest
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.recording_checks.accelerations import AccelerationCheck
 from tierod.monitors.condition.signals import ACCELERATIONS, ConditionSample
-from tierod.studies.condition.drives import Drive
-from tierod.studies.condition.recorded import recorded
+from tierod.papers.condition.drives import Drive
+from tierod.papers.condition.recorded import recorded
 from tierod.vehicles import load
 
 PARAMETERS = load("smartload").parameters_for(AutomatedVehicle.Parameters)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tierod.findings import Episode
+from tierod.core.findings import Episode
 from tierod.monitors.condition.recording_checks.clock_leap import ClockLeap
 from tierod.monitors.condition.recording_checks.contradictions import Problem
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from monitors.condition.demonstrator import CAR, circle
-from tierod.graph import scan
+from tierod.core.graph import scan
 from tierod.monitors.condition.residuals.actuator_set import actuator_set
 from tierod.monitors.condition.residuals.all_residuals import AllResiduals
 from tierod.monitors.condition.residuals.catalogue import ACTUATOR_RESIDUALS, RESIDUALS

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tierod.graph import scan
+from tierod.core.graph import scan
 from tierod.monitors.condition.residuals.adaptive_speed import AdaptiveSpeed
 
 BLOCK = AdaptiveSpeed.design(1.084, 0.01)

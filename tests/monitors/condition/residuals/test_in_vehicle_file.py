@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.monitors.condition.residuals.in_vehicle_file import calibration_of, name_of, table_of
 from tierod.monitors.condition.residuals.storage import shipped_calibration
 from tierod.vehicles import load

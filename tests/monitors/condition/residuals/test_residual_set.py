@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import expm
 
 from monitors.condition.demonstrator import CAR, circle
-from tierod.graph import scan
+from tierod.core.graph import scan
 from tierod.models.exponential import discretise_pair
 from tierod.models.stiff_rack import StiffRack
 from tierod.monitors.condition.residuals.catalogue import RESIDUALS, SENSOR_RESIDUALS

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tierod.graph import scan
+from tierod.core.graph import scan
 from tierod.monitors.condition.residuals.shares import LostShares
 
 TIME = np.arange(300) * 0.01

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tierod.graph import scan
+from tierod.core.graph import scan
 from tierod.monitors.condition.residuals.steering_signals import SteeringSignals
 
 TIME = np.arange(400) * 0.01

@@ -2,13 +2,13 @@ import math
 
 import pytest
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.monitors.condition.residuals.calibration import ResidualCalibration
 from tierod.monitors.condition.residuals.catalogue import RESIDUALS
-from tierod.monitors.condition.residuals.judged import USUAL, judged
 from tierod.monitors.condition.residuals.parameters import Coefficients
 from tierod.monitors.condition.residuals.storage import read_calibration, shipped_calibration, text_of, widen
 from tierod.monitors.condition.residuals.thresholds import ResidualThreshold
+from tierod.papers.condition.judged_residuals import USUAL, judged
 
 SAMPLE = ResidualCalibration(
     Coefficients(1.25, per_mass=0.5),

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from tierod.graph import KEEP
-from tierod.graph.maths import all_of, any_of, both, either, greatest_of, negated, where
+from tierod.core.graph import KEEP
+from tierod.core.graph.maths import all_of, any_of, both, either, greatest_of, negated, where
 from tierod.monitors.condition.bank.weighing import chosen
 from tierod.monitors.condition.signals import SLIDING, Hypothesis
 

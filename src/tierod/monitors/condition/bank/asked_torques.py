@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from tierod.estimators.linear_algebra import Vector
-from tierod.graph.maths import absolute, limit, present, where
+from tierod.core.graph.maths import absolute, limit, present, where
+from tierod.methods.estimators.linear_algebra import Vector
 from tierod.models.automated_forces import Torques
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.physics.lag import lagged_ramp

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import Tree, rebuild, skeleton
-from tierod.block import leaves as leaves_of
-from tierod.graph import JudgeSample, Verdict
-from tierod.graph.maths import all_of, any_of, both, either, negated, present, where
+from tierod.core.block import Tree, rebuild, skeleton
+from tierod.core.block import leaves as leaves_of
+from tierod.core.graph import JudgeSample, Verdict
+from tierod.core.graph.maths import all_of, any_of, both, either, negated, present, where
 from tierod.monitors.condition.bank.adoption import adopted, believed, kin
 from tierod.monitors.condition.bank.diagnosis import Diagnosis, Elements
 from tierod.monitors.condition.bank.lane import LeaveOutFilter

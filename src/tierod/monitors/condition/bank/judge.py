@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import Tree
-from tierod.graph import Bank, JudgeSample, Verdict
-from tierod.graph.maths import any_of, both, exp, maximum, sqrt, where
+from tierod.core.block import Tree
+from tierod.core.graph import Bank, JudgeSample, Verdict
+from tierod.core.graph.maths import any_of, both, exp, maximum, sqrt, where
 from tierod.monitors.condition.bank.decision import Decision, DecisionState
 from tierod.monitors.condition.bank.diagnosis import Diagnosis
 from tierod.monitors.condition.bank.lane import LeaveOutFilter

@@ -9,11 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import skeleton
-from tierod.estimators.kernels import predict_covariance
-from tierod.estimators.linear_algebra import congruence, diagonal, dot, from_diagonal, plus
-from tierod.graph.derivatives import jacobian
-from tierod.graph.maths import absolute, both, limit, maximum, minimum, present, sqrt, where
+from tierod.core.block import skeleton
+from tierod.core.graph.derivatives import jacobian
+from tierod.core.graph.maths import absolute, both, limit, maximum, minimum, present, sqrt, where
+from tierod.methods.estimators.kernels import predict_covariance
+from tierod.methods.estimators.linear_algebra import congruence, diagonal, dot, from_diagonal, plus
 from tierod.models.automated_forces import Torques, drive_force
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.bank.asked_torques import AskedTorques, no_torques, torques_of

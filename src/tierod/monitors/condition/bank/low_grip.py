@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import absolute, all_of, both, either, greatest_of, limit, maximum, where
+from tierod.core.graph.maths import absolute, all_of, both, either, greatest_of, limit, maximum, where
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.physics.lag import share_reached
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.estimators.linear_algebra import Vector, pack, unpack
-from tierod.graph.maths import absolute
+from tierod.core.graph.maths import absolute
+from tierod.methods.estimators.linear_algebra import Vector, pack, unpack
 from tierod.models.automated_vehicle import AutomatedVehicle, turning_column
 from tierod.monitors.condition.bank.tuning import ModelError
 from tierod.physics.lag import gauss_markov_noise

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from tierod.block import Tree
-from tierod.graph.maths import absolute, all_of, both, either, maximum, negated, present, where
+from tierod.core.block import Tree
+from tierod.core.graph.maths import absolute, all_of, both, either, maximum, negated, present, where
 from tierod.monitors.condition.bank.diagnosis import Elements
 from tierod.monitors.condition.bank.weighing import Weighing
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS

@@ -8,11 +8,11 @@ from math import hypot
 from math import sqrt as sqrt_of
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import skeleton
-from tierod.estimators.kernels import predict_covariance
-from tierod.estimators.linear_algebra import dot, from_diagonal, plus
-from tierod.graph.derivatives import jacobian
-from tierod.graph.maths import absolute, both, limit, maximum, minimum, present, sqrt, where
+from tierod.core.block import skeleton
+from tierod.core.graph.derivatives import jacobian
+from tierod.core.graph.maths import absolute, both, limit, maximum, minimum, present, sqrt, where
+from tierod.methods.estimators.kernels import predict_covariance
+from tierod.methods.estimators.linear_algebra import dot, from_diagonal, plus
 from tierod.models.rolling_car import LEAST_SPEED, RollingCar
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.bank.readings import Readings, Surprise

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from tierod.graph.maths import absolute, all_of, negated, present, where
+from tierod.core.graph.maths import absolute, all_of, negated, present, where
 from tierod.monitors.condition.bank.diagnosis import Elements
 from tierod.monitors.condition.bank.readings import Readings
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.graph.maths import absolute, all_of, any_of, both, either, maximum, negated, present, where
+from tierod.core.graph.maths import absolute, all_of, any_of, both, either, maximum, negated, present, where
 from tierod.monitors.condition.bank.diagnosis import Elements
 from tierod.monitors.condition.bank.weighing import Weighing
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS, WHEELS

@@ -5,8 +5,19 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from tierod.estimators.linear_algebra import Matrix, Vector, dot, is_structural, minus, pack, plus, times, unpack, upper
-from tierod.graph.maths import limit, log, minimum, present, sqrt, where
+from tierod.core.graph.maths import limit, log, minimum, present, sqrt, where
+from tierod.methods.estimators.linear_algebra import (
+    Matrix,
+    Vector,
+    dot,
+    is_structural,
+    minus,
+    pack,
+    plus,
+    times,
+    unpack,
+    upper,
+)
 
 _ROOTS = 6
 """Square roots before the series of the logarithm: x^(1/64) of what spreads over twenty powers of ten is near one."""

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.errors import ParameterError
-from tierod.graph.maths import all_of, any_of, both, either, greatest_of, maximum, minimum, negated, where
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import all_of, any_of, both, either, greatest_of, maximum, minimum, negated, where
 from tierod.monitors.condition.signals import SENSORS, Hypothesis
 from tierod.physics.lag import share_reached
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from tierod.errors import InputError
+from tierod.core.errors import InputError
+from tierod.core.recording import Aligned, Recording
 from tierod.monitors.condition.signals import WHEELS, ConditionSample
-from tierod.recording import Aligned, Recording
 
 RATE = 100.0
 """Of the grid [Hz]; filters and limits are those of its steps."""

@@ -9,11 +9,11 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.errors import InputError
+from tierod.core.errors import InputError
+from tierod.core.recording import Channel, Recording
 from tierod.monitors.condition.calibration.grid import RATE, aligned, moving, sampled, wheel_of
 from tierod.monitors.condition.recording_checks.pace import TargetPace
 from tierod.monitors.condition.signals import WHEELS
-from tierod.recording import Channel, Recording
 
 GAP = 5.0
 """Without wheel speeds, from which on what follows is another drive [s]."""

@@ -8,14 +8,14 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from tierod.graph import Bank, scan
+from tierod.core.graph import Bank, scan
+from tierod.core.recording import Recording
 from tierod.monitors.condition.bank.decision import Decision, judge
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.bank.leaving_out import leaving_out
 from tierod.monitors.condition.bank.weighing import Limits
 from tierod.monitors.condition.calibration.grid import RATE, aligned, moving
 from tierod.monitors.condition.signals import Hypothesis, hypotheses
-from tierod.recording import Recording
 from tierod.vehicles import Vehicle
 
 SETTLING = 2.0

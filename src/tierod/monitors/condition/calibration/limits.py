@@ -9,11 +9,11 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.errors import InputError, ParameterError
+from tierod.core.errors import InputError, ParameterError
+from tierod.core.recording import Recording
 from tierod.monitors.condition.bank.weighing import Limits
 from tierod.monitors.condition.calibration.healthy_ratios import BLOCK, watch
 from tierod.monitors.condition.signals import hypotheses
-from tierod.recording import Recording
 from tierod.vehicles import Vehicle
 
 NAME = "condition"

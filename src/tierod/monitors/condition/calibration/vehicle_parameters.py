@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tierod.errors import InputError
+from tierod.core.errors import InputError
+from tierod.core.recording import Recording
 from tierod.monitors.condition.calibration.grid import RATE, aligned, moving
 from tierod.monitors.condition.calibration.likeliest import Found, Search
-from tierod.recording import Recording
 from tierod.vehicles import Parameter, Vehicle
 
 FREE = (

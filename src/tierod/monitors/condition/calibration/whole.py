@@ -8,8 +8,9 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.errors import InputError
-from tierod.identification.column_result import Found
+from tierod.core.errors import InputError
+from tierod.core.recording import Recording
+from tierod.methods.identification.column_result import Found
 from tierod.monitors.condition.bank.weighing import Weighing
 from tierod.monitors.condition.calibration.healthy_drives import HealthyDrive, healthy_drives, parted
 from tierod.monitors.condition.calibration.healthy_ratios import BLOCK, SETTLING, Watched, watch
@@ -20,7 +21,6 @@ from tierod.monitors.condition.residuals.in_vehicle_file import name_of
 from tierod.monitors.condition.residuals.in_vehicle_file import table_of as residual_table
 from tierod.monitors.condition.residuals.parameters import ResidualParameters
 from tierod.monitors.condition.signals import SENSORS, ConditionSample, hypotheses
-from tierod.recording import Recording
 from tierod.vehicles import Vehicle
 
 FOR_PARAMETERS = 300.0

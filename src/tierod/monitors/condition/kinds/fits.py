@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from tierod.graph.maths import absolute, all_of, both, hypot, limit, log, maximum, minimum, sqrt, where
+from tierod.core.graph.maths import absolute, all_of, both, hypot, limit, log, maximum, minimum, sqrt, where
 from tierod.monitors.condition.kinds.state import Fit, KindState, SlopeFit
 
 DELAYS = (0.03, 0.05, 0.07, 0.09, 0.12, 0.15, 0.19, 0.24, 0.3, 0.37, 0.45, 0.55)

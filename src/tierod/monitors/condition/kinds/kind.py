@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import Ring
-from tierod.graph.maths import absolute, all_of, both, either, log, maximum, negated, present, sqrt, where
+from tierod.core.block import Ring
+from tierod.core.graph.maths import absolute, all_of, both, either, log, maximum, negated, present, sqrt, where
 from tierod.monitors.condition.bank.tuning import PlausibleRange
 from tierod.monitors.condition.kinds.catalogue import DELAY, DRIFT, GAIN, LOSS, NOISE, OFFSET, OUTLIER, STUCK, Kind
 from tierod.monitors.condition.kinds.fits import delay_of, delays_of, fitted, likeliest, log_density, sloped

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from tierod.graph.maths import where
+from tierod.core.graph.maths import where
 
 
 class Fit(NamedTuple):

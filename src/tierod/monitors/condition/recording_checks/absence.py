@@ -8,7 +8,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.findings import Status
+from tierod.core.findings import Status
 
 LEAST = 1.0
 """For which something must lack while the vehicle drives, beyond a gap that is borne, before it is called gone [s]."""

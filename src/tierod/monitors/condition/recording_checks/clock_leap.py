@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from tierod.findings import Episode
+from tierod.core.findings import Episode
 from tierod.monitors.condition.recording_checks.contradictions import Problem
 from tierod.monitors.condition.recording_checks.wiring import Wiring
 from tierod.monitors.condition.signals import SENSORS

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from tierod.core.signals import SIGNALS
+from tierod.io.quality import impossible
 from tierod.monitors.condition.signals import ConditionSample
-from tierod.quality import impossible
-from tierod.signals import SIGNALS
 
 
 class ImpossibleValues:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import named_tuple
+from tierod.core.block import named_tuple
 from tierod.monitors.condition.residuals.actuator_set import ActuatorSet, Repaired, Targets
 from tierod.monitors.condition.residuals.catalogue import RESIDUALS
 from tierod.monitors.condition.residuals.readings import Motion

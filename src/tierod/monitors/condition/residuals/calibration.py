@@ -8,10 +8,11 @@ from typing import Annotated
 
 import numpy as np
 
-from tierod.detectors.measured import threshold_from_records
-from tierod.detectors.stopping_rules import HoldRule
-from tierod.errors import InputError, ParameterError
-from tierod.graph import scan
+from tierod.core.errors import InputError, ParameterError
+from tierod.core.graph import scan
+from tierod.core.recording import Recording
+from tierod.methods.detectors.measured import threshold_from_records
+from tierod.methods.detectors.stopping_rules import HoldRule
 from tierod.monitors.condition.residuals.actuator_set import actuator_set
 from tierod.monitors.condition.residuals.all_residuals import AllResiduals
 from tierod.monitors.condition.residuals.catalogue import RESIDUALS
@@ -19,7 +20,6 @@ from tierod.monitors.condition.residuals.fit import FEWEST, SETTLING, fit_coeffi
 from tierod.monitors.condition.residuals.parameters import Coefficients, ResidualParameters
 from tierod.monitors.condition.residuals.residual_set import residual_set
 from tierod.monitors.condition.residuals.thresholds import GROWTHS, Excitation, ResidualThreshold
-from tierod.recording import Recording
 
 MARGIN = 1.15
 """Of a threshold over the largest healthy residual, where it is not designed for a rate of false alarms."""

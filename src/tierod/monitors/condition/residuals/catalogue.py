@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tierod.errors import ParameterError, nearest
+from tierod.core.errors import ParameterError, nearest
 
 PAPER = "Li, Frey, Gauterin, "
 LEFT, RIGHT = "wheel_speed_rear_left", "wheel_speed_rear_right"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from tierod.graph.maths import limit, maximum
+from tierod.core.graph.maths import limit, maximum
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.condition.residuals.parameters import Coefficients, ResidualParameters
 from tierod.monitors.condition.residuals.readings import Measured, Motion, SensorResiduals

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tierod.errors import InputError
-from tierod.graph import scan
+from tierod.core.errors import InputError
+from tierod.core.graph import scan
+from tierod.core.recording import Recording
 from tierod.monitors.condition.residuals.parameters import Coefficients
 from tierod.monitors.condition.residuals.residual_set import ResidualSet
 from tierod.monitors.condition.residuals.rolling import steer_of_rolling
 from tierod.monitors.condition.signals import ConditionSample
-from tierod.recording import Recording
 
 SETTLING = 2.0
 """Left out at the start of every drive, while the filters settle [s]."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, fields
 from typing import Any
 
-from tierod.errors import ParameterError
+from tierod.core.errors import ParameterError
 from tierod.monitors.condition.residuals.calibration import ResidualCalibration
 from tierod.monitors.condition.residuals.catalogue import RESIDUALS
 from tierod.monitors.condition.residuals.parameters import Coefficients

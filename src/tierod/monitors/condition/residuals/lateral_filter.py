@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tierod.estimators import KalmanFilter
+from tierod.methods.estimators import KalmanFilter
 from tierod.models.exponential import discretise_pair
 from tierod.models.single_track import SingleTrack
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
+from tierod.core.ranges import ANY, NOT_NEGATIVE, POSITIVE
 from tierod.models.single_track import SingleTrack
 from tierod.models.stiff_rack import StiffRack
-from tierod.ranges import ANY, NOT_NEGATIVE, POSITIVE
 
 
 @dataclass(frozen=True)

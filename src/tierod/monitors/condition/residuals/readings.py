@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, NamedTuple
 
-from tierod.block import named_tuple
+from tierod.core.block import named_tuple
 from tierod.monitors.condition.residuals.catalogue import SENSOR_RESIDUALS
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.estimators import KalmanFilter, UnscentedFilter
-from tierod.filters.hold import InputHold
-from tierod.graph.maths import absolute, all_of, both, maximum, minimum, present, where
+from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, present, where
+from tierod.core.ranges import POSITIVE
+from tierod.methods.estimators import KalmanFilter, UnscentedFilter
+from tierod.methods.filters.hold import InputHold
 from tierod.models.exponential import discretise_pair
 from tierod.models.single_track import SingleTrack
 from tierod.models.stiff_rack import StiffRack
@@ -20,7 +21,6 @@ from tierod.monitors.condition.residuals.readings import Measured, Motion, Senso
 from tierod.monitors.condition.residuals.steering_signals import SteeringSignals
 from tierod.monitors.condition.residuals.thresholds import Excitation
 from tierod.monitors.condition.signals import ConditionSample
-from tierod.ranges import POSITIVE
 
 
 @dataclass(frozen=True)

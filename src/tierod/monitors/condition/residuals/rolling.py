@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from tierod.graph.maths import cos
+from tierod.core.graph.maths import cos
 from tierod.monitors.condition.residuals.parameters import ResidualParameters
 from tierod.physics.central_axis import (
     central_speed,

@@ -8,12 +8,12 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from tierod.errors import nearest
+from tierod.core.errors import nearest
+from tierod.core.toml import Document, build
 from tierod.monitors.condition.residuals.calibration import ResidualCalibration
 from tierod.monitors.condition.residuals.catalogue import RESIDUALS
 from tierod.monitors.condition.residuals.parameters import Coefficients
 from tierod.monitors.condition.residuals.thresholds import ResidualThreshold
-from tierod.toml import Document, build
 
 SHIPPED = {
     False: Path(__file__).with_name("smartload-residuals.toml"),
@@ -30,7 +30,7 @@ rounds: 491 false alarms as found, none at 1.5, none at 2; mean accuracy of 144 
 
 
 def text_of(calibration: ResidualCalibration) -> str:
-    """A calibration as the text of a TOML file, to be written by `tierod.files`."""
+    """A calibration as the text of a TOML file, to be written by `tierod.core.files`."""
     lines = [
         f"samples = {calibration.samples}",
         f"printed = {str(calibration.printed).lower()}",

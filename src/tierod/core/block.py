@@ -1,0 +1,218 @@
+"""What a block is: anything causal with memory, written once in ordinary operators.
+
+A block is a frozen dataclass. Its float fields are its tuning and become inputs of the traced graph, so that many
+calibrations share one compiled kernel; its other fields (counts, names, flags) are its structure.
+States, samples and outputs are trees of NamedTuples and tuples whose leaves are numbers.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator
+from functools import cache
+from numbers import Real
+from types import UnionType
+from typing import (
+    Annotated,
+    Any,
+    NamedTuple,
+    Protocol,
+    TypeAlias,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+    runtime_checkable,
+)
+
+Scalar: TypeAlias = float
+"""A number inside a block: a float, or the symbol that stands for it while the block is traced."""
+
+Tree: TypeAlias = Any
+"""A scalar, or a (named) tuple of trees."""
+
+
+@runtime_checkable
+class Block(Protocol):
+    """Anything causal with memory: estimators, detectors, gates, discretised plants, sensor models.
+
+    `step` may take further arguments with defaults (`enabled` of the detectors): they are for composition inside
+    another block; what drives a whole block (scan, stream, batch, generated C) feeds Sample and nothing else.
+    """
+
+    @property
+    def Sample(self) -> type:
+        """The NamedTuple class of one sample."""
+
+    def init(self) -> Tree:
+        """The state before the first sample."""
+
+    def step(self, state: Tree, sample: Tree) -> tuple[Tree, Tree]:
+        """One sample on: (state, sample) -> (next state, output)."""
+
+
+class Ring(NamedTuple):
+    """A delay line of `size` samples: the only indexed memory of a block.
+
+    A step reads `oldest` (the value pushed `size` steps ago, `initial` before that) and returns `push(value)` once.
+    The size is at least 1.
+    """
+
+    size: int
+    initial: float = 0.0
+    oldest: Any = None
+    newest: Any = None
+
+    def push(self, value: Any) -> Ring:
+        """The ring with `value` as its newest sample."""
+        return self._replace(newest=value)
+
+
+def leaves(tree: Tree, path: str = "") -> Iterator[tuple[str, Any]]:
+    """(dotted path, leaf) of every leaf of a tree, in order; a Ring is one leaf."""
+    if isinstance(tree, tuple) and not isinstance(tree, Ring):
+        names = getattr(tree, "_fields", None) or map(str, range(len(tree)))
+        for name, branch in zip(names, tree, strict=True):
+            yield from leaves(branch, f"{path}.{name}" if path else name)
+    else:
+        yield path, tree
+
+
+def rebuild(tree: Tree, values: Any) -> Tree:
+    """A tree of the same shape as `tree` with its leaves taken from `values` in order."""
+    source = iter(values)
+    return map_leaves(lambda _leaf: next(source), tree)
+
+
+def map_leaves(function: Callable[[Any], Any], tree: Tree) -> Tree:
+    """The tree with `function` applied to every leaf."""
+    if isinstance(tree, tuple) and not isinstance(tree, Ring):
+        branches = [map_leaves(function, branch) for branch in tree]
+        return type(tree)(*branches) if hasattr(tree, "_fields") else tuple(branches)
+    return function(tree)
+
+
+def skeleton(annotation: Any) -> Tree:
+    """A tree of zeros of the shape that a NamedTuple class or annotation declares."""
+    if get_origin(annotation) is Annotated:
+        return skeleton(get_args(annotation)[0])
+    if get_origin(annotation) is tuple:
+        return tuple(skeleton(branch) for branch in get_args(annotation))
+    if isinstance(annotation, type) and hasattr(annotation, "_fields"):
+        hints = get_type_hints(annotation, include_extras=True)
+        return annotation(*(skeleton(hints[name]) for name in annotation._fields))
+    return 0.0
+
+
+def units(annotation: Any) -> list[str]:
+    """The unit of every leaf that a NamedTuple class declares (`Annotated[float, "rad"]`), "" where none is said."""
+    if get_origin(annotation) is Annotated:
+        inner, *notes = get_args(annotation)
+        below = units(inner)
+        return [str(notes[0])] if len(below) == 1 and below == [""] else below
+    if get_origin(annotation) is tuple:
+        return [unit for branch in get_args(annotation) for unit in units(branch)]
+    if isinstance(annotation, type) and hasattr(annotation, "_fields"):
+        hints = get_type_hints(annotation, include_extras=True)
+        return [unit for name in annotation._fields for unit in units(hints[name])]
+    return [""]
+
+
+def named_tuple(name: str, fields: list[tuple[str, Any]]) -> type:
+    """A NamedTuple class made at run time, from (field, annotation) pairs."""
+    return NamedTuple(name, fields)  # type: ignore[misc, return-value]
+
+
+def derived(annotation: Any, name: str, unit: str) -> Any:
+    """A NamedTuple class like another, its units put into a pattern: `derived(State, "Variance", "({})**2")`."""
+    if get_origin(annotation) is Annotated:
+        inner, *notes = get_args(annotation)
+        return Annotated[inner, unit.format(notes[0] or "1")]
+    if get_origin(annotation) is tuple:
+        return tuple[tuple(derived(branch, name, unit) for branch in get_args(annotation))]  # type: ignore[misc]
+    if isinstance(annotation, type) and hasattr(annotation, "_fields"):
+        hints = get_type_hints(annotation, include_extras=True)
+        return named_tuple(name, [(field, derived(hints[field], name, unit)) for field in annotation._fields])
+    return annotation
+
+
+def tuning(block: Any, path: str = "") -> Iterator[tuple[str, float]]:
+    """(dotted path, value) of every float in a block's fields, nested dataclasses and tuples included.
+
+    A whole number in a field of floats is a float: `Cusum(1, 4, 20)` is `Cusum(1.0, 4.0, 20.0)`.
+    """
+    if isinstance(block, float):
+        yield path, block
+    else:
+        for name, value in _parts(block):
+            yield from tuning(value, f"{path}.{name}" if path else name)
+
+
+def with_tuning(block: Any, values: Any) -> Any:
+    """The block with its floats replaced, in the order of `tuning`; used to trace it with symbols."""
+    return _with_tuning(block, iter(values))
+
+
+def _with_tuning(block: Any, values: Iterator[Any]) -> Any:
+    if isinstance(block, float):
+        return next(values)
+    if dataclasses.is_dataclass(block) and not isinstance(block, type):
+        copy = object.__new__(type(block))
+        for name, value in _parts(block):
+            object.__setattr__(copy, name, _with_tuning(value, values))
+        return copy
+    if isinstance(block, tuple):
+        parts = [_with_tuning(value, values) for _, value in _parts(block)]
+        return type(block)(*parts) if hasattr(block, "_fields") else tuple(parts)
+    return block
+
+
+def structure(block: Any) -> Any:
+    """What of a block decides the shape of its graph: types and every field that is not a float.
+
+    Types stand for themselves, not for their names: a class written anew under an old name is another one. Values come
+    with their type, since True equals 1. A whole number in a field of floats is a float.
+    """
+    if isinstance(block, float):
+        return float
+    if isinstance(block, tuple) or (dataclasses.is_dataclass(block) and not isinstance(block, type)):
+        return (type(block), tuple(structure(value) for _, value in _parts(block)))
+    return (type(block), block)
+
+
+def _parts(block: Any) -> list[tuple[str, Any]]:
+    """(name, value) of every field of a dataclass or tuple, as its annotation means it; none of anything else."""
+    if isinstance(block, type) or not (isinstance(block, tuple) or dataclasses.is_dataclass(block)):
+        return []
+    if isinstance(block, tuple):
+        names = list(getattr(block, "_fields", None) or map(str, range(len(block))))
+        values = list(block)
+    else:
+        names = [field.name for field in dataclasses.fields(block)]
+        values = [getattr(block, name) for name in names]
+    kind: Any = type(block)
+    hints = _hints(kind)
+    return [(name, _as_meant(value, hints.get(name))) for name, value in zip(names, values, strict=True)]
+
+
+@cache
+def _hints(kind: type) -> dict[str, Any]:
+    """Annotations by field; empty where one names a class that only a function knows: then numbers stay as written."""
+    try:
+        return get_type_hints(kind)
+    except NameError:
+        return {}
+
+
+def _as_meant(value: Any, hint: Any) -> Any:
+    """A number in a field of floats as a float, in tuples of floats too; anything else as it is."""
+    if isinstance(value, tuple) and get_origin(hint) is tuple:
+        inner = get_args(hint)
+        inner = inner[:1] * len(value) if inner[-1:] == (Ellipsis,) else inner
+        if len(inner) == len(value):
+            return tuple(_as_meant(part, each) for part, each in zip(value, inner, strict=True))
+    meant = hint is float or (get_origin(hint) in _UNIONS and float in get_args(hint) and int not in get_args(hint))
+    return float(value) if meant and isinstance(value, Real) and not isinstance(value, bool) else value
+
+
+_UNIONS = (Union, UnionType)

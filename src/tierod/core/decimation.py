@@ -1,0 +1,205 @@
+"""Long time series in bounded memory: lowest, highest and mean value of every bin, so that nothing is hidden.
+
+A `Decimator` makes a trace, as fine as memory allows; `merged` and `coarser` make levels of it for less room; `pack`
+makes a level small enough for a page or a store, and `unpack` a trace again.
+"""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from tierod.core.findings import Trace
+
+MEMORY = 2**20
+"""Bins of all traces of a recording together, 32 bytes each."""
+
+OVERVIEW = 4000
+"""Points of a trace that are enough to see all of it at once."""
+
+MISSING = 0
+"""Code of a bin without a sample in a packed trace."""
+
+
+def bins_each(traces: int) -> int:
+    """Bins of one of so many traces, at the least once they are full: a power of two, 16 384 for 30 traces."""
+    return 1 << max(MEMORY // (2 * max(traces, 1)), 1).bit_length() - 1
+
+
+class Decimator:
+    """Collects one signal chunk by chunk; bins double in width as the recording grows.
+
+    Args:
+        name: of the signal
+        unit: in the notation of pint
+        bins: how many bins there are at the least once they are full; at the most twice as many
+    """
+
+    def __init__(self, name: str, unit: str, bins: int = 2000):
+        self.name, self.unit, self.bins = name, unit, bins
+        self._start: float | None = None
+        self._width = 0.0
+        self._lower = self._upper = self._sum = self._count = np.empty(0)
+
+    def add(self, time: np.ndarray, values: np.ndarray) -> None:
+        """Samples that follow those already added.
+
+        Args:
+            time: [s], shape (n,), rising
+            values: shape (n,); NaN where missing
+        """
+        if not len(time):
+            return
+        if self._start is None:
+            self._start = float(time[0])
+            steps = np.diff(time[:1000])
+            steps = steps[steps > 0.0]
+            self._width = float(np.median(steps)) if len(steps) else 1.0
+        while (time[-1] - self._start) / self._width >= 2 * self.bins:
+            self._halve()
+        index = np.floor((time - self._start) / self._width + 1e-6).astype(int)
+        self._grow(int(index[-1]) + 1)
+        seen = np.isfinite(values)
+        index, values = index[seen], values[seen]
+        np.minimum.at(self._lower, index, values)
+        np.maximum.at(self._upper, index, values)
+        self._sum += np.bincount(index, values, len(self._sum))
+        self._count += np.bincount(index, minlength=len(self._count))
+
+    def trace(self) -> Trace:
+        """What was collected; NaN where a bin saw no sample."""
+        seen = self._count > 0
+        mean = np.divide(self._sum, self._count, out=np.full(len(seen), np.nan), where=seen)
+        time = (self._start or 0.0) + self._width * np.arange(len(seen))
+        lower, upper = (np.where(seen, edge, np.nan) for edge in (self._lower, self._upper))
+        return Trace(self.name, self.unit, time, lower, upper, mean)
+
+    def _grow(self, size: int) -> None:
+        more = max(size - len(self._count), 0)
+        if more:
+            self._lower = np.append(self._lower, np.full(more, np.inf))
+            self._upper = np.append(self._upper, np.full(more, -np.inf))
+            self._sum, self._count = (np.append(old, np.zeros(more)) for old in (self._sum, self._count))
+
+    def _halve(self) -> None:
+        self._grow(len(self._count) + len(self._count) % 2)
+        self._lower = np.minimum(self._lower[::2], self._lower[1::2])
+        self._upper = np.maximum(self._upper[::2], self._upper[1::2])
+        self._sum, self._count = (old[::2] + old[1::2] for old in (self._sum, self._count))
+        self._width *= 2.0
+
+
+def coarser(trace: Trace, step: int) -> Trace:
+    """The trace with neighbouring bins merged; the extremes stay.
+
+    Args:
+        trace: at any resolution
+        step: bins that become one
+    """
+    if step <= 1:
+        return trace
+    pad = -len(trace.time) % step
+    lower, upper, mean = (
+        np.pad(np.asarray(part, float), (0, pad), constant_values=np.nan).reshape(-1, step)
+        for part in (trace.lower, trace.upper, trace.mean)
+    )
+    seen = np.isfinite(mean)
+    count = seen.sum(axis=1)
+    none = count == 0
+    total = np.where(seen, mean, 0.0).sum(axis=1)
+    return Trace(
+        trace.name,
+        trace.unit,
+        np.asarray(trace.time)[::step],
+        np.where(none, np.nan, np.where(seen, lower, np.inf).min(axis=1)),
+        np.where(none, np.nan, np.where(seen, upper, -np.inf).max(axis=1)),
+        np.divide(total, count, out=np.full(len(count), np.nan), where=~none),
+    )
+
+
+def merged(trace: Trace, points: int = OVERVIEW) -> Trace:
+    """The trace with neighbouring bins merged until there are few enough; the extremes stay.
+
+    Args:
+        trace: at any resolution
+        points: most bins that are left
+    """
+    return coarser(trace, -(-len(trace.time) // points))
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A trace in whole numbers, compressed.
+
+    Args:
+        name, unit: of the trace
+        start: left edge of the first bin [s]
+        width: of a bin [s]
+        count: of the bins
+        lowest: value of the code 1 [unit]
+        step: value from one code to the next [unit]
+        data: mean, highest less mean, and mean less lowest code of every bin, the mean as its change, in zigzag; of all
+            numbers the low bytes, then the high ones; zlib
+    """
+
+    name: str
+    unit: str
+    start: Annotated[float, "s"]
+    width: Annotated[float, "s"]
+    count: int
+    lowest: float
+    step: float
+    data: bytes
+
+
+def bin_width(trace: Trace) -> float:
+    """Width of the bins [s]; 0 where there are fewer than two."""
+    time = np.asarray(trace.time, float)
+    return float(time[-1] - time[0]) / (len(time) - 1) if len(time) > 1 else 0.0
+
+
+def pack(trace: Trace, bits: int = 16) -> Packed | None:
+    """The trace packed; None where its bins differ in width.
+
+    Args:
+        trace: as `Decimator` or `coarser` gives it
+        bits: of a code, 2 to 16: values are rounded to the range of the trace over 2**bits
+    """
+    time = np.asarray(trace.time, float)
+    width, count = bin_width(trace), len(time)
+    start = float(time[0]) if count else 0.0
+    if count > 1 and not np.all(np.abs(time - start - width * np.arange(count)) < 0.01 * width):
+        return None
+    lower, upper, mean = (np.asarray(part, float) for part in (trace.lower, trace.upper, trace.mean))
+    seen = np.isfinite(mean)
+    low, high = (float(np.min(lower[seen])), float(np.max(upper[seen]))) if seen.any() else (0.0, 0.0)
+    most = 2**bits - 1
+    # A range that rounding makes of one value is none; halves keep the widest range finite.
+    step = max(high / (most - 1) - low / (most - 1), 1e-12 * max(abs(low), abs(high))) or 1.0
+
+    def code(values: np.ndarray) -> np.ndarray:
+        known = np.where(seen, values, low)
+        return np.where(seen, np.clip(np.round(known / step - low / step) + 1.0, 1, most), MISSING).astype(int)
+
+    least, middle, greatest = code(lower), code(mean), code(upper)
+    middle = np.clip(middle, least, greatest)
+    change = (np.diff(middle, prepend=0) + 2**15) % 2**16 - 2**15
+    numbers = np.concatenate([(change << 1) ^ (change >> 15), greatest - middle, middle - least]).astype("<u2")
+    data = zlib.compress(numbers.view(np.uint8).reshape(-1, 2).T.tobytes(), 6)
+    return Packed(trace.name, trace.unit, start, width, count, low, step, data)
+
+
+def unpack(packed: Packed) -> Trace:
+    """The trace that was packed, its values rounded to the steps of the codes."""
+    places = np.frombuffer(zlib.decompress(packed.data), np.uint8).astype(int)
+    low, high = places.reshape(2, -1)
+    turned, above, below = (low + 256 * high).reshape(3, -1)
+    middle = np.cumsum((turned >> 1) ^ -(turned & 1)) % 2**16
+    lower, upper, mean = (
+        np.where(middle == MISSING, np.nan, packed.lowest + packed.step * (codes - 1.0))
+        for codes in (middle - below, middle + above, middle)
+    )
+    return Trace(packed.name, packed.unit, packed.start + packed.width * np.arange(packed.count), lower, upper, mean)

@@ -1,0 +1,157 @@
+"""Fields of frozen dataclasses as parameters: unit, range, and a dotted path to each."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from functools import cache
+from types import UnionType
+from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin, get_type_hints
+
+from tierod.core.errors import ParameterError
+from tierod.core.ranges import Range
+
+
+class Meaning(NamedTuple):
+    """What an annotation says.
+
+    Args:
+        hint: the type without its notes
+        unit: in the notation of pint; None where the annotation says none
+        limits: the values that make sense; None where any does
+    """
+
+    hint: Any
+    unit: str | None
+    limits: Range | None
+
+
+class Number(NamedTuple):
+    """A float field somewhere in a dataclass."""
+
+    value: float
+    unit: str
+    limits: Range | None
+
+
+@cache
+def hints(kind: Any) -> dict[str, Any]:
+    """Annotations of a class by field, with their notes."""
+    return get_type_hints(kind, include_extras=True)
+
+
+@cache
+def meaning(annotation: Any) -> Meaning:
+    """What an annotation like `Annotated[float, "kg", POSITIVE]` says."""
+    if get_origin(annotation) is not Annotated:
+        return Meaning(annotation, None, None)
+    hint, *notes = get_args(annotation)
+    unit = next((note for note in notes if isinstance(note, str)), None)
+    return Meaning(hint, unit, next((note for note in notes if isinstance(note, Range)), None))
+
+
+def alternatives(hint: Any) -> tuple[Any, ...]:
+    """The members of a union without None, as they are written; the hint itself where it is none."""
+    if get_origin(hint) in (Union, UnionType):
+        return tuple(member for member in get_args(hint) if member is not type(None))
+    return (hint,)
+
+
+@cache
+def members(means: Meaning) -> tuple[Meaning, ...]:
+    """The members of a union without None, also of unions within it; notes of the whole where they have none."""
+    parts = alternatives(means.hint)
+    if parts == (means.hint,):
+        return (means,)
+    return tuple(found for part in parts for found in members(below(part, means)))
+
+
+@cache
+def below(annotation: Any, above: Meaning) -> Meaning:
+    """What the annotation of a part means, with the notes of the whole where it has none."""
+    own = meaning(annotation)
+    return Meaning(own.hint, above.unit if own.unit is None else own.unit, own.limits or above.limits)
+
+
+def numbers(instance: Any) -> dict[str, Number]:
+    """Every float field of a dataclass and of what is nested in it, by dotted path; elements of tuples by number."""
+    return dict(_numbers(instance, Meaning(type(instance), None, None), ""))
+
+
+def _numbers(value: Any, means: Meaning, path: str) -> Iterator[tuple[str, Number]]:
+    if isinstance(value, float | int) and not isinstance(value, bool):
+        floats = [member for member in members(means) if member.hint is float]
+        if floats:
+            yield path, Number(float(value), floats[0].unit or "", floats[0].limits)
+        return
+    for name, part, inner in _parts(value, means):
+        yield from _numbers(part, inner, f"{path}.{name}" if path else name)
+
+
+@cache
+def _meanings(kind: Any) -> list[tuple[str, Meaning]]:
+    """What the annotation of every field of a dataclass means."""
+    known = hints(kind)
+    return [(each.name, meaning(known[each.name])) for each in dataclasses.fields(kind)]
+
+
+def _parts(value: Any, means: Meaning) -> list[tuple[str, Any, Meaning]]:
+    """(name, value, meaning) of what a value is made of; none for a plain one."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return [(name, getattr(value, name), means) for name, means in _meanings(type(value))]
+    if isinstance(value, Mapping):
+        inner = (get_args(means.hint) or (str, Any))[1]
+        return [(str(name), part, below(inner, means)) for name, part in value.items()]
+    if isinstance(value, tuple):
+        whole = next((each for each in members(means) if get_origin(each.hint) is tuple), means)
+        inner = get_args(whole.hint)
+        each = inner[:1] * len(value) if inner[-1:] == (Ellipsis,) or len(inner) != len(value) else inner
+        return [(str(i), part, below(hint, whole)) for i, (part, hint) in enumerate(zip(value, each, strict=False))]
+    return []
+
+
+def replaced(instance: Any, changes: Mapping[str, Any]) -> Any:
+    """The dataclass with the values at some dotted paths replaced; the paths have to be there."""
+    below: dict[str, dict[str, Any]] = {}
+    values: dict[str, Any] = {}
+    for path, value in changes.items():
+        name, _, rest = path.partition(".")
+        if rest:
+            below.setdefault(name, {})[rest] = value
+        else:
+            values[name] = value
+    for name, inner in below.items():
+        values[name] = replaced(_part(instance, name), inner)
+    return _with(instance, values)
+
+
+def _part(instance: Any, name: str) -> Any:
+    if isinstance(instance, Mapping):
+        return instance[name]
+    return instance[int(name)] if isinstance(instance, tuple) else getattr(instance, name)
+
+
+def _with(instance: Any, values: dict[str, Any]) -> Any:
+    if isinstance(instance, Mapping):
+        return {**instance, **values}
+    if isinstance(instance, tuple):
+        return tuple(values.get(str(number), part) for number, part in enumerate(instance))
+    return dataclasses.replace(instance, **values)
+
+
+def check_ranges(instance: Any) -> None:
+    """Hold the numbers of a dataclass against the ranges in its annotations; what is nested looks after itself.
+
+    Raises:
+        ParameterError: a number that is out of its range
+    """
+    kind: Any = type(instance)
+    known = hints(kind)
+    for field in dataclasses.fields(instance):
+        value = getattr(instance, field.name)
+        if isinstance(value, bool) or not isinstance(value, float | int):
+            continue
+        for means in members(meaning(known[field.name])):
+            if means.hint in (float, int) and means.limits is not None and not means.limits.holds(value):
+                unit = f" {means.unit}" if means.unit and "{" not in means.unit else ""
+                raise ParameterError(f"'{field.name}' is {value:g}{unit}, but has to be {means.limits}{unit}")

@@ -1,0 +1,23 @@
+"""Tracing, printing, compiling and running blocks; nothing else in tierod imports CasADi."""
+
+from tierod.core.graph.bank import KEEP, Bank, JudgeSample, Verdict
+from tierod.core.graph.derivatives import jacobian
+from tierod.core.graph.lanes import batch
+from tierod.core.graph.runtime import Stream, scan
+from tierod.core.graph.samples import Memory, Result
+from tierod.core.graph.trace import Graph, trace
+
+__all__ = [
+    "KEEP",
+    "Bank",
+    "Graph",
+    "JudgeSample",
+    "Memory",
+    "Result",
+    "Stream",
+    "Verdict",
+    "batch",
+    "jacobian",
+    "scan",
+    "trace",
+]

@@ -1,0 +1,106 @@
+"""One block many times over, each with a calibration of its own, and a judge over all: filter banks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+from tierod.core.block import Tree, leaves
+from tierod.core.errors import TraceError
+from tierod.core.graph.bank_graph import BankGraph, trace_bank
+from tierod.core.graph.maths import is_symbol
+from tierod.core.graph.memory_layout import BankState
+
+KEEP = -1.0
+"""What a judge says of a lane that goes on with its own state."""
+
+
+class JudgeSample(NamedTuple):
+    """What a judge sees.
+
+    Args:
+        sample: of the bank
+        lanes: the output of every lane for this sample
+    """
+
+    sample: Tree
+    lanes: tuple[Tree, ...]
+
+
+class Verdict(NamedTuple):
+    """What a judge says.
+
+    Args:
+        output: of the bank
+        adopt: per lane the number of the lane whose state it takes over after this sample; `KEEP` for its own
+        feedback: what every lane is given with the next sample, () for nothing
+    """
+
+    output: Tree
+    adopt: tuple[Any, ...]
+    feedback: Tree = ()
+
+
+class Judge(Protocol):
+    """Block that weighs the lanes of a bank against each other."""
+
+    def init(self) -> Tree:
+        """The state before the first sample."""
+
+    def feedback(self) -> Tree:
+        """What every lane is given with the first sample; () where the judge never says anything to the lanes."""
+
+    def step(self, state: Tree, sample: JudgeSample) -> tuple[Tree, Verdict]:
+        """One sample on."""
+
+
+@dataclass(frozen=True)
+class Bank:
+    """Blocks of one structure side by side, and a judge over them.
+
+    With every sample each lane steps; the judge then sees the sample and what all lanes put out, gives the output of
+    the bank, and may let lanes take over the state of others. Lanes that take over and are taken over in one sample
+    exchange the states that they had after their own step. Compiled, eight lanes are stepped at once.
+
+    Args:
+        lanes: blocks that differ in their floats only; `step(state, sample)`, or `step(state, sample, feedback)` where
+            the judge gives feedback. No delay lines
+        judge: see `Judge`
+
+    A bank is run by all drivers; it cannot stand inside another block.
+    """
+
+    lanes: tuple[Any, ...]
+    judge: Any
+
+    @property
+    def Sample(self) -> type:
+        """That of the lanes."""
+        return self.lanes[0].Sample
+
+    def init(self) -> BankState:
+        """The states of all lanes and of the judge."""
+        return BankState(tuple(lane.init() for lane in self.lanes), self.judge.init(), self.judge.feedback())
+
+    def step(self, state: BankState, sample: Tree) -> tuple[BankState, Tree]:
+        """One sample on, in plain numbers.
+
+        Raises:
+            TraceError: given symbols, that is inside another block
+        """
+        if any(is_symbol(leaf) for _, leaf in leaves(sample)):
+            raise TraceError("a Bank cannot stand inside another block; run what comes before and after it by itself")
+        said = [state.feedback] if any(leaves(state.feedback)) else []
+        pairs = zip(self.lanes, state.lanes, strict=True)
+        stepped = [lane.step(memory, sample, *said) for lane, memory in pairs]
+        lanes, outputs = tuple(memory for memory, _ in stepped), tuple(output for _, output in stepped)
+        judged, verdict = self.judge.step(state.judge, JudgeSample(sample, outputs))
+        taken = tuple(
+            lanes[int(source)] if 0.0 <= source < len(lanes) else own
+            for source, own in zip(verdict.adopt, lanes, strict=True)
+        )
+        return BankState(taken, judged, verdict.feedback), verdict.output
+
+    def traced(self) -> BankGraph:
+        """The graphs of one lane and of the judge, for `trace`."""
+        return trace_bank(self, JudgeSample)

@@ -1,0 +1,136 @@
+"""The graph of a bank: one lane, traced once for all, and the judge."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from tierod.core.block import Ring, Tree, leaves, map_leaves, skeleton, structure
+from tierod.core.errors import TraceError
+from tierod.core.graph.memory_layout import GROUP
+from tierod.core.graph.trace import Graph, straight_line
+
+
+@dataclass(frozen=True, eq=False)
+class BankGraph:
+    """One step of a bank: a lane's straight line, run by every lane, then the judge's.
+
+    Args:
+        name: of the bank's class
+        lane: takes the sample of the bank and the feedback
+        judge: takes the sample of the bank and the outputs of all lanes; gives output, adopted lanes and feedback
+        count: of lanes
+        feedback: dotted names of what the judge says to the lanes
+        sample_tree, output_tree: trees of zeros in the shapes of the bank's
+    """
+
+    name: str
+    lane: Graph
+    judge: Graph
+    count: int
+    feedback: tuple[str, ...]
+    sample_tree: Tree
+    output_tree: Tree
+
+    @property
+    def groups(self) -> int:
+        """Groups of lanes that are stepped together; the last one is filled up."""
+        return -(-self.count // GROUP)
+
+    @property
+    def lanes_memory(self) -> int:
+        """Numbers of state of all lanes, fill included."""
+        return self.groups * len(self.lane.state) * GROUP
+
+    @cached_property
+    def tuning(self) -> tuple[str, ...]:
+        """Dotted names of the floats of all lanes and of the judge, in order."""
+        lanes = [f"lanes.{number}.{name}" for number in range(self.count) for name in self.lane.tuning]
+        return (*lanes, *(f"judge.{name}" for name in self.judge.tuning))
+
+    @cached_property
+    def state(self) -> tuple[str, ...]:
+        """Dotted names of the memory, in order, delay lines left out."""
+        lanes = [
+            f"lanes.{group * GROUP + lane}.{name}"
+            for group in range(self.groups)
+            for name in self.lane.state
+            for lane in range(GROUP)
+        ]
+        judge = (f"judge.{name}" for name in self.judge.state)
+        return (*lanes, *judge, *(f"feedback.{name}" for name in self.feedback))
+
+    @property
+    def rings(self) -> tuple[tuple[str, int], ...]:
+        """(name, size) of the judge's delay lines; lanes have none."""
+        return self.judge.rings
+
+    @cached_property
+    def sample(self) -> tuple[str, ...]:
+        """Dotted names of the inputs."""
+        return tuple(path for path, _ in leaves(self.sample_tree))
+
+    @cached_property
+    def output(self) -> tuple[str, ...]:
+        """Dotted names of the outputs."""
+        return tuple(path for path, _ in leaves(self.output_tree))
+
+    @property
+    def memory(self) -> int:
+        """Numbers of state, fill and delay lines included."""
+        return len(self.state) + sum(size for _, size in self.rings)
+
+
+def trace_bank(bank: Any, judged: type) -> BankGraph:
+    """The graph of a bank.
+
+    Args:
+        bank: with `lanes` and `judge`
+        judged: NamedTuple class of what the judge is given
+
+    Raises:
+        TraceError: the lanes differ in structure or hold delay lines, the judge does not answer for every lane, or one
+            of them cannot be traced
+    """
+    if not bank.lanes:
+        raise TraceError("a bank has no lanes; give it one block at least")
+    first, judge, count = bank.lanes[0], bank.judge, len(bank.lanes)
+    if any(structure(lane) != structure(first) for lane in bank.lanes[1:]):
+        raise TraceError(
+            f"the lanes of a bank of {type(first).__name__} differ in more than their floats; "
+            "let flags be floats (1.0, 0.0) that the step asks with `where`"
+        )
+    if any(isinstance(leaf, Ring) for _, leaf in leaves(first.init())):
+        raise TraceError(f"{type(first).__name__} holds a delay line; lanes of a bank cannot, their judge can")
+    said = judge.feedback()
+    fed = any(leaves(said))
+    inputs = skeleton(first.Sample)
+    lane = straight_line(
+        first, (inputs, said), lambda block, state, given: block.step(state, given[0], *(given[1:] if fed else ()))
+    )
+    judge_graph = straight_line(
+        judge, (inputs, (lane.output_tree,) * count), lambda block, state, given: block.step(state, judged(*given))
+    )
+    verdict = judge_graph.output_tree
+    _check_verdict(verdict, said, count, type(judge).__name__)
+    return BankGraph(
+        name=type(bank).__name__,
+        lane=lane,
+        judge=judge_graph,
+        count=count,
+        feedback=tuple(path for path, _ in leaves(said)),
+        sample_tree=inputs,
+        output_tree=map_leaves(lambda _: 0.0, verdict.output),
+    )
+
+
+def _check_verdict(verdict: Any, said: Tree, count: int, name: str) -> None:
+    if len(verdict.adopt) != count:
+        raise TraceError(f"{name} names {len(verdict.adopt)} lanes to adopt for {count} lanes; give one for each")
+    before, after = [path for path, _ in leaves(said)], [path for path, _ in leaves(verdict.feedback)]
+    if before != after:
+        raise TraceError(
+            f"{name}.step gives feedback of another shape ({', '.join(after)}) than {name}.feedback "
+            f"({', '.join(before)}); return the same fields in the same order"
+        )

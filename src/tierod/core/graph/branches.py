@@ -1,0 +1,98 @@
+"""Which operations are needed only where a condition holds, and in what order they can be worked out in branches."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from tierod.core.graph.operations import Program
+
+FEWEST = 16
+"""Operations of a branch from which it pays: fewer cost less than a jump that was foretold wrongly."""
+
+
+class Condition(NamedTuple):
+    """A value that is not zero (or zero, where it does not `hold`)."""
+
+    value: int
+    holds: bool
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Operations that are worked out together.
+
+    Args:
+        condition: under which; None for those that are always needed
+        operations: their numbers, in order
+    """
+
+    condition: Condition | None
+    operations: tuple[int, ...]
+
+
+def branches(program: Program) -> list[Branch]:
+    """All operations of a step but the invariant ones, so ordered that each comes after what it needs.
+
+    An operation whose result nothing takes but selections that leave it out elsewhere is worked out in a branch.
+    """
+    chosen = _chosen(program, _conditions(program))
+    rounds = _rounds(program, chosen)
+    parts: dict[tuple[int, Condition | None], list[int]] = {}
+    for index, number in rounds.items():
+        parts.setdefault((number, chosen.get(index)), []).append(index)
+    ordered = sorted(parts.items(), key=lambda part: (part[0][0], part[0][1] is not None, part[1][0]))
+    return [Branch(condition, tuple(operations)) for (_, condition), operations in ordered]
+
+
+def _conditions(program: Program) -> dict[int, frozenset[Condition]]:
+    """Conditions that all hold wherever an operation's result is taken."""
+    found: dict[int, frozenset[Condition]] = {value: frozenset() for value in program.outputs.values()}
+    for index in range(len(program.operations) - 1, -1, -1):
+        if index in program.invariant:
+            continue
+        own, operation = found.get(index, frozenset()), program.operations[index]
+        for place, argument in enumerate(operation.arguments):
+            under = own
+            if operation.name in ("select", "if") and place > 0:
+                under = own | {_condition(program, operation.arguments[0], place == 1)}
+            found[argument] = found[argument] & under if argument in found else under
+    return found
+
+
+def _condition(program: Program, value: int, holds: bool) -> Condition:
+    """A condition without its negations."""
+    while program.operations[value].name == "not":
+        value, holds = program.operations[value].arguments[0], not holds
+    return Condition(value, holds)
+
+
+def _chosen(program: Program, conditions: dict[int, frozenset[Condition]]) -> dict[int, Condition]:
+    """Of the conditions of every operation the one that spares most; none where it spares too little."""
+    worked = [
+        index
+        for index, operation in enumerate(program.operations)
+        if index not in program.invariant and operation.name not in ("input", "constant")
+    ]
+    spared = Counter(each for index in worked for each in conditions.get(index, ()))
+    chosen = {}
+    for index in worked:
+        own = [each for each in conditions.get(index, ()) if each.value not in program.invariant]
+        if own:
+            chosen[index] = max(own, key=lambda each: (spared[each], each))
+    counted = Counter(chosen.values())
+    return {index: each for index, each in chosen.items() if counted[each] >= FEWEST}
+
+
+def _rounds(program: Program, chosen: dict[int, Condition]) -> dict[int, int]:
+    """A number for every operation: branches of one number need nothing of each other."""
+    rounds: dict[int, int] = {}
+    for index, operation in enumerate(program.operations):
+        if index in program.invariant:
+            continue
+        own = chosen.get(index)
+        needed: Sequence[int] = operation.arguments if own is None else (*operation.arguments, own.value)
+        rounds[index] = max((rounds[each] + (chosen.get(each) != own) for each in needed if each in rounds), default=0)
+    return rounds

@@ -1,0 +1,152 @@
+"""Print what is stepped alone: logic in whole numbers, branches, and tables in place of chains of selections."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from tierod.core.graph.branches import Branch, branches
+from tierod.core.graph.line_printer import COMPARE, LinePrinter, Places
+from tierod.core.graph.operations import LOGICAL, SAMPLE, Operation, Program
+from tierod.core.graph.picks import with_picks
+from tierod.core.graph.trace import Graph
+
+
+class BranchingPrinter(LinePrinter):
+    """As a `LinePrinter`, for what is stepped alone and so need not vectorise; the same numbers to the last bit.
+
+    Args:
+        graph: of the block
+        operations: its program
+        gathered: C of one of several inputs, given their positions in the sample and C of the number that picks; None
+            where they do not lie so that this can be written
+    """
+
+    def __init__(
+        self, graph: Graph, operations: Program, gathered: Callable[[Sequence[int], str], str | None] | None = None
+    ):
+        super().__init__(graph, with_picks(operations))
+        self._whole = _truths(self.program)
+        self._logical = frozenset(self.program.operations[index] for index in self._whole)
+        self._gathers = self._gathered(gathered) if gathered else {}
+        self._left_out = self._gathered_alone()
+
+    def _gathered(self, gathered: Callable[[Sequence[int], str], str | None]) -> dict[int, str]:
+        """C of every pick among inputs that can be reached by a number."""
+        found = {}
+        for index, operation in enumerate(self.program.operations):
+            if operation.name == "pick":
+                inputs = [self.program.operations[each] for each in operation.arguments[1:]]
+                if all(each.name == "input" and each.constant[0] == SAMPLE for each in inputs):
+                    text = gathered([each.constant[1] for each in inputs], f"i{index}")
+                    if text is not None:
+                        found[index] = text
+        return found
+
+    def _gathered_alone(self) -> frozenset[int]:
+        """Inputs that nothing takes but such picks."""
+        operations = self.program.operations
+        gathered = {each for index in self._gathers for each in operations[index].arguments[1:]}
+        others = {
+            each
+            for index, operation in enumerate(operations)
+            for each in (operation.arguments[:1] if index in self._gathers else operation.arguments)
+        }
+        return frozenset(gathered - others - set(self.program.outputs.values()))
+
+    def body(self, places: Places, indent: str) -> str:
+        """The whole step."""
+        named, notes = self.names(places), self.notes()
+        parts = branches(self.program)
+        lines = [self._branch(part, named, places, notes, indent) for part in parts]
+        lines += [
+            self.store(target, value, named, places, indent) for target, value in sorted(self.program.outputs.items())
+        ]
+        return "".join(lines)
+
+    def _branch(self, part: Branch, named: dict[int, str], places: Places, notes: dict[int, str], indent: str) -> str:
+        if part.condition is None:
+            needed = [index for index in part.operations if index not in self._left_out]
+            return "".join(self.statement(index, named, places, notes, indent) for index in needed)
+        inside = set(part.operations)
+        taken = {
+            argument
+            for index, operation in enumerate(self.program.operations)
+            if index not in inside
+            for argument in operation.arguments
+            if argument in inside
+        }
+        lines = [f"{indent}{self._kind(index)} v{index} = 0;\n" for index in part.operations if index in taken]
+        asked = self._truth(part.condition.value, named)
+        lines.append(f"{indent}if ({asked if part.condition.holds else f'!{asked}'}) {{\n")
+        for index in part.operations:
+            line = self.statement(index, named, places, notes, indent + "    ")
+            lines.append(
+                line.replace(f"const {self._kind(index)} v{index} =", f"v{index} =") if index in taken else line
+            )
+        return "".join([*lines, f"{indent}}}\n"])
+
+    def _kind(self, index: int) -> str:
+        return "int" if index in self._whole else "real"
+
+    def statement(self, index: int, named: dict[int, str], places: Places, notes: dict[int, str], indent: str) -> str:
+        """The lines that work out one value."""
+        operation = self.program.operations[index]
+        if operation.name == "pick":
+            return self._picked(index, named, indent)
+        line = super().statement(index, named, places, notes, indent)
+        return line.replace("const real ", "const int ", 1) if index in self._whole else line
+
+    def _picked(self, index: int, named: dict[int, str], indent: str) -> str:
+        """A value by its number; whatever is not among 1, 2, ... picks the first."""
+        number, *values = self.program.operations[index].arguments
+        given, last = self._real(number, named), len(values) - 1
+        whole = f"{given} >= R(1.0) && {given} <= R({last}.0) && {given} == (real)(int){given} ? (int){given} : 0"
+        if index in self._gathers:
+            return f"{indent}const int i{index} = {whole};\n{indent}const real v{index} = {self._gathers[index]};\n"
+        table = ", ".join(self._real(each, named) for each in values)
+        return f"{indent}const real w{index}[] = {{{table}}};\n{indent}const real v{index} = w{index}[{whole}];\n"
+
+    def expression(self, operation: Operation, named: dict[int, str]) -> str:
+        """An operation as C writes it."""
+        name, arguments = operation.name, operation.arguments
+        if name in COMPARE:
+            return f"{self._real(arguments[0], named)} {COMPARE[name]} {self._real(arguments[1], named)}"
+        if name in ("and", "or"):
+            return f" {'&' if name == 'and' else '|'} ".join(self._truth(each, named) for each in arguments)
+        if name == "not":
+            return f"!{self._truth(arguments[0], named)}"
+        if name in ("select", "if"):
+            logical = operation in self._logical
+            chosen = [self._truth(a, named) if logical else self._real(a, named) for a in arguments[1:]]
+            return f"{self._truth(arguments[0], named)} ? {chosen[0]} : {chosen[1] if name == 'select' else 'R(0.0)'}"
+        reals = {each: f"(real){named.get(each, f'v{each}')}" for each in arguments if each in self._whole}
+        return super().expression(operation, named | reals if reals else named)
+
+    def _real(self, index: int, named: dict[int, str]) -> str:
+        """A value as a number."""
+        name = self.constant(index) or named.get(index, f"v{index}")
+        return f"(real){name}" if index in self._whole else name
+
+    def _truth(self, index: int, named: dict[int, str]) -> str:
+        """A value as 0 or 1."""
+        constant = self.program.operations[index]
+        if constant.name == "constant":
+            return "1" if constant.constant != 0.0 else "0"
+        name = named.get(index, f"v{index}")
+        return name if index in self._whole else f"({name} != R(0.0))"
+
+
+def _truths(program: Program) -> frozenset[int]:
+    """Values that are 0 or 1 and are worked out in every step."""
+    known = {
+        index
+        for index, operation in enumerate(program.operations)
+        if operation.name == "constant" and operation.constant in (0.0, 1.0)
+    }
+    found: set[int] = set()
+    for index, operation in enumerate(program.operations):
+        chosen = operation.arguments[1:] if operation.name in ("select", "if") else ()
+        chooses_truths = any(each in found for each in chosen) and all(each in found | known for each in chosen)
+        if index not in program.invariant and (operation.name in LOGICAL or chooses_truths):
+            found.add(index)
+    return frozenset(found)

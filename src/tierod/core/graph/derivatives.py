@@ -1,0 +1,59 @@
+"""Automatic Jacobians, of numbers and of symbols alike, and what depends on what."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from tierod.core.block import Tree, leaves, rebuild
+from tierod.core.graph.maths import is_symbol
+
+
+def jacobian(function: Callable[[Tree], Tree], at: Tree) -> list[list[Any]]:
+    """Derivative of every leaf of `function(x)` by every leaf of `x`, at one point.
+
+    Args:
+        function: maps a tree of the shape of `at` to a tree; pure, written with tierod.core.graph.maths
+        at: the point: floats, or symbols of a trace under way
+
+    Returns:
+        rows by output leaf, columns by input leaf; structural zeros and constants come back as floats,
+        so that products with them can be left out
+    """
+    import casadi
+
+    point = [leaf for _, leaf in leaves(at)]
+    symbols = casadi.SX.sym("x", len(point))
+    images = [leaf for _, leaf in leaves(function(rebuild(at, casadi.vertsplit(symbols))))]
+    derivative = casadi.jacobian(casadi.vertcat(*images), symbols)
+    if any(map(is_symbol, point)) or casadi.symvar(casadi.substitute(derivative, symbols, casadi.DM.zeros(len(point)))):
+        derivative = casadi.substitute(derivative, symbols, casadi.vertcat(*point))
+    else:
+        derivative = casadi.Function("derivative", [symbols], [derivative])(casadi.vertcat(*point))
+    rows, columns = derivative.shape
+    sparsity = derivative.sparsity()
+    return [[_entry(derivative, i, j) if sparsity.has_nz(i, j) else 0.0 for j in range(columns)] for i in range(rows)]
+
+
+def dependence(function: Callable[[Tree], Tree], shape: Tree) -> list[list[bool]]:
+    """Which leaf of `function(x)` depends on which leaf of `x`, whatever their values.
+
+    Args:
+        function: maps a tree of the shape of `shape` to a tree; pure, written with tierod.core.graph.maths
+        shape: a tree of any numbers
+
+    Returns:
+        rows by output leaf, columns by input leaf
+    """
+    import casadi
+
+    symbols = casadi.SX.sym("x", len(list(leaves(shape))))
+    images = [leaf for _, leaf in leaves(function(rebuild(shape, casadi.vertsplit(symbols))))]
+    pattern = casadi.Function("f", [symbols], [casadi.SX(casadi.vertcat(*images))]).jac_sparsity(0, 0)
+    rows, columns = pattern.shape
+    return [[pattern.has_nz(i, j) for j in range(columns)] for i in range(rows)]
+
+
+def _entry(matrix: Any, row: int, column: int) -> Any:
+    value = matrix[row, column]
+    return value if is_symbol(value) and not value.is_constant() else float(value)

@@ -1,0 +1,219 @@
+"""A block's compiled step, or the CasADi virtual machine where there is no compiler: one interface for both."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import warnings
+from functools import lru_cache
+from typing import Any, Literal, Protocol
+
+import numpy as np
+
+from tierod.core.block import Block, tuning
+from tierod.core.errors import CompileError, KernelWarning, ParameterError
+from tierod.core.graph.bank_graph import BankGraph
+from tierod.core.graph.bank_machine import BankMachine
+from tierod.core.graph.bank_printer import print_bank
+from tierod.core.graph.compiler import compiler, load
+from tierod.core.graph.printer import LANES, TILE_STEPS, prefix, print_lanes, print_scalar
+from tierod.core.graph.trace import Graph, Interface, trace
+from tierod.core.graph.virtual_machine import VirtualMachine
+
+Engine = Literal["auto", "compiled", "virtual machine"]
+
+CACHE_LINE = 64
+"""Bytes."""
+
+_LOOP = (ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_long)
+
+
+class Kernel(Protocol):
+    """What runs one block: its step over many samples."""
+
+    @property
+    def graph(self) -> Interface:
+        """Of the block."""
+
+    def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
+        """Run over samples (n, inputs) into outputs (n, outputs); `memory` is carried on, `count` steps came before."""
+
+
+class CompiledKernel:
+    """A block's step as machine code, with this block's tuning prepared."""
+
+    def __init__(self, block: Block):
+        self.graph = trace(block)
+        self.library = _library(self.graph)
+        self.name = prefix(self.graph)
+        self.carried = _prepare(self.library, self.name, block)
+        self._scan = getattr(self.library, f"{self.name}_scan")
+        self._scan.argtypes, self._scan.restype = _LOOP, None
+
+    def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
+        """Run over samples (n, inputs) into outputs (n, outputs); `memory` is carried on, `count` steps came before."""
+        _run(self._scan, memory, samples, outputs, self.carried, count)
+
+
+class LaneKernel:
+    """Up to 64 blocks of one structure side by side; arrays are laid out [time][signal][lane]."""
+
+    def __init__(self, blocks: list[Block]):
+        self.graph = trace(blocks[0])
+        tunings = [np.array([value for _, value in tuning(block)]) for block in blocks]
+        own = any(not np.array_equal(tunings[0], other, equal_nan=True) for other in tunings[1:])
+        library = _library(self.graph, own)
+        name = prefix(self.graph)
+        columns = [_prepare(library, name, block) for block in blocks] if own else [_prepare(library, name, blocks[0])]
+        if own:
+            columns += [columns[0]] * (LANES - len(columns))
+        self.carried = np.ascontiguousarray(np.stack(columns, axis=1)).ravel()
+        self._lanes = getattr(library, f"{name}_lanes")
+        self._lanes.argtypes, self._lanes.restype = _LOOP, None
+        self._batch = getattr(library, f"{name}_batch")
+        self._batch.argtypes, self._batch.restype = (*_LOOP, ctypes.c_void_p, ctypes.c_void_p), None
+
+    def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
+        """Run over samples (n, inputs, 64) into outputs (n, outputs, 64); `memory` (numbers, 64) is carried on."""
+        _run(self._lanes, memory, samples, outputs, self.carried, count)
+
+    def batch(
+        self, memory: np.ndarray, samples: list[np.ndarray], outputs: list[np.ndarray], steps: int, count: int
+    ) -> None:
+        """Run 64 lanes over arrays of their own: samples (>= steps, inputs) into outputs (>= steps, outputs) each."""
+        widths = (len(self.graph.sample), len(self.graph.output))
+        tiles = [lane_array(TILE_STEPS, width) for width in widths]
+        pointers = [(ctypes.c_void_p * LANES)(*map(_address, arrays)) for arrays in (samples, outputs)]
+        self._batch(
+            steps, _address(memory), *map(ctypes.addressof, pointers), _address(self.carried), count,
+            *map(_address, tiles),
+        )  # fmt: skip
+
+
+def lane_array(*shape: int) -> np.ndarray:
+    """An array (..., 64) that begins at a cache line: vectors across two lines cost up to a sixth of a lane's time."""
+    size = int(np.prod(shape)) * LANES
+    raw = np.empty(size + CACHE_LINE // 8)
+    skipped = -raw.ctypes.data % CACHE_LINE // 8
+    return raw[skipped : skipped + size].reshape(*shape, LANES)
+
+
+def kernel(block: Block, engine: Engine = "auto") -> Kernel:
+    """What runs a block.
+
+    Args:
+        block: to be run
+        engine: "compiled", "virtual machine", or "auto": compiled where there is a compiler; the environment variable
+            TIEROD_ENGINE decides for "auto"
+
+    Raises:
+        CompileError: "compiled" was asked for and the block cannot be compiled
+        TraceError: the block cannot be traced
+    """
+    if not is_interpreted(engine):
+        try:
+            return CompiledKernel(block)
+        except CompileError as error:
+            _warn_interpreted(error, engine)
+    return BankMachine(block) if isinstance(trace(block), BankGraph) else VirtualMachine(block)
+
+
+def lane_kernel(blocks: list[Block]) -> LaneKernel | None:
+    """What runs many blocks of one structure side by side; None where each has to run alone.
+
+    Raises:
+        CompileError: TIEROD_ENGINE asks for "compiled" and the blocks cannot be compiled
+    """
+    if is_interpreted() or isinstance(trace(blocks[0]), BankGraph):
+        return None
+    try:
+        return LaneKernel(blocks)
+    except CompileError as error:
+        _warn_interpreted(error, "auto")
+        return None
+
+
+_INTERPRETED: set[str] = set()
+
+
+def _warn_interpreted(error: CompileError, engine: str) -> None:
+    """Say once in a process why blocks run on the virtual machine; an error where compiled ones were asked for."""
+    if _chosen(engine) == "compiled":
+        raise error
+    if not _INTERPRETED:
+        _INTERPRETED.add(str(error))
+        warnings.warn(f"{error}. The virtual machine is used, which is slower", KernelWarning, stacklevel=3)
+
+
+def print_c(graph: Graph | BankGraph) -> str:
+    """C99 of what runs one block: `prepare`, `push` and `scan`."""
+    return print_bank(graph) if isinstance(graph, BankGraph) else print_scalar(graph)
+
+
+def is_interpreted(engine: str = "auto") -> bool:
+    """Whether blocks run on the virtual machine here.
+
+    Raises:
+        ParameterError: an engine of that name does not exist
+    """
+    chosen = _chosen(engine)
+    return chosen == "virtual machine" or (chosen == "auto" and compiler() is None)
+
+
+def _chosen(engine: str) -> str:
+    """The engine, where the environment variable TIEROD_ENGINE decides for "auto"."""
+    if engine == "auto":
+        engine = os.environ.get("TIEROD_ENGINE", "auto")
+    if engine not in ("auto", "compiled", "virtual machine"):
+        raise ParameterError(f"engine '{engine}' is unknown; write 'auto', 'compiled' or 'virtual machine'")
+    return engine
+
+
+def _run(
+    loop: Any, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, carried: np.ndarray, count: int
+) -> None:
+    addresses = map(_address, (memory, samples, outputs, carried))
+    loop(len(samples), *addresses, count)
+
+
+def _address(array: np.ndarray) -> int:
+    if array.dtype != np.float64 or not array.flags.c_contiguous:
+        raise ValueError(f"a kernel needs float64 in C order, not {array.dtype} with strides {array.strides}")
+    return array.ctypes.data
+
+
+def _library(graph: Graph | BankGraph, own_tuning: bool | None = None) -> ctypes.PyDLL:
+    """The library of a graph; of lanes where it is known whether they have tunings of their own."""
+    found = _attempted(graph, own_tuning)
+    if isinstance(found, CompileError):
+        raise found.with_traceback(None)
+    return found
+
+
+@lru_cache(maxsize=512)
+def _attempted(graph: Any, own_tuning: bool | None) -> ctypes.PyDLL | CompileError:
+    """A refusal is kept too, so that the next piece of a recording does not compile everything again."""
+    name = prefix(graph)
+    try:
+        if own_tuning is None:
+            library = load(print_c(graph), name)
+        else:
+            library = load(print_lanes(graph, own_tuning), f"{name}_lanes")
+    except CompileError as error:
+        return error
+    if not hasattr(library, f"{name}_carried"):
+        return CompileError(
+            "the C compiler made something else of generated code; choose another one with the environment variable "
+            "TIEROD_CC (empty for none)"
+        )
+    return library
+
+
+def _prepare(library: ctypes.PyDLL, name: str, block: Block) -> np.ndarray:
+    """The block's tuning with all that depends on it alone worked out once."""
+    values = np.array([value for _, value in tuning(block)], dtype=float)
+    carried = np.zeros(ctypes.c_long.in_dll(library, f"{name}_carried").value)
+    prepare = getattr(library, f"{name}_prepare")
+    prepare.argtypes, prepare.restype = (ctypes.c_void_p, ctypes.c_void_p), None
+    prepare(_address(values), _address(carried))
+    return carried

@@ -1,0 +1,101 @@
+"""The third driver: many vehicles at once, 64 side by side (`batch`)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from tierod.core.block import Block, Tree
+from tierod.core.errors import InputError
+from tierod.core.graph.kernel import LaneKernel, lane_array, lane_kernel
+from tierod.core.graph.printer import LANES
+from tierod.core.graph.runtime import scan
+from tierod.core.graph.samples import Memory, Result, Samples, columns_of, memory_of
+from tierod.core.graph.trace import trace
+
+FEWEST = 16
+"""Vehicles from which lanes pay: 64 lanes cost as much as about a dozen single runs, whether they are used or not."""
+
+
+def batch(
+    blocks: Block | Sequence[Block], recordings: Sequence[Samples], states: Sequence[Memory | Tree | None] | None = None
+) -> list[Result]:
+    """Run many vehicles at once, 64 side by side.
+
+    Args:
+        blocks: one for all, or one per recording; they may differ in their floats (calibrations), not in structure
+        recordings: one set of samples per vehicle, as for `scan`; lengths may differ
+        states: one per vehicle to go on from; the blocks' own initial states if None
+
+    Returns:
+        one result per vehicle, to the last bit what `scan` gives
+
+    Raises:
+        InputError: counts differ, or blocks of different structure are mixed
+    """
+    count = len(recordings)
+    every: list[Any] = (
+        list(blocks) if isinstance(blocks, (list, tuple)) and not hasattr(blocks, "step") else [blocks] * count
+    )
+    states = [None] * count if states is None else list(states)
+    if len(every) != count or len(states) != count:
+        raise InputError(f"{count} recordings came with {len(every)} blocks and {len(states)} states; give one of each")
+    if any(trace(block) is not trace(every[0]) for block in every[1:]):
+        raise InputError("the blocks of a batch differ in structure; run each kind in a batch of its own")
+    memories = [memory_of(block, state) for block, state in zip(every, states, strict=True)]
+    results: list[Result] = []
+    for first in range(0, count, LANES):
+        part = slice(first, first + LANES)
+        results += _tile(every[part], recordings[part], memories[part])
+    return results
+
+
+def _tile(blocks: list[Block], recordings: Sequence[Samples], memories: list[Memory]) -> list[Result]:
+    fitting = len(blocks) >= FEWEST and len({memory.count for memory in memories}) == 1
+    runner = lane_kernel(blocks) if fitting else None
+    if runner is None:
+        return [
+            scan(block, samples, memory) for block, samples, memory in zip(blocks, recordings, memories, strict=True)
+        ]
+    samples = [np.ascontiguousarray(columns_of(runner.graph, recording)) for recording in recordings]
+    lengths = [len(values) for values in samples]
+    outputs = [np.empty((length, len(runner.graph.output))) for length in lengths]
+    states = lane_array(runner.graph.memory)
+    states[:] = 0.0
+    states[:, : len(memories)] = np.column_stack([memory.values for memory in memories])
+    ended: dict[int, np.ndarray] = {}
+    done = 0
+    for stop in sorted(set(lengths)):
+        _advance_lanes(runner, states, samples, outputs, done, stop, memories[0].count)
+        ended |= {lane: states[:, lane].copy() for lane, length in enumerate(lengths) if length == stop}
+        done = stop
+    return [
+        Result(
+            runner.graph.output,
+            values,
+            Memory(ended[lane], memories[lane].count + len(values)),
+            runner.graph.output_tree,
+        )
+        for lane, values in enumerate(outputs)
+    ]
+
+
+def _advance_lanes(
+    runner: LaneKernel,
+    states: np.ndarray,
+    samples: list[np.ndarray],
+    outputs: list[np.ndarray],
+    start: int,
+    stop: int,
+    count: int,
+) -> None:
+    """Samples start to stop of the lanes that reach so far; the others run idle on another lane's input."""
+    running = [lane for lane, values in enumerate(samples) if len(values) >= stop]
+    idle = np.empty((stop - start, outputs[0].shape[1]))
+    lanes = [lane if lane in running else None for lane in range(LANES)]
+    inputs = [samples[running[0] if lane is None else lane][start:] for lane in lanes]
+    runner.batch(
+        states, inputs, [idle if lane is None else outputs[lane][start:] for lane in lanes], stop - start, count + start
+    )

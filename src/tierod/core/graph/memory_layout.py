@@ -1,0 +1,59 @@
+"""How the state of a block lies in one flat array."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tierod.core.block import Ring, Tree, leaves
+
+GROUP = 8
+"""Lanes of a bank that are stepped together: as many numbers as the widest vector register holds."""
+
+
+class BankState(NamedTuple):
+    """What a bank of blocks remembers.
+
+    Args:
+        lanes: the state of every lane
+        judge: the state of the judge
+        feedback: what the judge said at the sample before, for all lanes
+    """
+
+    lanes: tuple[Tree, ...]
+    judge: Tree
+    feedback: Tree
+
+
+def flat_memory(state: Tree) -> np.ndarray:
+    """A state tree as one flat array, delay lines (filled with their initial value) at the end.
+
+    The lanes of a bank come first, [group][number][lane of the group]; the last group is filled up with the first lane.
+    """
+    if not isinstance(state, BankState):
+        plain, delayed = _plain_and_delayed(state)
+        return np.array([*plain, *delayed], dtype=float)
+    lanes = grouped(np.array([_plain_and_delayed(lane)[0] for lane in state.lanes], dtype=float))
+    plain, delayed = _plain_and_delayed((state.judge, state.feedback))
+    return np.concatenate([lanes, np.array([*plain, *delayed], dtype=float)])
+
+
+def grouped(rows: np.ndarray) -> np.ndarray:
+    """Rows, one per lane, as they lie in memory: [group][number][lane of the group], flat."""
+    missing = -len(rows) % GROUP
+    filled = np.concatenate([rows, np.repeat(rows[:1], missing, axis=0)])
+    return filled.reshape(-1, GROUP, rows.shape[1]).transpose(0, 2, 1).ravel()
+
+
+def ungrouped(flat: np.ndarray, count: int) -> np.ndarray:
+    """The inverse of `grouped`: rows, one per lane."""
+    groups = -(-count // GROUP)
+    rows = flat.reshape(groups, -1, GROUP).transpose(0, 2, 1)
+    return rows.reshape(groups * GROUP, -1)[:count]
+
+
+def _plain_and_delayed(state: Tree) -> tuple[list[Any], list[Any]]:
+    flat = [leaf for _, leaf in leaves(state)]
+    plain = [leaf for leaf in flat if not isinstance(leaf, Ring)]
+    return plain, [leaf.initial for leaf in flat if isinstance(leaf, Ring) for _ in range(leaf.size)]

@@ -1,0 +1,74 @@
+"""What a step of a block costs, counted from its graph."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+from tierod.core.block import Block
+from tierod.core.graph.bank_graph import BankGraph
+from tierod.core.graph.operations import LOGICAL, program
+from tierod.core.graph.trace import Graph, trace
+
+FUSED = ("fma", "fms", "fnma")
+"""A multiplication and an addition in one."""
+
+TRIGONOMETRIC = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2")
+FUNCTIONS = ("sqrt", "hypot", "exp", "expm1", "log", "log1p", "pow", "sinh", "cosh", "tanh")
+OTHER_DECISIONS = ("if", "select", "fabs", "sign", "floor", "ceil")
+
+
+@dataclass(frozen=True)
+class OperationCount:
+    """Operations of one step; those on constants and tuning alone are worked out once before, and left out.
+
+    Args:
+        multiplications, additions: subtractions are additions; a fused multiply-add counts once as each
+        divisions: and inversions
+        trigonometric: functions, inverse ones too
+        functions: roots, exponentials, logarithms, hyperbolic functions
+        decisions: comparisons, logic, selections, sizes, signs and roundings
+        states: numbers that are remembered from one step to the next, delay lines included
+    """
+
+    multiplications: int
+    additions: int
+    divisions: int
+    trigonometric: int
+    functions: int
+    decisions: int
+    states: int
+
+
+def operation_count(block: Block) -> OperationCount:
+    """The operations of one step of a block, equal ones counted once.
+
+    Raises:
+        TraceError: the block cannot be traced
+    """
+    graph = trace(block)
+    counts = _counts(graph)
+    fused = sum(counts[name] for name in FUSED)
+
+    def total(*names: str) -> int:
+        return sum(counts[name] for name in names)
+
+    return OperationCount(
+        multiplications=counts["mul"] + fused,
+        additions=total("add", "sub") + fused,
+        divisions=total("div", "inverse"),
+        trigonometric=total(*TRIGONOMETRIC),
+        functions=total(*FUNCTIONS),
+        decisions=total(*LOGICAL, *OTHER_DECISIONS),
+        states=graph.memory,
+    )
+
+
+def _counts(graph: Graph | BankGraph) -> Counter[str]:
+    """How many operations of each kind one step needs; every lane of a bank counts."""
+    if not isinstance(graph, BankGraph):
+        return program(graph.function).counts()
+    total = program(graph.judge.function).counts()
+    for name, count in program(graph.lane.function).counts().items():
+        total[name] += graph.count * count
+    return total

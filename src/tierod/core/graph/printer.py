@@ -1,0 +1,176 @@
+"""Print a graph as C99: one step, a loop over a recording, and a loop over 64 vehicles at once."""
+
+from __future__ import annotations
+
+import re
+
+from tierod.core.graph.c_library import PRELUDE
+from tierod.core.graph.line_printer import LinePrinter, Places
+from tierod.core.graph.operations import Program, program
+from tierod.core.graph.trace import Graph, Interface
+
+LANES = 64
+TILE_STEPS = 64
+"""Samples of one tile: inputs and outputs of 64 vehicles then stay in a core's cache."""
+STATE_IN_LOCALS = 200
+
+
+def prefix(graph: Interface) -> str:
+    """What every exported name of the graph's C begins with."""
+    return f"tierod_{re.sub(r'[^0-9A-Za-z]+', '_', graph.name).lower()}"
+
+
+def legend(graph: Interface) -> str:
+    """A comment for every input and output: which name lies where."""
+    groups = {"tuning": graph.tuning, "state": graph.state, "sample": graph.sample, "output": graph.output}
+    return "".join(
+        f"/* {word:6s} {i:4d}  {name} */\n" for word, names in groups.items() for i, name in enumerate(names)
+    )
+
+
+def push(name: str) -> str:
+    """C of one step on bound buffers, for what has a function `<name>_sample`."""
+    kind = f"{name}_stream"
+    return (
+        f"typedef struct {{ real *x; const real *u; real *y; const real *c; long k; }} {kind};\n"
+        f"void {name}_push({kind} *s);\n"
+        f"void {name}_push({kind} *s) {{ {name}_sample(s->x, s->u, s->y, s->c, s->k); s->k += 1; }}\n"
+    )
+
+
+def print_scalar(graph: Graph) -> str:
+    """C99 for one vehicle: `prepare`, `push` (one step on bound buffers) and `scan` (a loop over a recording)."""
+    return _Printer(graph, program(graph.function)).scalar()
+
+
+def print_lanes(graph: Graph, own_tuning: bool) -> str:
+    """C99 for 64 vehicles at once, arrays laid out [time][signal][lane].
+
+    Args:
+        graph: of the block
+        own_tuning: each lane brings its own calibration; otherwise all share one
+    """
+    return _Printer(graph, program(graph.function)).lanes(own_tuning)
+
+
+class _Printer(LinePrinter):
+    """One graph's C; holds what all its functions share."""
+
+    def __init__(self, graph: Graph, operations: Program):
+        super().__init__(graph, operations)
+        self.name = prefix(graph)
+
+    # -- whole files ---------------------------------------------------------------------------------------------
+
+    def scalar(self) -> str:
+        """For one vehicle."""
+        in_locals = len(self.graph.state) <= STATE_IN_LOCALS
+        return "".join(
+            [PRELUDE, legend(self.graph), self._prepare(), self._step(), push(self.name), self._scan(in_locals)]
+        )
+
+    def lanes(self, own_tuning: bool) -> str:
+        """For 64 vehicles."""
+        places = Places(
+            state=lambda i: f"x[{i * LANES} + l]",
+            ring=lambda i: f"r{i}[l]",
+            sample=lambda i: f"uk[{i * LANES} + l]",
+            output=lambda i: f"yk[{i * LANES} + l]",
+            carried=lambda i: f"c[{i * LANES} + l]" if own_tuning else f"c{i}",
+        )
+        body = self.body(places, "            ")
+        rings = [
+            f"        real *restrict r{i} = &x[({self.ring_start[i]} + (k0 + k) % {size}) * {LANES}];\n"
+            for i, (_, size) in enumerate(self.graph.rings)
+        ]
+        unused = "" if rings else "    (void)k0;\n"
+        # GCC vectorises no loop that loads what does not change in it.
+        shared = [] if own_tuning else [f"    const real c{i} = c[{i}];\n" for i in range(len(self.carried))]
+        constants = "".join(shared) + ("" if self.carried else "    (void)c;\n")
+        n_sample, n_output = len(self.graph.sample), len(self.graph.output)
+        signature = (
+            "(long n, real *restrict x, const real *restrict u, real *restrict y, const real *restrict c, long k0)"
+        )
+        loop = (
+            f"void {self.name}_lanes{signature} {{\n{unused}{constants}"
+            "    for (long k = 0; k < n; k++) {\n"
+            f"        const real *restrict uk = &u[k * {n_sample * LANES}];\n"
+            f"        real *restrict yk = &y[k * {n_output * LANES}];\n"
+            + "".join(rings)
+            + f"#pragma GCC ivdep\n        for (int l = 0; l < {LANES}; l++) {{\n{body}        }}\n    }}\n}}\n"
+        )
+        declaration = f"void {self.name}_lanes{signature};\n"
+        return "".join([PRELUDE, legend(self.graph), self._prepare(), declaration, loop, self._batch()])
+
+    def _batch(self) -> str:
+        """Lanes over arrays of their own, moved into tiles that stay in the cache and back."""
+        signature = (
+            f"void {self.name}_batch(long n, real *restrict x, const real *const *u, real *const *y, "
+            "const real *restrict c, long k0, real *restrict tile_u, real *restrict tile_y)"
+        )
+
+        def moved(width: int, line: str) -> str:
+            return (
+                f"        for (long i = 0; i < m * {width}; i++)\n"
+                f"            for (int l = 0; l < {LANES}; l++)\n                {line}\n"
+            )
+
+        n_sample, n_output = len(self.graph.sample), len(self.graph.output)
+        return (
+            f"{signature};\n{signature} {{\n"
+            f"    for (long k = 0; k < n; k += {TILE_STEPS}) {{\n"
+            f"        const long m = n - k < {TILE_STEPS} ? n - k : {TILE_STEPS};\n"
+            + moved(n_sample, f"tile_u[i * {LANES} + l] = u[l][k * {n_sample} + i];")
+            + f"        {self.name}_lanes(m, x, tile_u, tile_y, c, k0 + k);\n"
+            + moved(n_output, f"y[l][k * {n_output} + i] = tile_y[i * {LANES} + l];")
+            + "    }\n}\n"
+        )
+
+    # -- functions -----------------------------------------------------------------------------------------------
+
+    def _prepare(self) -> str:
+        signature = f"void {self.name}_prepare(const real *restrict p, real *restrict c)"
+        size = f"extern const long {self.name}_carried;\nconst long {self.name}_carried = {len(self.carried)};\n"
+        return f"{size}{signature};\n{signature} {{\n{self.prepared(1)}}}\n"
+
+    def _step(self) -> str:
+        places = Places(
+            state=lambda i: f"x[{i}]",
+            ring=lambda i: f"x[{self.ring_start[i]} + k % {self.graph.rings[i][1]}]",
+            sample=lambda i: f"u[{i}]",
+            output=lambda i: f"y[{i}]",
+            carried=lambda i: f"c[{i}]",
+        )
+        body = self.body(places, "    ")
+        unused = "" if self.graph.rings else "    (void)k;\n"
+        unused += "" if self.carried else "    (void)c;\n"
+        return (
+            f"static inline void {self.name}_sample(real *restrict x, const real *restrict u, real *restrict y, "
+            f"const real *restrict c, long k) {{\n{body}{unused}}}\n"
+        )
+
+    def _scan(self, in_locals: bool) -> str:
+        places = Places(
+            state=lambda i: f"s{i}" if in_locals else f"x[{i}]",
+            ring=lambda i: f"x[{self.ring_start[i]} + k % {self.graph.rings[i][1]}]",
+            sample=lambda i: f"ui[{i}]",
+            output=lambda i: f"yi[{i}]",
+            carried=lambda i: f"c{i}",
+        )
+        count = range(len(self.graph.state)) if in_locals else range(0)
+        load = [f"    const real c{i} = c[{i}];\n" for i in range(len(self.carried))] + ["    (void)c;\n"]
+        load += [f"    real s{i} = x[{i}];\n" for i in count]
+        body = self.body(places, "        ")
+        signature = (
+            f"void {self.name}_scan(long n, real *restrict x, const real *restrict u, real *restrict y, "
+            "const real *restrict c, long k0)"
+        )
+        step = "        const long k = k0 + i;\n" if self.graph.rings else ""
+        return (
+            f"{signature};\n{signature} {{\n{''.join(load)}"
+            "    for (long i = 0; i < n; i++) {\n"
+            f"        const real *restrict ui = &u[i * {len(self.graph.sample)}];\n"
+            f"        real *restrict yi = &y[i * {len(self.graph.output)}];\n{step}{body}    }}\n"
+            + "".join(f"    x[{i}] = s{i};\n" for i in count)
+            + "    (void)k0;\n}\n"
+        )

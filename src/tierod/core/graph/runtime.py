@@ -1,0 +1,164 @@
+"""Two of the three drivers: a recording (`scan`) and a live stream (`Stream`)."""
+
+from __future__ import annotations
+
+import ctypes
+import struct
+from collections.abc import Iterable, Mapping
+from functools import partial
+from numbers import Real
+from typing import Any
+
+import numpy as np
+
+from tierod.core.block import Block, Tree, leaves
+from tierod.core.errors import InputError, nearest
+from tierod.core.graph.kernel import CompiledKernel, Engine, kernel
+from tierod.core.graph.samples import Memory, Result, Samples, columns_of, memory_of
+
+
+def scan(block: Block, samples: Samples, state: Memory | Tree | None = None, engine: Engine = "auto") -> Result:
+    """Run a block over a recording.
+
+    Args:
+        block: estimator, detector, monitor, plant
+        samples: signals aligned to one time grid (columns are found by name), or an array (n, inputs) in the order of
+            the leaves of `block.Sample`
+        state: to go on from: the `state` of an earlier result, or a state tree; the block's own initial state if None
+        engine: "compiled", "virtual machine" or "auto"
+
+    Raises:
+        InputError: the samples do not have the block's signals
+        TraceError: the block cannot be traced
+    """
+    runner = kernel(block, engine)
+    memory = memory_of(block, state)
+    values = np.ascontiguousarray(columns_of(runner.graph, samples))
+    outputs = np.empty((len(values), len(runner.graph.output)))
+    flat = memory.values.copy()
+    runner.scan(flat, values, outputs, memory.count)
+    return Result(runner.graph.output, outputs, Memory(flat, memory.count + len(values)), runner.graph.output_tree)
+
+
+class Stream:
+    """A block run live: one sample in, one output out. It changes with each sample, so one thread at a time may use it.
+
+    Args:
+        block: estimator, detector, monitor
+        state: to go on from; the block's own initial state if None
+
+    `push` takes names and gives names. Where every microsecond counts, write into `inputs`, call `advance()`, and read
+    `outputs`: the same step on the same bound buffers, nothing in between.
+    """
+
+    def __init__(self, block: Block, state: Memory | Tree | None = None, engine: Engine = "auto"):
+        runner = kernel(block, engine)
+        graph, memory = runner.graph, memory_of(block, state)
+        self.names = graph.sample
+        self.inputs = np.zeros(len(graph.sample))
+        self.outputs = np.zeros(len(graph.output))
+        self._flat = memory.values.copy()
+        self._make = _builder(graph.output_tree)
+        self._write = struct.Struct(f"{len(self.inputs)}d").pack_into
+        self._read = struct.Struct(f"{len(self.outputs)}d").unpack_from
+        self._input_bytes, self._output_bytes = self.inputs.data.cast("B"), self.outputs.data.cast("B")
+        self._before = memory.count
+        self.advance = self._bind(runner) if isinstance(runner, CompiledKernel) else self._interpreted(runner)
+
+    def push(self, sample: Mapping[str, float] | Iterable[float]) -> Any:
+        """One sample on.
+
+        Args:
+            sample: a mapping of (dotted) names to numbers, or the block's own `Sample`
+
+        Returns:
+            the block's output
+
+        Raises:
+            InputError: a signal is missing, or the count of numbers is wrong
+        """
+        try:
+            if type(sample) is dict or isinstance(sample, Mapping):
+                self._write(self._input_bytes, 0, *map(sample.__getitem__, self.names))
+            else:
+                self._write(self._input_bytes, 0, *sample)
+        except (KeyError, TypeError, struct.error) as error:
+            self._write(self._input_bytes, 0, *self._flattened(sample, error))
+        self.advance()
+        return self._make(*self._read(self._output_bytes))
+
+    @property
+    def state(self) -> Memory:
+        """The present state, to be stored or to go on from."""
+        return Memory(self._flat.copy(), self._count())
+
+    def _flattened(self, sample: Any, error: Exception) -> list[float]:
+        """The numbers of a sample that is a tree of tuples; anything else is refused."""
+        if isinstance(sample, Mapping):
+            missing = [name for name in self.names if name not in sample]
+            if missing:
+                raise InputError(
+                    f"the sample has no '{missing[0]}' (NaN stands for a measurement that is missing)"
+                    f"{nearest(missing[0], map(str, sample))}"
+                ) from None
+            sample = tuple(sample[name] for name in self.names)
+        flat = [leaf for _, leaf in leaves(sample)]
+        if len(flat) != len(self.names) or not all(isinstance(leaf, Real) for leaf in flat):
+            raise InputError(
+                f"a sample needs {len(self.names)} numbers ({', '.join(self.names)}): {error}; "
+                "give a mapping of these names, or the block's own Sample"
+            ) from None
+        return flat
+
+    def _bind(self, runner: CompiledKernel) -> Any:
+        def pointer(array: np.ndarray) -> int:
+            return array.ctypes.data
+
+        self._bound = _Bound(pointer(self._flat), pointer(self.inputs), pointer(self.outputs), 0, self._before)
+        self._carried = runner.carried
+        self._bound.carried = pointer(self._carried)
+        push = getattr(runner.library, f"{runner.name}_push")
+        push.restype = None
+        self._count = lambda: int(self._bound.count)
+        return partial(push, ctypes.byref(self._bound))
+
+    def _interpreted(self, runner: Any) -> Any:
+        inputs, outputs = self.inputs.reshape(1, -1), self.outputs.reshape(1, -1)
+        seen = [self._before]
+        self._count = lambda: seen[0]
+
+        def advance() -> None:
+            runner.scan(self._flat, inputs, outputs, seen[0])
+            seen[0] += 1
+
+        return advance
+
+
+def _builder(tree: Tree) -> Any:
+    """A function from the leaves of a tree to the tree, as fast as Python can: a lambda written for its shape."""
+    names: dict[str, Any] = {}
+
+    def written(branch: Tree) -> str:
+        if not isinstance(branch, tuple):
+            names[f"v{len(names)}"] = None
+            return f"v{len(names) - 1}"
+        parts = "".join(f"{written(part)}, " for part in branch)
+        if not hasattr(branch, "_fields"):
+            return f"({parts})"
+        kind = f"k{len(names)}"
+        names[kind] = type(branch)
+        return f"{kind}({parts})"
+
+    body = written(tree)
+    leaves_ = ", ".join(name for name in names if name.startswith("v"))
+    return eval(f"lambda {leaves_}: {body}", {name: kind for name, kind in names.items() if kind is not None})
+
+
+class _Bound(ctypes.Structure):
+    _fields_ = (
+        ("state", ctypes.c_void_p),
+        ("inputs", ctypes.c_void_p),
+        ("outputs", ctypes.c_void_p),
+        ("carried", ctypes.c_void_p),
+        ("count", ctypes.c_long),
+    )

@@ -1,0 +1,106 @@
+"""What all drivers take and give: samples in, results and states out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tierod.core.block import Block, Tree, rebuild
+from tierod.core.errors import InputError, nearest
+from tierod.core.graph.memory_layout import flat_memory
+from tierod.core.graph.trace import Interface, initial_memory, trace
+from tierod.core.recording import Aligned
+
+
+@dataclass(frozen=True)
+class Memory:
+    """The state of a block between two runs.
+
+    Args:
+        values: flat, delay lines at the end, shape (numbers,)
+        count: samples seen so far
+    """
+
+    values: np.ndarray
+    count: int
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a block gave over many samples.
+
+    Args:
+        names: dotted names of the outputs, in order
+        values: shape (n, outputs)
+        state: to go on from
+        tree: an output of zeros, in its shape
+    """
+
+    names: tuple[str, ...]
+    values: np.ndarray
+    state: Memory
+    tree: Tree
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """One output over time, shape (n,)."""
+        try:
+            return self.values[:, self.names.index(name)]
+        except ValueError:
+            raise InputError(f"the block has no output '{name}'{nearest(name, self.names)}") from None
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def at(self, index: int) -> Tree:
+        """The output of one sample as the block's own NamedTuple."""
+        return rebuild(self.tree, self.values[index].tolist())
+
+
+Samples = Aligned | np.ndarray | Sequence[Sequence[float]]
+
+
+def memory_of(block: Block, state: Memory | Tree | None) -> Memory:
+    """What a run starts from, of the size that the block's kernel reads and writes.
+
+    Raises:
+        InputError: a state of a block of another structure
+    """
+    if state is None:
+        return Memory(initial_memory(block), 0)
+    memory = state if isinstance(state, Memory) else Memory(flat_memory(state), 0)
+    values, needed = np.array(memory.values, dtype=float), trace(block).memory
+    if values.shape != (needed,) or memory.count < 0:
+        raise InputError(
+            f"the state has the shape {values.shape} after {memory.count} samples, but {type(block).__name__} "
+            f"remembers {needed} numbers; go on from the state of a block of the same structure"
+        )
+    return Memory(values, memory.count)
+
+
+def columns_of(graph: Interface, samples: Samples) -> np.ndarray:
+    """The samples as an array (n, inputs) in the order of the graph's inputs.
+
+    Raises:
+        InputError: signals are missing, or the shape does not fit
+    """
+    if isinstance(samples, Aligned):
+        missing = [name for name in graph.sample if name not in samples.names]
+        if missing:
+            raise InputError(f"{graph.name} needs the signal '{missing[0]}'{nearest(missing[0], samples.names)}")
+        return samples.values[:, [samples.names.index(name) for name in graph.sample]]
+    try:
+        values = np.asarray(samples, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"the samples of {graph.name} are not all numbers ({error}); give NaN where one is missing"
+        ) from None
+    if values.ndim == 1 and len(graph.sample) == 1:
+        values = values[:, None]
+    if values.ndim != 2 or values.shape[1] != len(graph.sample):
+        raise InputError(
+            f"{graph.name} takes {len(graph.sample)} signals ({', '.join(graph.sample)}); "
+            f"the samples have the shape {values.shape}, expected (n, {len(graph.sample)})"
+        )
+    return values

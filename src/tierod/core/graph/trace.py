@@ -1,0 +1,228 @@
+"""Trace a block once, with symbols, into one straight-line graph."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Protocol
+
+import numpy as np
+
+from tierod.core.block import Block, Ring, Tree, leaves, map_leaves, rebuild, skeleton, structure, tuning, with_tuning
+from tierod.core.errors import TraceError
+from tierod.core.graph.memory_layout import flat_memory
+
+TRUTH_VALUE = "truth value"
+
+
+class Interface(Protocol):
+    """What drivers know of the graph of a block or of a bank of blocks: names in order, and shapes."""
+
+    @property
+    def name(self) -> str:
+        """Of the block's class."""
+
+    @property
+    def tuning(self) -> tuple[str, ...]:
+        """Dotted names of the floats."""
+
+    @property
+    def state(self) -> tuple[str, ...]:
+        """Dotted names of the state, delay lines left out."""
+
+    @property
+    def rings(self) -> tuple[tuple[str, int], ...]:
+        """(name, size) of every delay line."""
+
+    @property
+    def sample(self) -> tuple[str, ...]:
+        """Dotted names of the inputs."""
+
+    @property
+    def output(self) -> tuple[str, ...]:
+        """Dotted names of the outputs."""
+
+    @property
+    def output_tree(self) -> Tree:
+        """An output of zeros, in its shape."""
+
+    @property
+    def memory(self) -> int:
+        """Numbers of state, delay lines included."""
+
+
+@dataclass(frozen=True, eq=False)
+class Graph:
+    """One step of a block as a straight line of operations.
+
+    Args:
+        name: of the block's class, as a C identifier
+        function: (tuning, state, ring heads, sample) -> (next state, ring pushes, output), a CasADi function of SX
+        tuning, state, sample, output: dotted names of the leaves, in order
+        rings: (name, size) of every delay line
+        sample_tree, output_tree: trees of zeros in their shapes
+    """
+
+    name: str
+    function: Any
+    tuning: tuple[str, ...]
+    state: tuple[str, ...]
+    rings: tuple[tuple[str, int], ...]
+    sample: tuple[str, ...]
+    output: tuple[str, ...]
+    sample_tree: Tree
+    output_tree: Tree
+
+    @property
+    def memory(self) -> int:
+        """Numbers of state, delay lines included."""
+        return len(self.state) + sum(size for _, size in self.rings)
+
+
+def trace(block: Block) -> Graph:
+    """The graph of a block's step; blocks that differ only in their floats share one. That of a bank is a `BankGraph`.
+
+    Raises:
+        TraceError: the step decides with Python's `if` on a signal, uses a foreign function on one, or returns a state
+            of another shape than `init`; or a field of the block can change, like a list
+    """
+    key = structure(block)
+    try:
+        hash(key)
+    except TypeError as error:
+        raise TraceError(
+            f"{type(block).__name__} has a field that can change ({error}); give a tuple in place of a list or array, "
+            "a frozen dataclass in place of another object"
+        ) from None
+    return _trace(_Structure(key, block))
+
+
+class _Structure:
+    """A block as a key: equal where the graphs are equal."""
+
+    def __init__(self, key: Any, block: Block):
+        self.key, self.block = key, block
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Structure) and self.key == other.key
+
+
+@lru_cache(maxsize=256)
+def _trace(structure_: _Structure) -> Graph:
+    block: Any = structure_.block
+    if hasattr(block, "traced"):
+        return block.traced()
+    return straight_line(block, skeleton(block.Sample), lambda tuned, state, sample: tuned.step(state, sample))
+
+
+def straight_line(block: Any, sample_tree: Tree, step: Callable[[Any, Tree, Tree], tuple[Tree, Tree]]) -> Graph:
+    """The graph of `step(block, state, sample)`, the block's floats made inputs.
+
+    Args:
+        block: with `init`
+        sample_tree: a tree in the shape of one sample
+        step: calls the block's own
+    """
+    import casadi
+
+    name = type(block).__name__
+    names = tuple(path for path, _ in tuning(block))
+    tuned = [casadi.SX.sym(path) for path in names]
+    initial = block.init()
+    state_in, plain_in, heads = _state_symbols(initial)
+    sample_in = [casadi.SX.sym(path) for path, _ in leaves(sample_tree)]
+    state, output = _step(step, with_tuning(block, tuned), state_in, rebuild(sample_tree, sample_in), name)
+    plain_out, pushes = _next_state(initial, state, name)
+    output_leaves = list(leaves(output))
+    groups_in = [tuned, plain_in, heads, sample_in]
+    groups_out = [plain_out, pushes, [leaf for _, leaf in output_leaves]]
+    columns = [casadi.vertcat(*map(casadi.SX, group)) for group in groups_out]
+    function = casadi.Function(name, [casadi.vertcat(*group) for group in groups_in], columns)
+    _refuse_nan(function, name)
+    return Graph(
+        name=name,
+        function=function,
+        tuning=names,
+        state=tuple(path for path, leaf in leaves(initial) if not isinstance(leaf, Ring)),
+        rings=tuple((path, leaf.size) for path, leaf in leaves(initial) if isinstance(leaf, Ring)),
+        sample=tuple(path for path, _ in leaves(sample_tree)),
+        output=tuple(path for path, _ in output_leaves),
+        sample_tree=map_leaves(lambda _: 0.0, sample_tree),
+        output_tree=map_leaves(lambda _: 0.0, output),
+    )
+
+
+def initial_memory(block: Block) -> np.ndarray:
+    """The block's state before the first sample as one flat array, delay lines at the end."""
+    return flat_memory(block.init())
+
+
+def _state_symbols(initial: Tree) -> tuple[Tree, list[Any], list[Any]]:
+    import casadi
+
+    plain: list[Any] = []
+    heads: list[Any] = []
+    values: list[Any] = []
+    for path, leaf in leaves(initial):
+        if isinstance(leaf, Ring) and not (isinstance(leaf.size, int) and leaf.size >= 1):
+            raise TraceError(
+                f"the delay line {path} holds {leaf.size} samples; give it a size of at least 1 (a whole number)"
+            )
+        symbol = casadi.SX.sym(path)
+        (heads if isinstance(leaf, Ring) else plain).append(symbol)
+        values.append(leaf._replace(oldest=symbol) if isinstance(leaf, Ring) else symbol)
+    return rebuild(initial, values), plain, heads
+
+
+def _step(step: Callable, block: Any, state: Tree, sample: Tree, name: str) -> tuple[Tree, Tree]:
+    try:
+        return step(block, state, sample)
+    except RuntimeError as error:
+        if TRUTH_VALUE in str(error):
+            raise TraceError(
+                f"{name}.step decides on the value of a signal with `if`, `and`, `or`, `not`, `min`, `max` or a "
+                "chained comparison; write where, both, either, minimum or maximum of tierod.core.graph.maths instead"
+            ) from None
+        raise _foreign(name, error) from error
+    except TypeError as error:
+        raise _foreign(name, error) from error
+
+
+def _foreign(name: str, error: Exception) -> TraceError:
+    return TraceError(
+        f"{name}.step applies a function to a signal that takes only numbers ({error}); "
+        "use the functions of tierod.core.graph.maths"
+    )
+
+
+def _next_state(initial: Tree, state: Tree, name: str) -> tuple[list[Any], list[Any]]:
+    before = [(path, isinstance(leaf, Ring)) for path, leaf in leaves(initial)]
+    after = [(path, isinstance(leaf, Ring)) for path, leaf in leaves(state)]
+    if before != after:
+        changed = sorted({path for path, _ in set(before) ^ set(after)})
+        raise TraceError(
+            f"{name}.step returns a state of another shape than {name}.init gives: they differ in "
+            f"{', '.join(changed)}; return the same fields in the same order"
+        )
+    plain = [leaf for _, leaf in leaves(state) if not isinstance(leaf, Ring)]
+    rings = [(path, leaf) for path, leaf in leaves(state) if isinstance(leaf, Ring)]
+    for path, ring in rings:
+        if ring.newest is None:
+            raise TraceError(f"{name}.step returns the delay line {path} without a push; push one value a step")
+    return plain, [ring.newest for _, ring in rings]
+
+
+def _refuse_nan(function: Any, name: str) -> None:
+    import casadi
+
+    for k in range(function.n_instructions()):
+        if function.instruction_id(k) == casadi.OP_CONST and math.isnan(function.instruction_constant(k)):
+            raise TraceError(
+                f"{name}.step holds a NaN constant: `math` or `float()` met a signal, or NaN was written; "
+                "use the functions of tierod.core.graph.maths, and `present` to ask whether a value is there"
+            )

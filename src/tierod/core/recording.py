@@ -1,0 +1,251 @@
+"""Recordings: named channels with units, each with its own time stamps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from tierod.core.errors import InputError, nearest
+from tierod.core.timestamps import Order, finite_or_missing, infinite_note, order, paced
+
+Method = Literal["hold", "linear"]
+
+MOST_SAMPLES = 300_000_000
+"""Longest grid: a month at 100 Hz. What is longer spans a clock that was set, and would exhaust the memory."""
+
+FREE_SAMPLES = 4_000_000
+"""Grid that any recording may have: eleven hours at 100 Hz."""
+
+MOST_PER_SAMPLE = 100
+"""Points of a longer grid per sample of the densest channel: a kilohertz for telemetry of 10 Hz."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One signal over time.
+
+    Args:
+        name: canonical name, or the name in the source where it has none
+        time: time stamps [s], shape (n,), not decreasing
+        values: shape (n,); NaN where a sample is missing
+        unit: in the notation of pint; "" for a number, "count" for a raw count
+        source: where it came from: message and signal, column or group
+        note: what was done to it (sign, offset, guess of a unit)
+    """
+
+    name: str
+    time: np.ndarray
+    values: np.ndarray
+    unit: str
+    source: str = ""
+    note: str = ""
+
+    def noted(self, *notes: str) -> Channel:
+        """The channel with notes added; empty ones and repetitions are left out."""
+        parts = [part for part in self.note.split("; ") if part]
+        parts += [note for note in notes if note and note not in parts]
+        return replace(self, note="; ".join(parts))
+
+    def sliced(self, start: float, stop: float) -> Channel:
+        """The samples with start <= time < stop [s]."""
+        first, last = np.searchsorted(self.time, (start, stop), side="left")
+        return replace(self, time=self.time[first:last], values=self.values[first:last])
+
+
+def checked(channel: Channel, put: Order | None = None) -> Channel:
+    """A channel as recorded made fit for use: stamps finite, not decreasing; values finite or missing; repairs noted.
+
+    Args:
+        channel: as recorded
+        put: what makes its time stamps usable, where that is known from another channel with the same stamps
+
+    Raises:
+        InputError: time and values differ in length, or the time stamps cannot be used (see tierod.core.timestamps)
+    """
+    time, values = np.asarray(channel.time), np.asarray(channel.values)
+    if time.shape != values.shape or time.ndim != 1:
+        raise InputError(
+            f"channel '{channel.name}' needs as many time stamps as values, not {time.shape} and {values.shape}"
+        )
+    put = put or order(time, f"'{channel.name}'")
+    values, infinite = finite_or_missing(put(values))
+    return replace(channel, time=put.time, values=values).noted(*put.notes, infinite_note(infinite))
+
+
+def checked_together(channels: Iterable[Channel]) -> list[Channel]:
+    """Channels made fit for use; time stamps that several share are examined once and stay shared."""
+    orders: dict[int, Order] = {}
+    fit = []
+    for channel in channels:
+        put = orders.get(id(channel.time))
+        if put is None:
+            put = orders[id(channel.time)] = order(channel.time, f"'{channel.name}'")
+        fit.append(checked(channel, put))
+    return fit
+
+
+@dataclass(frozen=True)
+class Aligned:
+    """Several signals on one time grid.
+
+    Args:
+        time: uniform grid [s], shape (n,)
+        values: shape (n, signals); NaN where a signal is missing or older than allowed
+        names: the signals, in the order of the columns
+    """
+
+    time: np.ndarray
+    values: np.ndarray
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Channels by name, and what is known of the recording as a whole.
+
+    Args:
+        channels: by name
+        metadata: origin of the file, start time, bus, comments
+    """
+
+    channels: Mapping[str, Channel]
+    metadata: Mapping[str, Any] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> Channel:
+        try:
+            return self.channels[name]
+        except KeyError:
+            raise InputError(f"the recording has no channel '{name}'{nearest(name, self.channels)}") from None
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.channels
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of all channels."""
+        return tuple(self.channels)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last time stamp of all channels [s]."""
+        times = [channel.time for channel in self.channels.values() if len(channel.time)]
+        if not times:
+            raise InputError("the recording holds no samples; check that the file is whole and the channel map fits it")
+        return float(min(time[0] for time in times)), float(max(time[-1] for time in times))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader of results must know: guessed units, repaired time stamps, lost parts of the file."""
+        return tuple(self.metadata.get("warnings", ()))
+
+    def warned(self, *warnings: str) -> Recording:
+        """The recording with warnings added."""
+        together = tuple(dict.fromkeys((*self.warnings, *(warning for warning in warnings if warning))))
+        return replace(self, metadata={**self.metadata, "warnings": together})
+
+    def with_channels(self, channels: Iterable[Channel]) -> Recording:
+        """The recording with channels added, or replaced where the name is there already; they are checked first.
+
+        Raises:
+            InputError: time stamps that cannot be used
+        """
+        return replace(
+            self, channels={**self.channels, **{channel.name: channel for channel in checked_together(channels)}}
+        )
+
+    def slice(self, start: float = float("-inf"), stop: float = float("inf")) -> Recording:
+        """The samples of all channels with start <= time < stop [s]; time stamps stay as they are."""
+        return replace(self, channels={name: channel.sliced(start, stop) for name, channel in self.channels.items()})
+
+    def retime(self, period: float, names: Iterable[str] | None = None) -> Recording:
+        """Channels that were delivered in bursts with the times at which their samples were sent.
+
+        Args:
+            period: of the sender [s]
+            names: the channels; all where not given
+
+        Raises:
+            InputError: a period that is not positive, or a name that is not there
+        """
+        note = f"time stamps made anew, {1e3 * period:g} ms apart"
+        again = [replace(self[name], time=paced(self[name].time, period)).noted(note) for name in names or self.names]
+        return replace(self, channels={**self.channels, **{channel.name: channel for channel in again}})
+
+    def require_grid(self, rate: float, first: float, count: int) -> None:
+        """See that a grid is not much longer than what was recorded, before memory is taken for it.
+
+        Args:
+            rate: samples per second of the grid [Hz]
+            first: its first time [s]
+            count: how many times it has
+
+        Raises:
+            InputError: it is
+        """
+        densest = max((len(channel.time) for channel in self.channels.values()), default=0)
+        if count > min(MOST_SAMPLES, max(FREE_SAMPLES, MOST_PER_SAMPLE * densest)):
+            raise InputError(
+                f"a grid of {rate:g} Hz from {first:.6g} s to {first + count / rate:.6g} s is too long: does a clock "
+                "leap ahead, or count milliseconds? Cut the recording there, or give start and stop"
+            )
+
+    def align(
+        self,
+        names: Iterable[str],
+        rate: float,
+        method: Method = "hold",
+        maximum_age: float = 0.1,
+        start: float | None = None,
+        stop: float | None = None,
+    ) -> Aligned:
+        """The named signals on a uniform grid; gaps stay visible as NaN.
+
+        Args:
+            names: canonical names, which become the columns in this order; a channel that is absent becomes NaN
+            rate: samples per second of the grid [Hz]
+            method: "hold" (latest sample) or "linear" (between two samples that are no more than maximum_age apart)
+            maximum_age: a value older than this [s] is missing
+            start: first time of the grid [s]; the recording's own where not given
+            stop: the grid ends before this time [s]; the recording's own end (inclusive) where not given
+
+        Raises:
+            InputError: a rate or age that is not positive, a recording without samples, or a grid that is too long
+        """
+        if not rate > 0.0 or not maximum_age > 0.0:
+            raise InputError(f"alignment needs a positive rate and maximum age, not {rate} Hz and {maximum_age} s")
+        first, last = self.span
+        first = first if start is None else start
+        count = (
+            int(np.floor((last - first) * rate + 1e-6)) + 1
+            if stop is None
+            else int(np.ceil((stop - first) * rate - 1e-6))
+        )
+        self.require_grid(rate, first, count)
+        grid = first + np.arange(max(count, 0)) / rate
+        names = tuple(names)
+        values = np.full((len(grid), len(names)), np.nan)
+        for column, name in enumerate(names):
+            if name in self.channels and len(self.channels[name].time):
+                values[:, column] = _sample(self.channels[name], grid, method, maximum_age, 0.5 / rate)
+        return Aligned(grid, values, names)
+
+
+def _sample(channel: Channel, grid: np.ndarray, method: Method, maximum_age: float, tolerance: float) -> np.ndarray:
+    time, values = channel.time, channel.values
+    rounding = min(tolerance, 1e-6)
+    before = np.searchsorted(time, grid + rounding, side="right") - 1
+    known = before >= 0
+    before = np.maximum(before, 0)
+    age = grid - time[before]
+    if method == "hold":
+        return np.where(known & (age <= maximum_age + rounding), values[before], np.nan)
+    after = np.minimum(before + 1, len(time) - 1)
+    width = time[after] - time[before]
+    share = np.divide(age, width, out=np.zeros_like(age), where=width > 0.0)
+    between = values[before] + np.clip(share, 0.0, 1.0) * (values[after] - values[before])
+    exact = age <= rounding
+    within = (width <= maximum_age + rounding) & (age <= width + rounding)
+    return np.where(known & exact, values[before], np.where(known & within & (width > 0.0), between, np.nan))

@@ -1,0 +1,204 @@
+"""Time stamps as recorders write them, and what is done about their faults.
+
+Dropped, with a note: samples whose stamp is not a finite number; infinite values become missing (NaN).
+Sorted, with a note: stamps that fall back by no more than `LATE`, since loggers deliver their buffers out of order.
+Kept, with a note: equal stamps; the last of them counts when a recording is aligned.
+Refused: a clock that jumps back further, or that stands still throughout.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.core.runs import runs
+
+LATE = 0.5
+"""A logger's buffers reorder samples by less than this [s]; a clock that was set back falls back by more."""
+
+CALENDAR = 1.0e8
+"""Stamps above this [s] (three years) count from a calendar date, not from the start of the recording."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """What makes time stamps usable.
+
+    Args:
+        time: [s], finite, not decreasing, shape (n,)
+        index: the samples to take, in order; None where all are taken as they are
+        notes: what was repaired
+        behind: how late the latest of those came that were put in order [s]
+    """
+
+    time: np.ndarray
+    index: np.ndarray | None
+    notes: tuple[str, ...] = ()
+    behind: float = 0.0
+
+    def __call__(self, values: np.ndarray) -> np.ndarray:
+        """The values that belong to the stamps."""
+        return values if self.index is None else values[self.index]
+
+
+class Repairs:
+    """What is wrong with the stamps of one clock, counted stretch by stretch, and refused where it cannot be mended.
+
+    Args:
+        what: whose time it is, for the messages
+    """
+
+    def __init__(self, what: str):
+        self.what = what
+        self.behind = 0.0
+        self._seen = self._without = self._late = self._equal = self._settled = 0
+        self._newest = self._last = -np.inf
+        self._final = np.nan
+        self._run = self._longest = 1
+        self._stands_at = np.nan
+
+    @property
+    def newest(self) -> float:
+        """The latest stamp so far [s]; minus infinity before the first."""
+        return self._newest
+
+    def arrived(self, time: np.ndarray) -> np.ndarray | None:
+        """Which of the next stamps are numbers; None where all are.
+
+        Args:
+            time: [s], as recorded, shape (n,)
+
+        Raises:
+            InputError: the clock jumps back by more than LATE
+        """
+        finite = np.isfinite(time)
+        kept = None if finite.all() else finite
+        if kept is not None:
+            self._without += len(time) - int(np.count_nonzero(finite))
+            time = time[finite]
+        if len(time):
+            before = np.concatenate(([self._last], time[:-1]))
+            self._late += int(np.count_nonzero(time < before))
+            newest = np.maximum(np.maximum.accumulate(time), self._newest)
+            with np.errstate(over="ignore"):
+                behind = newest - time
+            if behind.max() > LATE:
+                at = int(np.flatnonzero(behind > LATE)[0])
+                raise InputError(
+                    f"the time of {self.what} jumps back from {_stamp(before[at])} to {_stamp(time[at])} at sample "
+                    f"{self._seen + at + 1}; only {LATE} s of disorder can be sorted: cut the recording there and read "
+                    "the parts one by one"
+                )
+            self.behind = max(self.behind, float(behind.max()))
+            self._seen, self._newest, self._last = self._seen + len(time), float(newest[-1]), float(time[-1])
+        return kept
+
+    def settled(self, time: np.ndarray) -> None:
+        """The next stamps in their final order [s], shape (n,), for which equal ones are counted."""
+        if not len(time):
+            return
+        same = np.concatenate(([time[0] == self._final], time[1:] == time[:-1]))
+        self._equal += int(np.count_nonzero(same))
+        begins, ends = runs(same)
+        # A run at the very beginning goes on from the last stretch; one elsewhere follows the first of its stamps.
+        lengths = ends - begins + np.where(begins == 0, self._run, 1)
+        if lengths.max(initial=0) > self._longest:
+            at = int(np.argmax(lengths))
+            self._longest, self._stands_at = int(lengths[at]), float(time[begins[at]])
+        others = np.flatnonzero(~same)
+        self._run = len(time) - int(others[-1]) if len(others) else self._run + len(time)
+        self._final = float(time[-1])
+        self._settled += len(time)
+
+    def refuse_unusable(self) -> None:
+        """Stop after the last stretch where the clock says nothing.
+
+        Raises:
+            InputError: no stamp is a number, or the clock stands still throughout
+        """
+        if self._without and not self._seen:
+            raise InputError(f"no time stamp of {self.what} is a number; name the right time column, or export again")
+        if self._settled > 2 and self._equal == self._settled - 1:
+            raise InputError(
+                f"the time of {self.what} stands still at {self._final:g} s for all {self._settled} samples; "
+                "name the right time column, or export again with the recorder's clock running"
+            )
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was repaired so far."""
+        stands = f"(the clock stands at {self._stands_at:.6g} s for {self._longest} samples)"
+        found = (
+            (self._without, "samples without a time stamp left out"),
+            (self._late, "samples that arrived late put in order"),
+            (self._equal, f"equal time stamps {stands}"),
+        )
+        return tuple(f"{count} {text}" for count, text in found if count)
+
+
+def _stamp(time: float) -> str:
+    """A time stamp [s] to the microsecond; without a tail of meaningless digits where it is none of a recording."""
+    return f"{time:.6f} s" if abs(time) < 1e11 else f"{time:.6g} s"
+
+
+def order(time: np.ndarray, what: str) -> Order:
+    """Time stamps made usable, or a refusal.
+
+    Args:
+        time: [s], as recorded, shape (n,)
+        what: whose time it is, for the message
+
+    Raises:
+        InputError: no stamp is a number, the clock jumps back by more than LATE, or stands still throughout
+    """
+    time = np.asarray(time, dtype=float)
+    repairs = Repairs(what)
+    finite = repairs.arrived(time)
+    index = None if finite is None else np.flatnonzero(finite)
+    time = time if index is None else time[index]
+    if repairs.behind > 0.0:
+        sort = np.argsort(time, kind="stable")
+        time, index = time[sort], sort if index is None else index[sort]
+    repairs.settled(time)
+    repairs.refuse_unusable()
+    return Order(time, index, repairs.notes, repairs.behind)
+
+
+def finite_or_missing(values: np.ndarray) -> tuple[np.ndarray, int]:
+    """The values as floats with infinities made missing (NaN), and how many there were."""
+    values = np.asarray(values, dtype=float)
+    infinite = np.isinf(values)
+    count = int(np.count_nonzero(infinite))
+    return (np.where(infinite, np.nan, values) if count else values), count
+
+
+def infinite_note(count: int) -> str:
+    """The note on values that were infinite; "" where there were none."""
+    return f"{count} infinite values taken as missing" if count else ""
+
+
+def paced(time: np.ndarray, period: float, patience: float = 1.0) -> np.ndarray:
+    """When samples were sent that were delivered in bursts.
+
+    A sample is never delivered before it was sent, and sent one period after its predecessor: so the delay of each is
+    what it came later than the promptest delivery within the next `patience` seconds. Lost samples stay gaps.
+
+    Args:
+        time: stamps of delivery [s], not decreasing, shape (n,)
+        period: of the sender [s]
+        patience: within this time [s] at least one sample is delivered promptly; also absorbs drift of the clocks
+
+    Raises:
+        InputError: a period that is not positive
+    """
+    if not period > 0.0:
+        raise InputError(f"new time stamps need a positive period, not {period} s")
+    if not len(time):
+        return time
+    number = np.arange(len(time)) * period
+    width = max(int(patience / period), 1)
+    offset = np.concatenate((time - number, np.full(width, np.inf)))
+    prompt = np.lib.stride_tricks.sliding_window_view(offset, width + 1)[: len(time)].min(axis=1)
+    return np.maximum.accumulate(number + prompt)

@@ -1,0 +1,94 @@
+"""TOML files become frozen dataclasses: units converted, ranges checked, and every slip named with its line.
+
+    document = Document.read("drive.toml")
+    car = build(Car, document.content["car"], document, ("car",))
+
+A class that reads its table in a way of its own has a class method `from_table(table, document, location, base)`.
+Numbers are SI, or texts with a unit: `speed = 16.7` is `speed = "60 km/h"`. A field that may hold one of several
+dataclasses is chosen by the key `kind`: the name of the class in lower case with hyphens.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from tierod.core.errors import nearest
+from tierod.core.fields import Meaning, numbers
+from tierod.core.toml_builder import Builder
+from tierod.core.toml_document import Document
+from tierod.core.toml_lines import Location
+
+__all__ = ["Document", "Location", "build", "override"]
+
+
+def build(
+    kind: Any, table: Any, document: Document, location: Location = (), *, base: Any = None, signal: str | None = None
+) -> Any:
+    """A frozen dataclass from a table.
+
+    Args:
+        kind: the dataclass, or a union of dataclasses of which the key `kind` chooses one
+        table: as TOML gives it
+        document: where it stands
+        location: of the table in the document
+        base: an instance that gives the fields which the table leaves out, in place of the defaults of the class
+        signal: unit that stands for `SIGNAL_UNIT` in annotations; None where no signal is known
+
+    Raises:
+        ParameterError: an unknown or missing key, a wrong type, unit or value; file, line and nearest name are told
+    """
+    return Builder(document, signal).value(Meaning(kind, None, None), table, tuple(location), base)
+
+
+def override(
+    instance: Any, changes: Mapping[str, Any], document: Document | None = None, location: Location = (), what: str = ""
+) -> Any:
+    """A nested frozen dataclass with some of its fields replaced.
+
+    Args:
+        instance: for example a car
+        changes: value by dotted path, `{"steering.friction.level": "8 N*m"}`, or nested tables
+        document: where the changes stand, if in a file
+        location: of their table in the document
+        what: how to call the instance in a message; the name of its class where it is empty
+
+    Raises:
+        ParameterError: a wrong path, with the nearest right ones; a wrong value as of `build`
+    """
+    source = document or Document({}, "", Path(what or type(instance).__name__))
+    known = numbers(instance)
+    places = {".".join(path.split(".")[:depth]) for path in known for depth in range(1, path.count(".") + 1)}
+    nested: dict[str, Any] = {}
+    for path, value in _flat(changes):
+        if path not in known and path not in places and not _has(instance, path):
+            raise source.error((*location, path), f"no parameter is called '{path}'{nearest(path, known)}")
+        below = nested
+        *above, last = path.split(".")
+        for name in above:
+            below = below.setdefault(name, {})
+        below[last] = value
+    return Builder(source, None).value(Meaning(type(instance), None, None), nested, tuple(location), instance)
+
+
+def _flat(changes: Mapping[str, Any], above: str = "") -> list[tuple[str, Any]]:
+    """(dotted path, value) of nested tables; a table with `kind` is a value."""
+    pairs: list[tuple[str, Any]] = []
+    for name, value in changes.items():
+        path = f"{above}{name}"
+        if isinstance(value, Mapping) and "kind" not in value:
+            pairs.extend(_flat(value, f"{path}."))
+        else:
+            pairs.append((path, value))
+    return pairs
+
+
+def _has(instance: Any, path: str) -> bool:
+    """Whether a dotted path leads to a field that is not a float."""
+    for name in path.split("."):
+        if not (dataclasses.is_dataclass(instance) and name in {field.name for field in dataclasses.fields(instance)}):
+            return False
+        instance = getattr(instance, name)
+    return True

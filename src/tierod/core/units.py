@@ -1,0 +1,266 @@
+"""Units at the edge: what files write becomes SI once, on reading.
+
+The notations of vehicle recordings are in a table, so that reading SI data costs no unit library; pint knows the rest.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from math import isfinite, pi
+from typing import Any
+
+from tierod.core.errors import InputError, nearest
+
+COUNT = "count"
+"""Unit of a raw value that nobody has calibrated."""
+
+
+@dataclass(frozen=True)
+class Scale:
+    """value in the wanted unit = factor * value as given + offset."""
+
+    factor: float
+    offset: float = 0.0
+
+    def __call__(self, values: Any) -> Any:
+        """The values in the wanted unit."""
+        if self.factor == 1.0 and self.offset == 0.0:
+            return values
+        return values * self.factor + self.offset if self.offset else values * self.factor
+
+
+_SPELLINGS = {
+    "rad": "rad radian radians",
+    "deg": "deg degree degrees grad ° º",
+    "rad/s": "rad/s rad/sec rads rad/seconds radps rad*s-1 rad*s^-1",
+    "deg/s": "deg/s degree/s degrees/s deg/sec degps dps °/s º/s grad/s deg/seconds",
+    "rad/s**2": "rad/s2 rad/s^2 rad/s²",
+    "deg/s**2": "deg/s2 deg/s^2 deg/s² °/s2 °/s²",
+    "m/s": "m/s mps m/sec metres/s meter/second m*s-1",
+    "km/h": "km/h kmh kph kmph kmperhour km/hr",
+    "mph": "mph mi/h miles/h",
+    "m/s**2": "m/s2 m/s^2 m/s² m/ss m/s/s mps2 m/sec2 m/sec^2 m*s-2",
+    "N*m": "nm n*m n.m n·m newtonmeter newton-meter nmeter",
+    "N": "n newton newtons",
+    "rpm": "rpm 1/min u/min rev/min r/min min-1 /min",
+    "revolution": "rev revolution revolutions turn turns",
+    "degC": "degc °c ºc celsius deg_c c",
+    "degF": "degf °f fahrenheit deg_f",
+    "K": "k kelvin",
+    "": "- 1 unitless none [] -- n/a na nounit enum flag bool dimensionless",
+    "percent": "% percent pct",
+    COUNT: "count counts raw lsb inc incs digit digits bit bits cnt ticks tick increments",
+    "V": "v volt volts",
+    "A": "a amp amps ampere",
+    "mA": "ma",
+    "s": "s sec second seconds",
+    "ms": "ms msec millisecond milliseconds",
+    "us": "us usec µs μs microsecond microseconds",
+    "ns": "ns nsec nanosecond nanoseconds",
+    "bar": "bar",
+    "m": "m meter metre",
+    "mm": "mm millimeter",
+    "hour": "h hour hours",
+}
+
+_TIDY = {word: unit for unit, words in _SPELLINGS.items() for word in words.split()} | {"": ""}
+
+_SUFFIXES = {
+    "_rad_s2": "rad/s**2", "_deg_s2": "deg/s**2", "_m_s2": "m/s**2", "_mps2": "m/s**2",
+    "_rad_s": "rad/s", "_deg_s": "deg/s", "_dps": "deg/s", "_m_s": "m/s", "_mps": "m/s",
+    "_km_h": "km/h", "_kmh": "km/h", "_kph": "km/h", "_mph": "mph", "_rpm": "rpm",
+    "_rad": "rad", "_deg": "deg", "_nm": "N*m", "_kn": "kN", "_bar": "bar", "_volt": "V",
+    "_sec": "s", "_seconds": "s", "_ms": "ms", "_us": "us", "_ns": "ns", "_s": "s", "_count": COUNT, "_counts": COUNT,
+}  # fmt: skip
+
+_SCALES = {
+    ("deg", "rad"): Scale(pi / 180.0),
+    ("deg/s", "rad/s"): Scale(pi / 180.0),
+    ("deg/s**2", "rad/s**2"): Scale(pi / 180.0),
+    ("rpm", "rad/s"): Scale(pi / 30.0),
+    ("revolution", "rad"): Scale(2.0 * pi),
+    ("km/h", "m/s"): Scale(1.0 / 3.6),
+    ("bar", "Pa"): Scale(1.0e5),
+    ("degC", "K"): Scale(1.0, 273.15),
+    ("percent", ""): Scale(0.01),
+    ("ms", "s"): Scale(1.0e-3),
+    ("us", "s"): Scale(1.0e-6),
+    ("ns", "s"): Scale(1.0e-9),
+    ("mm", "m"): Scale(1.0e-3),
+    ("g_0", "m/s**2"): Scale(9.80665),
+}
+
+
+LONGEST = 80
+"""Characters of a unit: what is longer is no unit, and reading it would take its time."""
+
+_LONGEST_TITLE = 1000
+
+_WRITTEN = "write it as deg/s, N*m or m/s**2 are written"
+
+_TOKEN = re.compile(r"(?P<power>\*\*|\^)|(?P<number>\d+\.?\d*|\.\d+)|(?P<word>[^\W\d]\w*|[%°µΩ])|(?P<mark>[-+*/·() ])")
+_EXPONENT = re.compile(r"\s*[-+]?\d(?:\.\d+)?(?![\w.^]|\s*\*\*)|\([-+]?\d(?:/\d)?\)(?![\w.^]|\s*\*\*)")
+"""One digit, with a sign, decimals or as a fraction: V/Hz**0.5, J/K**(1/2)."""
+
+
+@lru_cache(maxsize=512)
+def tidy(text: str, wanted: str = "") -> str:
+    """A unit as a file writes it, in the notation of pint.
+
+    Args:
+        text: for example "°/s", "Nm", "KM/H", "[m/s^2]"
+        wanted: the unit it will become, which decides what "g" means beside an acceleration
+
+    Raises:
+        InputError: nobody knows the unit
+    """
+    if len(text) > LONGEST:
+        raise InputError(f"the unit '{text[:LONGEST]}...' has {len(text)} characters; {_WRITTEN}")
+    bare = _unwrapped(text)
+    if wanted == "m/s**2" and bare.lower() in ("g", "gs", "g0", "g_0", "gn"):
+        return "g_0"
+    found = _TIDY.get(re.sub(r"\s+", "", bare).lower().replace("**", "^"), _TIDY.get(bare.lower()))
+    if found is not None:
+        return found
+    if bare in _SI:
+        return bare
+    return _by_pint(bare)
+
+
+def _unwrapped(text: str) -> str:
+    """Without the brackets around it; those of "1/(N*m)" belong to the unit."""
+    outer = text.strip().strip("[]").strip()
+    inner = outer.strip("()").strip()
+    return outer if "(" in inner else inner
+
+
+_SI = frozenset(
+    {"rad", "rad/s", "rad/s**2", "m", "m/s", "m/s**2", "N", "N*m", "A", "V", "K", "Pa", "s", "g_0", COUNT, ""}
+)
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry(cache_folder=None)
+
+
+def _is_plain(bare: str) -> bool:
+    """Whether a text is words with small exponents, joined by signs: pint evaluates towers of powers without end."""
+    place, depth, before = 0, 0, ""
+    while place < len(bare):
+        token = _TOKEN.match(bare, place)
+        if token is None or len(token[0]) > 24 or (token.lastgroup == "number" and len(token[0]) > 6):
+            return False
+        place = token.end()
+        depth += {"(": 1, ")": -1}.get(token[0], 0)
+        if not 0 <= depth <= 3:
+            return False
+        if token.lastgroup == "power":
+            exponent = _EXPONENT.match(bare, place)
+            if exponent is None or not (before == "word" or before == ")"):
+                return False
+            place = exponent.end()
+        if token[0] != " ":
+            before = token[0] if token.lastgroup == "mark" else token.lastgroup or ""
+    return depth == 0
+
+
+def _by_pint(bare: str) -> str:
+    spelled = bare.replace("²", "**2").replace("³", "**3").replace("°", "deg").replace("·", "*").replace("^", "**")
+    spelled = re.sub(r"\b([mkM]?N)([cm]?m)\b", r"\1*\2", spelled)
+    for candidate in (spelled, spelled.lower()) if _is_plain(spelled) else ():
+        try:
+            _registry().parse_units(candidate)
+            return candidate
+        except Exception:
+            continue
+    known = [word for words in _SPELLINGS.values() for word in words.split()]
+    raise InputError(f"the unit '{bare}' is not known; {_WRITTEN}{nearest(bare, known)}")
+
+
+def known(text: str) -> bool:
+    """Whether a text is a unit that can be read."""
+    try:
+        tidy(text)
+    except InputError:
+        return False
+    return True
+
+
+def scale(given: str, wanted: str) -> Scale:
+    """What turns a value in the unit `given` into the unit `wanted`.
+
+    Args:
+        given: as found in a file, in any notation
+        wanted: in the notation of pint
+
+    Raises:
+        InputError: an unknown unit, or one of another kind (a torque cannot become an angle)
+    """
+    return _scale(tidy(given, wanted), tidy(wanted))
+
+
+@lru_cache(maxsize=512)
+def _scale(given: str, wanted: str) -> Scale:
+    if given == wanted:
+        return Scale(1.0)
+    if (given, wanted) in _SCALES:
+        return _SCALES[given, wanted]
+    if (wanted, given) in _SCALES:
+        inverse = _SCALES[wanted, given]
+        return Scale(1.0 / inverse.factor, -inverse.offset / inverse.factor)
+    if given.lower() in ("hz", "hertz", "khz") and wanted.startswith("rad"):
+        raise InputError(f"'{given}' may count turns or radians per second; write rpm or rad/s in a channel map")
+    if COUNT in (given, wanted):
+        raise InputError(
+            f"a raw count has no known size in '{wanted if given == COUNT else given}'; "
+            "keep it as count, or give the factor in the channel map"
+        )
+    return _scale_by_pint(given, wanted)
+
+
+def _scale_by_pint(given: str, wanted: str) -> Scale:
+    import pint
+
+    quantity = _registry().Quantity
+    try:
+        at_zero, at_one, at_two = (float(quantity(value, given).to(wanted).magnitude) for value in (0.0, 1.0, 2.0))
+    except pint.errors.DimensionalityError:
+        raise InputError(f"the unit '{given}' cannot become '{wanted}': they measure different things") from None
+    except Exception:  # pint fails in many ways at units that it has parsed, such as dB*m
+        raise InputError(f"the unit '{given}' has no fixed size in '{wanted}'; {_CONVERTED}") from None
+    factor = at_one - at_zero
+    if not (isfinite(at_zero) and isfinite(factor) and factor):
+        raise InputError(f"the unit '{given}' has no finite size in '{wanted}'; {_CONVERTED}")
+    if abs(at_two - at_one - factor) > 1e-6 * abs(factor):
+        raise InputError(f"the unit '{given}' is logarithmic, and no factor makes '{wanted}' of it; {_CONVERTED}")
+    return Scale(factor, at_zero)
+
+
+_CONVERTED = "convert the values first, or write another unit"
+
+
+def split_name(name: str) -> tuple[str, str]:
+    """The name and the unit that a column title holds: "Speed [km/h]", "speed_m_s", "time (ms)".
+
+    Returns:
+        (name without the unit, unit as written); the unit is "" where the title holds none
+    """
+    # A unit stands at the end; in a title of any length the search would take the square of its length.
+    found = re.match(r"^(.*?)\s*([\[(<])([^\[\]()<>]*)[\])>]\s*$", name) if len(name) <= _LONGEST_TITLE else None
+    if found and found[1] and (found[2] == "[" or known(found[3])):
+        return found[1].strip(), found[3].strip()
+    return name.strip(), ""
+
+
+def split_suffix(name: str) -> tuple[str, str]:
+    """The name and the unit that its ending says: "speed_m_s" is speed in m/s; ("...", "") where it says none."""
+    lowered = name.lower()
+    for suffix, unit in _SUFFIXES.items():
+        if lowered.endswith(suffix) and len(lowered) > len(suffix):
+            return name[: -len(suffix)], unit
+    return name, ""

@@ -1,0 +1,212 @@
+"""Reading of text files that users give: regular files, bounded in length and nesting, decoded strictly.
+
+    text = read_text("car.toml", "the vehicle file", ParameterError)
+    content = toml(text, "car.toml", ParameterError)
+
+Recordings come in through `tierod.io.readers`; what those carry as JSON passes through `json_document`, too.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import stat
+import tomllib
+from collections.abc import Iterator
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from tierod.core.errors import InputError, TierodError
+from tierod.core.files import expanded
+
+MOST_BYTES = 1 << 20
+"""Longest TOML file [bytes]: the parser takes about a second for it; the largest that tierod ships has 12 kB."""
+
+MOST_DATA_BYTES = 1 << 24
+"""Longest JSON, DBC or course file [bytes]: a CAN database of a whole vehicle has a few million."""
+
+MOST_DEPTH = 32
+"""Deepest nesting of tables and lists: parser and readers call themselves once per level, a key costs its cube."""
+
+_PART = r"""(?:[A-Za-z0-9_-]++|"(?:\\.|[^"\\\n])*+"|'[^'\n]*+')"""
+_DEEP_KEY = re.compile(rf"(?:^|[\[{{,])[ \t]*+({_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MOST_DEPTH},}})", re.MULTILINE)
+
+_KINDS = (
+    (stat.S_ISDIR, "it is a folder"),
+    (stat.S_ISFIFO, "it is a pipe"),
+    (stat.S_ISSOCK, "it is a socket"),
+    (stat.S_ISCHR, "it is a device"),
+    (stat.S_ISBLK, "it is a device"),
+)
+_NOT_BLOCKING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
+
+
+def read_bytes(
+    path: str | Path, what: str, error: type[TierodError] = InputError, cure: str = "", most: int = MOST_BYTES
+) -> bytes:
+    """The content of a file that a user named.
+
+    Args:
+        path: of the file
+        what: it should be, with its article, for messages
+        error: raised where it cannot be read
+        cure: what to do where it cannot be read; to check path and permissions where not given
+        most: longest content [bytes]
+
+    Raises:
+        TierodError: of the class `error`: no such file, no regular file, no permission, or too long
+    """
+    path = expanded(path)
+    cure = cure or "check the path and its permissions"
+    try:
+        # What is no regular file may block when it is opened, or act: it is looked at before.
+        refusal = _irregular(os.stat(path).st_mode)
+        content = b"" if refusal else _content(path, most)
+    except (OSError, ValueError) as problem:  # ValueError: a path with a zero byte
+        refusal = ((problem.strerror if isinstance(problem, OSError) else None) or str(problem)).lower()
+    if refusal:
+        raise error(f"{what} {path} cannot be read ({refusal}); {cure}")
+    if content is None:
+        raise error(f"{what} {path} is longer than {_amount(most)}, which is too long for one; name the right file")
+    return content
+
+
+def read_text(
+    path: str | Path,
+    what: str,
+    error: type[TierodError] = InputError,
+    cure: str = "",
+    most: int = MOST_BYTES,
+    *,
+    keep_line_ends: bool = False,
+) -> str:
+    """The text of a file that a user named, which has to be UTF-8, with or without a byte order mark.
+
+    Args:
+        path, what, error, cure, most: as for `read_bytes`
+        keep_line_ends: whether those of other systems stay as they are
+
+    Raises:
+        TierodError: as for `read_bytes`, or what is not UTF-8
+    """
+    content = read_bytes(path, what, error, cure, most)
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as problem:
+        line = content.count(b"\n", 0, problem.start) + 1
+        raise error(f"{what} {path} cannot be read (it is not UTF-8 text in line {line}); save it as UTF-8") from None
+    return text if keep_line_ends else text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def toml(text: str, where: str | Path, error: type[TierodError] = InputError, cure: str = "") -> dict[str, Any]:
+    """The content of a TOML text.
+
+    Args:
+        text: as a user wrote it
+        where: it stands, for messages
+        error: raised where it is none
+        cure: what to do where it is no TOML; to correct it where not given
+
+    Raises:
+        TierodError: of the class `error`: it is not TOML, or nested too deeply
+    """
+    key = _DEEP_KEY.search(text)
+    if key is not None:
+        line = text.count("\n", 0, key.start(1)) + 1
+        raise error(f"{where}, line {line}: the key '{key[1][:40]}...' has {_TOO_DEEP}")
+    try:
+        content = tomllib.loads(text)
+    except RecursionError:
+        raise error(f"{where}: a list or table has {_TOO_DEEP}") from None
+    except ValueError as problem:  # a number of more digits than Python converts is none of tomllib's own errors
+        raise error(f"{where} is not valid TOML: {problem}; {cure or 'correct it there'}") from None
+    if _too_deep(content):
+        raise error(f"{where}: a list or table has {_TOO_DEEP}")
+    if (place := _too_long(content)) is not None:
+        raise error(f"{where}: the whole number at '{place}' {_TOO_LONG}")
+    return content
+
+
+def json_document(text: str | bytes) -> Any:
+    """The content of a JSON text.
+
+    Args:
+        text: in UTF-8
+
+    Raises:
+        ValueError: it is not JSON, nested too deeply, or holds half a character; in words, as the end of a sentence
+    """
+    try:
+        text = text.decode("utf-8-sig") if isinstance(text, bytes) else text
+        document = json.loads(text)
+        if _too_deep(document):
+            raise RecursionError
+        if (place := _too_long(document)) is not None:
+            raise ValueError(f"the whole number at '{place}' {_TOO_LONG}")
+        if r"\ud" in text or r"\uD" in text:
+            json.dumps(document, ensure_ascii=False).encode()
+    except json.JSONDecodeError as problem:
+        raise ValueError(f"it is not JSON from line {problem.lineno} on") from None
+    except UnicodeDecodeError:
+        raise ValueError("it is not UTF-8 text") from None
+    except UnicodeEncodeError:
+        raise ValueError("it holds half of a character (a lone surrogate)") from None
+    except RecursionError:
+        raise ValueError(f"it has {_TOO_DEEP}") from None
+    return document
+
+
+_TOO_DEEP = f"more than {MOST_DEPTH} levels, deeper than anything that tierod reads; name the right file"
+
+
+_TOO_LONG = "has more than 64 bits; give a number with a decimal point"
+
+
+def _irregular(mode: int) -> str:
+    """What a path leads to where that is no regular file, as half a sentence; else ""."""
+    if stat.S_ISREG(mode):
+        return ""
+    return next((words for test, words in _KINDS if test(mode)), "it is no regular file")
+
+
+def _content(path: Path, most: int) -> bytes | None:
+    """The bytes of a regular file; None where they are more than allowed."""
+    with open(os.open(path, os.O_RDONLY | _NOT_BLOCKING), "rb") as file:
+        status = os.fstat(file.fileno())
+        if refusal := _irregular(status.st_mode):  # exchanged since it was looked at
+            raise OSError(0, refusal)
+        # Some files of the system have the size zero, whatever they hold.
+        content = file.read(most + 1) if status.st_size <= most else None
+    return content if content is not None and len(content) <= most else None
+
+
+def _too_deep(document: Any) -> bool:
+    """Whether tables and lists are nested more deeply than allowed."""
+    return len(list(islice(_levels(document), MOST_DEPTH + 2))) > MOST_DEPTH + 1
+
+
+def _too_long(document: Any) -> str | None:
+    """Where a whole number stands that does not fit into 64 bits, and perhaps into no float; None where all do."""
+    numbers = (pair for level in _levels(document) for pair in level if isinstance(pair[1], int))
+    return next((name[:80] for name, number in numbers if number.bit_length() > 64), None)
+
+
+def _levels(document: Any) -> Iterator[list[tuple[str, Any]]]:
+    """(dotted key, value) of all that a document holds, level by level; what is in a list has the key of the list."""
+    level = [("", document)]
+    while level:
+        yield level
+        level = [pair for name, each in level for pair in _entries(name, each)]
+
+
+def _entries(name: str, value: Any) -> list[tuple[str, Any]]:
+    """(dotted key, value) of what a table or a list of that key holds."""
+    if isinstance(value, dict):
+        return [(f"{name}.{key}".lstrip("."), each) for key, each in value.items()]
+    return [(name, each) for each in value] if isinstance(value, list) else []
+
+
+def _amount(count: int) -> str:
+    return f"{count >> 20} MiB" if count >= 1 << 20 else f"{count} bytes"

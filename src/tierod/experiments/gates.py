@@ -1,0 +1,80 @@
+"""Gates: limits on figures of a campaign, met, missed, or not to be judged."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from tierod.core.claims import Goal
+from tierod.experiments.definition import label
+from tierod.experiments.pools import Pool, pool
+from tierod.experiments.rows import FAULT, SIZE, SOUND, Row, matching
+
+
+@dataclass(frozen=True)
+class Gate:
+    """A limit on a figure.
+
+    Args:
+        figure: of `Pool`
+        goal: what it should be
+        where: axis -> level or levels
+        monitor: label
+    """
+
+    figure: str
+    goal: Goal
+    where: Mapping[str, Any]
+    monitor: str
+
+    @property
+    def name(self) -> str:
+        """In words."""
+        place = ", ".join(f"{axis} {_levels(levels)}" for axis, levels in self.where.items())
+        return f"{self.figure}{f' ({place})' if place else ''}"
+
+
+@dataclass(frozen=True)
+class Passed:
+    """What became of a gate.
+
+    Args:
+        gate: the gate
+        measured: the figure; NaN where there is none
+        met: whether it is as it should be; None where that cannot be judged
+        note: why not, or how many drives it rests on
+    """
+
+    gate: Gate
+    measured: float
+    met: bool | None
+    note: str
+
+
+def pass_through(gate: Gate, rows: Sequence[Row]) -> Passed:
+    """Hold the figure of a gate against its goal; a gate over drives that failed cannot be met, only missed."""
+    figures = pool_at(rows, gate.where, gate.monitor)
+    measured = float(getattr(figures, gate.figure))
+    lost = figures.failed + figures.diverged
+    if math.isnan(measured):
+        return Passed(gate, measured, None, "there is nothing to make this figure from")
+    if not gate.goal.holds(measured):
+        return Passed(gate, measured, False, f"{figures.drives} drives")
+    if lost:
+        return Passed(
+            gate, measured, None, f"{lost} of {figures.drives} drives failed, so that it cannot be called met"
+        )
+    return Passed(gate, measured, True, f"{figures.drives} drives")
+
+
+def pool_at(rows: Sequence[Row], where: Mapping[str, Any], monitor: str) -> Pool:
+    """The figures of the rows at some levels; faulty drives are held against the sound ones of the other levels."""
+    others = {axis: level for axis, level in where.items() if axis not in (FAULT, SIZE)}
+    sound = matching(rows, {**others, FAULT: SOUND}, monitor)
+    return pool(matching(rows, where, monitor), sound)
+
+
+def _levels(levels: Any) -> str:
+    return " or ".join(map(label, levels)) if isinstance(levels, list | tuple) else label(levels)

@@ -1,0 +1,204 @@
+"""One monitor over one virtual drive, held against the truth: when it alarmed, how exact it was, how long it judged."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from tierod.core.findings import Finding, Status
+from tierod.core.recording import Aligned, Recording
+from tierod.experiments.alarms import ALARMS, JUDGEMENTS, Window, alarms_of, during, enabled_until, first_after, outcome
+from tierod.experiments.figures import Moments, area_under_curve
+from tierod.experiments.judged import Judged
+from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.harness.session import Conclusion, Monitor, Session, StatusChange, Variant
+from tierod.monitors.run import Run
+from tierod.vehicles import Vehicle
+
+TRUTH = "truth_"
+DEVIATION = "_standard_deviation"
+"""A trace X with a trace X_standard_deviation is an estimate; the channel truth_X is what it should be."""
+
+SAMPLE_PERIOD = 5.0
+"""Seconds from one kept estimate to the next: friction estimates wander over tens of seconds."""
+
+
+def judge(
+    recording: Recording,
+    monitor: tuple[Monitor, Variant],
+    belief: Vehicle,
+    own_level: OwnLevel | None,
+    fault: Window | None,
+    settling: Annotated[float, "s"],
+) -> tuple[Judged, OwnLevel | None]:
+    """Run a monitor over a drive and hold it against the truth.
+
+    Args:
+        recording: measured channels, and the truth in channels prefixed `truth_`
+        monitor: and its variant
+        belief: what the monitor believes of the car
+        own_level: what was learnt of this car before
+        fault: when it acts; None in a sound drive
+        settling: enabled time from the start of a fault until estimates count as those of the fault [s]
+
+    Returns:
+        the judgement, and the own level that the drive has taught, if it has
+
+    Raises:
+        TierodError: the recording is not fit for the monitor
+    """
+    definition = monitor[0].suited_to(recording)
+    run = Run(definition, monitor[1], belief, own_level)
+    run.session = tap = _Tap(run.session)
+    run.add(recording)
+    finding = run.finish().findings[0]
+    seen = tap.seen()
+    course = run.course or _at_the_end(finding, seen.time)
+    return _judged(recording, finding, course, seen, fault, settling, 1.0 / definition.rate), run.learnt
+
+
+class _Seen(NamedTuple):
+    """What a monitor showed over the drive: time, and traces by name, (n,) each."""
+
+    time: np.ndarray
+    traces: dict[str, np.ndarray]
+
+
+class _Tap:
+    """A session that also keeps its traces whole."""
+
+    def __init__(self, session: Session):
+        self._session = session
+        self.signals, self.traces = session.signals, session.traces
+        self._time: list[np.ndarray] = []
+        self._pieces: list[Mapping[str, np.ndarray]] = []
+
+    def __getattr__(self, name: str) -> Any:
+        """Parts of the session itself, by which its decisions are told."""
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return getattr(self._session, name)
+
+    def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
+        """As the session itself."""
+        shown = self._session.absorb(aligned)
+        self._time.append(aligned.time)
+        self._pieces.append(shown)
+        return shown
+
+    def conclude(self) -> Conclusion:
+        """As the session itself."""
+        return self._session.conclude()
+
+    def seen(self) -> _Seen:
+        names = self._pieces[0] if self._pieces else {}
+        return _Seen(
+            np.concatenate(self._time),
+            {name: np.concatenate([piece[name] for piece in self._pieces]) for name in names},
+        )
+
+
+def _at_the_end(finding: Finding, time: np.ndarray) -> tuple[StatusChange, ...]:
+    """The course of a monitor that judges a recording as a whole: it says nothing before the end."""
+    return (StatusChange(float(time[0]), Status.NOT_READY), StatusChange(float(time[-1]), finding.status))
+
+
+def _judged(
+    recording: Recording,
+    finding: Finding,
+    course: Sequence[StatusChange],
+    seen: _Seen,
+    fault: Window | None,
+    settling: float,
+    step: float,
+) -> Judged:
+    enabled = seen.traces.get("enabled", np.ones(len(seen.time))) > 0.5
+    judging = during(course, seen.time, JUDGEMENTS)
+    start, end = fault or Window(math.inf, math.inf)
+    sound, faulty = seen.time < start, (seen.time >= start) & (seen.time < end)
+    clock = np.asarray((np.cumsum(enabled) - enabled) * step)
+    settled = faulty & (clock >= settling + float(np.interp(start, seen.time, clock, right=math.inf)))
+    estimates = _Estimates(recording, seen, judging)
+    judged_at_all = bool(judging[faulty if fault else sound].any())
+    return Judged(
+        **_final(finding, seen),
+        **_times(course, fault, seen.time, clock, judged_at_all),
+        seconds=len(seen.time) * step,
+        enabled_s=int(enabled.sum()) * step,
+        judged_s=int(judging.sum()) * step,
+        sound_s=int(sound.sum()) * step,
+        sound_judged_s=int((sound & judging).sum()) * step,
+        truth_sound=estimates.truth_in(sound),
+        truth_faulty=estimates.truth_in(faulty),
+        errors_sound=estimates.errors_in(sound),
+        errors_faulty=estimates.errors_in(settled),
+        area=area_under_curve(estimates.values_in(sound), estimates.values_in(settled)),
+        estimates_sound=estimates.kept_in(sound, step),
+        estimates_faulty=estimates.kept_in(settled, step),
+    )
+
+
+def _final(finding: Finding, seen: _Seen) -> dict[str, Any]:
+    """What was said in the end."""
+    known, ratio = finding.estimate, seen.traces.get("ratio_to_own_level")
+    return {
+        "status": str(finding.status),
+        "headline": finding.headline,
+        "cause": finding.cause,
+        "value": known.value if known else math.nan,
+        "deviation": known.standard_deviation if known else math.nan,
+        "unit": known.unit if known else "",
+        "ratio": float(ratio[-1]) if known and ratio is not None and ratio[-1] > 0.0 else math.nan,
+    }
+
+
+def _times(
+    course: Sequence[StatusChange], fault: Window | None, time: np.ndarray, clock: np.ndarray, judged_at_all: bool
+) -> dict[str, Any]:
+    """When alarms began: before the fault, and from its start on."""
+    start, end = fault or Window(math.inf, math.inf)
+    alarms = alarms_of(course, ALARMS)
+    first, worst = (first_after(alarms_of(course, wanted), start, end) for wanted in (ALARMS, ALARMS[1:]))
+    found: dict[str, Any] = {
+        "outcome": outcome(alarms, first, fault, judged_at_all),
+        "false_alarms": sum(begin < start for begin, _ in alarms),
+    }
+    for name, instant in (("detection", first), ("fault", worst)):
+        found[f"{name}_s"] = instant - start if fault else math.nan
+        found[f"{name}_enabled_s"] = enabled_until(instant, start, time, clock) if fault else math.nan
+    return found
+
+
+class _Estimates:
+    """What was estimated where the monitor judged, and the truth at the same instants."""
+
+    def __init__(self, recording: Recording, seen: _Seen, judging: np.ndarray):
+        name = next((n for n in seen.traces if n + DEVIATION in seen.traces), None)
+        none = np.full(len(seen.time), np.nan)
+        self.values = np.where(judging, seen.traces[name], np.nan) if name else none
+        truth = recording.channels.get(f"{TRUTH}{name}")
+        if truth is None or not len(truth.time):
+            self.truth = none
+        else:
+            at = np.searchsorted(truth.time, seen.time + 1e-9, side="right") - 1
+            self.truth = truth.values[np.maximum(at, 0)]
+
+    def values_in(self, part: np.ndarray) -> np.ndarray:
+        """Estimates in a part of the drive."""
+        values = self.values[part]
+        return values[np.isfinite(values)]
+
+    def kept_in(self, part: np.ndarray, step: float) -> tuple[float, ...]:
+        """One estimate every few seconds."""
+        return tuple(self.values_in(part)[:: max(round(SAMPLE_PERIOD / step), 1)].tolist())
+
+    def errors_in(self, part: np.ndarray) -> Moments:
+        """Estimate less truth in a part of the drive."""
+        return Moments.of((self.values - self.truth)[part])
+
+    def truth_in(self, part: np.ndarray) -> float:
+        """Mean of the truth in a part of the drive."""
+        return Moments.of(self.truth[part]).mean

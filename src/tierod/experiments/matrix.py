@@ -1,0 +1,246 @@
+"""The matrix of a campaign: every combination of levels, less what is excluded, and what is included."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from tierod.core.errors import nearest
+from tierod.core.toml import Document
+from tierod.experiments.definition import CampaignFile, Seeds, label
+from tierod.experiments.rows import FAULT, SEED, SIZE, SOUND, is_at
+from tierod.proving_ground.faults import Fault, fault_of
+
+Location = tuple[str | int, ...]
+SEEDS = "seeds"
+"""Key of an included part with seeds of its own."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """One level of an axis; faults and their sizes are one axis with two names.
+
+    Args:
+        place: axis -> level
+        changes: of the scenario, by dotted name
+        location: where it stands in the campaign file
+        faults: that it brings
+        tables: of these faults, as a scenario has them
+    """
+
+    place: Mapping[str, str]
+    changes: Mapping[str, Any]
+    location: Location
+    faults: tuple[Fault, ...] = ()
+    tables: tuple[Mapping[str, Any], ...] = ()
+
+
+@dataclass(frozen=True)
+class Point:
+    """One cell of the matrix before its scenario is made.
+
+    Args:
+        place: axis -> level; fault, size and seed last
+        levels: that it is made of
+        seed: of all chance
+    """
+
+    place: Mapping[str, str]
+    levels: tuple[Level, ...]
+    seed: int
+
+    def changes(self, common: Mapping[str, Any]) -> dict[str, Any]:
+        """Of the scenario by dotted name; a later axis replaces what an earlier one has set."""
+        merged = dict(common)
+        for level in self.levels:
+            merged |= level.changes
+        return merged
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """That act on the drive."""
+        return tuple(fault for level in self.levels for fault in level.faults)
+
+    @property
+    def tables(self) -> list[Mapping[str, Any]]:
+        """Of these faults, as a scenario has them."""
+        return [table for level in self.levels for table in level.tables]
+
+
+def levels_of(file: CampaignFile, document: Document) -> list[list[Level]]:
+    """Every axis with its levels, the faults last.
+
+    Raises:
+        ParameterError: two levels of one name, a name that is taken, or no level at all
+    """
+    axes = []
+    for name, axis in file.axes.items():
+        if name in (FAULT, SIZE, SEED, SEEDS):
+            raise document.error(("axes", name), f"an axis cannot be called '{name}', which every campaign has")
+        levels = [
+            Level({name: label}, changes, ("axes", name, *location)) for label, changes, location in axis.changes(name)
+        ]
+        axes.append(_distinct(levels, document))
+    faults = [Level({FAULT: SOUND, SIZE: ""}, {}, ("sound",))] if file.sound else []
+    for name in file.faults:
+        if name == SOUND:
+            raise document.error(("faults", name), f"a fault cannot be called '{SOUND}', which is a drive without one")
+        faults += _distinct(_sizes(file, name, document), document)
+    if not faults:
+        raise document.error(("sound",), "the matrix is empty: there are no faults, and sound drives are left out")
+    return [*axes, faults]
+
+
+def _sizes(file: CampaignFile, name: str, document: Document) -> list[Level]:
+    """One fault with its sizes."""
+    table = dict(file.faults[name])
+    location: Location = ("faults", name)
+    sizes, together = table.pop("sizes", None), table.pop("together", [])
+    if not isinstance(together, list) or not (sizes is None or (isinstance(sizes, list) and sizes)):
+        raise document.error(location, "'sizes' is a list of sizes, 'together' a list of further faults; correct that")
+    if sizes is not None and "size" in table:
+        raise document.error((*location, "size"), "'size' and 'sizes' say the same; leave one out")
+    others = [fault_of(each, document, (*location, "together", at)) for at, each in enumerate(together)]
+    table.setdefault("name", name)
+    levels = []
+    for at, size in enumerate([None] if sizes is None else sizes):
+        sized = table if size is None else table | {"size": size}
+        faults = (fault_of(sized, document, location), *others)
+        place = {FAULT: name, SIZE: "" if size is None else label(size)}
+        levels.append(
+            Level(place, {}, location if size is None else (*location, "sizes", at), faults, (sized, *together))
+        )
+    return levels
+
+
+def with_changes(content: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Nested tables with values set at dotted names; a table on the way is made where it is absent.
+
+    A name that stands dotted in the tables (`"steering.ratio" = 0.07`) is found as it stands. What stands higher is set
+    first, so that `car` and `car.parameters` may come in any order; a text that gets values below it becomes the `name`
+    of a table.
+    """
+    merged = dict(content)
+    for path, value in sorted(changes.items(), key=lambda change: change[0].count(".")):
+        if path in merged or "." not in path:
+            merged[path] = value
+            continue
+        head, _, rest = path.partition(".")
+        below = merged.get(head)
+        below = {"name": below} if isinstance(below, str) else below
+        merged[head] = with_changes(below if isinstance(below, Mapping) else {}, {rest: value})
+    return merged
+
+
+def _distinct(levels: Sequence[Level], document: Document) -> list[Level]:
+    seen: dict[tuple[str, ...], Level] = {}
+    for level in levels:
+        key = tuple(level.place.values())
+        if key in seen:
+            raise document.error(level.location, f"there are two levels '{' '.join(filter(None, key))}'; take one out")
+        seen[key] = level
+    return list(levels)
+
+
+def seeds_of(seeds: Seeds | tuple[int, ...]) -> tuple[int, ...]:
+    """Every seed, one after the other."""
+    return tuple(range(seeds.first, seeds.first + seeds.count)) if isinstance(seeds, Seeds) else seeds
+
+
+def points(file: CampaignFile, document: Document) -> list[Point]:
+    """All cells of the matrix, in its order; what is included comes last.
+
+    Raises:
+        ParameterError: levels or seeds that cannot be, an exclusion or inclusion that names what is not there or
+            touches nothing, or a matrix without cells
+    """
+    axes = levels_of(file, document)
+    seeds = _checked_seeds(seeds_of(file.seeds), ("seeds",), document)
+    found = {_key(point): point for point in _product(axes, seeds)}
+    for number, where in enumerate(file.exclude):
+        location = ("exclude", number)
+        check_where(where, axes, seeds, document, location)
+        gone = [key for key, point in found.items() if is_at(point.place, where)]
+        if not gone:
+            raise document.error(location, "no cell is left that this excludes; take it out")
+        for key in gone:
+            del found[key]
+    for number, where in enumerate(file.include):
+        for point in _included(where, axes, seeds, document, ("include", number)):
+            found.setdefault(_key(point), point)
+    if not found:
+        raise document.error(("exclude",), "every cell of the matrix is excluded; leave some")
+    return list(found.values())
+
+
+def _product(axes: Iterable[Sequence[Level]], seeds: Sequence[int]) -> list[Point]:
+    made = []
+    for levels in itertools.product(*axes):
+        place: dict[str, str] = {}
+        for level in levels:
+            place |= level.place
+        made += [Point(place | {SEED: str(seed)}, levels, seed) for seed in seeds]
+    return made
+
+
+def _included(
+    where: Mapping[str, Any], axes: list[list[Level]], seeds: tuple[int, ...], document: Document, location: Location
+) -> list[Point]:
+    own = where.get(SEEDS)
+    if isinstance(own, Mapping) and set(own) == {"first", "count"}:
+        own = list(range(own["first"], own["first"] + own["count"]))
+    if own is not None:
+        seeds = _checked_seeds(own, (*location, SEEDS), document)
+    chosen = {axis: level for axis, level in where.items() if axis != SEEDS}
+    check_where(chosen, axes, seeds, document, location)
+    return [point for point in _product(axes, seeds) if is_at(point.place, chosen)]
+
+
+def _checked_seeds(seeds: Any, location: Location, document: Document) -> tuple[int, ...]:
+    whole = isinstance(seeds, list | tuple) and all(
+        isinstance(seed, int) and not isinstance(seed, bool) and seed >= 0 for seed in seeds
+    )
+    if not whole or not seeds or len(set(seeds)) != len(seeds):
+        raise document.error(
+            location, "seeds are whole numbers from 0 on, each once: a list, or a table with first and count"
+        )
+    return tuple(seeds)
+
+
+def check_where(
+    where: Mapping[str, Any],
+    axes: Iterable[Sequence[Level]],
+    seeds: Sequence[int] | None,
+    document: Document,
+    location: Location,
+) -> None:
+    """Refuse a choice of levels that names an axis or a level which is not there.
+
+    Args:
+        where: axis -> level or list of levels
+        axes: all but the seeds
+        seeds: all; any where None
+        document: the campaign file
+        location: of the choice in it
+
+    Raises:
+        ParameterError: with the line and the nearest name
+    """
+    known: dict[str, list[str]] = {}
+    for level in itertools.chain(*axes):
+        for axis, name in level.place.items():
+            known.setdefault(axis, []).append(name)
+    known[SEED] = [] if seeds is None else [str(seed) for seed in seeds]
+    for axis, wanted in where.items():
+        if axis not in known:
+            raise document.error((*location, axis), f"no axis is called '{axis}'{nearest(axis, known)}")
+        for name in map(label, wanted if isinstance(wanted, list | tuple) else [wanted]):
+            if name not in known[axis] and not (axis == SEED and seeds is None):
+                near = nearest(name, filter(None, known[axis]))
+                raise document.error((*location, axis), f"the axis '{axis}' has no level '{name}'{near}")
+
+
+def _key(point: Point) -> tuple[str, ...]:
+    return tuple(point.place.values())

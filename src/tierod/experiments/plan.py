@@ -1,0 +1,158 @@
+"""What a campaign has to do: its drives and verdicts, each with the key of all that decides it, and what is there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from tierod.experiments.alarms import Window
+from tierod.experiments.fingerprint import fingerprint, ground_code, tower_code
+from tierod.experiments.matrix import Point
+from tierod.experiments.rows import FAULT, SOUND
+from tierod.experiments.store import Store, slug
+from tierod.monitors.harness.session import Monitor, Variant
+from tierod.vehicles import Vehicle
+
+
+@dataclass(frozen=True)
+class Judge:
+    """A monitor of the campaign, ready to judge.
+
+    Args:
+        label: as the campaign calls it
+        monitor, variant: by name
+        belief: what it believes of the car
+        learns: whether it judges against what the first sound drive of the same car has taught
+    """
+
+    label: str
+    monitor: str
+    variant: str
+    belief: Vehicle
+    learns: bool
+
+    def found(self) -> tuple[Monitor, Variant]:
+        """The monitor itself."""
+        from tierod.monitors.run import find
+
+        return find(self.monitor, self.variant)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One drive of the campaign.
+
+    Args:
+        point: where it stands in the matrix
+        scenario: what is driven, with its seed
+        key: of all that decides the drive
+        teacher: number of the cell whose drive teaches the own level of this one's car; None where nothing is learnt,
+            or where this is the teacher itself
+    """
+
+    point: Point
+    scenario: Any
+    key: str
+    teacher: int | None
+
+    @property
+    def name(self) -> str:
+        """Of its files."""
+        return slug(self.point.place)
+
+    @property
+    def faulty(self) -> bool:
+        """Whether a fault is given."""
+        return self.point.place[FAULT] != SOUND
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All cells and monitors.
+
+    Args:
+        cells: in the order of the matrix
+        judges: that judge every drive
+        settling: see `tierod.experiments.definition.CampaignFile`
+        keep: whether recordings are kept
+    """
+
+    cells: Sequence[Cell]
+    judges: Sequence[Judge]
+    settling: float
+    keep: bool
+
+    def verdict_key(self, cell: Cell, judge: Judge) -> str:
+        """Of all that decides a verdict: the drive, the monitor with its belief, what taught it, and the code."""
+        teacher = None if cell.teacher is None or not judge.learns else self.cells[cell.teacher].key
+        belief = {name: getattr(judge.belief, name) for name in ("name", "torque_unit", "parameters")}
+        return fingerprint(
+            cell.key, judge.monitor, judge.variant, belief, teacher, self.settling, cell.faulty, tower_code()
+        )
+
+    def verdict_name(self, cell: Cell, judge: Judge) -> str:
+        """Of the file of a verdict."""
+        return f"{cell.name}_{slug({'label': judge.label}, 40)}"
+
+    def done(self, cell: Cell, store: Store) -> bool:
+        """Whether the drive, its recording where it is kept, and every verdict are there."""
+        drive = store.drive(cell.name, cell.key)
+        if drive is None or not drive["lasting"] or (self.keep and self.lacks_recording(drive, store)):
+            return False
+        return drive["outcome"] != "driven" or not self.open_judges(cell, store)
+
+    def lacks_recording(self, drive: Mapping[str, Any], store: Store) -> bool:
+        """Whether a drive has samples that should be kept and are not."""
+        return drive["outcome"] != "failed" and not store.has_recording(drive)
+
+    def open_judges(self, cell: Cell, store: Store) -> list[Judge]:
+        """The monitors whose verdict is not there, or could not be made for a reason that may have passed."""
+        return [
+            judge for judge in self.judges if not (self.verdict(cell, judge, store) or {"lasting": False})["lasting"]
+        ]
+
+    def verdict(self, cell: Cell, judge: Judge, store: Store) -> dict[str, Any] | None:
+        """The record of a verdict."""
+        return store.verdict(self.verdict_name(cell, judge), self.verdict_key(cell, judge))
+
+
+DECIDING = ("car", "course", "duration", "seed", "sensors", "faults", "scatter", "files")
+"""Fields of a scenario that decide its drive; names and descriptions do not."""
+
+
+def drive_key(scenario: Any, known: dict[int, tuple[Any, str]] | None = None) -> str:
+    """Of all that decides a drive: what is driven and the code that drives.
+
+    Args:
+        scenario: what is driven
+        known: fingerprints of parts by their identity, kept with the parts themselves from one scenario to the next:
+            those that differ in their seed share a car
+    """
+    known = {} if known is None else known
+    prints = {}
+    for name in DECIDING:
+        part = getattr(scenario, name)
+        if id(part) not in known:
+            known[id(part)] = (part, fingerprint(part))
+        prints[name] = known[id(part)][1]
+    return fingerprint(prints, ground_code())
+
+
+def window_of(windows: Sequence[Mapping[str, Any]]) -> Window | None:
+    """From the first start to the last end of the faults of a drive; None where none came."""
+    came = [each for each in windows if each["start"] is not None]
+    if not came:
+        return None
+    return Window(min(float(each["start"]) for each in came), max(float(each["end"]) for each in came))
+
+
+def teachers(points: Sequence[Point], same_car: Sequence[str]) -> list[int | None]:
+    """For every cell the number of the first sound one of the same car; None for that one itself, -1 where none is."""
+    first: dict[tuple[str, ...], int] = {}
+    cars = [tuple(point.place[axis] for axis in same_car) for point in points]
+    for number, (point, car) in enumerate(zip(points, cars, strict=True)):
+        if point.place[FAULT] == SOUND:
+            first.setdefault(car, number)
+    found = [first.get(car, -1) for car in cars]
+    return [None if teacher == number else teacher for number, teacher in enumerate(found)]

@@ -1,0 +1,131 @@
+"""Checks of the virtual car's chassis against closed forms: figures for tests and for lists of claims."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from tierod.core.graph import scan
+from tierod.physics.single_track import steady_yaw_gain
+from tierod.proving_ground.chassis import SingleTrack, TwoTrack
+from tierod.proving_ground.chassis.energy import Powers, powers
+from tierod.proving_ground.integration import rosenbrock
+from tierod.proving_ground.parts import Road, Steer, Wheels, Wind
+from tierod.proving_ground.replay import Driven, Replay
+
+STEP = 1e-3
+SMALL_STEER = 1e-4
+"""Road-wheel angle of the linear range [rad]: slip angles at which brush tyres bend by less than 0.1 %."""
+
+Body = TypeVar("Body", SingleTrack, TwoTrack)
+
+
+def courses(steer: Any, speed: Any, bank: Any = 0.0, grade: Any = 0.0) -> np.ndarray:
+    """Samples of a replay at 1 kHz.
+
+    Args:
+        steer: road-wheel angle at every millisecond [rad], shape (n,)
+        speed: to be kept [m/s], a number or shape (n,)
+        bank, grade: of the road [rad]
+    """
+    rate = np.gradient(steer, STEP)
+    return np.column_stack(np.broadcast_arrays(steer, rate, speed, bank, grade))
+
+
+def steady_turn(chassis: Body, speed: float, steer: float, seconds: float = 8.0) -> Driven:
+    """What a chassis does after some seconds at a speed [m/s] with its road wheels at an angle [rad]."""
+    inputs = courses(np.full(round(seconds / STEP), steer), speed)
+    return scan(Replay(chassis, start_speed=speed), inputs).at(-1)
+
+
+def unresisted(chassis: Body) -> Body:
+    """The chassis without air and rolling resistance, as closed forms assume: no wheel has to be driven."""
+    still = replace(chassis, drag_area=0.0, side_area=0.0)
+    if isinstance(still, SingleTrack):
+        return replace(still, rolling_coefficient=0.0)
+    front, rear = (replace(axle.tyre, rolling_coefficient=0.0) for axle in (still.front, still.rear))
+    return still.on_tyres(front, rear)
+
+
+def yaw_gain_error(chassis: Body, speed: float) -> float:
+    """Steady yaw rate per road-wheel angle in the linear range, against the closed form: relative error.
+
+    Args:
+        chassis: of one or two tracks, see `unresisted`
+        speed: [m/s]
+    """
+    out = steady_turn(chassis, speed, SMALL_STEER)
+    closed = steady_yaw_gain(out.speed, chassis.wheelbase, chassis.understeer_gradient)
+    return float(out.yaw_rate / SMALL_STEER / closed - 1.0)
+
+
+def understeer_error(chassis: Body, speed: float = 30.0) -> float:
+    """Understeer gradient in the linear range, against the closed form: relative error.
+
+    Args:
+        chassis: of one or two tracks, see `unresisted`
+        speed: of the steady turn [m/s]
+    """
+    out = steady_turn(chassis, speed, SMALL_STEER)
+    extra = SMALL_STEER - chassis.wheelbase * out.yaw_rate / out.speed
+    return float(extra / out.lateral_acceleration / chassis.understeer_gradient - 1.0)
+
+
+class Pedals(NamedTuple):
+    """Steer and torques of the manoeuvre whose energy is audited."""
+
+    steer: Annotated[float, "rad"]
+    steer_rate: Annotated[float, "rad/s"]
+    drive_torque: Annotated[float, "N*m"]
+    brake_torque: Annotated[float, "N*m"]
+
+
+@dataclass(frozen=True)
+class EnergyAudit:
+    """A chassis on a level road without air, with torques given at its wheels, and its powers."""
+
+    chassis: TwoTrack = field(default_factory=TwoTrack)
+    start_speed: Annotated[float, "m/s"] = 20.0
+
+    Sample = Pedals
+
+    def init(self) -> Any:
+        """Straight ahead at the starting speed."""
+        return self.chassis.init(self.start_speed)
+
+    def step(self, state: Any, sample: Pedals) -> tuple[Any, Powers]:
+        """One step on; the powers belong to the instant of the sample."""
+        steer = Steer(sample.steer, sample.steer, sample.steer_rate, sample.steer_rate)
+        road, wind = Road(0.0, 0.0, 0.0, 1.0, 1.0, 1.0), Wind(0.0, 0.0)
+        torques = Wheels(sample.drive_torque, sample.drive_torque, 0.0, 0.0)
+        brakes = Wheels(sample.brake_torque, sample.brake_torque, sample.brake_torque, sample.brake_torque)
+
+        def slope(motion: tuple[Any]) -> tuple[Any]:
+            reaction = self.chassis.reaction(motion[0], steer, road, wind)
+            return (self.chassis.derivative(motion[0], reaction, torques, brakes),)
+
+        reaction = self.chassis.reaction(state, steer, road, wind)
+        (after,) = rosenbrock(slope, (state,), STEP, "", [])
+        return after, powers(self.chassis, state, reaction, steer, road, torques, brakes)
+
+
+def energy_error(chassis: TwoTrack | None = None) -> float:
+    """Energy that a manoeuvre leaves unexplained, over the energy that its wheels turn into heat.
+
+    Ten seconds: accelerating in a weave to the limit of the tyres, then braking in a turn to standstill.
+    """
+    chassis = replace(chassis or TwoTrack(), drag_area=0.0, side_area=0.0)
+    time = np.arange(round(10.0 / STEP)) * STEP
+    steer = 0.08 * np.sin(3.0 * time) * np.minimum(time, 1.0)
+    drive = np.where(time < 5.0, 400.0, 0.0)
+    brake = np.where(time > 6.0, 600.0, 0.0)
+    out = scan(EnergyAudit(chassis), np.column_stack([steer, np.gradient(steer, STEP), drive, brake]))
+    lost = {name: _integral(out[name]) for name in ("braked", "slipped", "turned", "damped")}
+    stored = out["stored"][-1] - out["stored"][0]
+    return float(abs(stored - _integral(out["driven"]) + sum(lost.values())) / sum(lost.values()))
+
+
+def _integral(values: np.ndarray) -> float:
+    return float(np.sum(0.5 * (values[1:] + values[:-1])) * STEP)

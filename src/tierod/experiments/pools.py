@@ -1,0 +1,200 @@
+"""Figures of many judged drives together: how soon, how surely, how seldom falsely, how exactly."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from tierod.experiments.figures import Moments, area_under_curve, pooled, quantile, rate_bound, share_bound
+from tierod.experiments.judged import Judged
+from tierod.experiments.rows import Row
+
+HOUR = 3600.0
+
+
+class Pool(NamedTuple):
+    """Figures of a group of rows; NaN where there is nothing to make one from, infinite for a time that never came.
+
+    Args:
+        drives: rows of the group
+        diverged: drives that did not stay finite
+        failed: drives that could not be driven or judged at all
+        not_judged: drives in which the monitor judged nothing of what was to be judged
+        sound, faulty: judged drives without and with a fault
+        found: faults that raised an alarm
+        missed: faults that were judged and raised none
+        early: faults that came while an alarm stood already
+        missed_share: missed or not judged, of all faults less the early ones
+        missed_share_bound: its 95 % upper bound
+        detection_median_s, detection_p95_s, detection_worst_s: from the fault to the first alarm; infinite for a fault
+            that was missed or not judged; the early ones are left out
+        detection_enabled_median_s, detection_enabled_p95_s, detection_enabled_worst_s: the same in enabled time
+        fault_median_s, fault_p95_s, fault_worst_s: from the fault to the verdict "fault"
+        false_alarms: alarms that began before any fault
+        sound_hours: driven before any fault
+        sound_judged_hours: judged of these
+        false_alarm_rate: false alarms per judged hour
+        false_alarm_bound: its 95 % upper bound
+        bias, deviation: of settled estimates against the truth, in the unit of the estimate
+        bias_sound, deviation_sound: before the fault, or in sound drives
+        bias_faulty, deviation_faulty: in the fault
+        largest_bias: largest mean error of one drive, its sign dropped
+        area: under the ROC curve between the last estimates of sound and faulty drives
+        smallest_area: smallest area under the ROC curve between the estimates of one drive before and in its fault
+        enabled_share, judged_share: of the time driven
+    """
+
+    drives: Annotated[int, ""]
+    diverged: Annotated[int, ""]
+    failed: Annotated[int, ""]
+    not_judged: Annotated[int, ""]
+    sound: Annotated[int, ""]
+    faulty: Annotated[int, ""]
+    found: Annotated[int, ""]
+    missed: Annotated[int, ""]
+    early: Annotated[int, ""]
+    missed_share: Annotated[float, ""]
+    missed_share_bound: Annotated[float, ""]
+    detection_median_s: Annotated[float, "s"]
+    detection_p95_s: Annotated[float, "s"]
+    detection_worst_s: Annotated[float, "s"]
+    detection_enabled_median_s: Annotated[float, "s"]
+    detection_enabled_p95_s: Annotated[float, "s"]
+    detection_enabled_worst_s: Annotated[float, "s"]
+    fault_median_s: Annotated[float, "s"]
+    fault_p95_s: Annotated[float, "s"]
+    fault_worst_s: Annotated[float, "s"]
+    false_alarms: Annotated[int, ""]
+    sound_hours: Annotated[float, "h"]
+    sound_judged_hours: Annotated[float, "h"]
+    false_alarm_rate: Annotated[float, "1/h"]
+    false_alarm_bound: Annotated[float, "1/h"]
+    bias: Annotated[float, "unit of the estimate"]
+    deviation: Annotated[float, "unit of the estimate"]
+    bias_sound: Annotated[float, "unit of the estimate"]
+    deviation_sound: Annotated[float, "unit of the estimate"]
+    bias_faulty: Annotated[float, "unit of the estimate"]
+    deviation_faulty: Annotated[float, "unit of the estimate"]
+    largest_bias: Annotated[float, "unit of the estimate"]
+    area: Annotated[float, ""]
+    smallest_area: Annotated[float, ""]
+    enabled_share: Annotated[float, ""]
+    judged_share: Annotated[float, ""]
+
+
+def pool(rows: Sequence[Row], sound: Sequence[Row] | None = None) -> Pool:
+    """The figures of a group of rows of one monitor.
+
+    Args:
+        rows: the group
+        sound: rows of sound drives that its faulty ones are held against; those of the group itself where None
+    """
+    judged = [row.judged for row in rows if row.judged is not None]
+    faulty = [row.judged for row in rows if row.judged is not None and row.faulty]
+    quiet = [row.judged for row in (rows if sound is None else sound) if row.judged is not None and not row.faulty]
+    counted = [each for each in faulty if each.outcome != "early"]
+    unseen = sum(each.outcome != "found" for each in counted)
+    seconds = sum(each.seconds for each in judged)
+    return Pool(
+        drives=len(rows),
+        diverged=sum(row.drive["outcome"] == "diverged" for row in rows),
+        failed=sum(row.judged is None and row.drive["outcome"] != "diverged" for row in rows),
+        not_judged=sum(each.outcome == "not judged" for each in judged),
+        sound=len(judged) - len(faulty),
+        faulty=len(faulty),
+        found=sum(each.outcome == "found" for each in faulty),
+        missed=sum(each.outcome == "missed" for each in faulty),
+        early=len(faulty) - len(counted),
+        missed_share=unseen / len(counted) if counted else math.nan,
+        missed_share_bound=share_bound(unseen, len(counted)) if counted else math.nan,
+        **_times("detection", [each.detection_s for each in counted]),
+        **_times("detection_enabled", [each.detection_enabled_s for each in counted]),
+        **_times("fault", [each.fault_s for each in counted]),
+        **_false_alarms(judged),
+        **_errors(judged),
+        area=area_under_curve([each.value for each in quiet], [each.value for each in faulty]),
+        smallest_area=min((each.area for each in faulty if not math.isnan(each.area)), default=math.nan),
+        enabled_share=sum(each.enabled_s for each in judged) / seconds if seconds else math.nan,
+        judged_share=sum(each.judged_s for each in judged) / seconds if seconds else math.nan,
+    )
+
+
+def _false_alarms(judged: Sequence[Judged]) -> Any:
+    alarms, hours = sum(each.false_alarms for each in judged), sum(each.sound_judged_s for each in judged) / HOUR
+    return {
+        "false_alarms": alarms,
+        "sound_hours": sum(each.sound_s for each in judged) / HOUR,
+        "sound_judged_hours": hours,
+        "false_alarm_rate": alarms / hours if hours > 0.0 else math.nan,
+        "false_alarm_bound": rate_bound(alarms, hours) if hours > 0.0 else math.nan,
+    }
+
+
+def _errors(judged: Sequence[Judged]) -> Any:
+    before = pooled(each.errors_sound for each in judged)
+    within = pooled(each.errors_faulty for each in judged)
+    named = {"": pooled((before, within)), "_sound": before, "_faulty": within}
+    drives = [pooled((each.errors_sound, each.errors_faulty)) for each in judged]
+    found = {f"bias{part}": errors.mean for part, errors in named.items()}
+    found |= {f"deviation{part}": errors.deviation for part, errors in named.items()}
+    return found | {"largest_bias": max((abs(each.mean) for each in drives if each.count), default=math.nan)}
+
+
+def _times(name: str, times: list[float]) -> Any:
+    return {
+        f"{name}_median_s": quantile(times, 0.5),
+        f"{name}_p95_s": quantile(times, 0.95),
+        f"{name}_worst_s": quantile(times, 1.0),
+    }
+
+
+def confusion(rows: Sequence[Row]) -> dict[str, dict[str, int]]:
+    """State given -> status found -> drives, in the order of the rows; drives that failed are found "no verdict"."""
+    found: dict[str, dict[str, int]] = {}
+    for row in rows:
+        status = row.judged.status if row.judged else "no verdict"
+        counts = found.setdefault(row.given, {})
+        counts[status] = counts.get(status, 0) + 1
+    return found
+
+
+class Box(NamedTuple):
+    """How the estimates of one state are spread, at 5, 25, 50, 75 and 95 per cent."""
+
+    state: str
+    truth: float
+    estimates: int
+    low: float
+    lower: float
+    median: float
+    upper: float
+    high: float
+    bias: float
+    deviation: float
+
+
+def boxes(rows: Sequence[Row]) -> list[Box]:
+    """The estimates by state: sound (before faults too), then every fault with its size."""
+    parts: dict[str, list[tuple[float, Moments, tuple[float, ...]]]] = {}
+    for row in rows:
+        each = row.judged
+        if each is None:
+            continue
+        parts.setdefault("sound", []).append((each.truth_sound, each.errors_sound, each.estimates_sound))
+        if row.faulty:
+            parts.setdefault(row.given, []).append((each.truth_faulty, each.errors_faulty, each.estimates_faulty))
+    return [box for state, found in parts.items() if (box := _box(state, found)) is not None]
+
+
+def _box(state: str, found: list[tuple[float, Moments, tuple[float, ...]]]) -> Box | None:
+    values = np.array([value for _, _, estimates in found for value in estimates])
+    if not len(values):
+        return None
+    errors = pooled(each for _, each, _ in found)
+    truths = [truth for truth, _, _ in found if not math.isnan(truth)]
+    truth = float(np.mean(truths)) if truths else math.nan
+    low, lower, median, upper, high = map(float, np.quantile(values, (0.05, 0.25, 0.5, 0.75, 0.95)))
+    return Box(state, truth, len(values), low, lower, median, upper, high, errors.mean, errors.deviation)

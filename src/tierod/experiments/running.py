@@ -1,0 +1,114 @@
+"""Runs what a campaign lacks, on all cores: first the drives that teach own levels, then all that learn from them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from tierod.core.block import structure
+from tierod.core.errors import TierodError
+from tierod.core.graph.kernel import kernel
+from tierod.experiments.plan import Cell, Judge, Plan
+from tierod.experiments.store import Store
+from tierod.experiments.work import DRIVEN, Lesson, Task, Verdict, code, failed, work
+from tierod.experiments.workers import Failure, Workers
+from tierod.monitors.harness.own_level import OwnLevel
+from tierod.proving_ground.faults import Always
+
+TASTE = 0.5
+"""Seconds that are driven in the parent, so that the workers find every kernel compiled."""
+
+
+class Progress(NamedTuple):
+    """How far a campaign is.
+
+    Args:
+        done: cells that are finished, those of earlier runs included
+        total: of all cells
+        name: of the cell that has just been finished; "" before the first, when everything is compiled
+        outcome: of that one
+    """
+
+    done: int
+    total: int
+    name: str
+    outcome: str
+
+
+def run(plan: Plan, store: Store, processes: int, progress: Callable[[Progress], None] = lambda _: None) -> None:
+    """Drive and judge whatever is not there yet.
+
+    Args:
+        plan: all cells
+        store: where everything is kept; prepared, and held alone
+        processes: how many work at a time
+        progress: called as each cell ends
+
+    Raises:
+        OutputError: the disk is full, for example; what was finished before is kept
+    """
+    missing = [number for number, cell in enumerate(plan.cells) if not plan.done(cell, store)]
+    done, total = len(plan.cells) - len(missing), len(plan.cells)
+    first = [number for number in missing if plan.cells[number].teacher is None]
+    then = [number for number in missing if plan.cells[number].teacher is not None]
+    with Workers(work, processes) as workers:
+        workers.start(len(missing))
+        compile_once([plan.cells[number] for number in missing], plan.judges if missing else ())
+        progress(Progress(done, total, "", ""))
+        for part in (first, then):
+            tasks = [_task(plan, store, plan.cells[number]) for number in part]
+            for at, result in workers.run(tasks):
+                cell = tasks[at].cell
+                if isinstance(result, Failure):
+                    store.keep_drive(cell.name, cell.key, failed(cell, result.reason, result.lasting))
+                    result = "failed"
+                done += 1
+                progress(Progress(done, total, cell.name, str(result)))
+
+
+def compile_once(cells: Sequence[Cell], judges: Sequence[Judge]) -> None:
+    """Let every kernel be compiled before the workers start, which would otherwise all compile the same."""
+    tasted = set()
+    for cell in cells:
+        elements = tuple(effect.element for fault in cell.scenario.faults for effect in fault.effects)
+        shape = (repr(structure(cell.scenario.car)), elements)
+        if shape not in tasted:
+            tasted.add(shape)
+            # From the beginning: what is driven is over before most faults come.
+            faults = tuple(replace(fault, trigger=Always(), duration=None) for fault in cell.scenario.faults)
+            try:
+                replace(cell.scenario, faults=faults).with_run(seconds=TASTE).run()
+            except TierodError:
+                continue  # told where the cell itself is driven
+    for judge in judges:
+        monitor, variant = judge.found()
+        block = getattr(variant.open(judge.belief, monitor.rate, None), "block", None)
+        if block is not None:
+            kernel(block)
+
+
+def _task(plan: Plan, store: Store, cell: Cell) -> Task:
+    verdicts = tuple(
+        Verdict(judge, plan.verdict_name(cell, judge), plan.verdict_key(cell, judge), _lesson(plan, store, cell, judge))
+        for judge in plan.open_judges(cell, store)
+    )
+    return Task(store, cell, verdicts, plan.settling, plan.keep, code())
+
+
+def _lesson(plan: Plan, store: Store, cell: Cell, judge: Judge) -> Lesson:
+    """What the first sound drive of the same car has taught."""
+    if cell.teacher is None or not judge.learns:
+        return Lesson()
+    teacher = plan.cells[cell.teacher]
+    record = plan.verdict(teacher, judge, store)
+    known = None if record is None else record["own_level"]
+    if known is not None:
+        return Lesson(OwnLevel(**known))
+    if record is not None:
+        told, lasting = record["judged"], record["lasting"]
+        why = f"it was judged '{told['status']}'" if told else record["reason"]
+    else:
+        drive = store.drive(teacher.name, teacher.key) or {"outcome": "not driven", "lasting": False}
+        why, lasting = f"it was {drive['outcome']}", drive["lasting"] and drive["outcome"] != DRIVEN
+    return Lesson(None, f"the first sound drive of this car ({teacher.name}) taught no own level: {why}", lasting)

@@ -1,0 +1,111 @@
+"""From the points of a matrix to scenarios that can be driven: changes applied, faults added, everything checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from tierod.core.errors import ParameterError
+from tierod.core.toml import Document
+from tierod.experiments.definition import CampaignFile
+from tierod.experiments.matrix import Level, Point, with_changes
+from tierod.experiments.toml_text import toml_text
+from tierod.proving_ground import scenarios
+from tierod.proving_ground.faults import Fault
+from tierod.proving_ground.scenarios import Scenario
+from tierod.proving_ground.scenarios.check import require_sound
+
+Place = tuple[str, ...]
+
+
+@dataclass
+class Scenes:
+    """Makes the scenarios of a campaign; each combination of levels is built and checked once, whatever its seeds.
+
+    Args:
+        file, document: the campaign
+        base: the scenario that every drive begins from
+    """
+
+    file: CampaignFile
+    document: Document
+    base: Document
+    _made: dict[Place, Scenario] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, file: CampaignFile, document: Document) -> Scenes:
+        """Of a campaign file.
+
+        Raises:
+            ParameterError: no such scenario, or one that already has faults
+        """
+        given = file.scenario
+        beside = document.path.parent / given
+        try:
+            base = scenarios.load(beside if beside.is_file() else given)
+        except ParameterError as error:
+            raise document.error(("scenario",), str(error)) from None
+        if base.faults:
+            raise document.error(
+                ("scenario",), f"the scenario '{base.name}' has faults itself; a campaign brings its own: take them out"
+            )
+        return cls(file, document, base.document)
+
+    def scenario(self, point: Point) -> Scenario:
+        """The scenario of a point, with its seed.
+
+        Raises:
+            ParameterError: levels that cannot be driven, with the line of the level at fault
+        """
+        place = tuple(label for level in point.levels for label in level.place.values())
+        if place not in self._made:
+            self._made[place] = self._checked(point)
+        return self._made[place].with_run(seed=point.seed)
+
+    def _checked(self, point: Point) -> Scenario:
+        try:
+            return self._built(point.changes(self.file.changes), point.faults, point.tables)
+        except ParameterError as error:
+            raise self._blamed(point, error) from None
+
+    def _blamed(self, point: Point, error: ParameterError) -> ParameterError:
+        """The error with the line of the first level that cannot be driven alone, or of them all together."""
+        told = str(error)
+        if told.startswith(f"{self.document.path}, line"):
+            return error
+        for path, value in self.file.changes.items():
+            if alone := self._refused({path: value}, ()):
+                return self.document.error(("changes", path), _bare(alone, self.base))
+        for level in point.levels:
+            if alone := self._refused({**self.file.changes, **level.changes}, level.faults):
+                return self.document.error(level.location, f"{_called(level)}: {_bare(alone, self.base)}")
+        names = ", ".join(_called(level) for level in point.levels)
+        return self.document.error(("axes",), f"{names}: {_bare(told, self.base)}")
+
+    def _refused(self, changes: Mapping[str, Any], faults: tuple[Fault, ...]) -> str:
+        try:
+            self._built(changes, faults)
+        except ParameterError as error:
+            return str(error)
+        return ""
+
+    def _built(
+        self, changes: Mapping[str, Any], faults: tuple[Fault, ...], tables: Sequence[Mapping[str, Any]] = ()
+    ) -> Scenario:
+        content = with_changes(self.base.content, changes)
+        # Without text no line of the base scenario is blamed for what the campaign has changed.
+        made = scenarios.from_document(Document(content, "", self.base.path))
+        whole = {**content, "faults": list(tables)} if tables else content
+        told = Document(whole, toml_text(whole), self.base.path)
+        driven = replace(made, faults=faults, document=told)
+        require_sound(driven)
+        return driven
+
+
+def _called(level: Level) -> str:
+    return ", ".join(f"{axis} '{label}'" for axis, label in level.place.items() if label)
+
+
+def _bare(message: str, base: Document) -> str:
+    return message.removeprefix(f"{base.path}: ")

@@ -1,0 +1,176 @@
+"""The folder of a campaign: one record per drive and per verdict, found again by what decides them.
+
+    drives/NAME-KEY.json         how a drive went, its provenance, and its recording
+    recordings/NAME-KEY.parquet  the drive itself, where it is kept
+    verdicts/NAME-KEY.json       what one monitor made of it
+    campaign.json, cells.parquet, report.html
+
+Every file is written beside its place and renamed, so that whatever has its name is whole. A record counts only if the
+key inside is the one that was asked for; anything else is worked out again.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tierod.core.errors import InputError, OutputError
+from tierod.core.files import write_text
+from tierod.core.locks import alone
+from tierod.core.recording import Recording
+from tierod.core.user_files import MOST_DATA_BYTES, json_document, read_bytes
+
+DRIVE_SCHEMA = "tierod.campaign-drive/1"
+VERDICT_SCHEMA = "tierod.campaign-verdict/1"
+
+LEFTOVER = re.compile(r"\..+\.[0-9a-f]{12}\.(json|parquet|html|toml)")
+"""Names of files that were being written when a process was killed, see `tierod.core.files`."""
+
+_SHOWN = 12
+"""Digits of a key in the name of a file; the whole key stands inside."""
+
+
+@dataclass(frozen=True)
+class Store:
+    """The folder.
+
+    Args:
+        folder: where the campaign's files are; made where it is absent
+    """
+
+    folder: Path
+
+    def prepare(self) -> None:
+        """Make the folders.
+
+        Raises:
+            OutputError: they cannot be made
+        """
+        for path in self._folders():
+            try:
+                path.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                raise OutputError(
+                    f"the folder {path} cannot be used ({(error.strerror or str(error)).lower()}); "
+                    "name another one with --output"
+                ) from error
+
+    def _folders(self) -> tuple[Path, ...]:
+        return (self.folder, *(self.folder / name for name in ("drives", "recordings", "verdicts")))
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """Hold the prepared folder, and remove what a killed process left half-written.
+
+        The hold ends with the process, however that ends.
+
+        Raises:
+            OutputError: another process holds it
+        """
+        lock = self.folder / ".lock"
+        with ExitStack() as stack:
+            lock.touch()
+            try:
+                stack.enter_context(alone(lock, patience=0.0))
+            except TimeoutError:
+                raise OutputError(
+                    f"another campaign is running in {self.folder}; wait for it, or name another folder with --output"
+                ) from None
+            for path in self._folders():
+                for left in path.iterdir():
+                    if LEFTOVER.fullmatch(left.name):
+                        left.unlink(missing_ok=True)
+            yield
+
+    def drive(self, name: str, key: str) -> dict[str, Any] | None:
+        """The record of a drive, if there is a whole one of this key."""
+        return _read(self.folder / "drives" / f"{name}-{key[:_SHOWN]}.json", DRIVE_SCHEMA, key)
+
+    def verdict(self, name: str, key: str) -> dict[str, Any] | None:
+        """The record of a verdict, if there is a whole one of this key."""
+        return _read(self.folder / "verdicts" / f"{name}-{key[:_SHOWN]}.json", VERDICT_SCHEMA, key)
+
+    def keep_drive(self, name: str, key: str, content: Mapping[str, Any]) -> None:
+        """Write the record of a drive.
+
+        Raises:
+            OutputError: it cannot be written
+        """
+        _write(self.folder / "drives" / f"{name}-{key[:_SHOWN]}.json", DRIVE_SCHEMA, key, content)
+
+    def keep_verdict(self, name: str, key: str, content: Mapping[str, Any]) -> None:
+        """Write the record of a verdict.
+
+        Raises:
+            OutputError: it cannot be written
+        """
+        _write(self.folder / "verdicts" / f"{name}-{key[:_SHOWN]}.json", VERDICT_SCHEMA, key, content)
+
+    def keep_recording(self, name: str, key: str, recording: Recording) -> dict[str, Any]:
+        """Write a drive; what its record says of the file.
+
+        Raises:
+            OutputError: it cannot be written
+        """
+        from tierod.io.writers.parquet import write_parquet
+
+        path = self._recording(name, key)
+        write_parquet(recording, path)
+        content = path.read_bytes()
+        return {
+            "file": path.relative_to(self.folder).as_posix(),
+            "bytes": len(content),
+            "sha256": hashlib.sha256(content).hexdigest(),
+        }
+
+    def recording(self, drive: Mapping[str, Any]) -> Recording | None:
+        """The kept drive of a record, if it is there, unchanged and readable."""
+        from tierod.io.readers import read
+
+        told = drive.get("recording")
+        if not self.has_recording(drive) or told is None:
+            return None
+        path = self.folder / told["file"]
+        try:
+            if hashlib.sha256(path.read_bytes()).hexdigest() != told["sha256"]:
+                return None
+            return read(path)
+        except (OSError, InputError):
+            return None
+
+    def has_recording(self, drive: Mapping[str, Any]) -> bool:
+        """Whether the kept drive of a record seems to be there, judged by its size."""
+        told = drive.get("recording")
+        try:
+            return told is not None and (self.folder / told["file"]).stat().st_size == told["bytes"]
+        except OSError:
+            return False
+
+    def _recording(self, name: str, key: str) -> Path:
+        return self.folder / "recordings" / f"{name}-{key[:_SHOWN]}.parquet"
+
+
+def slug(parts: Mapping[str, Any], longest: int = 120) -> str:
+    """A file name from the place of a cell, readable and safe; whatever is cut off, the key keeps names apart."""
+    text = "_".join(re.sub(r"[^A-Za-z0-9.+-]+", "-", str(part)).strip("-.") or "0" for part in parts.values())
+    return text[:longest]
+
+
+def _read(path: Path, schema: str, key: str) -> dict[str, Any] | None:
+    with contextlib.suppress(InputError, ValueError):
+        content = json_document(read_bytes(path, "the record", most=MOST_DATA_BYTES))
+        if isinstance(content, dict) and (content.get("schema"), content.get("key")) == (schema, key):
+            return content
+    return None
+
+
+def _write(path: Path, schema: str, key: str, content: Mapping[str, Any]) -> None:
+    document = {"schema": schema, "key": key, **content}
+    write_text(path, json.dumps(document, ensure_ascii=False, indent=1, allow_nan=False) + "\n", sweeps=False)

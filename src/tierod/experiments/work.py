@@ -1,0 +1,203 @@
+"""What a worker does with one cell: drive it, keep the drive, and let every monitor judge it."""
+
+from __future__ import annotations
+
+import dataclasses
+import platform
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any
+
+from tierod import __version__
+from tierod.core.errors import CompileError, MissingExtra, OutputError, TierodError
+from tierod.core.recording import Recording
+from tierod.experiments.alarms import Window
+from tierod.experiments.fingerprint import ground_code, tower_code
+from tierod.experiments.judged import plain
+from tierod.experiments.judging import judge
+from tierod.experiments.plan import Cell, Judge, window_of
+from tierod.experiments.store import Store
+from tierod.experiments.workers import Passing, stop_if_orphaned
+from tierod.monitors.harness.own_level import OwnLevel
+
+DRIVEN, DIVERGED, FAILED = "driven", "diverged", "failed"
+"""What can become of a drive."""
+
+
+@dataclass(frozen=True)
+class Lesson:
+    """What a monitor may judge against.
+
+    Args:
+        level: own level that another drive has taught; None where the monitor learns for itself
+        refusal: why there is none although there should be; "" where that is not so
+        lasting: whether there would be none again
+    """
+
+    level: OwnLevel | None = None
+    refusal: str = ""
+    lasting: bool = True
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One verdict to be made.
+
+    Args:
+        judge: who makes it
+        name, key: of its record
+        lesson: what the monitor may judge against
+    """
+
+    judge: Judge
+    name: str
+    key: str
+    lesson: Lesson = field(default_factory=Lesson)
+
+
+@dataclass(frozen=True)
+class Task:
+    """One cell with what is to be done.
+
+    Args:
+        store: where everything is kept
+        cell: what is driven
+        verdicts: that are not there yet
+        settling: see `tierod.experiments.definition.CampaignFile`
+        keep: whether the recording is kept
+        code: of tierod, as it was when the campaign began
+    """
+
+    store: Store
+    cell: Cell
+    verdicts: tuple[Verdict, ...]
+    settling: float
+    keep: bool
+    code: tuple[str, str]
+
+
+def work(task: Task) -> str:
+    """Do it; what became of the drive.
+
+    Raises:
+        TierodError: the scenario cannot be driven
+        OutputError: something cannot be written
+        Passing: this process has read other code than the campaign began with
+    """
+    if task.code != code():
+        raise Passing("the code of tierod has changed since the campaign began; run it again")
+    drive, recording = _driven(task)
+    if drive["outcome"] == DRIVEN:
+        fault = window_of(drive["windows"])
+        for verdict in task.verdicts:
+            record = _judged(task, verdict, recording, fault)
+            task.store.keep_verdict(verdict.name, verdict.key, record)
+    return str(drive["outcome"])
+
+
+def code() -> tuple[str, str]:
+    """Of what drives and of what judges."""
+    return ground_code(), tower_code()
+
+
+def _driven(task: Task) -> tuple[Mapping[str, Any], Recording]:
+    """The drive and its record: as kept, or driven now."""
+    store, cell = task.store, task.cell
+    kept = store.drive(cell.name, cell.key)
+    if kept is not None and (recording := store.recording(kept)) is not None:
+        return kept, recording
+    outcome = cell.scenario.run(progress=lambda _share: stop_if_orphaned())
+    at = outcome.diverged_at
+    record = {
+        "outcome": DRIVEN if at is None else DIVERGED,
+        "reason": "" if at is None else f"the run did not stay within its limits; its last good time is {at:.6g} s",
+        "last_good_s": at,
+        "lasting": True,
+        "place": dict(cell.point.place),
+        "windows": [_plain(window) for window in outcome.windows],
+        "recording": store.keep_recording(cell.name, cell.key, outcome.recording) if task.keep else None,
+        "provenance": provenance(cell.scenario),
+    }
+    store.keep_drive(cell.name, cell.key, record)
+    return record, outcome.recording
+
+
+def failed(cell: Cell, reason: str, lasting: bool) -> dict[str, Any]:
+    """The record of a drive that gave no recording.
+
+    Args:
+        cell: what should have been driven
+        reason: in words
+        lasting: whether it would fail again
+    """
+    return {
+        "outcome": FAILED,
+        "reason": reason,
+        "last_good_s": None,
+        "lasting": lasting,
+        "place": dict(cell.point.place),
+        "windows": [],
+        "recording": None,
+        "provenance": provenance(cell.scenario),
+    }
+
+
+def _judged(task: Task, verdict: Verdict, recording: Recording, fault: Window | None) -> dict[str, Any]:
+    """The record of a verdict; one that cannot be made says why."""
+    stop_if_orphaned()
+    record: dict[str, Any] = {"monitor": verdict.judge.label, "drive": task.cell.key, "judged": None, "own_level": None}
+    if verdict.lesson.refusal:
+        return record | {"reason": verdict.lesson.refusal, "lasting": verdict.lesson.lasting}
+    chosen = verdict.judge
+    try:
+        judged, learnt = judge(recording, chosen.found(), chosen.belief, verdict.lesson.level, fault, task.settling)
+    except OutputError:
+        raise
+    except TierodError as error:
+        reason = " ".join(str(error).split())
+        return record | {"reason": reason, "lasting": not isinstance(error, CompileError | MissingExtra)}
+    except (ArithmeticError, LookupError, RuntimeError, TypeError, ValueError) as error:
+        text = f"a defect of tierod itself: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
+        return record | {"reason": text, "lasting": True}
+    own = None if learnt is None else dataclasses.asdict(learnt)
+    return record | {"reason": "", "lasting": True, "judged": plain(judged), "own_level": own}
+
+
+def provenance(scenario: Any) -> dict[str, Any]:
+    """Where a drive comes from: the scenario whole, tierod's version, and the machine."""
+    return {"scenario": _plain(scenario.provenance), **_machine()}
+
+
+@cache
+def _machine() -> dict[str, Any]:
+    import numpy
+
+    from tierod.core.graph.compiler import compiler
+    from tierod.core.graph.kernel import is_interpreted
+
+    command = compiler()
+    return {
+        "version": __version__,
+        "python": platform.python_version(),
+        "numpy": numpy.__version__,
+        "platform": platform.platform(),
+        "compiler": "virtual machine" if is_interpreted() or command is None else " ".join(command),
+    }
+
+
+def _plain(value: Any) -> Any:
+    """As JSON holds it; what it cannot hold becomes text."""
+    import json
+
+    return json.loads(json.dumps(_finite(value), default=str, allow_nan=False))
+
+
+def _finite(value: Any) -> Any:
+    import math
+
+    if isinstance(value, Mapping):
+        return {str(key): _finite(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(entry) for entry in value]
+    return repr(value) if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,96 @@
+"""Signals made from other signals, each by one stated causal method that is noted on the channel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from tierod.core.recording import Channel, Recording
+from tierod.io.derive.phases import of_phases
+from tierod.io.derive.recipe import Recipe
+
+WINDOW = 0.05
+"""Span of the backward difference [s]: at 0.05 rad/s the wheel then turns past a sensor's step of 0.1 degree."""
+
+OLDEST = 0.1
+"""A wheel speed older than this [s] does not count; chassis buses send it every 10 to 20 ms."""
+
+
+def backward_rate(angle: Channel, window: float = WINDOW) -> tuple[np.ndarray, np.ndarray]:
+    """Rate of an angle as the backward difference over a window: (time, rate), late by half the window.
+
+    Args:
+        angle: [rad]
+        window: span of the difference [s]; at least one sample, and never across a gap of more than ten windows
+    """
+    keep = np.isfinite(angle.values)
+    time, values = angle.time[keep], angle.values[keep]
+    if not len(time):
+        return angle.time, np.full(len(angle.time), np.nan)
+    now = np.arange(len(time))
+    before = np.searchsorted(time, time - window * (1.0 + 1e-9), side="left")
+    before = np.where(before < now, before, np.maximum(now - 1, 0))
+    span = time - time[before]
+    usable = (span > 0.0) & (span <= 10.0 * window)
+    rate = np.divide(values - values[before], span, out=np.full(len(time), np.nan), where=usable)
+    return time, rate
+
+
+def _rate(angle: Channel) -> Channel:
+    time, rate = backward_rate(angle)
+    note = f"derived: backward difference of {angle.name} over {1e3 * WINDOW:g} ms, {0.5e3 * WINDOW:g} ms late"
+    unit = "count/s" if angle.unit == "count" else f"{angle.unit}/s"
+    return Channel("steering_wheel_rate", time, rate, unit, angle.source, note)
+
+
+def _speed(left: Channel, right: Channel) -> Channel:
+    at = np.maximum(np.searchsorted(right.time, left.time + 1e-6, side="right") - 1, 0)
+    if not len(right.time):
+        other = np.full(len(left.time), np.nan)
+    else:
+        age = left.time - right.time[at]
+        other = np.where((age >= -1e-6) & (age <= OLDEST), right.values[at], np.nan)
+    note = "derived: mean of the wheel speeds rear left and rear right"
+    return Channel(
+        "vehicle_speed", left.time, 0.5 * (left.values + other), left.unit, f"{left.source}, {right.source}", note
+    )
+
+
+RECIPES: dict[str, Recipe] = {
+    recipe.name: recipe
+    for recipe in (
+        Recipe("vehicle_speed", ("wheel_speed_rear_left", "wheel_speed_rear_right"), OLDEST, _speed),
+        Recipe("steering_wheel_rate", ("steering_wheel_angle",), 10.0 * WINDOW, _rate),
+        *(of_phases(quantity, axis) for quantity in ("motor_current", "motor_voltage") for axis in ("alpha", "beta")),
+    )
+}
+"""Every signal that can be made from others, by name."""
+
+
+def ingredients(names: Iterable[str]) -> tuple[str, ...]:
+    """The names, and what they could be made from where a recording lacks them."""
+    wanted = dict.fromkeys(names)
+    for name in tuple(wanted):
+        if name in RECIPES:
+            wanted |= dict.fromkeys((*RECIPES[name].needs, *RECIPES[name].further))
+    return tuple(wanted)
+
+
+def complete(recording: Recording, names: Iterable[str] | None = None) -> Recording:
+    """The recording with those of the named signals added that it lacks and that can be made from what it has.
+
+    Args:
+        recording: left as it is
+        names: the signals wanted; every one with a recipe where not given
+    """
+    made = []
+    for name in RECIPES if names is None else names:
+        recipe = RECIPES.get(name)
+        if recipe and name not in recording and all(need in recording for need in recipe.needs):
+            further = (recording.channels.get(name) for name in recipe.further)
+            made.append(recipe.make(*(recording[need] for need in recipe.needs), *further))
+    return recording.with_channels(made) if made else recording
+
+
+__all__ = ["RECIPES", "Recipe", "backward_rate", "complete", "ingredients"]

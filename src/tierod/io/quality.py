@@ -1,0 +1,255 @@
+"""Quality of recorded data: what one channel shows by itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from tierod.core.findings import ChannelQuality
+from tierod.core.recording import Channel
+from tierod.core.runs import longest_run, runs
+from tierod.core.shown import in_words
+from tierod.core.signals import SIGNALS
+
+
+@dataclass(frozen=True)
+class QualityLimits:
+    """When a channel deserves a remark.
+
+    Args:
+        slow: rate [Hz] below which steering monitors cannot follow a driver (movements reach 3 Hz, six samples each)
+        gap: pause [s] that counts as a gap; ten missed messages of a 10 ms bus
+        missing: share of missing samples worth a remark
+        saturation: time [s] at the extreme value that looks like a stop of the sensor, not like driving
+        saturation_samples: ... and at least so many equal samples
+        steps: distinct values below which the quantisation is worth a remark
+    """
+
+    slow: Annotated[float, "Hz"] = 20.0
+    gap: Annotated[float, "s"] = 0.1
+    missing: Annotated[float, ""] = 0.01
+    saturation: Annotated[float, "s"] = 0.3
+    saturation_samples: int = 10
+    steps: int = 50
+
+
+LIMITS = QualityLimits()
+
+IMPOSSIBLE = 10.0
+"""Multiple of the plausible range beyond which no faulty sensor reads [-]; degrees taken for radians stay below."""
+
+APPROACH = 0.1
+"""Seconds before and after a rest at the extreme over which the pace is taken: a hand stops a wheel in 0.3 s."""
+
+LEVELS = 4
+"""Levels of a signal that are counted for clipping: an extreme one and the three next to it."""
+
+_MISSING, _GAP, _PLAUSIBLE = "% of the samples are missing", "the longest gap lasts", "leaves the plausible"
+
+
+def median_rate(time: np.ndarray) -> float:
+    """Samples per second, from the median step between different stamps [Hz]; NaN with fewer than two."""
+    steps = np.diff(time)
+    steps = steps[steps > 0.0]
+    return float(1.0 / np.median(steps)) if len(steps) else float("nan")
+
+
+def too_slow(rate: float, needed: float) -> bool:
+    """Whether a rate [Hz] is below the one needed [Hz] by more than stamps jitter and clocks differ: 5 %."""
+    return rate < 0.95 * needed
+
+
+def mean_rate(time: np.ndarray) -> float:
+    """Samples per second over the whole span [Hz]; NaN with fewer than two."""
+    span = time[-1] - time[0] if len(time) > 1 else 0.0
+    return float((len(time) - 1) / span) if span > 0.0 else float("nan")
+
+
+def channel_quality(channel: Channel, limits: QualityLimits = LIMITS) -> ChannelQuality:
+    """Rate, gaps, missing share, range and remarks of one channel."""
+    time, values = channel.time, channel.values
+    good = np.isfinite(values)
+    seen = values[good]
+    gap = float(np.diff(time[good]).max()) if len(seen) > 1 else float("nan")
+    missing = 1.0 - len(seen) / len(values) if len(values) else 1.0
+    least, most = (float(seen.min()), float(seen.max())) if len(seen) else (float("nan"), float("nan"))
+    assumed = assumes_unit(channel.note)
+    remarks = [
+        *_rate_remarks(time, gap, len(seen), limits),
+        *figure_remarks(channel.name, channel.unit, missing, gap, mean_rate(time), (least, most), assumed, limits),
+        *_value_remarks(channel, seen, limits),
+    ]
+    if channel.note:
+        remarks.append(channel.note)
+    return ChannelQuality(
+        channel.name,
+        channel.unit,
+        channel.source,
+        len(values),
+        median_rate(time),
+        missing,
+        gap,
+        least,
+        most,
+        tuple(remarks),
+    )
+
+
+def figure_remarks(
+    name: str,
+    unit: str,
+    missing: float,
+    gap: float,
+    mean: float,
+    extremes: tuple[float, float],
+    assumed: bool,
+    limits: QualityLimits = LIMITS,
+) -> list[str]:
+    """The remarks that follow from figures alone, so that they can be made again for several pieces together.
+
+    Args:
+        name, unit: of the channel
+        missing: share of its samples that are missing
+        gap: its longest gap [s]
+        mean: its mean rate [Hz]
+        extremes: its least and greatest value [unit]
+        assumed: whether the file gives no unit, so that the signal's unit was assumed
+        limits: when a figure deserves a remark
+    """
+    if missing == 1.0 or not np.isfinite(extremes).all():
+        return []
+    remarks = []
+    if missing > limits.missing:
+        remarks.append(f"{100.0 * missing:.3g} {_MISSING}")
+    if gap > max(limits.gap, 3.0 / mean if mean > 0.0 else 0.0):
+        remarks.append(f"{_GAP} {gap:.3g} s" if gap < 1000.0 else f"{_GAP} {gap:.0f} s")
+    return remarks + _range_remark(name, unit, *extremes, assumed)
+
+
+def assumes_unit(note: str) -> bool:
+    """Whether a note says that the file gives no unit, so that the signal's unit was assumed."""
+    return "unit not given" in note
+
+
+def follows_from_figures(remark: str) -> bool:
+    """Whether a remark is one of `figure_remarks`."""
+    return any(part in remark for part in (_MISSING, _GAP, _PLAUSIBLE))
+
+
+def tells_of_implausible_values(remark: str) -> bool:
+    """Whether a remark says that the values leave the plausible range of their signal."""
+    return _PLAUSIBLE in remark
+
+
+def impossible(name: str, values: np.ndarray) -> np.ndarray:
+    """Whether each value is infinite, or so far beyond the plausible range that no sensor, faulty or not, gives it.
+
+    Args:
+        name: of a signal of the catalogue
+        values: in its unit
+    """
+    size = np.abs(values)
+    return np.asarray(np.isinf(values) | (size > IMPOSSIBLE * max(map(abs, SIGNALS[name].plausible))))
+
+
+def _rate_remarks(time: np.ndarray, gap: float, seen: int, limits: QualityLimits) -> list[str]:
+    if not len(time):
+        return ["holds no samples"]
+    if not seen:
+        return ["every sample is missing: check the sensor and the channel map"]
+    remarks = []
+    rate, mean = median_rate(time), mean_rate(time)
+    if too_slow(rate, limits.slow):
+        remarks.append(
+            f"{rate:.3g} Hz is too slow for a steering monitor, which needs {limits.slow:g} Hz: record faster"
+        )
+    if rate > 5.0 * mean and gap < 1.0:
+        remarks.append(
+            f"samples arrive in bursts ({mean:.3g} Hz on average, {rate:.3g} Hz within one): give the period to retime"
+        )
+    return remarks
+
+
+def _value_remarks(channel: Channel, seen: np.ndarray, limits: QualityLimits) -> list[str]:
+    if not len(seen):
+        return []
+    least, most = seen.min(), seen.max()
+    if least == most:
+        value = in_words(least, channel.unit, 6)
+        return [f"constant at {value} throughout" if len(seen) > 1 else "holds a single sample"]
+    remarks = []
+    remarks += _saturation_remark(channel, seen, limits)
+    values = np.unique(seen)
+    if len(values) < limits.steps:
+        apart = in_words(float(np.diff(values).min()), channel.unit)
+        remarks.append(f"coarse: {len(values)} distinct values, {apart} apart")
+    return remarks
+
+
+def _range_remark(name: str, unit: str, least: float, most: float, assumed: bool) -> list[str]:
+    known = SIGNALS.get(name)
+    if known is None or known.unit != unit or least == most:
+        return []
+    low, high = known.plausible
+    if low <= least and most <= high:
+        return []
+    first, last, lower, upper = (in_words(value, unit, 4) for value in (least, most, low, high))
+    # A unit that the file or the map says is not guessed again.
+    advice = "check sensor, unit and factor"
+    if assumed:
+        in_degrees = unit.startswith("rad") and math.radians(max(-least, most)) <= max(-low, high)
+        advice = "looks like degrees: check the unit" if in_degrees else "check the unit"
+    return [f"{first} to {last} {_PLAUSIBLE} {lower} to {upper}; {advice}"]
+
+
+def _saturation_remark(channel: Channel, seen: np.ndarray, limits: QualityLimits) -> list[str]:
+    rate = mean_rate(channel.time)
+    needed = max(limits.saturation_samples, limits.saturation * rate if rate > 0.0 else 0.0)
+    remarks = []
+    for end, extreme in (("upper", float(seen.max())), ("lower", float(seen.min()))):
+        run = longest_run(seen == extreme)
+        if run >= needed and extreme != 0.0 and _is_clipped(seen, extreme) and _stops_at(seen, extreme, run, rate):
+            remarks.append(f"saturated: {run} samples in a row at the {end} end, {in_words(extreme, channel.unit, 4)}")
+    return remarks
+
+
+def _stops_at(seen: np.ndarray, extreme: float, run: int, rate: float) -> bool:
+    """Whether the longest run at the extreme begins and ends at the pace at which the signal moves elsewhere.
+
+    What comes to rest there slows down before it and starts slowly; what is cut off does neither. A sensor that moves
+    by a step or two of its own at a time shows no pace.
+    """
+    width = max(round(APPROACH * rate), 1) if rate > 0.0 else 1
+    moves = np.abs(seen[width:] - seen[:-width])
+    moving = moves[moves > 0.0]
+    if not len(moving):
+        return False
+    starts, stops = runs(seen == extreme)
+    first = int(starts[np.argmax(stops - starts >= run)])
+    last = first + run - 1
+    ends = [abs(seen[first - width] - extreme)] if first >= width else []
+    ends += [abs(seen[last + width] - extreme)] if last + width < len(seen) else []
+    step = float(np.diff(np.unique(seen)).min())
+    return bool(ends) and min(ends) >= max(0.5 * float(np.median(moving)), 2.5 * step)
+
+
+def _is_clipped(seen: np.ndarray, extreme: float) -> bool:
+    """Whether values pile up at the extreme: a free signal stays there no longer than on the levels beside it."""
+    levels, counts = np.unique(seen, return_counts=True)
+    if extreme == levels[0]:
+        counts = counts[::-1]
+    return piles_up(int(counts[-1]), counts[-LEVELS:-1].tolist())
+
+
+def piles_up(count: int, nearby: Iterable[int]) -> bool:
+    """Whether so many samples lie on a signal's extreme level that it is clipped there.
+
+    Args:
+        count: samples on the extreme level
+        nearby: samples on each of the next levels; a free signal stays on none of them four times as long as on others
+    """
+    return count > 4 * max(nearby, default=1)

@@ -1,0 +1,27 @@
+"""Reading recordings: one function for every format, chosen by the content of the file.
+
+recording = read("drive.mf4")
+recording = read("can.log", dbc="car.dbc", channel_map="car.channels.toml")
+"""
+
+from __future__ import annotations
+
+from tierod.io.readers.channel_map import ChannelMap, load_channel_map, parse_channel_map
+from tierod.io.readers.frames import Frames
+from tierod.io.readers.opening import open_source
+from tierod.io.readers.source import Column, Source
+from tierod.io.readers.streaming import SHARE_READ, open_chunks
+from tierod.io.readers.whole import read
+
+__all__ = [
+    "SHARE_READ",
+    "ChannelMap",
+    "Column",
+    "Frames",
+    "Source",
+    "load_channel_map",
+    "open_chunks",
+    "open_source",
+    "parse_channel_map",
+    "read",
+]

@@ -1,0 +1,84 @@
+"""The process that reads a file with a library whose native code can end the process on a damaged file.
+
+A script of its own that imports nothing of tierod, so that it starts fast. It takes requests, one JSON document a line,
+and answers each with such a line, followed by the arrays that the line lists. `tierod.io.readers.reader_process` is the
+other end; bare arrays, since what a damaged process sends must not be able to do harm there. The class `Reader` of the
+script that is named on the command line makes the answers.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import runpy
+import sys
+import warnings
+from typing import Any
+
+
+def main() -> None:
+    """Answer requests until the other end closes the pipe."""
+    path, line, memory, script = sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), sys.argv[4]
+    end_with(line)
+    kind = runpy.run_path(script)["Reader"]
+    # Prints of the library must not get between the answers.
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    kind.prepare()
+    limit_memory(memory)
+    warnings.simplefilter("ignore")
+    reader = kind(path)
+    for line_of_text in sys.stdin:
+        request = json.loads(line_of_text)
+        columns: dict[str, Any] = {}
+        try:
+            limit_time(request["seconds"])
+            columns, answer = reader.answer(request)
+        except MemoryError:
+            answer = {"memory": memory}
+        except Exception as error:
+            answer = {"error": " ".join(str(error).split())[:160] or type(error).__name__}
+        _send(answers, columns, answer)
+
+
+def end_with(line: int) -> None:
+    """End when the other end of a pipe is closed, in native code too: the signal's default action is to end."""
+    with contextlib.suppress(ImportError, AttributeError, OSError):
+        import fcntl
+
+        fcntl.fcntl(line, fcntl.F_SETOWN, os.getpid())
+        fcntl.fcntl(line, fcntl.F_SETFL, fcntl.fcntl(line, fcntl.F_GETFL) | os.O_ASYNC)
+
+
+def limit_memory(more: int) -> None:
+    """Take no more memory [bytes] than now and some more; 0 sets no limit."""
+    with contextlib.suppress(ImportError, OSError, ValueError):
+        import resource
+
+        with open("/proc/self/statm") as file:
+            now = int(file.read().split()[0]) * resource.getpagesize()
+        if more:
+            resource.setrlimit(resource.RLIMIT_AS, (now + more, now + more))
+
+
+def limit_time(seconds: float) -> None:
+    """Take no more computing time [s] than some more than now; the process is ended then."""
+    with contextlib.suppress(ImportError, OSError, ValueError):
+        import resource
+
+        used = resource.getrusage(resource.RUSAGE_SELF)
+        _, hard = resource.getrlimit(resource.RLIMIT_CPU)
+        resource.setrlimit(resource.RLIMIT_CPU, (int(used.ru_utime + used.ru_stime + seconds) + 1, hard))
+
+
+def _send(answers: Any, columns: dict[str, Any], about: dict[str, Any]) -> None:
+    listed = {name: (values.dtype.str, values.shape) for name, values in columns.items()}
+    answers.write(json.dumps(about | {"arrays": listed}).encode() + b"\n")
+    for values in columns.values():
+        answers.write(memoryview(values).cast("B") if values.size else b"")
+    answers.flush()
+
+
+if __name__ == "__main__":
+    main()

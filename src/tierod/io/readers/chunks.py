@@ -1,0 +1,235 @@
+"""Slices of equal length from the lanes of a file, which are put in order and aligned."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.core.recording import Channel
+from tierod.core.timestamps import LATE, Repairs, finite_or_missing, infinite_note
+from tierod.io.readers.limits import Allowance
+from tierod.io.readers.source import Lane
+
+Stretch = tuple[np.ndarray, dict[str, np.ndarray]]
+"""Time stamps in order [s], shape (n,), and the values of the channels that they belong to, (n,) each."""
+
+
+FEWEST = 0.1
+"""Samples per second [Hz] that a slice has at least; a slice costs some milliseconds, also with few samples."""
+
+
+class Slice(NamedTuple):
+    """All channels over the same time.
+
+    A slice of fewer than `FEWEST` samples a second goes on until it has them: work follows the samples, whatever their
+    stamps are.
+
+    Args:
+        channels: fit for use; notes on repairs count from the beginning of the recording
+        share: of the file that has been read, 0 to 1
+    """
+
+    channels: list[Channel]
+    share: float
+
+
+class _Clock:
+    """The channels that have their time stamps in common, put in order, waiting until a slice is full.
+
+    Args:
+        channels: the first of them, of which nothing is kept but what they are called
+    """
+
+    def __init__(self, channels: list[Channel]):
+        self.about = {channel.name: channel for channel in channels}
+        self.repairs = Repairs(f"'{channels[0].name}'")
+        self.infinite = dict.fromkeys(self.about, 0)
+        self.waiting: list[Stretch] = []
+
+    def add(self, channels: list[Channel]) -> None:
+        """Channels over the next stretch, as recorded."""
+        time = np.asarray(channels[0].time, dtype=float)
+        values = {channel.name: _values(channel, time) for channel in channels}
+        self.about |= {channel.name: channel for channel in channels}
+        ahead = self.repairs.newest
+        kept = self.repairs.arrived(time)
+        if kept is not None:
+            time, values = time[kept], {name: each[kept] for name, each in values.items()}
+        if not len(time):
+            return
+        if time[0] >= ahead and (time[1:] >= time[:-1]).all():
+            self.waiting.append((time, values))
+            return
+        least = float(time.min())
+        overlapping: list[Stretch] = []
+        while self.waiting and self.waiting[-1][0][-1] > least:
+            overlapping.insert(0, self.waiting.pop())
+        joined, columns = _joined([*overlapping, (time, values)], list(self.about))
+        put = np.argsort(joined, kind="stable")
+        self.waiting.append((joined[put], {name: each[put] for name, each in columns.items()}))
+
+    def first(self) -> float:
+        """The first stamp that waits [s]; infinity where none does."""
+        return float(self.waiting[0][0][0]) if self.waiting else math.inf
+
+    def filled(self, samples: int) -> float:
+        """The stamp that follows on so many samples that wait [s]; infinity where there are no more."""
+        for time, _ in self.waiting:
+            if samples < len(time):
+                return float(time[samples])
+            samples -= len(time)
+        return math.inf
+
+    def taken(self, stop: float) -> list[Channel]:
+        """The channels before `stop` [s], taken out of what waits."""
+        ready: list[Stretch] = []
+        while self.waiting and self.waiting[0][0][0] < stop:
+            time, values = self.waiting.pop(0)
+            last = int(np.searchsorted(time, stop, side="left"))
+            ready.append((time[:last], {name: each[:last] for name, each in values.items()}))
+            if last < len(time):
+                self.waiting.insert(0, (time[last:], {name: each[last:] for name, each in values.items()}))
+        time, columns = _joined(ready, list(self.about))
+        self.repairs.settled(time)
+        made = []
+        for name, channel in self.about.items():
+            usable, infinite = finite_or_missing(columns[name])
+            self.infinite[name] += infinite
+            fit = Channel(name, time, usable, channel.unit, channel.source, channel.note)
+            made.append(fit.noted(*self.repairs.notes, infinite_note(self.infinite[name])))
+        return made
+
+
+def _values(channel: Channel, time: np.ndarray) -> np.ndarray:
+    values = np.asarray(channel.values)
+    if values.shape != time.shape or values.ndim != 1:
+        raise InputError(
+            f"channel '{channel.name}' needs as many time stamps as values, not {time.shape} and {values.shape}; "
+            "export the recording again"
+        )
+    return np.asarray(values, dtype=float)
+
+
+def _joined(stretches: list[Stretch], names: list[str]) -> Stretch:
+    """Stretches as one; a channel that one of them lacks is missing there."""
+    if len(stretches) == 1 and len(stretches[0][1]) == len(names):
+        return stretches[0]
+    if not stretches:
+        return np.empty(0), {name: np.empty(0) for name in names}
+    time = np.concatenate([each[0] for each in stretches])
+    values = {}
+    for name in names:
+        parts = [
+            each[1].pop(name, None) for each in stretches
+        ]  # popped, so that no channel is twice in memory for long
+        values[name] = np.concatenate(
+            [
+                np.full(len(each[0]), np.nan) if part is None else part
+                for part, each in zip(parts, stretches, strict=True)
+            ]
+        )
+    return time, values
+
+
+class _Lane:
+    """One lane of a file: until when its channels are complete, and what of them waits.
+
+    Args:
+        pieces: of the file
+        allowance: counts the samples
+    """
+
+    def __init__(self, pieces: Lane, allowance: Allowance):
+        self._pieces, self._allowance = pieces, allowance
+        self.clocks: dict[str, _Clock] = {}
+        self.reach, self.share = -math.inf, 0.0
+
+    def advance(self) -> None:
+        """The next piece."""
+        piece = next(self._pieces, None)
+        if piece is None:
+            self.reach, self.share = math.inf, 1.0
+            return
+        self.share = piece.share
+        together: dict[int, list[Channel]] = {}
+        for channel in piece.channels:
+            together.setdefault(id(channel.time), []).append(channel)
+        for channels in together.values():
+            clocks: dict[int, list[Channel]] = {}
+            for channel in channels:
+                known = self.clocks.get(channel.name)
+                clocks.setdefault(id(known) if known else 0, []).append(channel)
+            for members in clocks.values():
+                clock = self.clocks.get(members[0].name)
+                if clock is None:
+                    clock = _Clock(members)
+                    self.clocks |= dict.fromkeys((member.name for member in members), clock)
+                self._allowance.take(8 * (len(members) + 1) * len(members[0].time))
+                clock.add(members)
+        newest = max((clock.repairs.newest for clock in self.clocks.values()), default=-math.inf)
+        # The next piece may bring samples that belong before the last of this one.
+        self.reach = newest - LATE
+
+
+def slices(lanes: Iterable[Lane], seconds: float, allowance: Allowance) -> Iterator[Slice]:
+    """Consecutive slices of all lanes, which do not depend on the pieces; slices without a sample are left out.
+
+    Args:
+        lanes: of a file; one lags behind another by no more than the pieces are long
+        seconds: length of the slices [s], counted from the first stamp of all; infinity gives a single slice
+        allowance: counts the samples
+
+    Raises:
+        InputError: a clock jumps back by more than LATE or stands still throughout, or the file unfolds to too much
+    """
+    running = [_Lane(lane, allowance) for lane in lanes]
+    start = math.nan
+    while running:
+        laggard = min(running, key=lambda lane: lane.reach)
+        until = laggard.reach
+        if until > -math.inf:
+            while (first := _first(running)) < until:
+                start = first if math.isnan(start) else _begin(start, seconds, first)
+                # Beside a stamp of 1e18 s ten minutes are less than the last bit: then all the rest is one slice.
+                stop = start + seconds if start + seconds > first else math.inf
+                stop = max(stop, _filled(running, seconds))
+                if stop > until:
+                    break
+                yield _taken(running, stop)
+        if until == math.inf:
+            for clock in (clock for lane in running for clock in _clocks(lane)):
+                clock.repairs.refuse_unusable()
+            return
+        laggard.advance()
+
+
+def _first(lanes: list[_Lane]) -> float:
+    return min((clock.first() for lane in lanes for clock in _clocks(lane)), default=math.inf)
+
+
+def _filled(lanes: list[_Lane], seconds: float) -> float:
+    """When the densest channels have the samples that a slice needs at least [s]."""
+    samples = math.floor(FEWEST * seconds) if math.isfinite(seconds) else 0
+    return min((clock.filled(samples) for lane in lanes for clock in _clocks(lane)), default=math.inf)
+
+
+def _begin(start: float, seconds: float, first: float) -> float:
+    """Where the slice begins that holds the stamp `first`, whole slices after `start`."""
+    count = (first - start) / seconds
+    start += seconds * math.floor(count) if math.isfinite(count) else 0.0
+    while start < start + seconds <= first:
+        start += seconds
+    return start
+
+
+def _clocks(lane: _Lane) -> list[_Clock]:
+    return list(dict.fromkeys(lane.clocks.values()))
+
+
+def _taken(lanes: list[_Lane], stop: float) -> Slice:
+    channels = [channel for lane in lanes for clock in _clocks(lane) for channel in clock.taken(stop)]
+    return Slice(channels, sum(lane.share for lane in lanes) / len(lanes))

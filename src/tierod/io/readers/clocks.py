@@ -1,0 +1,201 @@
+"""Which columns of a table tell the time, and of which others."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tierod.core.errors import InputError, nearest
+from tierod.core.signals import plain
+from tierod.core.units import known, scale, split_name, split_suffix
+from tierod.io.readers.channel_map import GUESSED, TimeEntry
+from tierod.io.readers.source import Column
+
+DATES = "YYYY-MM-DD hh:mm:ss.fff"
+"""The only way of writing dates that is read: in all others day and month may be taken for each other."""
+
+_NAMES = ("time", "t", "timestamp", "timestamps", "zeit", "time_s", "times", "seconds", "sec", "ts", "date", "datetime")
+
+
+SLOWEST = 1.0
+"""Rate [Hz] below which seconds are in doubt where no unit is given: no recording of a steering system is so slow."""
+
+USUAL = (5.0, 20e3)
+"""Rates [Hz] of recordings of vehicles and motors, from coarse telemetry to phase currents."""
+
+FEWEST = 8
+"""Stamps from which a rate is taken."""
+
+
+@dataclass(frozen=True)
+class Clock:
+    """A time column and the columns that it times.
+
+    Args:
+        column: its name
+        columns: the columns timed by it
+    """
+
+    column: str
+    columns: tuple[str, ...]
+
+
+def is_time(name: str) -> bool:
+    """Whether a column's title says that it holds the time."""
+    words = [word for word in re.split(r"[^a-z]+", name.lower()) if word]
+    return _is_called_time(name) or bool({"time", "timestamp"} & set(words))
+
+
+def _is_called_time(name: str) -> bool:
+    return plain(name) in _NAMES or plain(split_suffix(name)[0]) in _NAMES
+
+
+def unread_clock(others: Sequence[Column], usable: Sequence[Column]) -> Column | None:
+    """The column that tells the time by its title but cannot be read, where no usable one is the time as surely.
+
+    Another column ("lap_time", or a counter) must not take its place in silence. A date beside a time is no clock.
+
+    Args:
+        others: columns that cannot be read
+        usable: columns that can
+    """
+    titles = [column.title or column.name for column in usable]
+    clocks = [column for column in others if is_time(column.title or column.name)]
+    if any(map(is_time, titles)):
+        sure = [column for column in clocks if _is_called_time(column.title or column.name)]
+        clocks = (
+            [] if any(map(_is_called_time, titles)) else [column for column in sure if plain(column.name) != "date"]
+        )
+    return clocks[0] if clocks else None
+
+
+def find_clocks(
+    columns: Sequence[Column], increasing: Sequence[str] = (), given: TimeEntry = GUESSED
+) -> tuple[Clock, ...]:
+    """The clocks of a table: its first time column and every repetition ("time.2"), each for what follows it.
+
+    Args:
+        columns: in the order of the file
+        increasing: columns that count up throughout, the resort where no title tells the time
+        given: by the user, which column is the time
+
+    Raises:
+        InputError: no column can be the time, or there is none of the given name
+    """
+    first = _named(given.column, columns) or next(
+        (column for column in columns if is_time(column.title or column.name)), None
+    )
+    if first is None:
+        first = next((column for column in columns if column.name in increasing), None)
+    if first is None:
+        names = ", ".join(f"'{column.name}'" for column in list(columns)[:8])
+        raise InputError(f"no column tells the time (there are {names}); name one of them 'time', in seconds")
+    base = _without_number(first)
+    clocks: list[tuple[Column, list[str]]] = [(first, [])]
+    for column in columns:
+        if column.name == first.name:
+            continue
+        if (is_time(base) or given.column) and _without_number(column) == base:
+            clocks.append((column, []))
+        else:
+            clocks[-1][1].append(column.name)
+    return tuple(Clock(column.name, tuple(members)) for column, members in clocks)
+
+
+def _without_number(column: Column) -> str:
+    return re.sub(r"[._ ]?\d+$", "", column.title or column.name)
+
+
+def _named(name: str | None, columns: Sequence[Column]) -> Column | None:
+    if name is None:
+        return None
+    found = [column for column in columns if name in (column.name, column.title)]
+    found = found or [column for column in columns if plain(name) in (plain(column.name), plain(column.title))]
+    if not found:
+        raise InputError(
+            f"the channel map names the time column '{name}', and no column of numbers or dates is called so"
+            f"{nearest(name, [column.name for column in columns])}"
+        )
+    return found[0]
+
+
+def unit_of(column: Column, given: TimeEntry = GUESSED) -> str:
+    """The unit of a time column as given by the user, as written, or as its name ends.
+
+    Args:
+        column: of the time
+        given: what the user says of it
+
+    Returns:
+        the unit as written; "" where none is given
+    """
+    inside = split_name(column.name)[1]
+    return given.unit or column.unit or (inside if known(inside) else "") or split_suffix(column.name)[1]
+
+
+def require_plausible_rate(clocks: Iterable[tuple[str, str, np.ndarray]]) -> None:
+    """Refuse time stamps without a unit that are too slow in seconds and usual in another unit.
+
+    Args:
+        clocks: (column, its unit as of `unit_of`, its first stamps as recorded) of all clocks of a table; while one
+            of them is fast enough, none is in doubt: others may belong to slow signals
+
+    Raises:
+        InputError: a unit has to be given; the message names the one that fits
+    """
+    doubtful: list[tuple[float, float, str, str]] = []
+    for column, unit, stamps in clocks:
+        steps = np.diff(stamps[np.isfinite(stamps)])
+        steps = steps[steps > 0.0]
+        if len(steps) < FEWEST - 1:
+            continue
+        applied, step = unit or _calendar_unit(stamps) or "s", float(np.median(steps))
+        rate = 1.0 / (step * scale(applied, "s").factor)
+        if rate >= SLOWEST:
+            return
+        if not unit:
+            doubtful.append((rate, step, column, applied))
+    for rate, step, column, applied in sorted(doubtful, reverse=True):
+        fitting = [
+            unit for unit in ("ms", "us", "ns", "s") if USUAL[0] <= 1.0 / (step * scale(unit, "s").factor) <= USUAL[1]
+        ]
+        if fitting and applied not in fitting:
+            raise InputError(_in_doubt(rate, step, column, applied, fitting))
+
+
+def _in_doubt(rate: float, step: float, column: str, applied: str, fitting: Sequence[str]) -> str:
+    usual = " or ".join(f"{1.0 / (step * scale(unit, 's').factor):.3g} Hz in {unit}" for unit in fitting)
+    entry = f'time = {{ column = "{column}", unit = "{fitting[0]}" }}'
+    return (
+        f"the time column '{column}' has no unit; in {applied} its samples come at {rate:.3g} Hz, but at {usual}: call "
+        f"it '{column} [{fitting[0]}]', or write {entry} into a channel map (--map); the unit {applied} confirms it"
+    )
+
+
+def seconds(stamps: np.ndarray, unit: str, column: str) -> tuple[np.ndarray, str]:
+    """Time stamps in seconds, and the note on what was guessed.
+
+    Args:
+        stamps: as recorded, shape (n,)
+        unit: as `unit_of` tells; where it tells none, seconds, or what makes of large numbers a calendar date
+        column: its name, for the message
+
+    Raises:
+        InputError: the unit is not one of time
+    """
+    guess = "" if unit else _calendar_unit(stamps)
+    note = f"time stamps taken as {guess} since 1970" if guess else ""
+    try:
+        return scale(unit or guess or "s", "s")(np.asarray(stamps, dtype=float)), note
+    except InputError as error:
+        raise InputError(f"the time column '{column}': {error}") from None
+
+
+def _calendar_unit(stamps: np.ndarray) -> str:
+    """The unit in which stamps that are too large for seconds (beyond the year 5000) are dates after 1973, or ""."""
+    finite = stamps[np.isfinite(stamps)]
+    least = float(finite.min()) if len(finite) else 0.0
+    return next((unit for limit, unit in ((1e17, "ns"), (1e14, "us"), (1e11, "ms")) if least > limit), "")

@@ -1,0 +1,226 @@
+"""The bytes of a file, unpacked where it is packed, as a stream that can be read again from the beginning."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import os
+import tempfile
+import weakref
+import zlib
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+from tierod.core.errors import InputError
+from tierod.io.readers.limits import Allowance, limits
+
+BLOCK = 1 << 20
+"""Bytes of text that are read at a time."""
+
+
+@dataclass(frozen=True)
+class Content:
+    """The bytes of a file.
+
+    Args:
+        path: for messages
+        size: bytes that it takes where it lies
+        packed: whether it is packed with gzip
+        piped: whether it came through a pipe
+        opened: its bytes as they lie there, from the beginning
+    """
+
+    path: Path
+    size: int
+    packed: bool
+    piped: bool
+    opened: Callable[[], IO[bytes]]
+
+    def stream(self) -> IO[bytes]:
+        """The unpacked bytes from the beginning.
+
+        Raises:
+            InputError: while it is read: the packed file is damaged, or unfolds to more than is allowed
+        """
+        return io.BufferedReader(_Unpacked(self)) if self.packed else self.opened()
+
+    def blocks(self) -> Iterator[bytes]:
+        """The unpacked bytes, some megabytes at a time; errors as for `stream`."""
+        with self.stream() as stream:
+            while block := stream.read(BLOCK):
+                yield block
+
+    def head(self, count: int) -> bytes:
+        """The first unpacked bytes; errors as for `stream`."""
+        with self.stream() as stream:
+            return stream.read(count)
+
+
+def content_of(path: Path, packed: bool) -> Content:
+    """The content of a file that lies on a disk.
+
+    Args:
+        path: of the file
+        packed: whether it is compressed with gzip
+    """
+    return Content(path, path.stat().st_size, packed, False, lambda: path.open("rb"))
+
+
+def spooled(path: Path, pipe: IO[bytes]) -> Content:
+    """What comes through a pipe, kept in a temporary file so that it can be read again.
+
+    Args:
+        path: of the pipe, for messages
+        pipe: open for reading
+
+    Raises:
+        InputError: more comes than is allowed, or the disk is full
+    """
+    allowance = Allowance(path, 0)
+    kept, head = Kept(), b""
+    try:
+        while block := pipe.read(BLOCK):
+            head = head or block[:2]
+            allowance.take(len(block))
+            kept.append(block)
+    except OSError as error:
+        raise InputError(f"{path} cannot be kept in a temporary file ({error.strerror or error}); make room") from None
+    return Content(path, allowance.taken, head == b"\x1f\x8b", True, lambda: io.BufferedReader(_Again(kept)))
+
+
+class Kept:
+    """A temporary file without a name; it goes with this object.
+
+    Raises:
+        OSError: there is no room for it
+    """
+
+    def __init__(self) -> None:
+        with tempfile.TemporaryFile() as file:
+            self.descriptor = os.dup(file.fileno())
+        self.size = 0
+        weakref.finalize(self, os.close, self.descriptor)
+
+    def append(self, data: bytes) -> None:
+        """Add bytes at the end."""
+        left = memoryview(data)
+        while len(left):
+            written = os.pwrite(self.descriptor, left, self.size)
+            left, self.size = left[written:], self.size + written
+
+    def read(self, count: int, at: int) -> bytes:
+        """Some bytes from a place on; fewer at the end."""
+        return os.pread(self.descriptor, count, at)
+
+
+class _Raw(io.RawIOBase):
+    def readable(self) -> bool:
+        return True
+
+
+class Stream(_Raw):
+    """Blocks of bytes as a stream, for libraries that read one.
+
+    Args:
+        blocks: of any length
+    """
+
+    def __init__(self, blocks: Iterable[bytes]):
+        self._blocks, self._rest = iter(blocks), memoryview(b"")
+
+    def readinto(self, buffer: Any) -> int:
+        """The next bytes; 0 after the last block."""
+        while not len(self._rest):
+            block = next(self._blocks, None)
+            if block is None:
+                return 0
+            self._rest = memoryview(block)
+        count = min(len(buffer), len(self._rest))
+        buffer[:count] = self._rest[:count]
+        self._rest = self._rest[count:]
+        return count
+
+
+class _Again(_Raw):
+    """What was kept, from its beginning."""
+
+    def __init__(self, kept: Kept):
+        self._kept, self._at = kept, 0
+
+    def readinto(self, buffer: Any) -> int:
+        data = self._kept.read(len(buffer), self._at)
+        buffer[: len(data)] = data
+        self._at += len(data)
+        return len(data)
+
+
+class _Unpacked(_Raw):
+    """A packed file, whose unpacked bytes are counted."""
+
+    def __init__(self, content: Content):
+        self._content, self._file = content, content.opened()
+        self._packed = gzip.GzipFile(fileobj=self._file)
+        self._allowance = Allowance(content.path, content.size)
+
+    def readinto(self, buffer: Any) -> int:
+        try:
+            data = self._packed.read(len(buffer))
+        except (OSError, EOFError, zlib.error) as error:
+            raise InputError(
+                f"{self._content.path} is damaged or cut off and cannot be unpacked ({error}); copy it again"
+            ) from None
+        self._allowance.take(len(data))
+        buffer[: len(data)] = data
+        return len(data)
+
+    def close(self) -> None:
+        """Close the file too."""
+        self._packed.close()
+        self._file.close()
+        super().close()
+
+
+def whole_lines(blocks: Iterable[bytes], path: Path | str, quotes: bool = False, end: bytes = b"\n") -> Iterator[bytes]:
+    """Blocks of bytes cut again at the ends of lines, so that no line is in two of them.
+
+    Args:
+        blocks: of any length
+        path: of the file, for the message
+        quotes: whether an end of line between quotation marks is part of a cell
+        end: of a line
+
+    Raises:
+        InputError: a line is longer than is allowed
+    """
+    most, rest = limits().line, b""
+    for block in blocks:
+        cut = _last_end(rest, block, quotes, end)
+        if not cut:
+            rest += block
+            if len(rest) > most:
+                raise _endless(path, most, quotes)
+            continue
+        yield rest + block[:cut]
+        rest = block[cut:]
+    if rest:
+        yield rest
+
+
+def _last_end(rest: bytes, block: bytes, quotes: bool, end: bytes) -> int:
+    """The place after the last end of line of a block; 0 where there is none."""
+    cut = block.rfind(end) + 1
+    if not quotes:
+        return cut
+    marks = (rest.count(b'"') + block.count(b'"', 0, cut)) % 2
+    while cut and marks:
+        before = block.rfind(end, 0, cut - 1) + 1
+        marks = (marks + block.count(b'"', before, cut)) % 2
+        cut = before
+    return cut
+
+
+def _endless(path: Path | str, most: int, quotes: bool) -> InputError:
+    why = "a quotation mark is not closed" if quotes else "it is no text of lines"
+    return InputError(f"{path} holds a line of more than {most / 1e6:.3g} MB: {why}; export it again")

@@ -1,0 +1,166 @@
+"""Text tables (CSV): any delimiter, decimal comma, vendor headers, units in titles or in a row."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.core.recording import Channel
+from tierod.io.readers.channel_map import GUESSED, TimeEntry
+from tierod.io.readers.clocks import DATES, Clock, find_clocks, require_plausible_rate, seconds, unit_of, unread_clock
+from tierod.io.readers.content import Content
+from tierod.io.readers.csv_cells import Rows, calendar, numbers
+from tierod.io.readers.csv_layout import Layout, find_layout
+from tierod.io.readers.csv_table import Table, counted, head_of
+from tierod.io.readers.source import Column, Lane, Piece, Source
+
+
+def open_csv(content: Content, time: TimeEntry = GUESSED) -> Source:
+    """A text table.
+
+    Args:
+        content: the bytes of the file
+        time: which column is the time, as a user says; not looked at in a file that tierod wrote
+
+    Raises:
+        InputError: no table of numbers with a time column is in it
+    """
+    path = content.path
+    head = head_of(content)
+    try:
+        layout = find_layout(head)
+    except InputError as error:
+        raise InputError(f"{path} {error}") from None
+    table = counted(content, layout, b"\n" if b"\n" in head else b"\r")
+    usable = {*layout.numeric, *layout.dates}
+    columns = [column for column in layout.columns if column.name in usable]
+    time = GUESSED if "layout" in layout.about else time
+    if time.column is None:
+        _refuse_text_as_clock(path, layout, columns)
+    clocks, units = _clocks(path, columns, _beginning(head, table), time)
+    members = tuple(
+        column
+        for column in columns
+        if any(column.name in clock.columns for clock in clocks) and column.name in layout.numeric
+    )
+    if not members:
+        raise InputError(f"{path} holds a time column but no other column of numbers; export it with signals")
+    broken: list[str] = []
+
+    def lanes(names: Sequence[str]) -> list[Lane]:
+        by_clock = {clock: [name for name in names if name in clock.columns] for clock in clocks}
+        wanted = {clock: members for clock, members in by_clock.items() if members}
+        found = [
+            Lines(
+                table,
+                clock,
+                units[clock.column],
+                tuple(each),
+                padded=len(clocks) > 1,
+                broken=broken if place == 0 else None,
+            )
+            for place, (clock, each) in enumerate(wanted.items())
+        ]
+        return [each.pieces() for each in found]
+
+    about = layout.about
+    metadata = {**about.get("metadata", {}), "format": "CSV"}
+    origin = float(about.get("origin", 0.0))
+    return Source(members, lanes, metadata, origin, found=lambda: tuple(broken))
+
+
+def _clocks(
+    path: Any, columns: Sequence[Column], head: dict[str, np.ndarray], time: TimeEntry
+) -> tuple[tuple[Clock, ...], dict[str, str]]:
+    """The clocks, and the unit of each; "" where none is given."""
+    increasing = [name for name, part in head.items() if len(part) > 2 and bool((part[1:] > part[:-1]).all())]
+    try:
+        clocks = find_clocks(columns, increasing, time)
+        by_name = {column.name: column for column in columns}
+        units = {clock.column: unit_of(by_name[clock.column], time) for clock in clocks}
+        # Where one clock is a date, time is beyond doubt.
+        if all(name in head for name in units):
+            require_plausible_rate((name, unit, head[name]) for name, unit in units.items())
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return clocks, units
+
+
+def _refuse_text_as_clock(path: Any, layout: Layout, usable: Sequence[Column]) -> None:
+    clock = unread_clock([column for column in layout.columns if column.name in layout.texts], usable)
+    if clock is not None:
+        raise InputError(
+            f"{path}: the time column '{clock.name}' is written as '{layout.texts[clock.name].strip()[:40]}'; "
+            f"give it in seconds, or as a date that reads {DATES}"
+        )
+
+
+@dataclass
+class Lines:
+    """The columns with one clock, block by block.
+
+    Args:
+        table: of the file
+        clock: that times them
+        unit: of the clock; "" where none is given
+        names: of the columns
+        padded: whether rows without a stamp only fill the table up, beside longer columns
+        broken: takes the note on broken lines
+    """
+
+    table: Table
+    clock: Clock
+    unit: str
+    names: tuple[str, ...]
+    padded: bool
+    broken: list[str] | None
+    bad: dict[str, int] = field(default_factory=dict)
+
+    def pieces(self) -> Lane:
+        """The channels, from the first line to the last."""
+        layout = self.table.layout
+        columns = {column.name: column for column in layout.columns}
+        about = {each["name"]: each for each in layout.about.get("channels", {}).values()}
+        guess, lost, done = "", 0, 0
+        for block in self.table.blocks():
+            rows, values = self._read(block)
+            lost, done = lost + rows.broken, done + len(block)
+            if lost and self.broken is not None:
+                self.broken[:] = [f"{lost} of {self.table.lines} lines are broken and were left out"]
+            if self.clock.column in layout.dates:
+                time = calendar(rows.table[self.clock.column], self.clock.column)
+            else:
+                time, found = seconds(values[self.clock.column], self.unit, self.clock.column)
+                guess = guess or found
+            kept = np.isfinite(time) if self.padded else np.ones(len(time), dtype=bool)
+            time = time if kept.all() else time[kept]
+            made = []
+            for name in self.names:
+                entry = about.get(name, {})
+                column = values[name] if kept.all() else values[name][kept]
+                channel = Channel(
+                    name, time, column, columns[name].unit, entry.get("source", name), entry.get("note", "")
+                )
+                bad = f"{self.bad[name]} cells are no numbers" if self.bad.get(name) else ""
+                made.append(channel.noted(guess, bad))
+            yield Piece(made, done / self.table.size)
+
+    def _read(self, block: bytes) -> tuple[Rows, dict[str, np.ndarray]]:
+        """The rows of a block, and its columns of numbers as floats."""
+        names = list(dict.fromkeys([self.clock.column, *self.names]))
+        rows, values, bad = numbers(block, self.table, names)
+        for name, count in bad.items():
+            self.bad[name] = self.bad.get(name, 0) + count
+        return rows, values
+
+
+def _beginning(head: bytes, table: Table) -> dict[str, np.ndarray]:
+    """The beginning of the columns of numbers."""
+    part = head[: table.layout.begin + (1 << 16)]
+    part = part[: part.rfind(table.end) + 1] if len(part) < len(head) else part
+    part = part[table.layout.begin :]
+    return numbers(part, table, table.layout.numeric)[1] if part else {}

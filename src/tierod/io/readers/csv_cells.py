@@ -1,0 +1,169 @@
+"""Cells of a text table as numbers and times, through pyarrow; cells that are none, one by one.
+
+What a cell says depends on that cell alone, so that the result does not depend on the blocks in which the text is read.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tierod.core.arrow import calendar_seconds, floats
+from tierod.core.errors import InputError
+from tierod.io.readers.clocks import DATES
+from tierod.io.readers.csv_layout import MISSING
+from tierod.io.readers.csv_table import Table
+
+_ISO = re.compile(r"\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d{1,9})?)?\s*(Z|[+-]\d\d:?\d\d)?\s*$")
+_FRACTION = re.compile(r"\.\d+")
+
+
+class Rows(NamedTuple):
+    """A block of lines as a table of Arrow, and how many of them have another number of cells than the table."""
+
+    table: Any
+    broken: int
+
+
+def numbers(block: bytes, table: Table, names: Sequence[str]) -> tuple[Rows, dict[str, np.ndarray], dict[str, int]]:
+    """Columns of a block of lines.
+
+    Args:
+        block: whole lines, in UTF-8
+        table: that they belong to
+        names: of the columns
+
+    Returns:
+        rows, columns of numbers as floats by name, and cells that are no number by name of the column
+
+    Raises:
+        InputError: the lines cannot be split into cells
+    """
+    import pyarrow as pa
+
+    plain = [name for name in names if name not in table.layout.dates]
+    try:
+        rows = _rows(block, table, names, pa.float64())
+        return rows, {name: floats(rows.table[name]) for name in plain}, {}
+    except pa.ArrowInvalid:
+        rows = _as_text(block, table, names)
+    columns, bad = {}, {}
+    for name in plain:
+        columns[name], bad[name] = _tolerant(rows.table[name], table.layout.decimal)
+    return rows, columns, bad
+
+
+def _as_text(block: bytes, table: Table, names: Sequence[str]) -> Rows:
+    """The rows with the cells as they are written."""
+    import pyarrow as pa
+
+    try:
+        return _rows(block, table, names, pa.binary())
+    except pa.ArrowInvalid as error:
+        reason = " ".join(str(error).split())[:120]
+        raise InputError(
+            f"{table.content.path}: the table cannot be read to its end ({reason}); export it again"
+        ) from None
+
+
+def _rows(block: bytes, table: Table, names: Sequence[str], kind: Any) -> Rows:
+    import pyarrow as pa
+    import pyarrow.csv as text
+
+    layout = table.layout
+    broken: list[int] = []
+
+    def skip(row: Any) -> str:
+        broken.append(row.actual_columns)
+        return "skip"
+
+    found = text.read_csv(
+        pa.BufferReader(_in_unicode(block)),
+        read_options=text.ReadOptions(
+            column_names=[column.name for column in layout.columns], block_size=3 * len(block) + 1
+        ),
+        parse_options=text.ParseOptions(
+            delimiter=layout.delimiter,
+            quote_char='"' if table.quoted else False,
+            newlines_in_values=table.quoted,
+            invalid_row_handler=skip,
+        ),
+        convert_options=text.ConvertOptions(
+            column_types={name: pa.string() if name in layout.dates else kind for name in names},
+            include_columns=list(names),
+            decimal_point=layout.decimal,
+            null_values=[*MISSING, *(f" {word}" for word in MISSING if word)],
+            strings_can_be_null=True,
+        ),
+    )
+    return Rows(found, len(broken))
+
+
+def _in_unicode(block: bytes) -> bytes:
+    """The block with marks where it is in no Unicode: the library decodes the lines that are broken."""
+    if not block.isascii():
+        try:
+            block.decode()
+        except UnicodeDecodeError:
+            return block.decode(errors="replace").encode()
+    return block
+
+
+def _tolerant(column: Any, decimal: str) -> tuple[np.ndarray, int]:
+    """Cells as floats, each by itself, and how many of them are no number."""
+    import pyarrow as pa
+    import pyarrow.compute as compute
+
+    try:
+        text = column.cast(pa.string())
+        return floats((compute.replace_substring(text, ",", ".") if decimal == "," else text).cast(pa.float64())), 0
+    except pa.ArrowInvalid:
+        return _cell_by_cell(column.to_pylist(), decimal)
+
+
+def _cell_by_cell(cells: list[bytes | None], decimal: str) -> tuple[np.ndarray, int]:
+    values, bad = np.full(len(cells), np.nan), 0
+    for place, cell in enumerate(cells):
+        if cell is not None and cell.strip():
+            try:
+                values[place] = float(cell.replace(b",", b".") if decimal == "," else cell)
+            except ValueError:
+                bad += 1
+    return values, bad
+
+
+def calendar(column: Any, name: str) -> np.ndarray:
+    """A column of dates in seconds since 1970, (n,); NaN where a cell is missing. Dates without a zone are in UTC.
+
+    Args:
+        column: of texts or dates, of Arrow
+        name: of the column, for the message
+
+    Raises:
+        InputError: a cell is no date
+    """
+    import pyarrow as pa
+
+    for zone in (None, "UTC"):
+        with contextlib.suppress(pa.ArrowException):
+            return calendar_seconds(column.cast(pa.timestamp("ns", zone)))
+    cells = column.to_pylist()
+    odd = next((cell for cell in cells if cell is not None and not _ISO.match(cell)), None)
+    if odd is not None:
+        raise InputError(
+            f"the time column '{name}' holds '{odd[:40]}' where dates read {DATES}: correct it, or give seconds"
+        )
+    return np.array([np.nan if cell is None else _instant(cell) for cell in cells], dtype=float)
+
+
+def _instant(cell: str) -> float:
+    """Seconds since 1970 of a date with a time zone, or of one in UTC."""
+    moment = datetime.fromisoformat(_FRACTION.sub("", cell.strip()))
+    fraction = _FRACTION.search(cell)
+    whole = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
+    return whole + (float(f"0{fraction[0]}") if fraction else 0.0)

@@ -1,0 +1,220 @@
+"""How a text table is laid out: delimiter, decimal sign, where the data begin, names and units of the columns."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import Any
+
+from tierod.core.errors import InputError
+from tierod.core.units import known, split_name, tidy
+from tierod.io.readers.clocks import is_time
+from tierod.io.readers.source import Column
+from tierod.io.readers.written import DAMAGED, description_in
+
+SAMPLE = 1 << 17
+"""Bytes from the beginning that are looked at."""
+
+COMMENT = "# tierod "
+"""How the line begins that the CSV writer puts first."""
+
+_NUMBER = re.compile(r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*$|^\s*[-+]?(inf|infinity)\s*$", re.IGNORECASE)
+_DECIMAL_COMMA = re.compile(r"^\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*$")
+_DATE = re.compile(r"^\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
+MISSING = ("", "nan", "NaN", "NAN", "null", "NULL", "None", "n/a", "N/A", "NA", "-", "#N/A", "--")
+_NAME_LABELS = ("channel name", "channel", "name", "names", "signal", "channels")
+_UNIT_LABELS = ("unit", "units")
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The layout of a text table.
+
+    Args:
+        delimiter: between cells
+        decimal: "." or ","
+        begin: bytes before the first line of data
+        columns: in the order of the file
+        numeric: names of the columns that hold numbers
+        dates: names of the columns that hold calendar times
+        texts: a cell of every column that holds neither
+        about: what the CSV writer of tierod wrote about the channels
+    """
+
+    delimiter: str
+    decimal: str
+    begin: int
+    columns: tuple[Column, ...]
+    numeric: tuple[str, ...]
+    dates: tuple[str, ...]
+    texts: dict[str, str] = field(default_factory=dict)
+    about: dict[str, Any] = field(default_factory=dict)
+
+
+def find_layout(data: bytes) -> Layout:
+    """The layout of a text table.
+
+    Args:
+        data: the file, or enough from its beginning; UTF-8 or Latin-1
+
+    Raises:
+        InputError: no table of numbers is in it
+    """
+    lines = _lines(data)
+    best: tuple[float, str, str] = (0.0, "", "")
+    plain = [line for _, line in lines if not line.startswith("#")]
+    for delimiter in ",;\t|":
+        for decimal in "." if delimiter == "," else ".,":
+            best = max(best, (_score(plain, delimiter, decimal), delimiter, decimal))
+    if not best[0]:
+        raise InputError("holds no table of numbers; export the signals as columns with one row of names above them")
+    return _layout(lines, best[1], best[2], _about(lines))
+
+
+def _lines(data: bytes) -> list[tuple[int, str]]:
+    """(offset, text) of the first lines; a line that the sample cuts is left out."""
+    sample = data[:SAMPLE]
+    parts = sample.splitlines(keepends=True)
+    if len(data) > SAMPLE and len(parts) > 1:
+        parts.pop()
+    found, offset = [], 0
+    for part in parts:
+        try:
+            text = part.decode("utf-8-sig" if not offset else "utf-8")
+        except UnicodeDecodeError:
+            text = part.decode("latin-1")
+        found.append((offset, text.rstrip("\r\n")))
+        offset += len(part)
+    return found[:2000]
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    return next(csv.reader([line], delimiter=delimiter), [])
+
+
+def _is_number(cell: str, decimal: str) -> bool:
+    return bool(_NUMBER.match(cell) or (decimal == "," and _DECIMAL_COMMA.match(cell)))
+
+
+def _score(lines: list[str], delimiter: str, decimal: str) -> float:
+    """Numbers in the last lines, read this way, times their share of all cells; 0 where this is no table."""
+    tail = [_cells(line, delimiter) for line in lines[-40:] if line.strip()]
+    if not tail:
+        return 0.0
+    width = Counter(len(row) for row in tail).most_common(1)[0][0]
+    rows = [row for row in tail if len(row) == width]
+    if width < 2 or len(rows) < 0.5 * len(tail):
+        return 0.0
+    numbers = sum(_is_number(cell, decimal) for row in rows for cell in row)
+    return numbers * numbers / (width * len(rows)) + 0.5 * (decimal == ".") if numbers >= len(rows) else 0.0
+
+
+def _about(lines: list[tuple[int, str]]) -> dict[str, Any]:
+    if lines and lines[0][1].startswith(COMMENT):
+        try:
+            about = description_in(lines[0][1].removeprefix(COMMENT))
+            if all(each.get("name") and "unit" in each for each in about["channels"].values()):
+                return about
+        except (ValueError, TypeError):
+            pass
+        return {"metadata": {"warnings": [DAMAGED]}}
+    return {}
+
+
+def _layout(lines: list[tuple[int, str]], delimiter: str, decimal: str, about: dict[str, Any]) -> Layout:
+    rows = [(offset, _cells(text, delimiter)) for offset, text in lines if text.strip() and not text.startswith("#")]
+    body = [cells for _, cells in rows]
+    width = Counter(len(cells) for cells in body[-40:]).most_common(1)[0][0]
+    below = [cells for cells in body[len(body) // 2 :] if len(cells) == width] or [c for c in body if len(c) == width]
+    numeric = [place for place in range(width) if _mostly(below, place, lambda cell: _is_number(cell, decimal))]
+    dates = [place for place in range(width) if _mostly(below, place, lambda cell: bool(_DATE.match(cell)))]
+    empty = [place for place in range(width) if all(row[place].strip() in MISSING for row in below)]
+    first = next(
+        (at for at in range(len(body)) if _is_data(body, at, width, [*numeric, *dates], decimal)),
+        len(body) - 1,
+    )
+    columns = _columns([cells for cells in body[:first] if 1 < len(cells) <= width], width)
+    columns = tuple(_as_written(column, about) for column in columns)
+    cells = {
+        place: next((row[place] for row in below if row[place].strip() not in MISSING), "") for place in range(width)
+    }
+    return Layout(
+        delimiter,
+        decimal,
+        rows[first][0],
+        columns,
+        tuple(columns[place].name for place in sorted({*numeric, *empty})),
+        tuple(columns[place].name for place in dates),
+        {columns[place].name: cells[place] for place in range(width) if place not in {*numeric, *dates, *empty}},
+        about,
+    )
+
+
+def _as_written(column: Column, about: dict[str, Any]) -> Column:
+    """The column under the name that the CSV writer of tierod gave it, else as it is."""
+    told = about.get("channels", {}).get(column.name)
+    return column if told is None else Column(told["name"], told["unit"], told["name"])
+
+
+def _mostly(rows: list[list[str]], place: int, test: Any) -> bool:
+    filled = [row[place] for row in rows if row[place].strip() not in MISSING]
+    return bool(filled) and sum(map(test, filled)) > 0.6 * len(filled)
+
+
+def _is_data(body: list[list[str]], at: int, width: int, places: list[int], decimal: str) -> bool:
+    """Whether the data begin here: numbers stand in the columns of numbers, in this row and the next ones."""
+    for cells in body[at : at + 3]:
+        if len(cells) != width:
+            return False
+        filled = [cells[place] for place in places if cells[place].strip() not in MISSING]
+        good = sum(_is_number(cell, decimal) or bool(_DATE.match(cell)) for cell in filled)
+        if not filled or good < 0.7 * len(filled):
+            return False
+    return True
+
+
+def _columns(header: list[list[str]], width: int) -> tuple[Column, ...]:
+    titles, units = _titles([[cell.strip() for cell in row] + [""] * (width - len(row)) for row in header], width)
+    columns, seen = [], Counter[str]()
+    for place, (title, unit) in enumerate(zip(titles, units, strict=True)):
+        bare, inside = split_name(title)
+        seen[title] += 1
+        name = title or f"column {place + 1}"
+        name = name if seen[title] == 1 or not title else f"{name}.{seen[title]}"
+        columns.append(Column(name, unit or inside, bare or name))
+    return tuple(columns)
+
+
+def _titles(header: list[list[str]], width: int) -> tuple[list[str], list[str]]:
+    """Names and units of the columns, from the rows above the data."""
+    nothing = [""] * width
+    if not header:
+        return nothing, nothing
+    labelled = {row[0].lower(): row for row in header}
+    label = next((label for label in _NAME_LABELS if label in labelled and _repeats(labelled[label])), None)
+    if label is not None:
+        units = next((labelled[name] for name in _UNIT_LABELS if name in labelled), nothing)
+        names = ["time" if cell.lower() == label else cell for cell in labelled[label]]
+        return names, ["" if cell.lower() in _UNIT_LABELS else cell for cell in units]
+    if len(header) == 1:
+        return header[-1], nothing
+    upper, lower = header[-2], header[-1]
+    if _are_units(lower) and not _are_units(upper):
+        return upper, lower
+    if is_time(upper[0]) and lower[0] and known(lower[0]) and tidy(lower[0]) in ("s", "ms", "us", "ns"):
+        often = Counter(lower)
+        names = [below if below and often[below] == 1 else above for above, below in zip(upper, lower, strict=True)]
+        return [upper[0], *names[1:]], [lower[0], *nothing[1:]]
+    return lower, nothing
+
+
+def _repeats(row: list[str]) -> bool:
+    """Whether a label stands in front of every channel, over a column of time stamps of its own."""
+    return len(row) > 1 and (row.count(row[0]) > 1 or len(row) == 2)
+
+
+def _are_units(row: list[str]) -> bool:
+    filled = [cell for cell in row if cell]
+    return bool(filled) and sum(map(known, filled)) >= 0.5 * len(filled)

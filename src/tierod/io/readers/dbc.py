@@ -1,0 +1,270 @@
+"""Databases of CAN messages (DBC), and which of their messages a log holds."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import re
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tierod.core.errors import InputError, MissingExtra
+from tierod.core.recording import Channel
+from tierod.core.user_files import MOST_DATA_BYTES, read_bytes
+from tierod.io.readers.bits import Payloads, span
+from tierod.io.readers.frames import EXTENDED, Frames, identifier_text, messages
+from tierod.io.readers.j1939 import parameter_group, without_value
+from tierod.io.readers.log import Heard, InOrder, Log
+from tierod.io.readers.source import Column, Lane, Piece, Source
+
+_KINDS = ("arxml", "dbc", "kcd", "sym", "cdd")
+_ENTRY = re.compile(r"""\b(VAL_|SIG_VALTYPE_)\s+(\d+)\s+(\w+)\b(?:"(?:[^"\\]|\\.)*"|[^;"])*;""")
+
+
+@dataclass(frozen=True)
+class Found:
+    """A message of the database that a log holds.
+
+    Args:
+        message: as cantools describes it
+        prefix: of the names of its signals
+        where: identifier and bus, for the source of a channel
+    """
+
+    message: Any
+    prefix: str
+    where: str
+
+
+def load_databases(paths: Sequence[str | Path]) -> list[Any]:
+    """The messages of one or several databases.
+
+    Raises:
+        MissingExtra: cantools is not installed
+        InputError: a file that cannot be read or is no database
+    """
+    try:
+        import cantools
+    except ImportError:
+        raise MissingExtra("cantools", "can", "decoding a CAN log") from None
+    found: list[Any] = []
+    for path in paths:
+        content = read_bytes(path, "the CAN database", most=MOST_DATA_BYTES)
+        try:
+            with _quiet():
+                found += getattr(_database(cantools, Path(path), content), "messages", [])
+        except Exception as error:
+            reason = " ".join(str(error).split())[:200]
+            raise InputError(f"{path} is not a CAN database that can be read: {reason}; give a DBC file") from None
+    if not found:
+        raise InputError(f"{', '.join(map(str, paths))} describes no CAN message; give the DBC of this vehicle")
+    return found
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Without what cantools warns and logs of names that come twice: identifiers decide here."""
+    logger = logging.getLogger("cantools")
+    level = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        logger.setLevel(level)
+
+
+def _database(cantools: Any, path: Path, content: bytes) -> Any:
+    """A database; entries on signals that it does not describe, which cantools refuses, are left out of a DBC.
+
+    Its letters are those that cantools expects: Windows-1252 in a DBC and SYM file, UTF-8 in all others.
+    """
+    kind = path.suffix[1:].lower()
+    text = content.decode("cp1252" if kind in ("dbc", "sym") else "utf-8", errors="replace")
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    try:
+        return cantools.database.load_string(text, kind if kind in _KINDS else None, strict=False)
+    except cantools.database.UnsupportedDatabaseFormatError as error:
+        orphans = re.findall(r"(VAL_|SIG_VALTYPE_) (\d+) (\w+)", str(error))
+        if "unused" not in str(error) or not orphans:
+            raise
+    left_out = set(orphans)
+    text = _ENTRY.sub(lambda entry: "" if entry.groups() in left_out else entry[0], text)
+    return cantools.database.load_string(text, "dbc", strict=False)
+
+
+def match_messages(log: Heard, database: Sequence[Any]) -> dict[tuple[int, int], Found]:
+    """The messages of a database that a log holds, one per message, bus and sender, by bus and identifier.
+
+    Args:
+        log: what is in the log
+        database: messages as cantools gives them
+
+    Raises:
+        InputError: the log holds none of them; identifiers of both sides are named
+    """
+    exact = {message.frame_id | (EXTENDED if message.is_extended_frame else 0): message for message in database}
+    groups = {parameter_group(message.frame_id): message for message in database if message.protocol == "j1939"}
+    found: dict[tuple[int, int], Found] = {}
+    seen = set()
+    ids: dict[int, int] = {}
+    for (bus, identifier), count in log.counts.items():
+        ids[identifier] = ids.get(identifier, 0) + count
+        message = exact.get(identifier)
+        if message is None and identifier & EXTENDED:
+            message = groups.get(parameter_group(identifier & ~EXTENDED))
+        if message is None or message.is_container:
+            continue
+        where = f"{identifier_text(identifier)} on {log.buses[bus]}"
+        prefix = message.name
+        if message.name in seen:
+            prefix = f"{log.buses[bus]}:{identifier_text(identifier)}:{message.name}"
+        seen.add(message.name)
+        found[bus, identifier] = Found(message, prefix, where)
+    if not found:
+        raise InputError(_no_match(ids, exact))
+    return found
+
+
+def _no_match(log: dict[int, int], database: dict[int, Any]) -> str:
+    def some(ids: list[int]) -> str:
+        text = ", ".join(identifier_text(identifier) for identifier in ids[:6])
+        return text + (f" and {len(ids) - 6} more" if len(ids) > 6 else "")
+
+    frequent = sorted(log, key=lambda identifier: -log[identifier])
+    return (
+        f"the DBC matches no frame of the log: the log holds {some(frequent)}, the DBC {some(sorted(database))}; "
+        "give the DBC of this vehicle and bus"
+    )
+
+
+def bus_source(log: Log, content: Heard, database: Sequence[Any], metadata: dict[str, Any]) -> Source:
+    """A CAN log with its database as a source of columns named "Message.Signal".
+
+    A message that several buses or senders carry keeps its plain name for the first and gets a prefix for the others.
+
+    Args:
+        log: that is read again for every reading
+        content: what is in it
+        database: messages
+        metadata: what else is known of the log
+    """
+    found = match_messages(content, database)
+    places = {
+        f"{entry.prefix}.{item.name}": (key, item) for key, entry in found.items() for item in entry.message.signals
+    }
+    columns = tuple(Column(name, item.unit or "", item.name, True) for name, (_, item) in places.items())
+
+    def lanes(names: Sequence[str]) -> list[Lane]:
+        wanted: dict[tuple[int, int], list[tuple[str, Any]]] = {}
+        for name in names:
+            key, item = places[name]
+            wanted.setdefault(key, []).append((name, item))
+        return [_decoded(log, content, found, wanted)]
+
+    metadata = {**metadata, "frames": content.frames, "messages": len(found), "buses": content.buses}
+    came = {entry.message.name for entry in found.values()}
+    silent = tuple(f"{each.name}.{item.name}" for each in database if each.name not in came for item in each.signals)
+    return Source(columns, lanes, metadata, content.origin, content.notes, silent=silent)
+
+
+def _decoded(
+    log: Log,
+    content: Heard,
+    found: dict[tuple[int, int], Found],
+    wanted: dict[tuple[int, int], list[tuple[str, Any]]],
+) -> Lane:
+    """The wanted signals of a log, block by block; at first all without a sample: a message may come late."""
+    yield Piece([channel for key, items in wanted.items() for channel in _silent(found[key], items)])
+    done = 0
+    for frames in InOrder(log):
+        channels = []
+        for identifier, bus, index in messages(frames):
+            if (bus, identifier) in wanted:
+                rows = Rows.of(frames, index)
+                entry = found[bus, identifier]
+                channels += [_channel(name, entry, item, rows) for name, item in wanted[bus, identifier]]
+        done += len(frames)
+        yield Piece(channels, done / content.frames)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The frames of one message.
+
+    Args:
+        time: [s], shape (n,)
+        payloads: their bytes
+        length: bytes of each payload, shape (n,)
+        shortest: the least of them
+    """
+
+    time: np.ndarray
+    payloads: Payloads
+    length: np.ndarray
+    shortest: int
+
+    @staticmethod
+    def of(frames: Frames, index: np.ndarray) -> Rows:
+        """Some rows of the frames."""
+        length = frames.length[index]
+        return Rows(frames.time[index], Payloads(frames.payload[index]), length, int(length.min()))
+
+
+def _silent(entry: Found, items: Sequence[tuple[str, Any]]) -> list[Channel]:
+    """Signals of a message without a sample; those that every frame carries share their time stamps."""
+    none = np.empty((0, 8), dtype=np.uint8)
+    rows = Rows(np.empty(0), Payloads(none), np.empty(0, dtype=int), 8)
+    return [_channel(name, entry, item, rows) for name, item in items]
+
+
+def _channel(name: str, entry: Found, item: Any, rows: Rows) -> Channel:
+    time, values = rows.time, physical(entry.message, item, rows)
+    chosen = selected(entry.message, item, rows)
+    if chosen is not None:
+        time, values = time[chosen], values[chosen]
+    return Channel(name, time, values, item.unit or "", f"{name} ({entry.where})")
+
+
+def selected(message: Any, item: Any, rows: Rows) -> np.ndarray | None:
+    """Which frames carry a multiplexed signal; None where all do. Multiplexers may be multiplexed themselves."""
+    if not item.multiplexer_ids or not item.multiplexer_signal:
+        return None
+    selector = message.get_signal_by_name(item.multiplexer_signal)
+    mask = np.isin(_raw(selector, rows), np.array(item.multiplexer_ids, dtype=np.uint64))
+    mask &= rows.length >= _bytes(selector)
+    above = selected(message, selector, rows)
+    return mask if above is None else mask & above
+
+
+def physical(message: Any, item: Any, rows: Rows) -> np.ndarray:
+    """The values of a signal; NaN where the frame is too short for it, or a J1939 sender has none to give."""
+    raw = _raw(item, rows)
+    with np.errstate(all="ignore"):
+        values = raw.astype(float)
+        if item.scale != 1:
+            values *= float(item.scale)
+        if item.offset != 0:
+            values += float(item.offset)
+    if rows.shortest < _bytes(item):
+        values[rows.length < _bytes(item)] = np.nan
+    silent = without_value(item, raw) if message.protocol == "j1939" else None
+    if silent is not None:
+        values[silent] = np.nan
+    return values
+
+
+def _raw(item: Any, rows: Rows) -> np.ndarray:
+    big_endian = item.byte_order == "big_endian"
+    return rows.payloads.raw(item.start, item.length, big_endian, bool(item.is_signed), bool(item.is_float))
+
+
+def _bytes(item: Any) -> int:
+    """How many bytes a frame needs to hold a signal."""
+    return -(-span(item.start, item.length, item.byte_order == "big_endian")[1] // 8)

@@ -1,0 +1,135 @@
+"""CAN frames as arrays: what every log format gives and the decoder takes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tierod.core.errors import InputError
+
+EXTENDED = 1 << 31
+"""Marks a 29-bit identifier in `Frames.identifier`."""
+
+MOST_BUSES = 64
+"""Buses of a log at the most: where more names stand in their place, the log is damaged, or none."""
+
+IDENTIFIERS = 1 << 29
+"""How many identifiers there are: those of extended frames have 29 bits."""
+
+_STANDARD = 0x7FF
+"""The largest identifier of 11 bits; a damaged log may hold larger ones of three digits."""
+
+
+@dataclass(frozen=True)
+class Frames:
+    """CAN frames of a log.
+
+    Args:
+        time: [s] since origin, shape (n,)
+        identifier: shape (n,), uint32, EXTENDED added for 29-bit identifiers
+        bus: number of the bus in `buses`, shape (n,)
+        payload: bytes, shape (n, width), zero beyond the length
+        length: bytes of the payload, shape (n,)
+        buses: names of the buses
+        origin: calendar time of the stamp zero [s]
+        notes: what was lost or repaired while reading
+    """
+
+    time: np.ndarray
+    identifier: np.ndarray
+    bus: np.ndarray
+    payload: np.ndarray
+    length: np.ndarray
+    buses: tuple[str, ...]
+    origin: float = 0.0
+    notes: tuple[str, ...] = field(default=())
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
+class Message(NamedTuple):
+    """The rows of one identifier on one bus."""
+
+    identifier: int
+    bus: int
+    rows: np.ndarray
+
+
+def messages(frames: Frames) -> Iterator[Message]:
+    """The frames grouped by bus and identifier, rows in the order of time."""
+    keys = frames.bus.astype(np.uint64) << np.uint64(32) | frames.identifier
+    rows = np.argsort(_codes(frames, keys), kind="stable")
+    keys = keys[rows]
+    edges = np.concatenate(([0], np.flatnonzero(keys[1:] != keys[:-1]) + 1, [len(keys)]))
+    for begin, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        if end > begin:
+            key = int(keys[begin])
+            yield Message(key & 0xFFFFFFFF, key >> 32, rows[begin:end])
+
+
+def _codes(frames: Frames, keys: np.ndarray) -> np.ndarray:
+    """Numbers in the order of the keys, in 16 bits where they fit, because those are sorted in linear time."""
+    if len(frames.buses) <= 32 and (frames.identifier <= _STANDARD).all():
+        return (frames.bus << np.uint16(11)) | frames.identifier.astype(np.uint16)
+    found = np.unique(keys)
+    return np.searchsorted(found, keys).astype(np.uint16) if len(found) <= 1 << 16 else keys
+
+
+def taken(frames: Frames, index: np.ndarray | slice) -> Frames:
+    """The frames of these rows."""
+    return replace(
+        frames,
+        time=frames.time[index],
+        identifier=frames.identifier[index],
+        bus=frames.bus[index],
+        payload=frames.payload[index],
+        length=frames.length[index],
+    )
+
+
+def joined(parts: Sequence[Frames]) -> Frames:
+    """The frames of several logs or groups with one origin, in the order of time."""
+    if len(parts) == 1:
+        return _in_order(parts[0])
+    buses = tuple(dict.fromkeys(name for part in parts for name in part.buses))
+    width = max((part.payload.shape[1] for part in parts), default=8)
+    payloads = [np.pad(part.payload, ((0, 0), (0, width - part.payload.shape[1]))) for part in parts]
+    numbers = [np.array([buses.index(name) for name in part.buses] or [0], dtype=np.uint16)[part.bus] for part in parts]
+    together = Frames(
+        np.concatenate([part.time for part in parts]),
+        np.concatenate([part.identifier for part in parts]),
+        np.concatenate(numbers),
+        np.concatenate(payloads),
+        np.concatenate([part.length for part in parts]),
+        buses,
+        parts[0].origin,
+        tuple(note for part in parts for note in part.notes),
+    )
+    return _in_order(together)
+
+
+def _in_order(frames: Frames) -> Frames:
+    if (frames.time[1:] >= frames.time[:-1]).all():
+        return frames
+    return taken(frames, np.argsort(frames.time, kind="stable"))
+
+
+def bus_number(buses: dict[Any, int], name: Any) -> int:
+    """The number of a bus, a new one for a name that was not there before.
+
+    Raises:
+        InputError: the log names more buses than there can be
+    """
+    number = buses.setdefault(name, len(buses))
+    if number >= MOST_BUSES:
+        raise InputError(f"the log names more than {MOST_BUSES} buses, so it is damaged; record or export it again")
+    return number
+
+
+def identifier_text(identifier: int) -> str:
+    """An identifier as logs write it: 0x260, or 0x18FEF100 for 29 bits."""
+    return f"0x{identifier & ~EXTENDED:08X}" if identifier & EXTENDED else f"0x{identifier:03X}"

@@ -1,0 +1,91 @@
+"""How much a recording may unfold to: a file of some megabytes can hold gigabytes of zeros."""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from tierod.core.errors import InputError, ParameterError
+
+VARIABLE = "TIEROD_LARGEST"
+"""Environment variable that raises (or lowers) `Limits.largest`: a number of bytes, or one with kB, MB or GB."""
+
+_UNITS = {"": 1, "b": 1, "kb": 10**3, "mb": 10**6, "gb": 10**9, "kib": 2**10, "mib": 2**20, "gib": 2**30}
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a recording may take, unpacked text as well as samples of eight bytes.
+
+    Args:
+        largest: bytes that any recording may unfold to: ten hours at 100 Hz of 37 channels, as samples
+        ratio: times its size that a larger one may; packed recordings of cars stay below 30, zeros reach 1000
+        line: bytes of one line of text: 10 000 columns of numbers with 16 digits take 0.2 MB
+        block: bytes of one packed block that must be unpacked as a whole; recorders write 0.1 to 4 MB
+    """
+
+    largest: Annotated[int, "byte"] = 10**9 + 10**8
+    ratio: Annotated[float, ""] = 100.0
+    line: Annotated[int, "byte"] = 1 << 22
+    block: Annotated[int, "byte"] = 1 << 27
+
+
+def limits() -> Limits:
+    """The limits in effect.
+
+    Raises:
+        ParameterError: the environment variable holds no size
+    """
+    text = os.environ.get(VARIABLE, "").strip()
+    if not text:
+        return Limits()
+    match = re.fullmatch(r"(\d{1,15}(?:\.\d{1,6})?)\s*([a-zA-Z]{0,3})", text)
+    if match is None or match[2].lower() not in _UNITS:
+        raise ParameterError(f"{VARIABLE} = {text[:40]!r} is not a size; write bytes, or for example 4GB")
+    size = int(float(match[1]) * _UNITS[match[2].lower()])
+    return Limits(largest=size, block=max(size // 8, Limits.block))
+
+
+class Allowance:
+    """Counts what a file unfolds to, and stops where that is beyond the limits.
+
+    Args:
+        path: of the file, for the message
+        size: bytes that it takes where it lies
+    """
+
+    def __init__(self, path: Path | str, size: int):
+        self.path, self.size = path, size
+        self.limits = limits()
+        self.most = max(self.limits.largest, int(self.limits.ratio * size))
+        self.taken = 0
+
+    def take(self, count: int) -> None:
+        """Count some more bytes.
+
+        Raises:
+            InputError: all together are more than is allowed
+        """
+        self.taken += count
+        if self.taken > self.most:
+            raise self.refused(f"more than {self.most / 1e9:.3g} GB")
+
+    def take_block(self, count: int) -> None:
+        """Look at the size of one packed block before it is unpacked.
+
+        Raises:
+            InputError: it is more than fits into memory beside the rest
+        """
+        if count > self.limits.block:
+            raise self.refused(f"a block of {count / 1e9:.3g} GB, where {self.limits.block / 1e9:.3g} GB are the limit")
+
+    def refused(self, what: str) -> InputError:
+        """The sentence on a file that unfolds to too much."""
+        return InputError(
+            f"{self.path} takes {self.size / 1e6:.3g} MB and unfolds to {what}; if it is no damaged or made-up file, "
+            f"raise the limit: set the environment variable {VARIABLE}, for example {VARIABLE}="
+            f"{max(round(4e-9 * self.most), 4)}GB"
+        )

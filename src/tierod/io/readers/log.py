@@ -1,0 +1,178 @@
+"""A CAN log that is read more than once: first for what is in it, then frame by frame in the order of time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.core.timestamps import LATE, Repairs
+from tierod.io.readers.content import Kept
+from tierod.io.readers.frames import Frames, joined, messages, taken
+
+LATE_ENOUGH = 0.005
+"""Frames that come later than this are remarked, though they can be put in order [s]: drivers of buses are faster."""
+
+
+@dataclass(frozen=True)
+class Log:
+    """A CAN log.
+
+    Args:
+        name: of its file, for messages
+        lanes: the frames from the beginning, in blocks; several where the log keeps its buses apart
+    """
+
+    name: str
+    lanes: Callable[[], list[Iterator[Frames]]]
+
+
+class Remembered:
+    """The frames of a log that is slow to read, kept in a temporary file once they were read to the end.
+
+    Args:
+        read: the frames from the beginning
+    """
+
+    def __init__(self, read: Callable[[], Iterator[Frames]]):
+        self._read = read
+        self._kept: Kept | None = None
+        self._blocks: list[tuple[int, Frames]] = []
+
+    def __call__(self) -> list[Iterator[Frames]]:
+        """The only lane of the log."""
+        return [self._first() if self._kept is None else self._again(self._kept)]
+
+    def _first(self) -> Iterator[Frames]:
+        kept, blocks = Kept(), []
+        for frames in self._read():
+            columns = (frames.time, frames.identifier, frames.bus, frames.length, frames.payload)
+            # Taken by an index, which copies: an empty slice would keep all frames in memory.
+            blocks.append((len(frames), taken(frames, np.arange(0))))
+            for column, kind in zip(columns, _KINDS, strict=True):
+                kept.append(column.astype(kind).tobytes())
+            yield frames
+        self._kept, self._blocks = kept, blocks
+
+    def _again(self, kept: Kept) -> Iterator[Frames]:
+        at = 0
+        for count, empty in self._blocks:
+            columns = []
+            for kind, width in zip(_KINDS, (1, 1, 1, 1, empty.payload.shape[1]), strict=True):
+                size = count * width * np.dtype(kind).itemsize
+                columns.append(np.frombuffer(kept.read(size, at), dtype=kind))
+                at += size
+            time, identifier, bus, length, payload = columns
+            payload = payload.reshape(count, empty.payload.shape[1])
+            yield replace(empty, time=time, identifier=identifier, bus=bus, length=length.astype(int), payload=payload)
+
+
+_KINDS = ("f8", "u4", "u2", "u2", "u1")
+"""How time, identifier, bus, length and payload of a frame are kept."""
+
+
+@dataclass
+class Heard:
+    """What is in a log.
+
+    Args:
+        counts: frames by (number of the bus, identifier), in the order of both
+        buses: their names, in the order in which they were first heard
+        frames: how many there are
+        origin: calendar time of the stamp zero [s]
+        newest: time of the last frame [s]
+        notes: what was lost or repaired
+    """
+
+    counts: dict[tuple[int, int], int] = field(default_factory=dict)
+    buses: tuple[str, ...] = ()
+    frames: int = 0
+    origin: float = 0.0
+    newest: float = 0.0
+    notes: tuple[str, ...] = ()
+
+
+class InOrder:
+    """The frames of all lanes of a log together, in the order of time.
+
+    Args:
+        log: that is read
+    """
+
+    def __init__(self, log: Log):
+        self.buses: dict[str, int] = {}
+        self.notes: dict[str, None] = {}
+        self.behind = 0.0
+        self._lanes = log.lanes()
+        self._repairs = [Repairs(f"the log {log.name}") for _ in self._lanes]
+
+    def __iter__(self) -> Iterator[Frames]:
+        """The frames, block by block.
+
+        Raises:
+            InputError: the log cannot be read, or its clock was set back
+        """
+        waiting: list[Frames | None] = [None] * len(self._lanes)
+        reach = np.full(len(self._lanes), -np.inf)
+        while (until := reach.min()) < np.inf:
+            lane = int(np.argmin(reach))
+            block = next(self._lanes[lane], None)
+            if block is None:
+                reach[lane] = np.inf
+            else:
+                self.notes |= dict.fromkeys(block.notes)
+                kept = self._repairs[lane].arrived(block.time)
+                old, block = waiting[lane], block if kept is None else taken(block, kept)
+                # Sorted by time, since a block may bring frames that belong before the last of the one ahead of it.
+                waiting[lane] = joined([old, block] if old else [block])
+                reach[lane] = self._repairs[lane].newest - LATE
+            until = reach.min()
+            ready = [self._ready(waiting, each, until) for each in range(len(waiting))] if until > -np.inf else []
+            if any(len(part) for part in ready if part):
+                yield self._numbered(joined([part for part in ready if part]))
+        self.behind = max((each.behind for each in self._repairs), default=0.0)
+
+    @staticmethod
+    def _ready(waiting: list[Frames | None], lane: int, until: float) -> Frames | None:
+        """The frames of a lane before `until` [s], taken out of what waits."""
+        frames = waiting[lane]
+        if frames is None:
+            return None
+        last = int(np.searchsorted(frames.time, until, side="left"))
+        waiting[lane] = taken(frames, slice(last, None))
+        return taken(frames, slice(0, last))
+
+    def _numbered(self, frames: Frames) -> Frames:
+        """The frames with buses numbered in the order in which they were first heard of all."""
+        numbers, first = np.unique(frames.bus, return_index=True)
+        for number in numbers[np.argsort(first)].tolist():
+            self.buses.setdefault(frames.buses[number], len(self.buses))
+        table = np.array([self.buses.get(name, 0) for name in frames.buses], dtype=np.uint16)
+        return replace(frames, bus=table[frames.bus], buses=tuple(self.buses))
+
+
+def heard(log: Log) -> Heard:
+    """What is in a log, read once from its beginning to its end.
+
+    Raises:
+        InputError: no frame is in it, it cannot be read, or its clock was set back
+    """
+    found = Heard()
+    counts: dict[tuple[int, int], int] = {}
+    blocks = InOrder(log)
+    for frames in blocks:
+        found.origin = found.origin if found.frames else frames.origin
+        found.frames += len(frames)
+        found.newest = float(frames.time[-1])
+        for identifier, bus, rows in messages(frames):
+            counts[bus, identifier] = counts.get((bus, identifier), 0) + len(rows)
+    if not found.frames:
+        raise InputError(f"the log {log.name} holds no frame with data; record or export it again")
+    found.counts = dict(sorted(counts.items()))
+    found.buses, found.notes = tuple(blocks.buses), tuple(blocks.notes)
+    if blocks.behind > LATE_ENOUGH:
+        late = f"frames of the log come up to {blocks.behind:.2g} s late and were put in order"
+        found.notes = (*found.notes, f"{late}: was a clock set back there?")
+    return found

@@ -1,0 +1,241 @@
+"""Which columns of a file become which canonical signals in SI: by the channel map, and by name where there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from tierod.core.errors import InputError, nearest
+from tierod.core.signals import SIGNALS, Signal, match, plain
+from tierod.core.units import COUNT, Scale, scale, split_suffix, tidy
+from tierod.io.derive import ingredients
+from tierod.io.readers.channel_map import ChannelMap, Entry
+from tierod.io.readers.source import Column
+
+TRUTH = "truth_"
+"""Prefix of what a simulation knows of a signal; a file may hold it, and none needs to."""
+
+
+@dataclass(frozen=True)
+class Pick:
+    """One channel to be made.
+
+    Args:
+        name: canonical, or that of the column
+        columns: of the file, summed
+        unit: of the channel made
+        entry: sign, factor and offset
+        scale: from the unit of the columns
+        notes: what was guessed
+        assumed: the file says no unit, and the canonical one was taken
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    unit: str
+    entry: Entry
+    scale: Scale
+    notes: tuple[str, ...] = ()
+    assumed: bool = False
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What to load from a file.
+
+    Args:
+        picks: the channels to be made
+        warnings: what was guessed
+        channel_map: the path of the map that decided; "" where none did
+    """
+
+    picks: tuple[Pick, ...]
+    warnings: tuple[str, ...] = ()
+    channel_map: str = ""
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The columns to load."""
+        return tuple(dict.fromkeys(column for pick in self.picks for column in pick.columns))
+
+
+def plan(
+    columns: Sequence[Column],
+    channel_map: ChannelMap | None,
+    names: Iterable[str] | None,
+    silent: Sequence[str] = (),
+) -> Plan:
+    """Which columns become which channels.
+
+    Args:
+        columns: of the file
+        channel_map: decides for the signals it names; the others are guessed by name
+        names: the signals or columns wanted; all where not given
+        silent: columns that are known, and of which the file has no value
+
+    Raises:
+        InputError: a wanted name or a source that nobody knows, or a wanted unit that cannot be read
+    """
+    by_name = {column.name: column for column in columns}
+    wanted = None if names is None else _wanted(tuple(names), by_name)
+    picks, warnings = [], []
+    if channel_map and not _fits(channel_map, by_name):
+        warnings.append(f"{channel_map.path} names no column of this file, whose signals have their names already")
+        channel_map = None
+    entries = channel_map.entries if channel_map else {}
+    taken: set[str] = set()
+    for name, entry in entries.items():
+        unheard = [source for source in entry.source if source in silent and _find(source, by_name) is None]
+        if unheard:
+            if not entry.optional and (wanted is None or name in wanted):
+                warnings.append(f"{name} is not in the recording: {', '.join(unheard)} never came on the bus")
+            continue
+        pick = _mapped(name, entry, by_name, channel_map, wanted is None or name in wanted)
+        if pick is not None:
+            taken.update(pick.columns)
+            if wanted is None or name in wanted:
+                picks.append(pick)
+    guesses, doubles = _guesses(columns, set(entries), taken)
+    warnings += [text for name, text in doubles.items() if wanted is None or name in wanted]
+    for column in columns:
+        found = guesses.get(column.name)
+        if wanted is None or (found and found.name in wanted) or column.name in wanted:
+            asked = wanted is not None and found is not None and found.name in wanted
+            pick, warning = _guessed(column, found, asked)
+            raw = wanted is not None and column.name in wanted and column.name not in entries
+            if column.name not in taken or raw:
+                picks.append(pick)
+            warnings.append(warning)
+    return Plan(tuple(picks), tuple(filter(None, warnings)), channel_map.path if channel_map else "")
+
+
+def _fits(channel_map: ChannelMap, columns: dict[str, Column]) -> bool:
+    """Whether a map is for this file: it names some column, or none has the canonical name of a signal of the map."""
+    if any(_find(source, columns) for entry in channel_map.entries.values() for source in entry.source):
+        return True
+    return not any((column.title or column.name) in channel_map.entries for column in columns.values())
+
+
+def _wanted(names: tuple[str, ...], columns: dict[str, Column]) -> set[str]:
+    for name in names:
+        # A monitor asks for the truth of a simulation by name; recordings of cars have none.
+        if name not in columns and name not in SIGNALS and not name.startswith(TRUTH):
+            raise InputError(
+                f"'{name}' is neither a signal nor a column of the file{nearest(name, [*SIGNALS, *columns])}"
+            )
+    return set(ingredients(names))
+
+
+def _mapped(
+    name: str, entry: Entry, columns: dict[str, Column], origin: ChannelMap | None, needed: bool
+) -> Pick | None:
+    where = f"{origin.path if origin else 'the channel map'}: [signals.{name}]"
+    sources = []
+    for source in entry.source:
+        found = _find(source, columns)
+        if found is None:
+            if entry.optional or not needed:
+                return None
+            raise InputError(f"{where} source '{source}' is not in the file{nearest(source, columns)}")
+        sources.append(found)
+    units = dict.fromkeys(source.unit or split_suffix(source.name)[1] for source in sources)
+    if entry.unit is None and len(units) > 1:
+        raise InputError(f"{where} the units of the sources differ ({', '.join(units)}) and cannot be summed")
+    written = next(iter(units)) if entry.unit is None else entry.unit
+    try:
+        unit, conversion = _conversion(written, SIGNALS[name])
+    except InputError as error:
+        raise InputError(f"{where} {error}{_after_factor(entry, name)}") from None
+    notes = [entry.note, _turned(entry), _raw(unit)]
+    assumed = not written and bool(SIGNALS[name].unit)
+    if assumed:
+        notes.append(f"unit not given, taken as {unit}")
+    return Pick(name, tuple(column.name for column in sources), unit, entry, conversion, tuple(notes), assumed)
+
+
+def _after_factor(entry: Entry, name: str) -> str:
+    """A half-sentence for those who gave a factor that changes the kind of the quantity."""
+    if entry.factor == 1.0:
+        return ""
+    return (
+        f'; the unit is that of sign * factor * source + offset, so give unit = "{SIGNALS[name].unit}" '
+        "where the factor leads there"
+    )
+
+
+def _find(source: str, columns: dict[str, Column]) -> Column | None:
+    if source in columns:
+        return columns[source]
+    alike = [column for column in columns.values() if plain(source) in (plain(column.name), plain(column.title))]
+    return alike[0] if len(alike) == 1 else None
+
+
+def _guesses(columns: Sequence[Column], mapped: set[str], taken: set[str]) -> tuple[dict[str, Signal], dict[str, str]]:
+    """The signal of every column that has one, and by signal what to say where several columns could be it."""
+    candidates: dict[str, list[Column]] = {}
+    for column in columns:
+        found = _meant(column)
+        if found is not None and found.name not in mapped and column.name not in taken:
+            candidates.setdefault(found.name, []).append(column)
+    chosen, doubles = {}, {}
+    for name, alike in candidates.items():
+        best = next((column for column in alike if column.name == name), alike[0])
+        chosen[best.name] = SIGNALS[name]
+        if len(alike) > 1:
+            others = ", ".join(f"'{column.name}'" for column in alike if column is not best)
+            doubles[name] = f"{name} is taken from '{best.name}'; {others} could be it too: decide in a channel map"
+    return chosen, doubles
+
+
+def _meant(column: Column) -> Signal | None:
+    """The signal that name and unit of a column tell."""
+    bare, ending = split_suffix(column.name)
+    unit = column.unit or ending
+    found = SIGNALS.get(column.name) or match(column.title or column.name, unit, column.qualified)
+    return found or match(bare, unit)
+
+
+def _guessed(column: Column, found: Signal | None, asked: bool) -> tuple[Pick, str]:
+    written = column.unit or split_suffix(column.name)[1]
+    entry = Entry((column.name,))
+    if found is None:
+        return _as_found(column, entry, column.unit), ""
+    try:
+        unit, conversion = _conversion(written, found)
+    except InputError as error:
+        sentence = f"'{column.name}' could be {found.name}, but {error}: give its unit in a channel map"
+        if asked:
+            raise InputError(sentence) from None
+        return _as_found(column, entry, column.unit), sentence
+    notes = [_raw(unit)]
+    assumed = not written and bool(found.unit)
+    if assumed:
+        notes.append(f"unit not given, taken as {unit}")
+    return Pick(found.name, (column.name,), unit, entry, conversion, tuple(notes), assumed), ""
+
+
+def _as_found(column: Column, entry: Entry, written: str) -> Pick:
+    try:
+        return Pick(column.name, (column.name,), tidy(written), entry, Scale(1.0))
+    except InputError:
+        note = f"the unit '{written}' is not known"
+        return Pick(column.name, (column.name,), written.strip(), entry, Scale(1.0), (note,))
+
+
+def _conversion(written: str, found: Signal) -> tuple[str, Scale]:
+    if not written:
+        return found.unit, Scale(1.0)
+    if tidy(written, found.unit) == COUNT:
+        return COUNT, Scale(1.0)
+    return found.unit, scale(written, found.unit)
+
+
+def _raw(unit: str) -> str:
+    return "raw counts, not calibrated" if unit == COUNT else ""
+
+
+def _turned(entry: Entry) -> str:
+    parts = ["sign turned" if entry.sign < 0.0 else ""]
+    parts.append(f"times {entry.factor:g}" if entry.factor != 1.0 else "")
+    parts.append(f"offset {entry.offset:+g} {entry.unit or ''}".strip() if entry.offset else "")
+    return ", ".join(part for part in parts if part)

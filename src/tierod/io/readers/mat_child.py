@@ -1,0 +1,81 @@
+"""MATLAB 5 files through SciPy, in the process of `tierod.io.readers.child`; imports nothing of tierod."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+_AT_ONCE, _STRUCTURE = 1 << 25, 1 << 16
+"""Bytes of variables that are loaded at a time, and what one is taken to hold whose size is unknown."""
+
+
+class Reader:
+    """One file.
+
+    Args:
+        path: of the file
+    """
+
+    def __init__(self, path: str):
+        self._path = path
+        self._waiting: list[list[str]] | None = None
+
+    @staticmethod
+    def prepare() -> None:
+        """Import what is needed, before memory is limited."""
+        import scipy.io  # noqa: F401
+
+    def answer(self, request: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+        """(vectors by number, where they belong) of the next variables.
+
+        Args:
+            request: says nothing more
+
+        Returns:
+            the vectors as floats, and "variables" as nested dictionaries and lists, with {"vector": number} for a
+            vector, numbers for numbers and None for all else; "end" where no variables are left
+        """
+        import scipy.io
+
+        try:
+            if self._waiting is None:
+                self._waiting = _together(scipy.io.whosmat(self._path))
+            if not self._waiting:
+                return {}, {"end": True}
+            names = self._waiting.pop(0)
+            loaded = scipy.io.loadmat(self._path, squeeze_me=True, struct_as_record=False, variable_names=names)
+        except NotImplementedError:
+            return {}, {"newer": True}
+        vectors: dict[str, Any] = {}
+        members = {name: _plain(value, vectors) for name, value in loaded.items() if not name.startswith("__")}
+        return vectors, {"end": False, "variables": members}
+
+
+def _together(variables: list[tuple[str, tuple[int, ...], str]]) -> list[list[str]]:
+    """The names of variables, so many at a time that they fit into memory."""
+    parts: list[list[str]] = [[]]
+    size = 0
+    for name, shape, _ in variables:
+        parts[-1].append(name)
+        size += 8 * math.prod(shape) + _STRUCTURE
+        if size > _AT_ONCE:
+            parts.append([])
+            size = 0
+    return [part for part in parts if part]
+
+
+def _plain(value: Any, vectors: dict[str, Any]) -> Any:
+    """A value as JSON holds it, with the vectors in it taken out."""
+    import numpy as np
+
+    if hasattr(value, "_fieldnames"):
+        return {field: _plain(getattr(value, field), vectors) for field in value._fieldnames}
+    if isinstance(value, np.ndarray) and value.dtype == object and value.ndim == 1:
+        return [_plain(entry, vectors) for entry in value]
+    if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "fiub" and len(value) > 1:
+        number = str(len(vectors))
+        vectors[number] = np.ascontiguousarray(value, dtype="<f8")
+        return {"vector": number}
+    if isinstance(value, int | float | np.integer | np.floating) and math.isfinite(value):
+        return float(value)
+    return None

@@ -1,0 +1,121 @@
+"""ASAM measurement files (MDF 3, MF4): recorded channels, and CAN bus logs decoded with a DBC."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.core.recording import Channel
+from tierod.core.user_files import json_document
+from tierod.io.readers.frames import EXTENDED, Frames, taken
+from tierod.io.readers.log import Log
+from tierod.io.readers.reader_process import MdfProcess
+from tierod.io.readers.source import Column, Lane, Piece, Source
+from tierod.io.readers.written import metadata_in
+
+
+def open_mdf(path: Path) -> Source | Log:
+    """A measurement file: its channels, or its frames where it is a bus log without channels.
+
+    Raises:
+        MissingExtra: asammdf is not installed
+        InputError: the file is damaged, or holds neither channels nor CAN frames
+    """
+    process = MdfProcess(path)
+    content, _ = process.ask({})
+    frames = sum(content["records"][group] for group in content["frames"])
+    if content["channels"]:
+        notes = (f"the file holds {frames} CAN frames too, which were left out",) if frames else ()
+        return _source(process, content, notes)
+    if not frames:
+        raise InputError(
+            f"{path}: the MDF file holds neither channels nor CAN frames; export it again with the channels chosen"
+        )
+    origin = _origin(content["start"])
+    records = {group: content["records"][group] for group in content["frames"]}
+    return Log(
+        path.name, lambda: [_frames(process.lane(group, None), origin, count) for group, count in records.items()]
+    )
+
+
+def _source(process: MdfProcess, content: dict[str, Any], notes: tuple[str, ...]) -> Source:
+    places = {each["name"]: each for each in content["channels"]}
+    columns = tuple(Column(name, each["unit"], each["title"], name != each["title"]) for name, each in places.items())
+
+    lost: list[str] = []
+
+    def lanes(names: Sequence[str]) -> list[Lane]:
+        groups: dict[int, list[dict[str, Any]]] = {}
+        for name in names:
+            groups.setdefault(places[name]["group"], []).append(places[name])
+        lost.clear()
+        return [_lane(process, group, wanted, content["records"][group], lost) for group, wanted in groups.items()]
+
+    known = {"format": f"MDF {content['version']}", "start_time": content["start"]}
+    metadata = {**_metadata_in(content["comment"]), **known}
+    return Source(columns, lanes, metadata, _origin(content["start"]), notes, lambda: tuple(lost))
+
+
+def _lane(process: MdfProcess, group: int, wanted: list[dict[str, Any]], records: int, lost: list[str]) -> Lane:
+    """The wanted channels of a group; those whose samples are no numbers are left out, and lost records remarked."""
+    done = 0
+    for arrays in process.lane(group, [each["channel"] for each in wanted]):
+        time = arrays["time"]
+        done += len(time)
+        channels = []
+        for each in wanted:
+            if str(each["channel"]) in arrays:
+                source, _, note = each["comment"].partition(" |") if each["comment"] else (each["name"], "", "")
+                origin = (source.removeprefix("tierod:").strip(), note.strip())
+                channels.append(Channel(each["name"], time, arrays[str(each["channel"])], each["unit"], *origin))
+        yield Piece(channels, min(done / records, 1.0))
+    if done < records:
+        lost.append(f"the file is damaged: {records - done} of {records} samples of '{wanted[0]['name']}' are lost")
+
+
+def _metadata_in(comment: str) -> dict[str, Any]:
+    """Metadata that tierod wrote into the comment of the file; none where another program wrote it."""
+    try:
+        root = ElementTree.fromstring(comment)
+        return metadata_in(json_document(root.findtext(".//common_properties/e[@name='tierod']") or "{}"))
+    except (ElementTree.ParseError, ValueError):
+        return {}
+
+
+def _origin(start: str) -> float:
+    """Seconds since 1970; a start in local time whose zone the file does not tell counts as UTC, on every machine."""
+    if not start:
+        return 0.0
+    moment = datetime.fromisoformat(start)
+    return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
+
+
+def _frames(blocks: Iterator[dict[str, np.ndarray]], origin: float, records: int) -> Iterator[Frames]:
+    """The frames of one group; where some of its records are lost, the last says so."""
+    done, frames = 0, None
+    for arrays in blocks:
+        done += len(arrays["time"])
+        data, identifier = arrays["data"], arrays["identifier"]
+        length = np.clip(arrays["length"], 0, data.shape[1])
+        wide = (arrays["extended"] > 0) | ((identifier & EXTENDED) != 0)
+        buses, bus = np.unique(arrays["bus"], return_inverse=True)
+        frames = Frames(
+            arrays["time"],
+            (identifier & np.uint32(0x1FFFFFFF)) | np.where(wide, np.uint32(EXTENDED), np.uint32(0)),
+            bus.astype(np.uint16),
+            np.where(np.arange(data.shape[1]) < length[:, None], data, 0).astype(np.uint8),
+            length,
+            tuple(f"CAN{number}" for number in buses),
+            origin,
+        )
+        yield frames
+    if frames is not None and done < records:
+        lost = f"the file is damaged: {records - done} of {records} frames are lost"
+        yield replace(taken(frames, slice(0, 0)), notes=(lost,))

@@ -1,0 +1,231 @@
+"""Parquet files through pyarrow: tierod's own layout (see `tierod.io.writers`), and any table with a time column."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tierod.core.arrow import calendar_seconds, floats, is_number
+from tierod.core.errors import InputError
+from tierod.core.recording import Channel
+from tierod.io.readers.channel_map import GUESSED, TimeEntry
+from tierod.io.readers.clocks import Clock, find_clocks, require_plausible_rate, seconds, unit_of, unread_clock
+from tierod.io.readers.limits import Allowance
+from tierod.io.readers.source import Column, Lane, Piece, Source
+from tierod.io.readers.written import description_in
+
+LAYOUT = b"tierod"
+"""Key of the schema metadata that holds clocks, units, sources and notes of tierod's own layout, as JSON."""
+
+_HEAD = 4096
+"""Rows from which the rate of a clock is estimated."""
+
+BATCH = 1 << 17
+"""Rows that are read at a time, of all lanes together."""
+
+_BUFFER = 1 << 20
+"""Bytes read at once, of all lanes together: a mapped file or a read-ahead would count its whole length as memory."""
+
+
+def open_parquet(path: Path, time: TimeEntry = GUESSED) -> Source:
+    """A Parquet file.
+
+    Args:
+        path: of the file
+        time: which column is the time, as a user says; not looked at in a file that tierod wrote
+
+    Raises:
+        InputError: the file is damaged, or holds no time column
+    """
+    file = _opened(path)
+    if not file.metadata.num_rows:
+        raise InputError(f"{path} holds columns but no samples; record again")
+    layout = _layout(file)
+    time = GUESSED if layout else time
+    if time.column is None:
+        _refuse_text_as_clock(path, file, layout)
+    try:
+        clocks = find_clocks_of(file, layout, time)
+        units = {
+            column.name: "s" if layout else unit_of(column, time)
+            for clock in clocks
+            for column in _columns(file, layout)
+            if column.name == clock.column
+        }
+        _require_plausible_rate(path, file, units)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return _source(path, file, layout, clocks, units)
+
+
+def _opened(path: Path, lanes: int = 1) -> Any:
+    """The file, with a share of the buffer."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        return pq.ParquetFile(path, pre_buffer=False, buffer_size=max(_BUFFER // lanes, 1 << 13))
+    except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
+        reason = " ".join(str(error).split())[:120]
+        raise InputError(
+            f"{path} is damaged or cut off and cannot be read as Parquet ({reason}); write it again"
+        ) from None
+
+
+def _require_plausible_rate(path: Path, file: Any, units: dict[str, str]) -> None:
+    if all(units.values()) or not all(is_number(file.schema_arrow.field(name).type) for name in units):
+        return
+    batches = file.iter_batches(_HEAD, row_groups=[0], columns=list(units))
+    batch = _guarded(path, lambda: next(batches, None))
+    if batch is not None:
+        require_plausible_rate((name, unit, floats(batch[name])) for name, unit in units.items())
+
+
+def _refuse_text_as_clock(path: Path, file: Any, layout: dict[str, Any]) -> None:
+    if layout:
+        return
+    usable = _columns(file, layout)
+    known = {column.name for column in usable}
+    clock = unread_clock([Column(name) for name in file.schema_arrow.names if name not in known], usable)
+    if clock is not None:
+        raise InputError(
+            f"{path}: the time column '{clock.name}' holds values of type {file.schema_arrow.field(clock.name).type}; "
+            "write it as time stamps (timestamp) or as numbers in seconds"
+        )
+
+
+def _layout(file: Any) -> dict[str, Any]:
+    """What the writer of tierod told, as far as it still fits the columns; others may have changed the file since."""
+    try:
+        layout = description_in((file.schema_arrow.metadata or {}).get(LAYOUT, b"{}"))
+        usable = {column.name for column in _columns(file, {})}
+        fits = layout["layout"] == 1 and layout["clocks"] and all(each["time"] in usable for each in layout["clocks"])
+    except (ValueError, KeyError, TypeError):
+        return {}
+    return layout if fits else {}
+
+
+def find_clocks_of(file: Any, layout: dict[str, Any], time: TimeEntry = GUESSED) -> tuple[Clock, ...]:
+    """The clocks that the layout names, that the user gives, or those that the columns' names show.
+
+    Args:
+        file: open, of pyarrow
+        layout: that tierod wrote; empty where another program wrote the file
+        time: column and unit as the user gives them
+    """
+    columns = [column for column in _columns(file, layout) if not column.name.startswith("__index")]
+    if not layout:
+        return find_clocks(columns, given=time)
+    clocks = tuple(Clock(clock["time"], tuple(clock["channels"])) for clock in layout["clocks"])
+    added = _added(columns, clocks)
+    return (Clock(clocks[0].column, (*clocks[0].columns, *added)),) if len(clocks) == 1 else clocks
+
+
+def _added(columns: Sequence[Column], clocks: Sequence[Clock]) -> tuple[str, ...]:
+    """Columns that were added to a file that tierod wrote."""
+    known = {name for clock in clocks for name in (clock.column, *clock.columns)}
+    return tuple(column.name for column in columns if column.name not in known)
+
+
+def _columns(file: Any, layout: dict[str, Any]) -> list[Column]:
+    import pyarrow.types as types
+
+    found = []
+    for item in file.schema_arrow:
+        if is_number(item.type) or types.is_timestamp(item.type):
+            notes = {_text(key).lower(): _text(value) for key, value in (item.metadata or {}).items()}
+            unit = layout.get("channels", {}).get(item.name, {}).get("unit", notes.get("unit", notes.get("units", "")))
+            found.append(Column(item.name, unit))
+    return found
+
+
+def _text(written: bytes) -> str:
+    return written.decode("utf-8", "replace")
+
+
+def _source(path: Path, file: Any, layout: dict[str, Any], clocks: tuple[Clock, ...], units: dict[str, str]) -> Source:
+    columns = {column.name: column for column in _columns(file, layout)}
+    numbers = {name for name in columns if is_number(file.schema_arrow.field(name).type)}
+    timed = {name: clock for clock in clocks for name in clock.columns if name in numbers}
+    notes = layout.get("channels", {})
+
+    def channels(table: Any, names: Sequence[str]) -> list[Channel]:
+        stamps: dict[str, tuple[np.ndarray, np.ndarray | None, str]] = {}
+        made = []
+        for name in names:
+            clock = timed[name].column
+            if clock not in stamps:
+                stamps[clock] = _stamps(table[clock], units[clock], clock)
+            time, kept, guess = stamps[clock]
+            values = floats(table[name])
+            about = notes.get(name, {})
+            values = values if kept is None else values[kept]
+            told = (about.get("source", name), about.get("note", ""))
+            made.append(Channel(name, time, values, columns[name].unit, *told).noted(guess))
+        return made
+
+    def lane(names: Sequence[str], number: int) -> Lane:
+        needed = list(dict.fromkeys([*(timed[name].column for name in names), *names]))
+        opened = _opened(path, number)
+        _refuse_large(path, opened, needed)
+        batches = opened.iter_batches(max(BATCH // number, 1 << 10), columns=needed)
+        done = 0
+        while (batch := _guarded(path, lambda: next(batches, None))) is not None:
+            done += batch.num_rows
+            yield Piece(channels(batch, names), min(done / rows, 1.0))
+
+    def lanes(names: Sequence[str]) -> list[Lane]:
+        by_clock: dict[str, list[str]] = {}
+        for name in names:
+            by_clock.setdefault(timed[name].column, []).append(name)
+        return [lane(members, len(by_clock)) for members in by_clock.values()]
+
+    metadata = {**layout.get("metadata", {}), "format": "Parquet"}
+    used = tuple(columns[name] for name in timed)
+    origin, rows = float(layout.get("origin", 0.0)), file.metadata.num_rows
+    return Source(used, lanes, metadata, origin, _left_out(columns, clocks))
+
+
+def _refuse_large(path: Path, file: Any, needed: Sequence[str]) -> None:
+    """Stop where the columns unfold to too much, as the file says itself before anything is unpacked."""
+    about = file.metadata
+    places = [place for place in range(about.num_columns) if about.schema.column(place).path in needed]
+    allowance = Allowance(path, path.stat().st_size)
+    allowance.take(8 * len(places) * about.num_rows)
+    allowance = Allowance(path, path.stat().st_size)
+    for group in range(about.num_row_groups):
+        for place in places:
+            allowance.take(about.row_group(group).column(place).total_uncompressed_size)
+
+
+def _left_out(columns: dict[str, Column], clocks: Sequence[Clock]) -> tuple[str, ...]:
+    added = _added([column for column in columns.values() if not column.name.startswith("__index")], clocks)
+    if not added:
+        return ()
+    names = ", ".join(f"'{name}'" for name in added)
+    return (f"{names} added to a file with several clocks, left out: write them with tierod.write",)
+
+
+def _guarded(path: Path, work: Any) -> Any:
+    import pyarrow as pa
+
+    try:
+        return work()
+    except (pa.ArrowException, OSError) as error:
+        reason = " ".join(str(error).split())[:120]
+        raise InputError(f"{path} is damaged and cannot be read to its end ({reason}); write it again") from None
+
+
+def _stamps(column: Any, unit: str, name: str) -> tuple[np.ndarray, np.ndarray | None, str]:
+    """(time [s], rows kept, what was guessed): rows without a stamp are padding."""
+    import pyarrow.types as types
+
+    calendar = types.is_timestamp(column.type)
+    time, guess = (calendar_seconds(column), "") if calendar else seconds(floats(column), unit, name)
+    if not column.null_count:
+        return time, None, guess
+    kept = np.isfinite(time)
+    return time[kept], kept, guess

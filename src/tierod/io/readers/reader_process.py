@@ -1,0 +1,190 @@
+"""The process in which native code reads a file, with limits of memory and time; its crash gives one error message."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import math
+import os
+import select
+import signal
+import subprocess
+import sys
+import weakref
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Annotated, Any
+
+import numpy as np
+
+from tierod.core.errors import InputError, MissingExtra
+from tierod.io.readers import child, mat_child, mdf_child
+from tierod.io.readers.limits import VARIABLE, Limits, limits
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Limits of the process.
+
+    Args:
+        memory: beyond its start and the size of the file [bytes]; recordings of cars take a tenth of it
+        seconds: of computing for one answer [s]; a small file takes 0.05 s
+        per_byte: more of it for every byte of the file [s]; a disk that is read once takes a tenth of it
+        patience: times as long until the answer must be there, on a machine that has other work too
+    """
+
+    memory: Annotated[int, "byte"] = 10**9
+    seconds: Annotated[float, "s"] = 5.0
+    per_byte: Annotated[float, "s/byte"] = 5e-8
+    patience: Annotated[float, ""] = 8.0
+
+
+BUDGET = Budget()
+
+_KINDS = {kind: kind for kind in ("<f8", "<i8", "<u4", "|u1")}
+"""Kinds of numbers that an answer may hold."""
+
+
+class ReaderProcess:
+    """A process that reads one file; it ends when this object, or the process that made it, is gone.
+
+    Args:
+        path: of the file
+        script: module whose class `Reader` reads it there
+        library: that may die of it
+        kind: of the file, for messages
+    """
+
+    def __init__(self, path: Path, script: ModuleType, library: str, kind: str):
+        self.path, self._library, self._kind = path, library, kind
+        size = path.stat().st_size
+        self._memory = int(BUDGET.memory * max(limits().largest / Limits.largest, 1.0))
+        self._seconds = BUDGET.seconds + BUDGET.per_byte * size
+        life, self._line = os.pipe()
+        threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMEXPR_MAX_THREADS"), "1")
+        command = [sys.executable, "-P", str(child.__file__), str(path), str(life), str(self._memory + size)]
+        self._process = subprocess.Popen(
+            [*command, str(script.__file__)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env=os.environ | threads,
+            pass_fds=(life,),
+        )
+        os.close(life)
+        self.close = weakref.finalize(self, _end, self._process, self._line)
+
+    def ask(self, request: dict[str, Any]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+        """(what is said, the arrays that come with it) in answer to a request.
+
+        Raises:
+            InputError: the file cannot be read, or the process died of it
+        """
+        try:
+            about, arrays = self._answer(json.dumps(request | {"seconds": self._seconds}).encode() + b"\n")
+        except (OSError, ValueError, TypeError, KeyError):
+            raise self._died() from None
+        if "memory" in about:
+            raise self._refused(f"it takes over {self._memory / 1e9:.3g} GB of memory; {VARIABLE} raises the limit")
+        if "error" in about:
+            raise self._refused(about["error"])
+        return about, arrays
+
+    def _answer(self, request: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+        stdin, stdout = self._process.stdin, self._process.stdout
+        assert stdin is not None
+        assert stdout is not None
+        stdin.write(request)
+        stdin.flush()
+        if not select.select([stdout], [], [], BUDGET.patience * self._seconds)[0]:
+            raise self._refused(f"it gives no answer within {BUDGET.patience * self._seconds:.0f} s")
+        about = json.loads(stdout.readline())
+        arrays = {}
+        for name, (kind, shape) in about["arrays"].items():
+            dtype, size = np.dtype(_KINDS[kind]), math.prod(shape)
+            data = stdout.read(size * dtype.itemsize)
+            arrays[name] = np.frombuffer(data, dtype, size).reshape(shape)
+        return about, arrays
+
+    def _refused(self, reason: str) -> InputError:
+        self.close()
+        return InputError(
+            f"{self.path} is damaged or cut off and cannot be read as {self._kind} ({reason}); export it again"
+        )
+
+    def _died(self) -> InputError:
+        """The sentence on how the process ended."""
+        try:
+            code = self._process.wait(BUDGET.patience)
+        except subprocess.TimeoutExpired:
+            return self._refused(f"the answer of {self._library} makes no sense")
+        if code == -signal.SIGXCPU:
+            return self._refused(f"it takes more than {self._seconds:.0f} s of computing")
+        name = signal.Signals(-code).name if code < 0 else str(code)
+        return self._refused(f"{self._library} ended with {name} on it")
+
+
+class MdfProcess(ReaderProcess):
+    """A process that reads one MDF file.
+
+    Args:
+        path: of the file
+
+    Raises:
+        MissingExtra: asammdf is not installed
+    """
+
+    def __init__(self, path: Path):
+        require_asammdf()
+        super().__init__(path, mdf_child, "asammdf", "MDF")
+        self._lanes = 0
+
+    def lane(self, group: int, channels: list[int] | None) -> Iterator[dict[str, np.ndarray]]:
+        """Arrays of some channels of a group, or of its frames, from the beginning.
+
+        Args:
+            group: number of the group in the file
+            channels: their numbers; None for the frames of a bus
+
+        Raises:
+            InputError: as for `ask`
+        """
+        self._lanes += 1
+        request = {"lane": self._lanes, "group": group, "channels": channels}
+        while True:
+            about, arrays = self.ask(request)
+            if about["end"]:
+                return
+            yield arrays
+
+
+class MatProcess(ReaderProcess):
+    """A process that reads one MATLAB file.
+
+    Args:
+        path: of the file
+    """
+
+    def __init__(self, path: Path):
+        super().__init__(path, mat_child, "SciPy", "MATLAB file")
+
+
+def require_asammdf() -> None:
+    """Raise MissingExtra where the library that reads MDF files is not installed."""
+    try:
+        found = importlib.util.find_spec("asammdf")
+    except ValueError:
+        found = None
+    if found is None:
+        raise MissingExtra("asammdf", "mdf", "reading an MDF file")
+
+
+def _end(process: subprocess.Popen[bytes], line: int) -> None:
+    process.kill()
+    for stream in (process.stdin, process.stdout):
+        if stream:
+            stream.close()
+    process.wait()
+    os.close(line)

@@ -1,0 +1,166 @@
+"""Reading a recording slice by slice: the one way in which every format is read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.core.recording import Channel, Recording
+from tierod.core.timestamps import CALENDAR
+from tierod.io.derive import RECIPES, complete
+from tierod.io.readers.channel_map import ChannelMap, load_channel_map, load_maps_beside
+from tierod.io.readers.chunks import slices
+from tierod.io.readers.detect import Kind
+from tierod.io.readers.limits import Allowance
+from tierod.io.readers.making import Doubts, made_from, shifted
+from tierod.io.readers.mapping import Plan, plan
+from tierod.io.readers.opening import Paths, open_source, shipped
+from tierod.io.readers.source import Source
+
+SHARE_READ = "share_read"
+"""Metadata of a slice: how much of the file had been read when it was given out, 0 to 1."""
+
+
+def open_chunks(
+    path: str | Path,
+    *,
+    dbc: Paths = None,
+    channel_map: str | Path | ChannelMap | None = None,
+    names: Iterable[str] | None = None,
+    seconds: float = 600.0,
+) -> Iterator[Recording]:
+    """The recording in a file as consecutive slices, so that a long one need not fit into memory.
+
+    Warnings and notes on repairs count from the beginning of the recording: those of the last slice are complete.
+
+    Args:
+        path, dbc, channel_map, names: as for `read`
+        seconds: length of the slices [s]; ten minutes of ten channels at 100 Hz are 5 MB
+
+    Raises:
+        InputError: as for `read`, or slices that are not positive
+    """
+    if not seconds > 0.0:
+        raise InputError(f"slices need a positive length, not {seconds} s")
+    names = None if names is None else tuple(names)
+    used = loaded_map(channel_map)
+    source, kind = open_source(path, dbc, used.time if used else None)
+    reading = Reading(path, source, kind, planned(path, source, used, names))
+    past: Recording | None = None
+    for recording in reading.slices(seconds):
+        yield recording if names is None else _completed(recording, past, names)
+        past = recording
+
+
+def loaded_map(channel_map: str | Path | ChannelMap | None) -> ChannelMap | None:
+    """The channel map of a path or of a name that is shipped.
+
+    Raises:
+        InputError: it cannot be read
+    """
+    if isinstance(channel_map, str | Path):
+        return load_channel_map(shipped(channel_map, ".channels.toml"))
+    return channel_map
+
+
+def planned(path: str | Path, source: Source, channel_map: ChannelMap | None, names: tuple[str, ...] | None) -> Plan:
+    """Which columns of an opened file become which channels.
+
+    Args:
+        path: of the file, for messages
+        source: the opened file
+        channel_map: None where the one beside the database, or none, is used
+        names: of the wanted signals; None for all
+
+    Raises:
+        InputError: the channel map does not fit, or the file holds none of the named signals
+    """
+    if channel_map is None and source.maps:
+        channel_map = load_maps_beside(source.maps)
+    made = plan(source.columns, channel_map, names, source.silent)
+    if not made.picks and source.silent:
+        raise InputError(
+            f"{path}: no message with a wanted signal came on the bus ({', '.join(source.silent[:4])}, ...); record "
+            "them, or give DBC and channel map of this bus"
+        )
+    if not made.picks:
+        has = ", ".join(f"'{column.name}'" for column in source.columns[:12])
+        more = f" and {len(source.columns) - 12} more" if len(source.columns) > 12 else ""
+        raise InputError(f"{path} holds none of {', '.join(names or ())}; it holds {has}{more}: write a channel map")
+    return made
+
+
+@dataclass
+class Reading:
+    """One way through an opened file, from its beginning to its end.
+
+    Args:
+        path, source, kind: the file, opened
+        plan: what becomes of its columns
+    """
+
+    path: str | Path
+    source: Source
+    kind: Kind
+    plan: Plan
+    _origin: float | None = None
+    _doubts: Doubts = field(default_factory=Doubts)
+
+    def slices(self, seconds: float) -> Iterator[Recording]:
+        """The channels of the plan, not yet those that are derived.
+
+        Args:
+            seconds: length of the slices [s]; infinity gives the whole
+
+        Raises:
+            InputError: the file cannot be read to its end, or holds no sample
+        """
+        lanes = self.source.lanes(self.plan.columns)
+        empty = True
+        for loaded, share in slices(lanes, seconds, Allowance(self.path, self.source.size)):
+            empty = False
+            if self._origin is None:
+                self._origin = 0.0 if self.source.origin else origin_of(loaded)
+            channels = made_from(self.plan, loaded, self._doubts)
+            channels = shifted(channels, self._origin) if self._origin else channels
+            yield self._recording(channels, share)
+        if empty:
+            raise InputError(f"{self.path} holds no samples of the wanted channels; check that the file is whole")
+
+    def _recording(self, channels: list[Channel], share: float) -> Recording:
+        mapped = {"channel_map": self.plan.channel_map} if self.plan.channel_map else {}
+        origin = self.source.origin or self._origin
+        metadata = {**self.source.metadata, **mapped, "path": str(self.path), "origin": origin, SHARE_READ: share}
+        recording = Recording({channel.name: channel for channel in channels}, metadata)
+        return recording.warned(
+            self.kind.warning,
+            *self.source.warnings,
+            *self.source.found(),
+            *self.plan.warnings,
+            *self._doubts.sentences(self.plan),
+        )
+
+
+def origin_of(channels: Iterable[Channel]) -> float:
+    """The first stamp of all where stamps are calendar times, else 0."""
+    stamps = [float(channel.time[0]) for channel in channels if len(channel.time)]
+    return min(stamps) if stamps and min(stamps) > CALENDAR else 0.0
+
+
+def _completed(recording: Recording, past: Recording | None, names: tuple[str, ...]) -> Recording:
+    """Derived signals that look back over the edge between two slices."""
+    if past is None:
+        return complete(recording, names)
+    begin = recording.span[0]
+    joined = []
+    for name, channel in recording.channels.items():
+        before = past.channels[name].sliced(begin - max(recipe.memory for recipe in RECIPES.values()), begin)
+        time, values = (np.concatenate(pair) for pair in ((before.time, channel.time), (before.values, channel.values)))
+        joined.append(Channel(name, time, values, channel.unit, channel.source, channel.note))
+    derived = complete(Recording({channel.name: channel for channel in joined}), names).slice(begin)
+    new = [channel for name, channel in derived.channels.items() if name not in recording]
+    return recording.with_channels(new)

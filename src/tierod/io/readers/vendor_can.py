@@ -1,0 +1,120 @@
+"""CAN logs of vendors (ASC, BLF, TRC) through python-can."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import logging
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+from tierod.core.errors import InputError, MissingExtra, TierodError
+from tierod.io.readers.blf import cut_off, unpacked
+from tierod.io.readers.content import Content, Stream, whole_lines
+from tierod.io.readers.frames import EXTENDED, IDENTIFIERS, Frames, bus_number, taken
+
+BLOCK = 10_000
+"""Frames that are Python objects at a time: each takes 0.5 to 1 kB until it stands in arrays of 30 bytes."""
+
+
+def frames_of(content: Content, kind: str) -> Iterator[Frames]:
+    """The frames of a log, block by block; what was lost because the log is damaged stands in the notes of the last.
+
+    Args:
+        content: the bytes of the file
+        kind: "asc", "blf" or "trc"
+
+    Raises:
+        MissingExtra: python-can is not installed
+        InputError: the log holds no frame, is damaged from the start, or unfolds to too much
+    """
+    try:
+        import can
+    except ImportError:
+        raise MissingExtra("python-can", "can", f"reading a log in {kind.upper()} format") from None
+    buses: dict[str, int] = {}
+    damages: list[str] = []
+    strange: Counter[str] = Counter()
+    messages = _messages(can, content, kind, damages, strange)
+    count = 0
+    frames: Frames | None = None
+    while rows := list(islice(messages, BLOCK)):
+        frames = _frames(rows, buses, frames.origin if frames else None)
+        count += len(frames)
+        yield frames
+    damage = "".join(damages)
+    if frames is None:
+        damage = damage or "; ".join(f"frames {what}" for what in strange)
+        why = f"is damaged ({damage})" if damage else "holds no frame with data"
+        raise InputError(f"the {kind.upper()} log {why}; record or export it again")
+    notes = [f"frames {what} were left out: {number}" for what, number in strange.items()]
+    if damage:
+        notes.append(f"the log is damaged after {count} frames ({damage}); the rest was left out")
+    elif kind == "blf":
+        notes.append(cut_off(content))
+    yield replace(taken(frames, slice(0, 0)), notes=tuple(filter(None, notes)))
+
+
+def _messages(can: Any, content: Content, kind: str, damages: list[str], strange: Counter[str]) -> Iterator[Any]:
+    """The frames with data up to the end or to the damage, which is put into `damages`; impossible ones are counted."""
+    try:
+        with _quiet():
+            for message in _reader(can, content, kind):
+                if message.is_error_frame or message.is_remote_frame:
+                    continue
+                if not 0 <= message.arbitration_id < IDENTIFIERS:
+                    strange["with an identifier of more than 29 bits"] += 1
+                elif not math.isfinite(message.timestamp):
+                    strange["without a time"] += 1
+                else:
+                    yield message
+    except TierodError:
+        raise
+    except Exception as error:
+        damages.append(" ".join(str(error).split())[:120] or type(error).__name__)
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Without what python-can logs of lines that it leaves out."""
+    logger = logging.getLogger("can")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
+
+
+def _reader(can: Any, content: Content, kind: str) -> Iterable[Any]:
+    if kind == "blf":
+        return can.BLFReader(io.BufferedReader(Stream(unpacked(content))))
+    lines = whole_lines(content.blocks(), content.path)
+    text = io.TextIOWrapper(io.BufferedReader(Stream(lines)), encoding="latin-1", newline="\n")
+    return can.ASCReader(text, relative_timestamp=False) if kind == "asc" else can.TRCReader(text)
+
+
+def _frames(rows: list[Any], buses: dict[str, int], origin: float | None) -> Frames:
+    """Some frames, their time counted from the first of the log."""
+    length = np.array([len(message.data) for message in rows])
+    width = max(int(length.max()), 8)
+    payload = np.frombuffer(b"".join(bytes(message.data).ljust(width, b"\0") for message in rows), dtype=np.uint8)
+    bus = [bus_number(buses, str(message.channel)) for message in rows]
+    identifier = [message.arbitration_id | (EXTENDED if message.is_extended_id else 0) for message in rows]
+    time = np.array([message.timestamp for message in rows], dtype=float)
+    origin = float(time[0]) if origin is None else origin
+    return Frames(
+        time - origin,
+        np.array(identifier, dtype=np.uint32),
+        np.array(bus, dtype=np.uint16),
+        payload.reshape(-1, width),
+        length,
+        tuple(buses),
+        origin,
+    )

@@ -1,0 +1,123 @@
+"""Which signal of a recording has the wrong sign beside the others."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from tierod.core.recording import Recording
+from tierod.io.quality import impossible
+
+COMPARED = 3600.0
+"""Seconds from the beginning whose signs are compared: a sign does not change, and memory must stay bounded."""
+
+
+@dataclass(frozen=True)
+class SignLimits:
+    """When a sign counts as wrong.
+
+    Args:
+        rate: of the comparison [Hz]
+        smoothing: time [s] that is averaged first: below 1 Hz a car follows its wheel without delay, above it shakes
+        slowest: speed [m/s] below which lateral acceleration and steering say little about the turn
+        correlation: magnitude from which a pair agrees or contradicts
+        seconds: of driving that must be common to a pair
+        yaw_rate: spread of the smoothed yaw rate [rad/s] below which there were no turns; five times its noise
+    """
+
+    rate: Annotated[float, "Hz"] = 20.0
+    smoothing: Annotated[float, "s"] = 1.0
+    slowest: Annotated[float, "m/s"] = 2.0
+    correlation: Annotated[float, ""] = 0.6
+    seconds: Annotated[float, "s"] = 5.0
+    yaw_rate: Annotated[float, "rad/s"] = 0.002
+
+
+def sign_warnings(recording: Recording, limits: SignLimits | None = None) -> tuple[str, ...]:
+    """Which signals turn the other way than the rest, seen from left and right turns.
+
+    Steering angle, yaw rate and lateral acceleration over speed must agree in sign, and so must driver and motor
+    torque, and the steering rate and the change of the angle. With three signals the odd one is named; with two, both.
+    Only the first hour (COMPARED) is looked at.
+    """
+    limits = limits or SignLimits()
+    names = (
+        "steering_wheel_angle",
+        "steering_wheel_rate",
+        "yaw_rate",
+        "lateral_acceleration",
+        "vehicle_speed",
+        "driver_torque",
+        "motor_torque",
+    )
+    known = Recording({name: recording[name] for name in names if name in recording and len(recording[name].time)})
+    if not known.channels:
+        return ()
+    aligned = known.slice(stop=known.span[0] + COMPARED).align(names, limits.rate, maximum_age=0.2)
+    columns = {
+        name: _smooth(np.where(impossible(name, column), np.nan, column), limits)
+        for name, column in zip(names, aligned.values.T, strict=True)
+    }
+    torques = {name: columns[name] for name in ("driver_torque", "motor_torque")}
+    speed = columns["vehicle_speed"][np.abs(columns["vehicle_speed"]) > limits.slowest]
+    if len(speed) and np.mean(speed < 0.0) > 0.5:
+        share = f"{100.0 * np.mean(speed < 0.0):.0f} %"
+        return (f"vehicle_speed is negative {share} of the way: probably a wrong sign; set it in the channel map",)
+    angle, rate = columns["steering_wheel_angle"], columns["steering_wheel_rate"]
+    rates = {"steering_wheel_rate": rate, "steering_wheel_angle": np.gradient(angle) if len(angle) > 1 else angle}
+    return (
+        *_odd_ones(_turns(columns, limits), limits, "in turns"),
+        *_odd_ones(torques, limits, "of the torques"),
+        *_odd_ones(rates, limits, "in its change"),
+    )
+
+
+def _smooth(values: np.ndarray, limits: SignLimits) -> np.ndarray:
+    width = max(int(limits.smoothing * limits.rate), 1)
+    return np.convolve(values, np.full(width, 1.0 / width), mode="same" if len(values) < width else "valid")
+
+
+def _turns(columns: Mapping[str, np.ndarray], limits: SignLimits) -> dict[str, np.ndarray]:
+    """Steering angle, yaw rate and lateral acceleration as lateral accelerations, up to a positive factor."""
+    speed, yaw = columns["vehicle_speed"], columns["yaw_rate"]
+    known = np.isfinite(speed).any()
+    speed = speed if known else np.ones(len(yaw))
+    moving = np.abs(speed) > (limits.slowest if known else 0.0)
+    turning = yaw[np.isfinite(yaw)]
+    if len(turning) and np.std(turning) < limits.yaw_rate:
+        return {}
+    scales = {
+        "steering_wheel_angle": speed * np.abs(speed),
+        "yaw_rate": speed,
+        "lateral_acceleration": np.ones(len(yaw)),
+    }
+    return {name: np.where(moving, columns[name] * scale, np.nan) for name, scale in scales.items()}
+
+
+def _correlation(a: np.ndarray, b: np.ndarray, limits: SignLimits) -> float:
+    good = np.isfinite(a) & np.isfinite(b)
+    if np.count_nonzero(good) < limits.seconds * limits.rate:
+        return 0.0
+    a, b = a[good] - np.mean(a[good]), b[good] - np.mean(b[good])
+    norm = float(np.sqrt(np.sum(a * a) * np.sum(b * b)))
+    return float(np.sum(a * b)) / norm if norm > 0.0 else 0.0
+
+
+def _odd_ones(signals: Mapping[str, np.ndarray], limits: SignLimits, where: str) -> list[str]:
+    names = list(signals)
+    pairs = {(a, b): _correlation(signals[a], signals[b], limits) for i, a in enumerate(names) for b in names[i + 1 :]}
+    strong = {pair: value for pair, value in pairs.items() if abs(value) >= limits.correlation}
+    wrong = {pair: value for pair, value in strong.items() if value < 0.0}
+    if not wrong:
+        return []
+    blamed = [name for name in names if all((name in pair) == (pair in wrong) for pair in strong)]
+    figures = ", ".join(f"{a} with {b} {value:.2f}" for (a, b), value in wrong.items())
+    if len(strong) > 1 and len(blamed) == 1:
+        suspect = f"{blamed[0]} has probably the wrong sign"
+    else:
+        involved = dict.fromkeys(name for pair in wrong for name in pair)
+        suspect = " or ".join(involved) + " has probably the wrong sign"
+    return [f"{suspect} {where} (correlation {figures}; positive is left for all): set its sign in the channel map"]

@@ -1,0 +1,1 @@
+"""Methods that know no car: estimators, detectors, filters, identification, analysis."""

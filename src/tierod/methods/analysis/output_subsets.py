@@ -1,0 +1,163 @@
+"""What every choice of outputs shows of a state, by every method side by side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from tierod.core.errors import ParameterError
+from tierod.methods.analysis.cramer_rao import Bound, cramer_rao
+from tierod.methods.analysis.gramian import gramian_condition, observability_gramian
+from tierod.methods.analysis.observability import Observability, observability
+from tierod.methods.analysis.observability_matrix import Rank, scaled_rank, unscaled_rank
+from tierod.methods.analysis.pbh import pbh_rank
+from tierod.models.disturbances import with_outputs
+from tierod.models.linear import LinearSystem, sampled
+from tierod.models.modes import TOLERANCE
+
+MATRICES = ("unscaled matrix", "sampled matrix", "scaled matrix")
+"""Methods that take the rank of an observability matrix."""
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How the outputs are sampled, for the methods that depend on it.
+
+    Args:
+        noise: standard deviation of every output, in its unit, by name
+        sample_time: [s]
+        duration: over which the Gramian and the bound are taken [s]
+    """
+
+    noise: Mapping[str, float]
+    sample_time: float
+    duration: float
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What a choice of outputs shows.
+
+    Args:
+        outputs: the choice
+        exact: by the staircase of orthonormal bases, tolerance `TOLERANCE` of the scaled system, with hidden directions
+        unscaled: of the observability matrix in the units of the system, default tolerance
+        scaled: of the same of the scaled system, default tolerance
+        sampled: of that of the sampled system in its units, default tolerance
+        pbh: states less hidden eigenvectors (test of Popov, Belevitch and Hautus, `pbh_rank`)
+        condition: of the Gramian over the duration, in the best units
+        bound: of the state (Cramer and Rao)
+    """
+
+    outputs: tuple[str, ...]
+    exact: Observability
+    unscaled: Rank
+    scaled: Rank
+    sampled: Rank
+    pbh: int
+    condition: float
+    bound: Bound
+
+    @property
+    def ranks(self) -> dict[str, int]:
+        """The rank by method."""
+        return {
+            "staircase": self.exact.rank,
+            "PBH": self.pbh,
+            "scaled matrix": self.scaled.rank,
+            "sampled matrix": self.sampled.rank,
+            "unscaled matrix": self.unscaled.rank,
+        }
+
+    @property
+    def by_chance(self) -> bool:
+        """Whether rounding decides the unscaled rank: a singular value lies within a decade of its tolerance."""
+        return 0.1 < self.unscaled.margin < 10.0
+
+
+def disagreements(rows: Sequence[Shown], label: Callable[[tuple[str, ...]], str] = " + ".join) -> list[str]:
+    """Where methods disagree with the staircase, and why, a sentence for each method.
+
+    Args:
+        rows: of one system
+        label: of a choice of outputs
+    """
+
+    def choices(some: Sequence[Shown]) -> str:
+        return "every choice" if len(some) == len(rows) else "; ".join(label(row.outputs) for row in some)
+
+    told = []
+    for method in MATRICES:
+        other = [row for row in rows if row.ranks[method] != row.exact.rank]
+        if other:
+            told.append(f"The {method} says otherwise for {choices(other)}. {_why(other, method)}")
+    other = [row for row in rows if row.pbh != row.exact.rank]
+    if other:
+        told.append(
+            f"The PBH test says otherwise for {choices(other)}: of an eigenvalue that is there several times it sees "
+            "the eigenvectors, not what leads to them, so that it tells whether all is shown, and only bounds how much."
+        )
+    lucky = [row for row in rows if row.by_chance]
+    if lucky:
+        told.append(
+            f"The rank of the unscaled matrix is rounding's choice for {choices(lucky)}: a singular value lies within "
+            "a decade of the tolerance."
+        )
+    return told
+
+
+def _why(rows: Sequence[Shown], method: str) -> str:
+    """How far the singular values spread, and how far the tolerance reaches."""
+    spread, reach = [], []
+    for row in rows:
+        rank: Rank = getattr(row, method.removesuffix(" matrix"))
+        values = rank.singular_values
+        spread.append(math.log10(values[0] / max(values[-1], np.finfo(float).tiny)))
+        reach.append(math.log10(values[0] / rank.tolerance))
+    return (
+        f"Its singular values spread over {_range(spread)} decades, of which its tolerance leaves {_range(reach)}: it "
+        "is the rank of these numbers in double precision, not of the system."
+    )
+
+
+def _range(values: Sequence[float]) -> str:
+    low, high = round(min(values)), round(max(values))
+    return f"{low}" if low == high else f"{low} to {high}"
+
+
+def shown_by(system: LinearSystem, outputs: Sequence[str], sampling: Sampling) -> Shown:
+    """What these outputs show of the state.
+
+    Args:
+        system: continuous
+        outputs: names; none at all shows nothing
+        sampling: noise, sample time and duration
+    """
+    part = with_outputs(system, tuple(outputs))
+    exact = observability(part, TOLERANCE)
+    return Shown(
+        tuple(outputs),
+        exact,
+        unscaled_rank(part),
+        scaled_rank(part),
+        unscaled_rank(sampled(part, sampling.sample_time)),
+        pbh_rank(part),
+        gramian_condition(observability_gramian(part, sampling.duration)),
+        cramer_rao(part, sampling.noise, sampling.duration, sampling.sample_time),
+    )
+
+
+def output_subsets(system: LinearSystem, sampling: Sampling) -> list[Shown]:
+    """`shown_by` of every choice of outputs, single ones first.
+
+    Raises:
+        ParameterError: more than eight outputs, which have over 255 choices
+    """
+    if len(system.outputs) > 8:
+        raise ParameterError(f"{len(system.outputs)} outputs have too many choices; choose eight with `with_outputs`")
+    sizes = range(1, len(system.outputs) + 1)
+    return [shown_by(system, choice, sampling) for size in sizes for choice in combinations(system.outputs, size)]

@@ -1,0 +1,171 @@
+"""Linear systems with fewer states: balanced, modal, with the fast rest at its steady state or left out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tierod.core.errors import ParameterError
+from tierod.methods.analysis.balancing import Balanced, balanced, parted
+from tierod.models.linear import LinearSystem
+
+RESTS = ("steady", "left out")
+"""What becomes of the states that go: they follow the others and the inputs at once (singular perturbation, exact in
+the steady state), or they are zero (truncation, exact at high frequency)."""
+
+_SINGULAR = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Reduction:
+    """A system with fewer states, and how it belongs to the one it came from.
+
+    Args:
+        system: the reduced one; its states are combinations without unit, "mode 1", "mode 2", ...
+        onto: z = onto x, (order, n)
+        back, back_input: x = back z + back_input u, as far as z knows, (n, order) and (n, inputs)
+        hankel: singular values of the part that decays, in scaled units, largest first; empty for a modal reduction
+        error_bound: of the largest gain of the difference over all frequencies, in scaled units: twice the sum of the
+            Hankel values left out (K. Glover, 1984); None where none is known
+    """
+
+    system: LinearSystem
+    onto: np.ndarray
+    back: np.ndarray
+    back_input: np.ndarray
+    hankel: np.ndarray
+    error_bound: float | None
+
+    def physical(self, *names: str, of: LinearSystem) -> LinearSystem:
+        """The reduced system with states of the full one added to its outputs, so that an observer tells them.
+
+        Args:
+            names: states of the full system
+            of: the full system
+        """
+        rows = [of.states.index(name) for name in names]
+        C = np.vstack([self.system.C, self.back[rows]])
+        D = np.vstack([self.system.D, self.back_input[rows]])
+        return replace(self.system, C=C, D=D, outputs=(*self.system.outputs, *names))
+
+
+def balanced_reduction(
+    system: LinearSystem,
+    order: int,
+    *,
+    rest: str = "steady",
+    feed_through: bool = True,
+    input_size: Mapping[str, float] | None = None,
+    output_size: Mapping[str, float] | None = None,
+    shift: float | None = None,
+) -> Reduction:
+    """Keep the states that inputs reach and outputs show most.
+
+    What does not decay (the free angle of a column, disturbances as states) has no Gramian; it is parted from the rest
+    and kept whole, or the whole system is balanced as if everything decayed faster by a shift.
+
+    Args:
+        system: continuous
+        order: states of the reduced system, those that do not decay included
+        rest: one of `RESTS`
+        feed_through: whether the D that the rest leaves is kept; without it the steady state has an error again
+        input_size, output_size: typical size of each input and output in its unit, by name, which says what counts as
+            much; 1 where not given
+        shift: to balance with, instead of parting [1/s]; then there is no bound of the error
+
+    Raises:
+        ParameterError: an order out of range, an unknown rest or name, or a rest that has no steady state
+
+    Source: B. C. Moore, 1981; Y. Liu, B. D. O. Anderson, 1989; Raffone, eqs (14) to (16), where (17) drops D.
+    """
+    _require(system, order, rest)
+    sized = _sized(system, input_size or {}, output_size or {})
+    form = balanced(sized, shift)
+    fixed, total = form.kept, len(form.system.A)
+    if order < fixed:
+        raise ParameterError(f"{fixed} states of the system do not decay; keep at least {fixed}, not {order}")
+    tail = form.hankel[order - fixed :] if order < total else np.zeros(0)
+    bound = 2.0 * float(tail.sum()) if shift is None and feed_through else None
+    return _reduced(system, form, min(order, total), rest, feed_through, bound)
+
+
+def modal_reduction(system: LinearSystem, order: int, *, rest: str = "steady", feed_through: bool = True) -> Reduction:
+    """Keep the slowest eigenvalues as they are.
+
+    Args:
+        system: continuous
+        order: eigenvalues to keep, smallest first
+        rest, feed_through: as `balanced_reduction`
+
+    Raises:
+        ParameterError: an order out of range or between the two eigenvalues of a pair, or an unknown rest
+    """
+    _require(system, order, rest)
+    sizes = np.sort(np.abs(np.linalg.eigvals(system.A)))
+    if order < len(sizes) and sizes[order] - sizes[order - 1] < 1e-9 * sizes[-1]:
+        raise ParameterError(f"order {order} would part a pair of eigenvalues; take {order - 1} or {order + 1}")
+    limit = 0.5 * float(sizes[order - 1] + sizes[order]) if order < len(sizes) else float("inf")
+    to, back, kept = parted(system, lambda value: abs(value) < limit)
+    return _reduced(system, Balanced(_turned(system, to, back), to, back, np.zeros(0), kept), order, rest, feed_through)
+
+
+def _require(system: LinearSystem, order: int, rest: str) -> None:
+    if not 1 <= order <= len(system.A):
+        raise ParameterError(f"order is {order}; expected 1 to {len(system.A)}, the order of the system")
+    if rest not in RESTS:
+        raise ParameterError(f"rest is '{rest}'; expected {' or '.join(map(repr, RESTS))}")
+
+
+def _sized(system: LinearSystem, inputs: Mapping[str, float], outputs: Mapping[str, float]) -> LinearSystem:
+    for sizes, names in ((inputs, system.inputs), (outputs, system.outputs)):
+        wrong = [name for name, size in sizes.items() if name not in names or not 0.0 < size < float("inf")]
+        if wrong:
+            raise ParameterError(
+                f"size of {', '.join(wrong)}: expected a number above zero for one of {', '.join(names)}"
+            )
+    b = np.array([inputs.get(name, 1.0) for name in system.inputs])
+    c = np.array([[1.0 / outputs.get(name, 1.0)] for name in system.outputs])
+    return replace(system, B=system.B * b, C=system.C * c, D=system.D * b * c)
+
+
+def _turned(system: LinearSystem, to: np.ndarray, back: np.ndarray) -> LinearSystem:
+    names = tuple(f"mode {k + 1}" for k in range(len(to)))
+    return replace(system, A=to @ system.A @ back, B=to @ system.B, C=system.C @ back, states=names)
+
+
+def _reduced(
+    system: LinearSystem, form: Balanced, order: int, rest: str, feed_through: bool, bound: float | None = None
+) -> Reduction:
+    """Eqs (14) to (16): the first states stay, the rest is at its steady state or zero."""
+    full = _turned(system, form.to, form.back)
+    one, two = slice(order), slice(order, None)
+    slaved, driven = _followers(full, order, rest)
+    D = full.D + full.C[:, two] @ driven
+    reduced = LinearSystem(
+        full.A[one, one] + full.A[one, two] @ slaved,
+        full.B[one] + full.A[one, two] @ driven,
+        full.C[:, one] + full.C[:, two] @ slaved,
+        D if feed_through else system.D,
+        full.states[one],
+        system.inputs,
+        system.outputs,
+    )
+    back = form.back[:, one] + form.back[:, two] @ slaved
+    return Reduction(reduced, form.to[one], back, form.back[:, two] @ driven, form.hankel, bound)
+
+
+def _followers(full: LinearSystem, order: int, rest: str) -> tuple[np.ndarray, np.ndarray]:
+    """How the states that go follow those that stay, and the inputs."""
+    gone, inputs = len(full.A) - order, full.B.shape[1]
+    if rest == "left out" or not gone:
+        return np.zeros((gone, order)), np.zeros((gone, inputs))
+    A22 = full.A[order:, order:]
+    values = np.linalg.svd(A22, compute_uv=False)
+    if values[-1] <= _SINGULAR * values[0]:
+        raise ParameterError(
+            f"the {gone} states that would go have no steady state (A22 is singular); keep more than {order}, "
+            "or leave them out (rest='left out')"
+        )
+    return -np.linalg.solve(A22, full.A[order:, :order]), -np.linalg.solve(A22, full.B[order:])

@@ -1,0 +1,130 @@
+"""Which faults a set of equations shows, which it tells apart, and what another sensor would add."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+
+from tierod.methods.analysis.structure.decomposition import overdetermined
+from tierod.methods.analysis.structure.structural_model import Equation, StructuralModel
+
+
+@dataclass(frozen=True, eq=False)
+class Isolability:
+    """What is detectable and isolable.
+
+    Args:
+        faults: names, in the order of rows and columns
+        detectable: one per fault
+        mistaken: row: the fault that is there, column: a fault that explains all that is seen as well; its diagonal is
+            true. Several at once are no explanation of what a part of them explains
+    """
+
+    faults: tuple[str, ...]
+    detectable: np.ndarray
+    mistaken: np.ndarray
+
+    @cached_property
+    def groups(self) -> tuple[tuple[str, ...], ...]:
+        """Detectable faults that are told from all others but not from each other; a fault by itself is isolable."""
+        alike = self.mistaken & self.mistaken.T
+        seen: set[int] = set()
+        groups = []
+        for i in range(len(self.faults)):
+            if self.detectable[i] and i not in seen:
+                group = [j for j in range(len(self.faults)) if alike[i, j]]
+                seen.update(group)
+                groups.append(tuple(self.faults[j] for j in group))
+        return tuple(groups)
+
+    @property
+    def undetectable(self) -> tuple[str, ...]:
+        """Faults that nothing shows."""
+        return tuple(fault for fault, seen in zip(self.faults, self.detectable, strict=True) if not seen)
+
+    @property
+    def isolable(self) -> tuple[str, ...]:
+        """Faults that are told from every other."""
+        alone = self.detectable & (self.mistaken.sum(axis=1) == 1)
+        return tuple(fault for fault, one in zip(self.faults, alone, strict=True) if one)
+
+    @property
+    def told_apart(self) -> int:
+        """Ordered pairs of faults of which the first, being there, is not mistaken for the second."""
+        return int(np.sum(~self.mistaken & self.detectable[:, None]))
+
+    def mistaken_for(self, fault: str) -> tuple[str, ...]:
+        """Other faults that explain what `fault` shows."""
+        row = self.mistaken[self.faults.index(fault)]
+        return tuple(other for other, same in zip(self.faults, row, strict=True) if same and other != fault)
+
+
+def isolability(model: StructuralModel, at_once: int = 1) -> Isolability:
+    """Detectable and isolable faults of a model, of each by itself or of several at once.
+
+    Fault A is told from B where the equation of A is still in the overdetermined part once that of B is left out. The
+    smallest explanation is meant: A and B together explain whatever A does, and do not count as one of it.
+
+    Args:
+        model: its equations
+        at_once: faults at once; with 2, rows and columns are the single faults and all pairs ("A + B")
+
+    Source: Krysander, Frisk, Sensor placement for fault diagnosis, IEEE Trans. SMC A 38 (2008), section III.
+    """
+    sets = [each for size in range(1, at_once + 1) for each in combinations(model.faults, size)]
+    left = {each: _faults_of(overdetermined(_without(model, each))) for each in sets}
+    seen = _faults_of(overdetermined(model.equations))
+    detectable = np.array([bool(set(each) & seen) for each in sets])
+    mistaken = np.array(
+        [[not set(there) & left[other] and not set(there) < set(other) for other in sets] for there in sets]
+    )
+    return Isolability(tuple(" + ".join(each) for each in sets), detectable, mistaken.reshape(len(sets), len(sets)))
+
+
+def _without(model: StructuralModel, faults: Iterable[str]) -> list[Equation]:
+    return [each for each in model.equations if each.fault not in set(faults) or not each.fault]
+
+
+def _faults_of(equations: Iterable[Equation]) -> set[str]:
+    return {each.fault for each in equations if each.fault}
+
+
+@dataclass(frozen=True)
+class SensorGain:
+    """What one more sensor would add.
+
+    Args:
+        sensor: name of its equation
+        detectable: faults that it makes detectable, its own left aside
+        told_apart: ordered pairs of the present faults that it tells apart
+        own_isolable: whether a fault of its own is told from all others
+    """
+
+    sensor: str
+    detectable: tuple[str, ...]
+    told_apart: int
+    own_isolable: bool
+
+
+def gain_of_sensors(model: StructuralModel, sensors: Sequence[Equation], at_once: int = 1) -> tuple[SensorGain, ...]:
+    """What each of several sensors would add by itself, the most helpful first.
+
+    Args:
+        model: as it is
+        sensors: an equation each, with the fault of its own
+        at_once: faults at once that are to be told apart, see `isolability`
+    """
+    now = isolability(model, at_once)
+    gains = []
+    for sensor in sensors:
+        then = isolability(model.plus(sensor), at_once)
+        old = [then.faults.index(fault) for fault in now.faults]
+        among_old = Isolability(now.faults, then.detectable[old], then.mistaken[np.ix_(old, old)])
+        shown = tuple(fault for fault in now.undetectable if fault not in among_old.undetectable)
+        own = bool(sensor.fault) and sensor.fault in then.isolable
+        gains.append(SensorGain(sensor.name, shown, among_old.told_apart - now.told_apart, own))
+    return tuple(sorted(gains, key=lambda each: (-len(each.detectable), -each.told_apart, not each.own_isolable)))

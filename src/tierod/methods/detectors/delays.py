@@ -1,0 +1,48 @@
+"""How soon a block alarms after a shift is put into healthy residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.core.graph import scan
+
+TRIALS = 200
+
+
+def delays_of(
+    block: Any, records: Sequence[np.ndarray], shift: float, trials: int = TRIALS, seed: int = 0
+) -> np.ndarray:
+    """Samples from the start of a shift to the alarm, for many starts; infinite where it is not found.
+
+    Args:
+        block: with an output `alarm`; it runs over what lies before the shift first
+        records: healthy residuals, (n,) each; the longest one is used
+        shift: added to the residual [its unit]
+        trials: shifts that are put in, at random instants
+        seed: of the instants
+
+    A start at which the block is in alarm already is not counted: its alarm is a false one. What is not found within
+    half of the record, or within 20 000 samples, counts as not found.
+
+    Raises:
+        InputError: records too short to put shifts in, or the block is in alarm throughout
+    """
+    longest = max(records, key=len, default=np.zeros(0))
+    if len(longest) < 200:
+        raise InputError(f"the longest residual has {len(longest)} samples; expected 200 or more to put shifts in")
+    random = np.random.default_rng(seed)
+    reach = min(len(longest) // 2, 20_000)
+    delays = []
+    for start in random.integers(len(longest) // 10, len(longest) - reach, trials):
+        before = scan(block, longest[max(start - reach, 0) : start])
+        if before["alarm"][-1] > 0.5:
+            continue
+        alarms = np.flatnonzero(scan(block, longest[start : start + reach] + shift, before.state)["alarm"] > 0.5)
+        delays.append(float(alarms[0] + 1) if len(alarms) else np.inf)
+    if not delays:
+        raise InputError("the detector is in alarm wherever a shift is put in; allow fewer false alarms")
+    return np.array(delays)

@@ -1,0 +1,160 @@
+"""Thresholds for residuals that are not white: measured on healthy data, carried on no further than they can be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.core.graph import scan
+from tierod.methods.detectors.stopping_rules import StoppingRule
+
+FEWEST = 8
+"""Alarms from which a run length is counted in the line: its logarithm is then known to a third."""
+
+
+@dataclass(frozen=True)
+class MeasuredPoint:
+    """A threshold that was tried on healthy residuals.
+
+    Args:
+        threshold: in standard deviations of the residual, or as evidence
+        alarms: false ones
+        run_length: samples between two of them on average
+    """
+
+    threshold: float
+    alarms: int
+    run_length: float
+
+
+@dataclass(frozen=True)
+class MeasuredDesign:
+    """A threshold from healthy residuals.
+
+    Args:
+        rule: whose threshold it is
+        deviation: standard deviation of the residual [unit of the residual]
+        threshold: in these deviations, or as evidence
+        wanted: samples between false alarms
+        low, high: 95 % interval of the run length at this threshold [samples]; beyond what was observed it holds only
+            as far as the line does, which nothing tests
+        observed: healthy samples that it rests on
+        points: thresholds that were tried
+    """
+
+    rule: StoppingRule
+    deviation: Annotated[float, "unit of the signal"]
+    threshold: float
+    wanted: float
+    low: float
+    high: float
+    observed: int
+    points: tuple[MeasuredPoint, ...]
+
+    @property
+    def extrapolated(self) -> bool:
+        """Whether fewer than `FEWEST` false alarms were to be expected in what was observed."""
+        return self.wanted * FEWEST > self.observed
+
+    def claim(self, rate: float) -> str:
+        """What may be claimed, in a sentence.
+
+        Args:
+            rate: of the residuals [Hz]
+        """
+        hours = self.observed / rate / 3600.0
+        unit, name = (3600.0, "h") if self.low / rate > 3600.0 else (1.0, "s")
+        low, high = (float(f"{length / rate / unit:.3g}") for length in (self.low, self.high))
+        span = f"{low:,g} to {high:,g} {name}".replace(",", " ")
+        if not self.extrapolated:
+            return f"measured: 95 % interval {span} between false alarms"
+        bound = 3.0 / hours
+        return (
+            f"carried on from shorter run lengths ({span} at 95 % if the line goes on); {hours:.3g} h without an alarm "
+            f"would show fewer than {bound:.3g} per hour at 95 %, no more"
+        )
+
+
+def threshold_from_records(rule: StoppingRule, records: Sequence[np.ndarray], samples: float) -> MeasuredDesign:
+    """The threshold with so many samples between false alarms, from healthy residuals of any colour.
+
+    The logarithm of the run length is a straight line over the threshold (over its square for averages) once alarms are
+    rare: the line is measured where alarms are frequent enough to be counted, weighted by their number, and carried on.
+
+    Args:
+        rule: with its constant, in standard deviations
+        records: healthy residuals [unit of the residual], (n,) each; NaN where missing
+        samples: wanted between false alarms
+
+    Raises:
+        InputError: too few healthy residuals, or residuals without spread
+    """
+    records = [np.asarray(record, float) for record in records]
+    whole = np.concatenate(records) if records else np.zeros(0)
+    present = whole[np.isfinite(whole)]
+    if len(present) < 1000:
+        raise InputError(f"{len(present)} healthy residuals are too few to measure a threshold on; give 1000 or more")
+    deviation = float(np.sqrt(np.mean(present**2)))
+    if not deviation > 0.0:
+        raise InputError("the healthy residuals are all zero; a threshold cannot be measured on them")
+    mean = float(np.mean(present))
+    if abs(mean) > 0.5 * deviation:
+        raise InputError(
+            f"the healthy residuals have a mean of {mean:.3g} and a root mean square of {deviation:.3g}; a residual is "
+            "about zero while all is well: remove its mean first"
+        )
+    points = _ladder(rule, records, deviation, len(present), samples)
+    usable = [point for point in points if point.alarms >= FEWEST]
+    if len(usable) < 2:
+        raise InputError("the healthy residuals raise too few alarms to measure a run length; give a longer record")
+    tail = usable[-_TAIL:]
+    growth = np.array([rule.growth(point.threshold) for point in tail])
+    lengths = np.log([point.run_length for point in tail])
+    weights = np.sqrt([point.alarms for point in tail])
+    (slope, intercept), spread = np.polyfit(growth, lengths, 1, w=weights, cov="unscaled")
+    if not slope > 0.0:
+        raise InputError("the run length does not grow with the threshold: the residuals drift; remove the drift first")
+    at = (math.log(samples) - intercept) / slope
+    # Alarms of neighbouring thresholds are largely the same ones: the line is no surer than its last count.
+    own = math.sqrt(float(np.array([at, 1.0]) @ spread @ np.array([at, 1.0])) + 1.0 / tail[-1].alarms)
+    threshold = _inverse(rule, at, tail[-1].threshold)
+    low, high = (samples * math.exp(way * 1.96 * own) for way in (-1.0, 1.0))
+    return MeasuredDesign(rule, deviation, threshold, samples, low, high, len(present), tuple(points))
+
+
+_STEPS, _TAIL = 14, 6
+
+
+def _ladder(
+    rule: StoppingRule, records: Sequence[np.ndarray], deviation: float, count: int, samples: float
+) -> list[MeasuredPoint]:
+    """Thresholds that rise until hardly an alarm is left, or well beyond the wanted run length."""
+    points: list[MeasuredPoint] = []
+    low, high = 0.05 * rule.unit, rule.unit
+    while len(points) < _STEPS and _measured(rule, high, records, deviation, count).alarms >= FEWEST:
+        low, high = high, 1.5 * high
+    for threshold in np.linspace(0.25 * low, high, _STEPS):
+        point = _measured(rule, float(threshold), records, deviation, count)
+        points.append(point)
+        if point.alarms < FEWEST or point.run_length > 3.0 * samples:
+            break
+    return points
+
+
+def _measured(
+    rule: StoppingRule, threshold: float, records: Sequence[np.ndarray], deviation: float, count: int
+) -> MeasuredPoint:
+    block = rule.block(threshold, deviation, restart=True)
+    alarms = sum(rule.alarms(scan(block, record)["alarm"]) for record in records)
+    return MeasuredPoint(threshold, alarms, count / alarms if alarms else math.inf)
+
+
+def _inverse(rule: StoppingRule, growth: float, known: float) -> float:
+    from scipy.optimize import brentq
+
+    return float(brentq(lambda h: rule.growth(h) - growth, 1e-9, 1e3 * known + 1e3))

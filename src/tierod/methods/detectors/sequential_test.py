@@ -1,0 +1,70 @@
+"""Sequential probability ratio test, repeated for as long as it says that nothing has changed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import either, where
+from tierod.methods.detectors.value import Value, counts, number
+
+
+@dataclass(frozen=True)
+class SequentialTest:
+    """Weigh "the mean has shifted" against "it has not", and decide as soon as the evidence suffices.
+
+    The logarithm of the likelihood ratio grows by shift / deviation^2 (value - shift / 2) per value. At `upper` the
+    test decides for the shift, at `lower` against it; then it begins anew.
+
+    Args:
+        shift: of the mean that is looked for, with its sign [unit of the residual]
+        deviation: standard deviation of the residual [same unit]
+        upper: evidence for the shift that means alarm; ln((1 - missed) / false alarms) for one test
+        lower: evidence against it, below zero; ln(missed / (1 - false alarms))
+
+    A missing value, or one that is not enabled, is no evidence.
+
+    Source: A. Wald, 1945, doi 10.1214/aoms/1177731118.
+    """
+
+    shift: Annotated[float, "unit of the signal"]
+    deviation: Annotated[float, "unit of the signal"]
+    upper: Annotated[float, ""]
+    lower: Annotated[float, ""]
+
+    Sample = Value
+
+    class State(NamedTuple):
+        """The evidence."""
+
+        evidence: float
+
+    class Output(NamedTuple):
+        """The evidence, whether it decides for the shift (1.0), and 1.0, 0.0, -1.0 for shift, undecided, no shift."""
+
+        evidence: Annotated[float, ""]
+        alarm: Annotated[float, ""]
+        decision: Annotated[float, ""]
+
+    def __post_init__(self) -> None:
+        if self.shift == 0.0 or not self.deviation > 0.0:
+            raise ParameterError(
+                f"shift is {self.shift} and deviation {self.deviation}; expected a shift and a deviation above zero"
+            )
+        if not self.lower < 0.0 < self.upper:
+            raise ParameterError(f"lower is {self.lower} and upper {self.upper}; expected lower below 0 below upper")
+
+    def init(self) -> State:
+        """No evidence."""
+        return self.State(0.0)
+
+    def step(self, state: State, sample: Any, enabled: Any = True) -> tuple[State, Output]:
+        """One value on; `enabled` (logic) says whether it counts."""
+        value = number(sample)
+        slope = self.shift / (self.deviation * self.deviation)
+        evidence = state.evidence + where(counts(value, enabled), slope * (value - 0.5 * self.shift), 0.0)
+        shifted, sound = evidence >= self.upper, evidence <= self.lower
+        decision = where(shifted, 1.0, where(sound, -1.0, 0.0))
+        after = where(either(shifted, sound), 0.0, evidence)
+        return self.State(after), self.Output(evidence, where(shifted, 1.0, 0.0), decision)

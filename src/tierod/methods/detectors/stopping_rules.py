@@ -1,0 +1,346 @@
+"""Stopping rules designed from what one can bear: samples between false alarms, and the shift that must be found.
+
+Lengths here are in samples and residuals in their own standard deviation; `block` turns a rule into a block. They hold
+for white Gaussian residuals; `tierod.methods.detectors.measured` serves all others.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from statistics import NormalDist
+from typing import Any
+
+import numpy as np
+
+from tierod.core.errors import ParameterError
+from tierod.methods.detectors.cusum import SIDES, Cusum
+from tierod.methods.detectors.design import WAYS, together
+from tierod.methods.detectors.geometric_average import GeometricAverage
+from tierod.methods.detectors.held_threshold import HeldThreshold
+from tierod.methods.detectors.likelihood_ratio import WINDOWS, LikelihoodRatio
+from tierod.methods.detectors.random_walk import LONGEST, Walk
+from tierod.methods.detectors.random_walk import run_length as walked
+from tierod.methods.detectors.sequential_test import SequentialTest
+from tierod.methods.detectors.two_sided import TwoSided
+
+_LEAST = 1e-6
+"""A threshold that is as good as none."""
+
+
+@dataclass(frozen=True)
+class StoppingRule(ABC):
+    """A rule whose threshold is still open.
+
+    Args:
+        sides: "both", "upper" (increases only) or "lower"
+    """
+
+    sides: str = field(default="both", kw_only=True)
+
+    def __post_init__(self) -> None:
+        if self.sides not in SIDES:
+            raise ParameterError(f"sides is '{self.sides}'; expected {', '.join(SIDES)}")
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """In a word or two, with its constant."""
+
+    @abstractmethod
+    def run_length(self, threshold: float, change: float = 0.0) -> float:
+        """Expected samples until the alarm, with the mean of the residual shifted by `change` from the start on."""
+
+    @abstractmethod
+    def block(self, threshold: float, deviation: float, restart: bool = False) -> Any:
+        """The block that does it on residuals of a standard deviation; `restart` makes every alarm one sample."""
+
+    def scale(self, deviation: float) -> float:
+        """What a threshold is multiplied by for residuals of a standard deviation [their unit]; 1 if it is evidence."""
+        return deviation
+
+    def growth(self, threshold: float) -> float:
+        """What the logarithm of a long run length grows with in proportion, for thresholds beyond what is solved."""
+        return threshold
+
+    @property
+    def longest(self) -> float:
+        """Run length up to which it is solved [samples]."""
+        return LONGEST
+
+    @property
+    def unit(self) -> float:
+        """A small threshold, at which alarms are frequent."""
+        return 1.0
+
+    def alarms(self, flags: np.ndarray) -> int:
+        """How many alarms the flags of a block with `restart` tell, (n,)."""
+        return int(flags.sum())
+
+    def threshold_for(self, samples: float) -> float:
+        """The threshold with so many samples between false alarms on average.
+
+        Beyond `longest` the logarithm of the run length is carried on in a straight line.
+
+        Raises:
+            ParameterError: so few samples that no threshold is needed, or not a finite number
+        """
+        from scipy.optimize import brentq
+
+        if not math.isfinite(samples):
+            raise ParameterError(f"{samples} samples between false alarms cannot be had; ask for a finite number")
+        if samples <= self.run_length(_LEAST):
+            raise ParameterError(
+                f"{samples:g} samples between false alarms are fewer than a rule without threshold gives; ask for more"
+            )
+        within = min(samples, self.longest)
+
+        def off(threshold: float) -> float:
+            return math.log(min(self.run_length(threshold), 1e3 * within) / within)
+
+        low, high = self._bracket(off)
+        found = float(brentq(off, low, high, xtol=1e-9 * high, rtol=1e-9))
+        return found if samples <= self.longest else self._beyond(found, samples)
+
+    def _bracket(self, off: Callable[[float], float]) -> tuple[float, float]:
+        """Thresholds below and above the answer, near it: the logarithm is nearly a line over `growth`."""
+        low, high = _LEAST, self.unit
+        below, above = off(low), off(high)
+        while above < 0.0:
+            slope = (above - below) / (self.growth(high) - self.growth(low))
+            share = (self.growth(high) - 1.01 * above / slope) / self.growth(high)
+            low, below = high, above
+            high *= min(max(share, 1.02), 2.0)
+            above = off(high)
+        return low, high
+
+    def _beyond(self, known: float, samples: float) -> float:
+        from scipy.optimize import brentq
+
+        near = 0.98 * known
+        slope = math.log(self.run_length(known) / self.run_length(near)) / (self.growth(known) - self.growth(near))
+        wanted = self.growth(known) + math.log(samples / self.run_length(known)) / slope
+        return float(brentq(lambda h: self.growth(h) - wanted, known, 1e3 * known))
+
+
+@dataclass(frozen=True)
+class CusumRule(StoppingRule):
+    """Cumulative sum; best where the shift is about twice the drift.
+
+    Args:
+        drift: forgiven per sample, in standard deviations
+    """
+
+    drift: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0.0 <= self.drift < math.inf:
+            raise ParameterError(f"drift is {self.drift}; expected a number that is not negative")
+
+    @property
+    def name(self) -> str:
+        """In a word or two, with its constant."""
+        return f"CUSUM, drift {self.drift:.3g}"
+
+    def run_length(self, threshold: float, change: float = 0.0) -> float:
+        """Expected samples until the alarm."""
+        means = [way * change - self.drift for way in WAYS[self.sides]]
+        return together([walked(Walk(0.0, threshold, True, 1.0, mean, 1.0)) for mean in means])
+
+    def block(self, threshold: float, deviation: float, restart: bool = False) -> Cusum:
+        """The block."""
+        height = threshold * deviation
+        return Cusum(self.drift * deviation, height, 2.0 * height, sides=self.sides, restart=restart)
+
+
+@dataclass(frozen=True)
+class AverageRule(StoppingRule):
+    """Geometric moving average; with weight 1 the bare threshold on each sample.
+
+    Args:
+        weight: of the newest value, 0 to 1
+    """
+
+    weight: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0.0 < self.weight <= 1.0:
+            raise ParameterError(f"weight is {self.weight}; expected more than 0 and at most 1")
+
+    @property
+    def name(self) -> str:
+        """In a word or two, with its constant."""
+        return f"geometric average, weight {self.weight:.3g}" if self.weight < 1.0 else "threshold on each sample"
+
+    def run_length(self, threshold: float, change: float = 0.0) -> float:
+        """Expected samples until the alarm."""
+        if self.weight == 1.0:
+            return self._each_sample(threshold, change)
+        way = WAYS[self.sides][0]
+        # One-sided: a limit so low that the average never reaches it.
+        lower = -threshold if self.sides == "both" else min(-threshold, way * change) - 9.0 * self.unit
+        return walked(Walk(lower, threshold, False, 1.0 - self.weight, self.weight * way * change, self.weight))
+
+    def _each_sample(self, threshold: float, change: float) -> float:
+        from scipy.special import ndtr
+
+        chances = [max(float(ndtr(way * change - threshold)), 1e-300) for way in WAYS[self.sides]]
+        return together([1.0 / chance for chance in chances])
+
+    def growth(self, threshold: float) -> float:
+        """The square: tails of a Gaussian average."""
+        return threshold * threshold
+
+    @property
+    def longest(self) -> float:
+        """Run length up to which it is solved [samples]; the bare threshold has a closed form."""
+        return LONGEST if self.weight < 1.0 else 1e300
+
+    @property
+    def unit(self) -> float:
+        """Standard deviation of the average."""
+        return math.sqrt(self.weight / (2.0 - self.weight))
+
+    def block(self, threshold: float, deviation: float, restart: bool = False) -> GeometricAverage:
+        """The block."""
+        return GeometricAverage(self.weight, threshold * deviation, self.sides, restart)
+
+
+@dataclass(frozen=True)
+class HoldRule(StoppingRule):
+    """A threshold that must be exceeded in so many samples one after the other.
+
+    Args:
+        hold: samples, at least 1
+    """
+
+    hold: int
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not (isinstance(self.hold, int) and self.hold >= 1):
+            raise ParameterError(f"hold is {self.hold}; expected a whole number of samples, 1 or more")
+
+    @property
+    def name(self) -> str:
+        """In a word or two, with its constant."""
+        return f"threshold held for {self.hold} samples"
+
+    def run_length(self, threshold: float, change: float = 0.0) -> float:
+        """Expected samples until the alarm."""
+        from scipy.special import ndtr
+
+        chance = sum(float(ndtr(way * change - threshold)) for way in WAYS[self.sides])
+        if chance <= 1e-300 ** (1.0 / self.hold):
+            return math.inf
+        return (chance**-self.hold - 1.0) / (1.0 - chance) if chance < 1.0 else float(self.hold)
+
+    def threshold_for(self, samples: float) -> float:
+        """The threshold with so many samples between false alarms on average.
+
+        Raises:
+            ParameterError: so few samples that no threshold is needed, or not a finite number
+        """
+        sides = len(WAYS[self.sides])
+        if self.hold > 1 or not 2.0 / sides < samples < math.inf:
+            return super().threshold_for(samples)
+        return -NormalDist().inv_cdf(1.0 / (sides * samples))
+
+    def growth(self, threshold: float) -> float:
+        """The square: tails of a Gaussian value."""
+        return threshold * threshold
+
+    @property
+    def longest(self) -> float:
+        """Run length up to which it is solved [samples]: it has a closed form."""
+        return 1e300
+
+    def block(self, threshold: float, deviation: float, restart: bool = False) -> HeldThreshold:
+        """The block."""
+        return HeldThreshold(threshold * deviation, self.hold, self.sides, restart)
+
+
+@dataclass(frozen=True)
+class SequentialRule(StoppingRule):
+    """Sequential probability ratio test, repeated; its threshold is the evidence for the shift.
+
+    Args:
+        shift: that is looked for, in standard deviations, greater than zero
+        lower: evidence against it that ends a test, below zero; ln(missed) of one test
+    """
+
+    shift: float
+    lower: float = math.log(0.01)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not (0.0 < self.shift < math.inf and -math.inf < self.lower < 0.0):
+            raise ParameterError(
+                f"shift is {self.shift} and lower {self.lower}; expected a shift above zero and lower below 0"
+            )
+
+    @property
+    def name(self) -> str:
+        """In a word or two, with its constant."""
+        return f"sequential test, shift {self.shift:.3g}"
+
+    def scale(self, deviation: float) -> float:
+        """1: the threshold is evidence."""
+        return 1.0
+
+    def run_length(self, threshold: float, change: float = 0.0) -> float:
+        """Expected samples until the alarm."""
+        drifts = [self.shift * (way * change - 0.5 * self.shift) for way in WAYS[self.sides]]
+        return together([walked(Walk(self.lower, threshold, True, 1.0, drift, self.shift)) for drift in drifts])
+
+    def block(self, threshold: float, deviation: float, restart: bool = False) -> Any:
+        """The block; two tests for both sides."""
+        up, down = (
+            SequentialTest(way * self.shift * deviation, deviation, threshold, self.lower) for way in (1.0, -1.0)
+        )
+        return {"both": TwoSided(up, down), "upper": up, "lower": down}[self.sides]
+
+
+@dataclass(frozen=True)
+class LikelihoodRatioRule(StoppingRule):
+    """Generalised likelihood ratio over windows, for shifts of unknown size; its run length has no closed form.
+
+    Args:
+        windows: lengths of history [samples]
+    """
+
+    windows: tuple[int, ...] = WINDOWS
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.sides != "both":
+            raise ParameterError(f"sides is '{self.sides}'; the likelihood ratio finds shifts of either sign: say both")
+
+    @property
+    def name(self) -> str:
+        """In a word or two, with its constant."""
+        return f"likelihood ratio over {self.windows[0]} to {self.windows[-1]} samples"
+
+    def scale(self, deviation: float) -> float:
+        """1: the threshold is evidence."""
+        return 1.0
+
+    def run_length(self, threshold: float, change: float = 0.0) -> float:
+        """Not known.
+
+        Raises:
+            ParameterError: always; `tierod.methods.detectors.measured` finds a threshold, also on simulated residuals
+        """
+        raise ParameterError("a likelihood ratio has no run length in closed form; measure it on healthy residuals")
+
+    def block(self, threshold: float, deviation: float, restart: bool = False) -> LikelihoodRatio:
+        """The block; it cannot begin anew, so its alarms are counted where they begin."""
+        return LikelihoodRatio(deviation, threshold, self.windows)
+
+    def alarms(self, flags: np.ndarray) -> int:
+        """How many alarms begin."""
+        return int(np.count_nonzero(np.diff(flags, prepend=0.0) > 0.5))

@@ -1,0 +1,139 @@
+"""Threshold with hysteresis, and debouncing of a condition."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import any_of, both, maximum, minimum, negated, where
+from tierod.methods.detectors.value import Value, counts, number
+
+
+@dataclass(frozen=True)
+class Hysteresis:
+    """On when a value exceeds one threshold, off when it falls below another, for at least a hold time each.
+
+    Args:
+        on: exceeding this switches on [unit of the value]; higher gives fewer false alarms and a later one
+        off: falling below this switches off [same unit], at most `on`. The distance must exceed the ripple of the value
+        hold_time: how long the output stays after a switch, whatever the value does [s]; hides flicker, and delays the
+            next switch by as much
+        sample_time: time between two samples [s]
+
+    A missing value, or one that is not enabled, changes nothing; time goes on. For a white Gaussian value with standard
+    deviation sigma, false switching happens every 1 / (1 - Phi(on / sigma)) samples on average: 741 at 3 sigma; a
+    `Debounce` behind it, or a `Cusum` instead, buys orders of magnitude for a little delay.
+    """
+
+    on: Annotated[float, "unit of the signal"]
+    off: Annotated[float, "unit of the signal"]
+    hold_time: Annotated[float, "s"]
+    sample_time: Annotated[float, "s"]
+
+    Sample = Value
+
+    class State(NamedTuple):
+        """The output, and the time since it changed [s]."""
+
+        active: float
+        since: float
+
+    class Output(NamedTuple):
+        """Whether the value counts as high (1.0) or not (0.0), and the time since that changed, up to the hold time."""
+
+        active: Annotated[float, ""]
+        since: Annotated[float, "s"]
+
+    def __post_init__(self) -> None:
+        if not self.off <= self.on:
+            raise ParameterError(f"off is {self.off} and on {self.on}; expected off at or below on")
+        _require_times(hold_time=self.hold_time)
+        _require_sample_time(self.sample_time)
+
+    def init(self) -> State:
+        """Off, free to switch."""
+        return self.State(0.0, self.hold_time)
+
+    def step(self, state: State, sample: Any, enabled: Any = True) -> tuple[State, Output]:
+        """One value on; `enabled` (logic) says whether it counts."""
+        value = number(sample)
+        since = minimum(state.since + self.sample_time, self.hold_time)
+        free = both(counts(value, enabled), since + 0.5 * self.sample_time > self.hold_time)
+        wanted = where(value > self.on, 1.0, where(value < self.off, 0.0, state.active))
+        active = where(free, wanted, state.active)
+        since = where(active > state.active, 0.0, where(active < state.active, 0.0, since))
+        return self.State(active, since), self.Output(active, since)
+
+
+class Condition(NamedTuple):
+    """A logic value: 1.0 or 0.0; NaN where it is not known."""
+
+    condition: Annotated[float, ""]
+
+
+@dataclass(frozen=True)
+class Debounce:
+    """A condition counts once it has held for a while, and stops to count once it has been false for a while.
+
+    Args:
+        on_time: how long the condition must hold without a break [s]; every further sample multiplies the distance
+            between false alarms by 1 / (probability of one), if samples are independent
+        off_time: how long it must be false without a break until the output ends [s]
+        sample_time: time between two samples [s]
+
+    With a false condition of probability p per independent sample, and n = on_time / sample_time samples, false alarms
+    are (1 / p^n - 1) / (1 - p) samples apart.
+
+    An unknown condition, or a sample that is not enabled, neither confirms nor breaks a run.
+    """
+
+    on_time: Annotated[float, "s"]
+    off_time: Annotated[float, "s"]
+    sample_time: Annotated[float, "s"]
+
+    Sample = Condition
+
+    class State(NamedTuple):
+        """The output, and how long the condition has contradicted it [s]."""
+
+        active: float
+        against: float
+
+    class Output(NamedTuple):
+        """The debounced condition (1.0 or 0.0), and how far the next change is confirmed (0 to 1)."""
+
+        active: Annotated[float, ""]
+        progress: Annotated[float, ""]
+
+    def __post_init__(self) -> None:
+        _require_times(on_time=self.on_time, off_time=self.off_time)
+        _require_sample_time(self.sample_time)
+
+    def init(self) -> State:
+        """Off."""
+        return self.State(0.0, 0.0)
+
+    def step(self, state: State, sample: Any, enabled: Any = True) -> tuple[State, Output]:
+        """One sample of the condition on; `enabled` (logic) says whether it counts."""
+        condition = number(sample)
+        use = counts(condition, enabled)
+        holds = where(condition > 0.5, 1.0, 0.0)
+        differs = any_of(both(holds, negated(state.active)), both(negated(holds), state.active))
+        needed = where(state.active, self.off_time, self.on_time)
+        against = where(use, where(differs, state.against + self.sample_time, 0.0), state.against)
+        switch = both(both(use, differs), against + 0.5 * self.sample_time > needed)
+        active = where(switch, 1.0 - state.active, state.active)
+        progress = where(switch, 0.0, minimum(against / maximum(needed, self.sample_time), 1.0))
+        return self.State(active, where(switch, 0.0, against)), self.Output(active, progress)
+
+
+def _require_times(**times: float) -> None:
+    for name, value in times.items():
+        if not value >= 0.0:
+            raise ParameterError(f"{name} is {value}; expected a time that is not negative [s]")
+
+
+def _require_sample_time(value: float) -> None:
+    if not value > 0.0:
+        raise ParameterError(f"sample_time is {value}; expected a time greater than zero [s]")

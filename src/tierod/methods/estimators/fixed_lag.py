@@ -1,0 +1,168 @@
+"""Fixed-lag smoothing: what a stationary Kalman filter says of a state some samples ago, knowing all until now."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Annotated, Any, NamedTuple, get_type_hints
+
+import numpy as np
+
+from tierod.core.block import Tree, named_tuple, rebuild, skeleton
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.graph.maths import present, where
+from tierod.methods.estimators.linear_algebra import dot, plus
+from tierod.methods.estimators.luenberger import check_gain, observe
+from tierod.methods.estimators.pole_placement import Gain
+from tierod.methods.estimators.riccati import stationary_gain
+from tierod.methods.estimators.shapes import check_model, leaf_names, leaf_values, sample_class
+from tierod.models.linear import LinearSystem
+
+
+class LagState(NamedTuple):
+    """Mean of the filter, and of each smoothed state the estimates of the last samples, the newest first."""
+
+    mean: Any
+    recent: tuple[tuple[Any, ...], ...]
+
+
+@dataclass(frozen=True)
+class FixedLag:
+    """Stationary Kalman filter with some of its states smoothed over a fixed lag.
+
+    x(k-N | k) = x(k-N | k-N) + sum over j = 1 .. N of W_j e(k-N+j), where e is the innovation and
+    W_j = P A' [(I - K C)' A']^(j-1) C' S^-1. Each new innovation is added to the N estimates that wait, so a step costs
+    N times as many multiplications as there are outputs, per smoothed state.
+
+    Args:
+        model: discrete model
+        parameters: of the model; its floats are tuning
+        initial_mean: state before the first sample, one float per state
+        gain: of the filter, rows by state, columns by output
+        states: names of those that are smoothed
+        weights: W_j of each smoothed state, by lag, then by output
+        variances: of each smoothed state, at the lag
+
+    `design` works out gain, weights and variances. A sample is `input` and `measured`; a missing output corrects
+    nothing, a missing input holds the state. The output is `mean` (now), `innovation` and `smoothed` (N samples ago).
+
+    Source: B. D. O. Anderson and J. B. Moore, Optimal Filtering, 1979, section 7.3.
+    """
+
+    model: Any
+    parameters: Any
+    initial_mean: Tree
+    gain: Gain
+    states: tuple[str, ...]
+    weights: tuple[tuple[tuple[float, ...], ...], ...]
+    variances: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        check_model(self.model)
+        check_gain(self.model, self.gain, self.initial_mean)
+        if len(self.weights) != len(self.states) or len({len(each) for each in self.weights}) != 1:
+            raise ParameterError(
+                f"weights are those of {len(self.weights)} states; expected {len(self.states)} "
+                f"({', '.join(self.states)}), all over the same lag"
+            )
+
+    @classmethod
+    def design(
+        cls,
+        system: LinearSystem,
+        model: Any,
+        parameters: Any,
+        process_noise: Any,
+        measurement_noise: Any,
+        states: tuple[str, ...],
+        lag: int,
+    ) -> FixedLag:
+        """The smoother of a discrete linear system and its model.
+
+        Args:
+            system: discrete
+            model, parameters: the same as a model, from `as_model`
+            process_noise, measurement_noise: as `stationary_gain` takes them
+            states: names of those to be smoothed
+            lag: samples, at least 1
+
+        Raises:
+            ParameterError: as `stationary_gain`; no such state; no lag
+        """
+        if lag < 1:
+            raise ParameterError(f"lag is {lag}; expected at least 1 sample, or a filter without lag")
+        for name in states:
+            if name not in system.states:
+                raise ParameterError(f"the system has no state '{name}'{nearest(name, system.states)}")
+        found = stationary_gain(system, process_noise, measurement_noise)
+        chosen = [system.states.index(name) for name in states]
+        left = (np.eye(len(system.A)) - found.filter @ system.C).T @ system.A.T
+        information = np.linalg.inv(found.innovation_covariance)
+        carried = found.covariance[chosen] @ system.A.T
+        weights, variances = [], np.diag(found.covariance)[chosen].copy()
+        for _ in range(lag):
+            weight = carried @ system.C.T @ information
+            variances -= np.einsum("ij,jk,ik->i", weight, found.innovation_covariance, weight)
+            weights.append(weight)
+            carried = carried @ left
+        by_state = tuple(tuple(tuple(map(float, w[k])) for w in weights) for k in range(len(states)))
+        gain = tuple(tuple(map(float, row)) for row in found.filter)
+        start = (0.0,) * len(system.A)
+        return cls(model, parameters, start, gain, tuple(states), by_state, tuple(map(float, variances)))
+
+    @property
+    def lag(self) -> int:
+        """Samples between the estimate and the newest measurement."""
+        return len(self.weights[0])
+
+    @property
+    def Sample(self) -> type:
+        """NamedTuple class with `input` and `measured`."""
+        return sample_class(self.model, ())
+
+    @property
+    def Estimate(self) -> type:
+        """NamedTuple class of the output."""
+        return _estimate_class(self.model, self.states)
+
+    def at(self, mean: Tree) -> LagState:
+        """The state of a smoother that begins at a mean, as if it had always been so.
+
+        Args:
+            mean: the model's State
+        """
+        values = dict(zip(leaf_names(self.model.State), leaf_values(mean), strict=True))
+        return LagState(mean, tuple((values[name],) * self.lag for name in self.states))
+
+    def init(self) -> LagState:
+        """The state before the first sample."""
+        return self.at(rebuild(skeleton(self.model.State), leaf_values(self.initial_mean)))
+
+    def step(self, state: LagState, sample: Any) -> tuple[LagState, Any]:
+        """One sample on."""
+        done = observe(self.model, self.parameters, self.gain, state.mean, sample)
+        used = [where(present(value), value, 0.0) for value in done.innovation]
+        if done.whole is not True:
+            used = [where(done.whole, value, 0.0) for value in used]
+        mean = rebuild(state.mean, done.mean)
+        now = dict(zip(leaf_names(self.model.State), done.mean, strict=True))
+        recent, smoothed = [], []
+        for name, waiting, weights in zip(self.states, state.recent, self.weights, strict=True):
+            moved = [plus(value, dot(weight, used)) for value, weight in zip(waiting, weights, strict=True)]
+            smoothed.append(moved[-1])
+            recent.append((now[name], *moved[:-1]))
+        innovation = rebuild(skeleton(self.model.Output), done.innovation)
+        output = self.Estimate(mean, innovation, _smoothed_class(self.model, self.states)(*smoothed))
+        return LagState(mean, tuple(recent)), output
+
+
+@lru_cache(maxsize=64)
+def _smoothed_class(model: Any, states: tuple[str, ...]) -> type:
+    hints = get_type_hints(model.State, include_extras=True)
+    return named_tuple("Smoothed", [(name, hints.get(name, Annotated[float, ""])) for name in states])
+
+
+@lru_cache(maxsize=64)
+def _estimate_class(model: Any, states: tuple[str, ...]) -> type:
+    parts = [("mean", model.State), ("innovation", model.Output), ("smoothed", _smoothed_class(model, states))]
+    return named_tuple("LagEstimate", parts)

@@ -1,0 +1,197 @@
+"""What the Kalman and the unscented filter share: tuning, masks, missing data, output."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from tierod.core.block import Tree, rebuild, skeleton
+from tierod.core.errors import ParameterError
+from tierod.core.graph.derivatives import jacobian
+from tierod.core.graph.maths import where
+from tierod.methods.estimators.kernels import (
+    Correction,
+    clean_mask,
+    consider,
+    held_covariance,
+    masked_mean,
+    unmasked_start,
+    usable,
+)
+from tierod.methods.estimators.linear_algebra import Matrix, Vector, diagonal, from_diagonal
+from tierod.methods.estimators.shapes import (
+    Belief,
+    check_mean,
+    check_model,
+    check_names,
+    check_variances,
+    class_of_innovation_variance,
+    class_of_variance,
+    estimate_class,
+    leaf_names,
+    leaf_values,
+    sample_class,
+)
+
+COVARIANCE_UPDATES = ("schmidt", "printed")
+
+
+class Prediction(NamedTuple):
+    """The belief before the measurements of a sample.
+
+    Args:
+        mean, covariance: predicted, flat and packed
+        points: what the kind of filter wants to carry to its correction
+    """
+
+    mean: Vector
+    covariance: Vector
+    points: Any = None
+
+
+@dataclass(frozen=True)
+class GaussianFilter(ABC):
+    """What the Kalman and the unscented filter share: tuning, masks, missing data, output.
+
+    Args:
+        model: discrete model (`State`, `Input`, `Output`, `transition`, `output`)
+        parameters: of the model; its floats are tuning
+        initial_mean: state before the first sample, one float per state
+        initial_variance: its variance, one per state [unit of the state squared]
+        process_noise: variance that each state gains per sample [unit squared]; None for a state without noise
+        measurement_noise: variance of each output [unit squared], greater than zero
+        input_noise: variance of each input [unit squared], carried to the state by G Q G' with
+            G = d transition / d input; None for an exact input, or for all of them
+        maskable: states whose correction the sample can mask, by name; all others are always corrected
+        covariance_update: what a mask e (0 to 1) does to the covariance. "schmidt": consistent with the masked gain
+            Ke = E K (consider form, Joseph); "printed": P = (I - K C) P for every mask, as in Table 3 of Mohtat et al.,
+            which lets the variance of a masked state shrink without information
+        hold_missing_input: whether a missing input is looked for. The sample is then left out: the mean is held, the
+            variance grows by the process noise. False only where an input hold comes first
+        full_covariance: whether the estimate carries the packed covariance too (needed for NEES)
+
+    A sample is `input`, `measured` and, with maskable states, `enabled` (0 to 1 each; missing counts as 0). A missing
+    measurement is NaN: it corrects nothing. Samples of NaN alone never reach the state.
+
+    An estimate is `mean` and `variance` after the sample, `innovation` (measured minus expected from the past; NaN
+    where missing) and `innovation_variance`, `nis` (over the outputs present) and `present`, their number.
+    """
+
+    model: Any
+    parameters: Any
+    initial_mean: Tree
+    initial_variance: Tree
+    process_noise: Tree
+    measurement_noise: Tree
+    input_noise: Tree = None
+    maskable: tuple[str, ...] = ()
+    covariance_update: str = "schmidt"
+    hold_missing_input: bool = True
+    full_covariance: bool = False
+
+    def __post_init__(self) -> None:
+        check_model(self.model)
+        states, inputs = leaf_names(self.model.State), leaf_names(self.model.Input)
+        check_variances("initial_variance", self.initial_variance, states)
+        check_variances("process_noise", self.process_noise, states)
+        check_variances("measurement_noise", self.measurement_noise, leaf_names(self.model.Output), positive=True)
+        check_names("maskable", self.maskable, states)
+        if self.input_noise is not None:
+            check_variances("input_noise", self.input_noise, inputs)
+        check_mean(self.initial_mean, states)
+        if self.covariance_update not in COVARIANCE_UPDATES:
+            raise ParameterError(
+                f"covariance_update is '{self.covariance_update}'; expected {' or '.join(COVARIANCE_UPDATES)}"
+            )
+
+    @property
+    def Sample(self) -> type:
+        """NamedTuple class with `input`, `measured` and, with maskable states, `enabled`."""
+        return sample_class(self.model, self.maskable)
+
+    @property
+    def Estimate(self) -> type:
+        """NamedTuple class of the output."""
+        return estimate_class(self.model, self.full_covariance)
+
+    def init(self) -> Belief:
+        """The belief before the first sample."""
+        mean = rebuild(skeleton(self.model.State), leaf_values(self.initial_mean))
+        return Belief(mean, from_diagonal(leaf_values(self.initial_variance)))
+
+    def step(
+        self,
+        state: Belief,
+        sample: Any,
+        *,
+        process_noise: Tree = None,
+        input_noise: Tree = None,
+        measurement_noise: Tree = None,
+    ) -> tuple[Belief, Any]:
+        """One sample on: predict with its inputs, correct with its measurements.
+
+        Args:
+            state: belief after the sample before
+            sample: `input`, `measured` and, with maskable states, `enabled`
+            process_noise, input_noise, measurement_noise: variances of this one sample, where they depend on it; they
+                replace those of the tuning, None entries in the same places
+        """
+        process = leaf_values(self.process_noise if process_noise is None else process_noise)
+        entering = leaf_values(self.input_noise if input_noise is None else input_noise)
+        noise = leaf_values(self.measurement_noise if measurement_noise is None else measurement_noise)
+        predicted = self._predict(state, sample.input, process, entering)
+        mask = self._mask(sample)
+        start = unmasked_start(predicted.mean, mask)
+        correction, innovation, spread = self._correct(predicted, sample, noise, start)
+        mean = masked_mean(predicted.mean, correction.shift, mask)
+        after = correction.covariance
+        if self.covariance_update == "schmidt":
+            after = consider(predicted.covariance, after, mask)
+        nis, count = correction.nis, correction.present
+        whole = usable(leaf_values(sample.input)) if self.hold_missing_input else True
+        if whole is not True:
+            mean = _select(whole, mean, leaf_values(state.mean))
+            after = _select(whole, after, held_covariance(state.covariance, process))
+            nis, count = where(whole, nis, 0.0), where(whole, count, 0.0)
+        belief = Belief(rebuild(state.mean, mean), after)
+        return belief, self._estimate(belief, innovation, spread, nis, count)
+
+    @abstractmethod
+    def _predict(self, state: Belief, inputs: Tree, process: Vector, entering: Vector) -> Prediction:
+        """The belief one sample on."""
+
+    @abstractmethod
+    def _correct(
+        self, predicted: Prediction, sample: Any, noise: Vector, start: Vector
+    ) -> tuple[Correction, Vector, Vector]:
+        """The correction, the innovations, and the variance of each."""
+
+    def _mask(self, sample: Any) -> tuple[Any, ...]:
+        given = dict(zip(self.maskable, leaf_values(sample.enabled), strict=True)) if self.maskable else {}
+        return clean_mask([given.get(name, True) for name in leaf_names(self.model.State)])
+
+    def _noise_gain(self, mean: Tree, inputs: Tree, entering: Vector) -> tuple[Matrix, Vector]:
+        """Columns of G and variances of the inputs that have noise."""
+        noisy = [] if self.input_noise is None else [k for k, variance in enumerate(entering) if variance is not None]
+        if not noisy:
+            return (), ()
+        rows = jacobian(lambda at: self.model.transition(mean, at, self.parameters), inputs)
+        return [[row[k] for k in noisy] for row in rows], [entering[k] for k in noisy]
+
+    def _estimate(self, belief: Belief, innovation: Vector, spread: Vector, nis: Any, count: Any) -> Any:
+        outputs = skeleton(self.model.Output)
+        extra = (belief.covariance,) if self.full_covariance else ()
+        return self.Estimate(
+            belief.mean,
+            rebuild(skeleton(class_of_variance(self.model)), diagonal(belief.covariance)),
+            rebuild(outputs, innovation),
+            rebuild(skeleton(class_of_innovation_variance(self.model)), spread),
+            nis,
+            count,
+            *extra,
+        )
+
+
+def _select(condition: Any, taken: Vector, otherwise: Vector) -> tuple[Any, ...]:
+    return tuple(where(condition, a, b) for a, b in zip(taken, otherwise, strict=True))

@@ -1,0 +1,68 @@
+"""Kalman filter, linear time-varying and extended alike, for any discrete model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from tierod.core.block import Tree, rebuild, skeleton
+from tierod.core.graph.derivatives import jacobian
+from tierod.core.graph.maths import maximum, present, where
+from tierod.methods.estimators.gaussian import GaussianFilter, Prediction
+from tierod.methods.estimators.kernels import Correction, correct, predict_covariance
+from tierod.methods.estimators.linear_algebra import Vector, dot, plus, product, unpack
+from tierod.methods.estimators.shapes import Belief, leaf_values
+
+
+@dataclass(frozen=True)
+class KalmanFilter(GaussianFilter):
+    """Extended Kalman filter with automatic Jacobians; for a linear model the Kalman filter itself.
+
+    W = F P, P = W F' + Q + G diag(w) G', then one scalar update per output on a symmetric P, all linearised at the
+    predicted mean, so that the order of the outputs does not matter. `GaussianFilter` explains the fields, the sample
+    and the estimate.
+
+    Valid while the model is nearly linear over a few standard deviations; `UnscentedFilter` is the check. The
+    covariance stays positive in double precision while the initial variance of what is measured is below about 1e12
+    times the measurement noise.
+
+    Args:
+        gate: bound of the squared innovation over its variance, a quantile of chi-square with one degree of freedom
+            (10.83 for 99.9 %). A reading beyond counts with the noise that puts it on the bound: the farther out it
+            lies the less it moves the estimate, and none locks the filter out. None: every reading counts as it is
+
+    Source: R. E. Kalman, 1960, doi 10.1115/1.3662552; masks after S. F. Schmidt, 1966, and Mohtat et al., Table 3;
+    gate after Chang, Journal of Geodesy 88 (2014) 391, reading by reading.
+    """
+
+    gate: Annotated[float, ""] | None = None
+
+    def _predict(self, state: Belief, inputs: Tree, process: Vector, entering: Vector) -> Prediction:
+        def transition(mean: Tree) -> Tree:
+            return self.model.transition(mean, inputs, self.parameters)
+
+        rows = jacobian(transition, state.mean)
+        gain, variances = self._noise_gain(state.mean, inputs, entering)
+        covariance = predict_covariance(rows, state.covariance, process, gain, variances)
+        return Prediction(leaf_values(transition(state.mean)), covariance)
+
+    def _correct(
+        self, predicted: Prediction, sample: Any, noise: Vector, start: Vector
+    ) -> tuple[Correction, Vector, Vector]:
+        def output(at: Tree) -> Tree:
+            return self.model.output(at, sample.input, self.parameters)
+
+        at = rebuild(skeleton(self.model.State), predicted.mean)
+        rows = jacobian(output, at)
+        pairs = zip(leaf_values(sample.measured), leaf_values(output(at)), strict=True)
+        innovation = tuple(measured - expected for measured, expected in pairs)
+        full = unpack(predicted.covariance)
+        known = [dot(row, product(full, row)) for row in rows]
+        if self.gate is not None:
+            noise = tuple(self._widened(*each) for each in zip(noise, known, innovation, strict=True))
+        spread = tuple(plus(each, value) for each, value in zip(known, noise, strict=True))
+        return correct(predicted.covariance, rows, innovation, noise, start), innovation, spread
+
+    def _widened(self, noise: Any, known: Any, innovation: Any) -> Any:
+        """The noise of a reading, raised where its innovation lies beyond the gate; a missing one keeps its own."""
+        return maximum(noise, where(present(innovation), innovation * innovation, 0.0) / self.gate - known)

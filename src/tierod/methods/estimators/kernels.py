@@ -1,0 +1,188 @@
+"""The steps of every Kalman-type estimator, on tuples of scalars: predict, correct, consider, hold.
+
+They know models only as Jacobians and residuals, so monitors with structure of their own can use them directly.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from tierod.core.graph.maths import maximum, minimum, present, where
+from tierod.methods.estimators.linear_algebra import (
+    Matrix,
+    Vector,
+    add,
+    congruence,
+    dot,
+    from_diagonal,
+    minus,
+    pack,
+    plus,
+    scaled_congruence,
+    times,
+    unpack,
+    upper,
+)
+
+
+class Correction(NamedTuple):
+    """What the measurements of one sample did.
+
+    Args:
+        shift: correction of the mean, before any mask, added to what was given as `start`, (n,)
+        covariance: packed covariance after all measurements
+        nis: normalised innovation squared over the measurements that were present
+        present: how many measurements were present
+    """
+
+    shift: tuple[Any, ...]
+    covariance: tuple[Any, ...]
+    nis: Any
+    present: Any
+
+
+def known_variances(values: Vector) -> tuple[Any, ...]:
+    """Variances with None (no noise there) as the structural zero."""
+    return tuple(0.0 if value is None else value for value in values)
+
+
+def predict_covariance(
+    transition: Matrix, covariance: Vector, process_noise: Vector, noise_input: Matrix = (), input_noise: Vector = ()
+) -> tuple[Any, ...]:
+    """F P F' + diag(q) + G diag(w) G', packed.
+
+    Args:
+        transition: F, Jacobian of the transition with respect to the state, n rows of n
+        covariance: P, packed
+        process_noise: variance that each state gains per sample, (n,); None or 0.0 for none
+        noise_input: G, Jacobian of the transition with respect to the noisy inputs, n rows of m
+        input_noise: variance of each input, (m,)
+    """
+    predicted = add(congruence(transition, covariance), from_diagonal(known_variances(process_noise)))
+    if any(weight is not None for weight in input_noise):
+        predicted = add(predicted, scaled_congruence(noise_input, known_variances(input_noise)))
+    return predicted
+
+
+def correct(
+    covariance: Vector, rows: Matrix, residuals: Vector, noise: Vector, start: Vector | None = None
+) -> Correction:
+    """Scalar updates, one per measurement, on a symmetric covariance; a missing residual (NaN) changes nothing.
+
+    The result does not depend on the order of the measurements: it is the joint update with a diagonal R.
+
+    Args:
+        covariance: P, packed
+        rows: C, Jacobian of the outputs with respect to the state, m rows of n
+        residuals: measured minus expected output, (m,); NaN where the measurement is missing
+        noise: variance of each measurement, (m,), greater than zero
+        start: what the correction is added to, (n,); zeros where not given. The mean here saves an addition per state
+    """
+    after = unpack(covariance)
+    n = len(after)
+    shift: list[Any] = [0.0] * n if start is None else list(start)
+    open_residuals = list(residuals)
+    nis: Any = 0.0
+    count: Any = 0.0
+    for k, (row, variance) in enumerate(zip(rows, noise, strict=True)):
+        there = present(residuals[k])
+        cross = [dot(row, column) for column in after]
+        inverse = 1.0 / where(there, plus(dot(row, cross), variance), math.inf)
+        innovation = where(there, open_residuals[k], 1.0)  # any number: its weight 1 / inf is 0
+        weighted = innovation * inverse
+        gain = [times(value, inverse) for value in cross]
+        shift = [plus(done, times(value, weighted)) for done, value in zip(shift, cross, strict=True)]
+        for later in range(k + 1, len(rows)):
+            open_residuals[later] = minus(open_residuals[later], times(dot(rows[later], cross), weighted))
+        for i, j in upper(n):
+            after[i][j] = after[j][i] = minus(after[i][j], times(gain[i], cross[j]))
+        nis = plus(nis, innovation * weighted)
+        count = plus(count, where(there, 1.0, 0.0))
+    return Correction(tuple(shift), pack(after), nis, count)
+
+
+def correct_jointly(
+    covariance: Vector, cross: Matrix, spread: Vector, residuals: Vector, start: Vector | None = None
+) -> Correction:
+    """The same correction from the joint covariance of states and outputs, as sigma points give it.
+
+    Args:
+        covariance: P, packed
+        cross: covariance of each output with the states, m rows of n
+        spread: covariance of the outputs, noise included, packed
+        residuals: measured minus expected output, (m,); NaN where the measurement is missing
+        start: what the correction is added to, (n,); zeros where not given
+    """
+    full = unpack(covariance)
+    n, m = len(full), len(residuals)
+    outputs = unpack(spread)
+    after = [[*row, *(line[i] for line in cross)] for i, row in enumerate(full)]
+    after += [[*line, *outputs[k]] for k, line in enumerate(cross)]
+    shift: list[Any] = [*([0.0] * n if start is None else start), *[0.0] * m]
+    nis: Any = 0.0
+    count: Any = 0.0
+    for k in range(n, n + m):
+        there = present(residuals[k - n])
+        inverse = 1.0 / where(there, after[k][k], math.inf)
+        innovation = where(there, minus(residuals[k - n], shift[k]), 1.0)
+        weighted = innovation * inverse
+        column = [row[k] for row in after]
+        rest = [*range(n), *range(k + 1, n + m)]
+        gain = {i: times(column[i], inverse) for i in rest}
+        for i in rest:
+            shift[i] = plus(shift[i], times(column[i], weighted))
+        for i, j in ((i, j) for i in rest for j in rest if i <= j):
+            after[i][j] = after[j][i] = minus(after[i][j], times(gain[i], column[j]))
+        nis = plus(nis, innovation * weighted)
+        count = plus(count, where(there, 1.0, 0.0))
+    return Correction(tuple(shift[:n]), tuple(after[i][j] for i, j in upper(n)), nis, count)
+
+
+def clean_mask(mask: Vector) -> tuple[Any, ...]:
+    """Masks held to 0..1, a missing one counted as 0; the Python value True stays structure."""
+    return tuple(True if value is True else minimum(maximum(0.0, value), 1.0) for value in mask)
+
+
+def unmasked_start(mean: Vector, mask: Vector) -> tuple[Any, ...]:
+    """What a correction is added to: the mean of unmasked states; zero for masked ones, whose correction is scaled."""
+    return tuple(value if share is True else 0.0 for value, share in zip(mean, mask, strict=True))
+
+
+def masked_mean(mean: Vector, moved: Vector, mask: Vector) -> tuple[Any, ...]:
+    """x + E K (y - C x), from a correction that started at `unmasked_start`."""
+    triples = zip(mean, moved, mask, strict=True)
+    return tuple(new if share is True else value + share * new for value, new, share in triples)
+
+
+def consider(before: Vector, after: Vector, mask: Vector) -> tuple[Any, ...]:
+    """Covariance of the estimate corrected with the masked gain Ke = E K: consistent (Schmidt, Joseph).
+
+    With the optimal K of the joint update, (I - Ke C) P (I - Ke C)' + Ke R Ke' reduces entry by entry to
+    P - (1 - (1 - e_i)(1 - e_j)) (P - P_after): only pairs of masked states differ from the full update.
+
+    Args:
+        before: packed P before the measurements
+        after: packed (I - K C) P after the full update
+        mask: e of each state, True or 0..1
+
+    Source: Mohtat et al., Table 3, corrected: printed with P = (I - K C) P for every mask, see docs/friction.md.
+    """
+    entries = []
+    for old, new, (i, j) in zip(before, after, upper(len(mask)), strict=True):
+        if mask[i] is True or mask[j] is True:
+            entries.append(new)
+            continue
+        kept = (1.0 - mask[i]) * (1.0 - mask[j])
+        entries.append(where(kept <= 0.0, new, old - (1.0 - kept) * (old - new)))
+    return tuple(entries)
+
+
+def usable(inputs: Vector) -> Any:
+    """Whether every input is present; the Python value True where there is none."""
+    return present(sum(inputs[1:], start=inputs[0])) if inputs else True
+
+
+def held_covariance(covariance: Vector, process_noise: Vector) -> tuple[Any, ...]:
+    """Covariance of a state that is held for one sample: it grows by the process noise."""
+    return add(covariance, from_diagonal(known_variances(process_noise)))

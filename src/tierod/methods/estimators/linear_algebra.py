@@ -1,0 +1,165 @@
+"""Small dense linear algebra on tuples of scalars, in straight-line code.
+
+A matrix is a tuple of rows; a symmetric matrix is packed as its upper triangle, row by row. Entries are floats or
+symbols; the floats 0.0 and 1.0 are structure and never reach a product, so sparse models give short graphs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from tierod.core.graph.maths import both, is_symbol, sqrt, where
+
+Vector = Sequence[Any]
+Matrix = Sequence[Sequence[Any]]
+
+_SEMIDEFINITE = 1e-13  # of a pivot's own diagonal: below it a direction counts as known exactly
+
+
+def is_structural(value: Any, constant: float) -> bool:
+    """Whether a value is this plain number and can be left out of a graph."""
+    return not is_symbol(value) and isinstance(value, float) and value == constant
+
+
+def times(a: Any, b: Any) -> Any:
+    """a b, without the factors 0.0 and 1.0."""
+    if is_structural(a, 0.0) or is_structural(b, 0.0):
+        return 0.0
+    if is_structural(a, 1.0):
+        return b
+    return a if is_structural(b, 1.0) else a * b
+
+
+def plus(a: Any, b: Any) -> Any:
+    """a + b, without the term 0.0."""
+    if is_structural(a, 0.0):
+        return b
+    return a if is_structural(b, 0.0) else a + b
+
+
+def minus(a: Any, b: Any) -> Any:
+    """a - b, without the term 0.0."""
+    return a if is_structural(b, 0.0) else a - b
+
+
+def dot(a: Vector, b: Vector) -> Any:
+    """Sum of a_k b_k, from the first element on."""
+    total: Any = 0.0
+    for left, right in zip(a, b, strict=True):
+        total = plus(total, times(left, right))
+    return total
+
+
+def upper(n: int) -> list[tuple[int, int]]:
+    """Index pairs (row, column) of a packed symmetric matrix, in order."""
+    return [(i, j) for i in range(n) for j in range(i, n)]
+
+
+def order(packed: Vector) -> int:
+    """Number of rows of a packed symmetric matrix."""
+    return round(((8 * len(packed) + 1) ** 0.5 - 1) / 2)
+
+
+def unpack(packed: Vector) -> list[list[Any]]:
+    """All rows of a packed symmetric matrix."""
+    n = order(packed)
+    rows: list[list[Any]] = [[0.0] * n for _ in range(n)]
+    for value, (i, j) in zip(packed, upper(n), strict=True):
+        rows[i][j] = rows[j][i] = value
+    return rows
+
+
+def pack(rows: Matrix) -> tuple[Any, ...]:
+    """The upper triangle of a symmetric matrix."""
+    return tuple(rows[i][j] for i, j in upper(len(rows)))
+
+
+def diagonal(packed: Vector) -> tuple[Any, ...]:
+    """The diagonal of a packed symmetric matrix."""
+    return tuple(value for value, (i, j) in zip(packed, upper(order(packed)), strict=True) if i == j)
+
+
+def from_diagonal(values: Vector) -> tuple[Any, ...]:
+    """The packed symmetric matrix with this diagonal."""
+    return tuple(values[i] if i == j else 0.0 for i, j in upper(len(values)))
+
+
+def add(a: Vector, b: Vector) -> tuple[Any, ...]:
+    """a + b, element by element (vectors or packed matrices)."""
+    return tuple(plus(left, right) for left, right in zip(a, b, strict=True))
+
+
+def product(matrix: Matrix, vector: Vector) -> tuple[Any, ...]:
+    """Matrix times vector."""
+    return tuple(dot(row, vector) for row in matrix)
+
+
+def congruence(matrix: Matrix, packed: Vector) -> tuple[Any, ...]:
+    """M P M', packed, by way of W = M P: symmetric by construction.
+
+    Args:
+        matrix: M, m rows of n
+        packed: P, n by n
+    """
+    full = unpack(packed)
+    left = [[dot(row, column) for column in full] for row in matrix]
+    return tuple(dot(left[i], matrix[j]) for i, j in upper(len(matrix)))
+
+
+def scaled_congruence(matrix: Matrix, weights: Vector) -> tuple[Any, ...]:
+    """G diag(q) G', packed.
+
+    Args:
+        matrix: G, n rows of m
+        weights: q, m values; 0.0 leaves the column out
+    """
+    scaled = [[times(entry, weight) for entry, weight in zip(row, weights, strict=True)] for row in matrix]
+    return tuple(dot(scaled[i], matrix[j]) for i, j in upper(len(matrix)))
+
+
+def cholesky(packed: Vector) -> list[list[Any]]:
+    """Lower factor L with L L' = P, rows with zeros above the diagonal.
+
+    A direction whose pivot vanishes against its own diagonal (known exactly, or lost to rounding) gets a column of
+    zeros, so a semidefinite P is factored and a NaN never starts here.
+    """
+    full = unpack(packed)
+    n = len(full)
+    factor: list[list[Any]] = [[0.0] * n for _ in range(n)]
+    for j in range(n):
+        pivot = minus(full[j][j], dot(factor[j][:j], factor[j][:j]))
+        positive = both(pivot > full[j][j] * _SEMIDEFINITE, pivot > 0.0)
+        root = sqrt(where(positive, pivot, math.inf))
+        factor[j][j] = where(positive, root, 0.0)
+        for i in range(j + 1, n):
+            factor[i][j] = minus(full[i][j], dot(factor[i][:j], factor[j][:j])) / root
+    return factor
+
+
+def solve(packed: Vector, right: Vector) -> tuple[Any, ...]:
+    """x with P x = b, by L D L' without square roots.
+
+    Args:
+        packed: P, positive definite
+        right: b
+    """
+    full = unpack(packed)
+    n = len(full)
+    unit: list[list[Any]] = [[0.0] * n for _ in range(n)]
+    inverse: list[Any] = [0.0] * n
+    forward: list[Any] = []
+    for j in range(n):
+        weighted = [0.0] * j if j == 0 else [times(unit[j][k], full[k][k]) for k in range(j)]
+        pivot = minus(full[j][j], dot(weighted, unit[j][:j]))
+        full[j][j] = pivot
+        inverse[j] = 1.0 / pivot
+        for i in range(j + 1, n):
+            unit[i][j] = times(minus(full[i][j], dot(weighted, unit[i][:j])), inverse[j])
+        forward.append(minus(right[j], dot(unit[j][:j], forward)))
+    backward: list[Any] = [times(value, scale) for value, scale in zip(forward, inverse, strict=True)]
+    for j in reversed(range(n - 1)):
+        below = [unit[i][j] for i in range(j + 1, n)]
+        backward[j] = minus(backward[j], dot(below, backward[j + 1 :]))
+    return tuple(backward)

@@ -1,0 +1,98 @@
+"""Observer with a fixed gain, full or reduced order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from tierod.core.block import Tree, named_tuple, rebuild, skeleton
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import present, where
+from tierod.methods.estimators.kernels import usable
+from tierod.methods.estimators.linear_algebra import Vector, add, product
+from tierod.methods.estimators.pole_placement import Gain
+from tierod.methods.estimators.shapes import check_mean, check_model, leaf_names, leaf_values, sample_class
+
+
+class Step(NamedTuple):
+    """One step of an observer, flat: corrected mean, innovations, and whether the inputs were there (True if none)."""
+
+    mean: Vector
+    innovation: Vector
+    whole: Any
+
+
+def observe(model: Any, parameters: Any, gain: Gain, state: Tree, sample: Any) -> Step:
+    """x- = f(x, u), x = x- + L (y - h(x-)); missing outputs correct nothing, a missing input holds the state."""
+    predicted = model.transition(state, sample.input, parameters)
+    expected = leaf_values(model.output(predicted, sample.input, parameters))
+    innovation = tuple(y - z for y, z in zip(leaf_values(sample.measured), expected, strict=True))
+    used = [where(present(value), value, 0.0) for value in innovation]
+    mean: Vector = add(leaf_values(predicted), product(gain, used))
+    whole = usable(leaf_values(sample.input))
+    if whole is not True:
+        mean = tuple(where(whole, new, old) for new, old in zip(mean, leaf_values(state), strict=True))
+    return Step(mean, innovation, whole)
+
+
+def check_gain(model: Any, gain: Gain, initial_mean: Tree) -> None:
+    """Refuse a gain or a start of the wrong shape.
+
+    Raises:
+        ParameterError: with what was expected
+    """
+    states, outputs = leaf_names(model.State), leaf_names(model.Output)
+    if len(gain) != len(states) or any(len(row) != len(outputs) for row in gain):
+        raise ParameterError(
+            f"the gain has {len(gain)} rows of {sorted({len(row) for row in gain})} entries; expected {len(states)} "
+            f"({', '.join(states)}) of {len(outputs)} ({', '.join(outputs)})"
+        )
+    check_mean(initial_mean, states)
+
+
+@dataclass(frozen=True)
+class Luenberger:
+    """Observer x- = f(x, u), x = x- + L (y - h(x-)) with a fixed gain, for any discrete model.
+
+    Args:
+        model: discrete model
+        parameters: of the model; its floats are tuning
+        initial_mean: state before the first sample, one float per state
+        gain: L, rows by state, columns by output: `observer_gain` (full order) or `reduced_observer_gain` (outputs
+            taken as measured), with the poles as the choice: faster ones follow changes sooner and pass more noise
+
+    A sample is `input` and `measured`; a missing output (NaN) corrects nothing, a missing input holds the state. The
+    output is `mean` and `innovation` (measured minus expected; NaN where missing).
+
+    Source: D. G. Luenberger, 1971, doi 10.1109/TAC.1971.1099826.
+    """
+
+    model: Any
+    parameters: Any
+    initial_mean: Tree
+    gain: Gain
+
+    def __post_init__(self) -> None:
+        check_model(self.model)
+        check_gain(self.model, self.gain, self.initial_mean)
+
+    @property
+    def Sample(self) -> type:
+        """NamedTuple class with `input` and `measured`."""
+        return sample_class(self.model, ())
+
+    def init(self) -> Tree:
+        """The state before the first sample."""
+        return rebuild(skeleton(self.model.State), leaf_values(self.initial_mean))
+
+    def step(self, state: Tree, sample: Any) -> tuple[Tree, Any]:
+        """One sample on."""
+        done = observe(self.model, self.parameters, self.gain, state, sample)
+        mean = rebuild(state, done.mean)
+        return mean, _estimate_class(self.model)(mean, rebuild(skeleton(self.model.Output), done.innovation))
+
+
+@lru_cache(maxsize=256)
+def _estimate_class(model: Any) -> type:
+    return named_tuple("Estimate", [("mean", model.State), ("innovation", model.Output)])

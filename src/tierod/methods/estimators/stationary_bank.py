@@ -1,0 +1,208 @@
+"""Interacting bank of Kalman filters with stationary gains: one linear model under several noises."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tierod.core.block import Tree, rebuild, skeleton
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import all_of, present, where
+from tierod.methods.estimators.interacting import interacting_estimate_class
+from tierod.methods.estimators.kernels import usable
+from tierod.methods.estimators.linear_algebra import Vector, add, diagonal, dot, pack, product, unpack
+from tierod.methods.estimators.luenberger import check_gain
+from tierod.methods.estimators.mixing import Switching, check_switching, mixing, mixture_variance, posterior, weighed
+from tierod.methods.estimators.pole_placement import Gain
+from tierod.methods.estimators.riccati import stationary_gain
+from tierod.methods.estimators.shapes import (
+    check_model,
+    class_of_innovation_variance,
+    class_of_variance,
+    leaf_values,
+    sample_class,
+)
+from tierod.models.linear import LinearSystem
+
+
+class BankState(NamedTuple):
+    """Mean of every filter of a bank, flat, and the probability that each is the right one."""
+
+    means: tuple[Any, ...]
+    probabilities: tuple[Any, ...]
+
+
+class StationaryNoise(NamedTuple):
+    """What a stationary filter of a bank needs to know.
+
+    Args:
+        gain: of the filter, rows by state, columns by output
+        covariance: packed, of the estimate
+        innovation_covariance: packed
+        information: inverse of the innovation covariance, packed
+        log_determinant: of the innovation covariance
+    """
+
+    gain: Gain
+    covariance: tuple[float, ...]
+    innovation_covariance: tuple[float, ...]
+    information: tuple[float, ...]
+    log_determinant: float
+
+
+@dataclass(frozen=True)
+class StationaryBank:
+    """Interacting multiple models with stationary gains, for one linear model under several noises.
+
+    Only means are mixed; each filter keeps the gain that it would settle at if its noise lasted. That loses little
+    where a noise lasts longer than its filter needs to settle, and costs a few multiplications per filter and sample.
+    One filter alone is a `StationaryFilter`.
+
+    Args:
+        model: discrete model
+        parameters: of the model; its floats are tuning
+        initial_mean: state before the first sample, one float per state
+        noises: of each filter; `design` works them out
+        switching: between the filters, see `mixing.switching_of`
+
+    A sample is `input` and `measured`. The estimate is that of `InteractingFilter`. A missing output (NaN) corrects
+    nothing, and a sample with one says nothing about the models; a missing input holds the state.
+
+    Source: Blom and Bar-Shalom, IEEE Trans. Automatic Control 33 (1988) 780, doi 10.1109/9.1299, with the covariances
+    of each model taken as settled.
+    """
+
+    model: Any
+    parameters: Any
+    initial_mean: Tree
+    noises: tuple[StationaryNoise, ...]
+    switching: Switching
+
+    def __post_init__(self) -> None:
+        check_model(self.model)
+        check_switching(self.switching, len(self.noises))
+        for noise in self.noises:
+            check_gain(self.model, noise.gain, self.initial_mean)
+
+    @classmethod
+    def design(
+        cls,
+        system: LinearSystem,
+        model: Any,
+        parameters: Any,
+        process_noises: Sequence[Any],
+        measurement_noise: Any,
+        switching: Switching,
+    ) -> StationaryBank:
+        """The bank of a discrete linear system and its model.
+
+        Args:
+            system: discrete
+            model, parameters: the same as a model, from `as_model`
+            process_noises: of each filter, as `stationary_gain` takes them
+            measurement_noise: variance of each output
+            switching: between the filters
+
+        Raises:
+            ParameterError: as `stationary_gain`
+        """
+        if not process_noises:
+            raise ParameterError("process_noises is empty; expected the noise of at least one filter")
+        noises = tuple(stationary_noise(system, noise, measurement_noise) for noise in process_noises)
+        return cls(model, parameters, (0.0,) * len(system.A), noises, switching)
+
+    @property
+    def Sample(self) -> type:
+        """NamedTuple class with `input` and `measured`."""
+        return sample_class(self.model, ())
+
+    @property
+    def Estimate(self) -> type:
+        """NamedTuple class of the output."""
+        return interacting_estimate_class(self.model, len(self.noises))
+
+    def at(self, mean: Tree) -> BankState:
+        """The state of a bank that begins at a mean, all filters equally likely.
+
+        Args:
+            mean: the model's State, or its values in order
+        """
+        count = len(self.noises)
+        return BankState((leaf_values(mean),) * count, (1.0 / count,) * count)
+
+    def mean(self, state: BankState) -> Tree:
+        """The estimate that a state stands for: the means of all filters, weighed, as the model's State."""
+        return rebuild(skeleton(self.model.State), weighed(state.probabilities, state.means))
+
+    def init(self) -> BankState:
+        """The state before the first sample."""
+        return self.at(self.initial_mean)
+
+    def step(self, state: BankState, sample: Any) -> tuple[BankState, Any]:
+        """One sample on."""
+        origin = mixing(state.probabilities, self.switching)
+        measured = leaf_values(sample.measured)
+        complete = all_of(*(present(value) for value in measured))
+        means, innovations, scores = [], [], []
+        for noise, weights in zip(self.noises, origin.weights, strict=True):
+            predicted, innovation = self._predicted(weighed(weights, state.means), sample)
+            used = [where(present(value), value, 0.0) for value in innovation]
+            means.append(add(predicted, product(noise.gain, used)))
+            innovations.append(innovation)
+            scores.append(where(complete, dot(used, product(unpack(noise.information), used)), 0.0))
+        likelihoods = [
+            where(complete, -0.5 * (score + noise.log_determinant), 0.0)
+            for score, noise in zip(scores, self.noises, strict=True)
+        ]
+        after = BankState(tuple(means), posterior(origin.predicted, likelihoods))
+        count: Any = sum(where(present(value), 1.0, 0.0) for value in measured)
+        whole = usable(leaf_values(sample.input))
+        if whole is not True:
+            chosen = [where(whole, a, b) for a, b in zip(leaf_values(after), leaf_values(state), strict=True)]
+            after = rebuild(after, chosen)
+            count = where(whole, count, 0.0)
+            scores = [where(whole, score, 0.0) for score in scores]
+        return after, self._estimate(after, origin.predicted, innovations, scores, count)
+
+    def _predicted(self, mean: Vector, sample: Any) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+        at = self.model.transition(rebuild(skeleton(self.model.State), mean), sample.input, self.parameters)
+        expected = leaf_values(self.model.output(at, sample.input, self.parameters))
+        return leaf_values(at), tuple(y - z for y, z in zip(leaf_values(sample.measured), expected, strict=True))
+
+    def _estimate(self, state: BankState, predicted: Vector, innovations: Any, scores: Any, count: Any) -> Any:
+        mean = weighed(state.probabilities, state.means)
+        variance = mixture_variance(
+            state.probabilities, mean, state.means, [diagonal(noise.covariance) for noise in self.noises]
+        )
+        expected = weighed(predicted, innovations)
+        spread = mixture_variance(
+            predicted, expected, innovations, [diagonal(noise.innovation_covariance) for noise in self.noises]
+        )
+        return self.Estimate(
+            rebuild(skeleton(self.model.State), mean),
+            rebuild(skeleton(class_of_variance(self.model)), variance),
+            rebuild(skeleton(self.model.Output), expected),
+            rebuild(skeleton(class_of_innovation_variance(self.model)), spread),
+            dot(state.probabilities, scores),
+            count,
+            state.probabilities,
+        )
+
+
+def stationary_noise(system: LinearSystem, process_noise: Any, measurement_noise: Any) -> StationaryNoise:
+    """Gain and covariances of the stationary Kalman filter of a discrete system.
+
+    Raises:
+        ParameterError: as `stationary_gain`
+    """
+    found = stationary_gain(system, process_noise, measurement_noise)
+    return StationaryNoise(
+        tuple(tuple(map(float, row)) for row in found.filter),
+        pack(found.covariance.tolist()),
+        pack(found.innovation_covariance.tolist()),
+        pack(np.linalg.inv(found.innovation_covariance).tolist()),
+        float(np.linalg.slogdet(found.innovation_covariance)[1]),
+    )

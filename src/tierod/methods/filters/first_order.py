@@ -1,0 +1,82 @@
+"""First-order low-pass and the causal derivative that rests on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Annotated, Any, NamedTuple
+
+from tierod.core.block import derived
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import expm1
+from tierod.methods.filters.each import EachSignal
+from tierod.physics.lag import share_reached
+
+
+def _require_time_constant(value: float) -> None:
+    if not value > 0.0:
+        raise ParameterError(f"time_constant is {value}; expected a time greater than zero [s]")
+
+
+@dataclass(frozen=True)
+class FirstOrderLowPass(EachSignal):
+    """Exponential smoothing, y' = (u - y) / time_constant, exact for an input that is constant over a sample.
+
+    Args:
+        time_constant: time to 63 % of a step [s]; longer removes more noise and lags by as much
+
+    The other arguments are those of `EachSignal`.
+    """
+
+    time_constant: Annotated[float, "s"]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _require_time_constant(self.time_constant)
+
+    def _settled(self, value: Any) -> Any:
+        return value
+
+    def _advance(self, memory: Any, value: Any) -> tuple[Any, Any]:
+        output = memory - expm1(-self.sample_time / self.time_constant) * (value - memory)
+        return output, output
+
+
+class Smoothed(NamedTuple):
+    """Memory of one derivative."""
+
+    smooth: Any
+
+
+@dataclass(frozen=True)
+class Differentiator(EachSignal):
+    """Causal derivative: slope of the signal after a first-order low-pass; starts at zero.
+
+    Args:
+        time_constant: of the low-pass [s]; the noise of the result falls, and its lag grows, with it
+
+    The other arguments are those of `EachSignal`; the output has the signals' names and their units per second.
+    """
+
+    time_constant: Annotated[float, "s"]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _require_time_constant(self.time_constant)
+
+    @property
+    def Output(self) -> type:
+        """The NamedTuple class of the derivatives."""
+        return _per_second(self.signals)
+
+    def _settled(self, value: Any) -> Smoothed:
+        return Smoothed(value)
+
+    def _advance(self, memory: Smoothed, value: Any) -> tuple[Smoothed, Any]:
+        change = share_reached(self.sample_time / self.time_constant) * (value - memory.smooth)
+        return Smoothed(memory.smooth + change), change / self.sample_time
+
+
+@lru_cache(maxsize=256)
+def _per_second(signals: type) -> type:
+    return derived(signals, "Rates", "({})/s")

@@ -1,0 +1,57 @@
+"""Gate against jumps: a signal that leaps further than it can move is held until it may have got there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import maximum, where
+from tierod.methods.filters.each import EachSignal
+
+
+class Accepted(NamedTuple):
+    """The last value that passed, and how many samples ago that was."""
+
+    value: Any
+    age: Any
+
+
+@dataclass(frozen=True)
+class JumpGate(EachSignal):
+    """Values further from the last accepted one than the signal moves in that time are replaced by it.
+
+    The allowed distance grows with the time since the last accepted value, so that a step that stays, as of a sensor
+    that was set anew, passes after a while and nothing is locked out.
+
+    Args:
+        deviation_per_second: what the signal moves in a second, one standard deviation [unit of the signals]
+        interval: longest time between two values as they come, before they were put on the grid [s]; a signal that is
+            held between them moves by as much at once. Zero where every sample is a new value
+        gate: quantile of chi-square with one degree of freedom (10.83 for 99.9 %); larger passes greater jumps
+
+    The other arguments are those of `EachSignal`.
+    """
+
+    deviation_per_second: Annotated[float, "unit of the signal"]
+    interval: Annotated[float, "s"] = 0.0
+    gate: Annotated[float, ""] = 10.83
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("deviation_per_second", "gate"):
+            if not getattr(self, name) > 0.0:
+                raise ParameterError(f"{name} is {getattr(self, name)}; expected a number greater than zero")
+        if not self.interval >= 0.0:
+            raise ParameterError(f"interval is {self.interval}; expected a time that is not negative [s]")
+
+    def _settled(self, value: Any) -> Accepted:
+        return Accepted(value, 0.0)
+
+    def _advance(self, memory: Accepted, value: Any) -> tuple[Accepted, Any]:
+        age = memory.age + 1.0
+        since = maximum(age * self.sample_time, self.interval)
+        way, moved = value - memory.value, since * self.deviation_per_second
+        passes = way * way <= self.gate * moved * moved
+        now = Accepted(where(passes, value, memory.value), where(passes, 0.0, age))
+        return now, now.value

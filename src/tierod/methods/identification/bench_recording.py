@@ -1,0 +1,255 @@
+"""Recordings of a column bench as experiments: looked at, checked, and put on one time grid."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.core.recording import Recording
+from tierod.core.runs import runs
+from tierod.methods.identification.experiment import Experiment
+from tierod.methods.identification.fit_quality import white_noise
+from tierod.methods.identification.sampled_column import BenchParameters
+
+OUTPUTS = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
+INPUTS = ("motor_torque", "motor_target_torque")
+"""The first of them that a recording holds drives the model."""
+
+SLOWEST, SHORTEST = 2.5e-3, 2.0
+"""Sample time [s] that still shows the column's mode of 112 Hz more than three times a period; least duration [s]."""
+
+_FIRST = 20
+"""Samples from which the first state is taken."""
+_STILL = 5.0
+"""A wheel whose angle spreads by less than so many times its noise does not turn."""
+_COARSE, _LEVELS = 0.05, 20
+"""Steps of a recorded torque that are coarse, over the friction; fewer levels are those of a test in steps."""
+_LEAST_KNOWN = 0.25
+"""Share of the samples of an output that must be there: every fourth sample, or the first quarter of a test."""
+_RUN, _SHARE = 20, 0.002
+"""A channel is cut off where it stays at its extreme for so many samples in a row, in more than such a share of all."""
+
+
+@dataclass(frozen=True, eq=False)
+class BenchRecording:
+    """A recording ready for identification.
+
+    Args:
+        experiment: for the sampled column
+        time: of the grid [s]
+        deviation: noise of every output, as neighbouring samples tell it
+        remarks: what was noticed
+    """
+
+    experiment: Experiment
+    time: np.ndarray
+    deviation: tuple[float, ...]
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def locked(self) -> bool:
+        """Whether the wheel does not turn."""
+        return self.experiment.setting["wheel_freedom"] == 0.0
+
+    @property
+    def sample_time(self) -> float:
+        """[s]."""
+        return self.experiment.setting["sample_time"]
+
+    def part(self, name: str, start: int, stop: int, parameters: BenchParameters) -> BenchRecording:
+        """Some of the samples, as an experiment of its own.
+
+        Raises:
+            InputError: an output is missing there
+        """
+        inputs, measured = self.experiment.inputs[start:stop], self.experiment.measured[start:stop]
+        _require_known(name, measured)
+        experiment = _experiment(name, inputs, measured, self.locked, self.sample_time, self.deviation, parameters)
+        return replace(self, experiment=experiment, time=self.time[start:stop], remarks=())
+
+
+def bench_recording(name: str, recording: Recording, parameters: BenchParameters) -> BenchRecording:
+    """A recording of a column bench on a grid, with what it says of wheel and noise.
+
+    Args:
+        name: for messages
+        recording: with motor torque, both angles and the torque of the bar
+        parameters: of the column, for its first state
+
+    Raises:
+        InputError: channels are missing or constant, the time base cannot be right, or the recording is too short
+    """
+    driving = next((each for each in INPUTS if each in recording), None)
+    missing = [each for each in OUTPUTS if each not in recording] + ([] if driving else ["motor_torque"])
+    if missing or driving is None:
+        raise InputError(
+            f"{name} lacks {' and '.join(missing)}; the identification of a column needs the motor's torque "
+            f"({' or '.join(INPUTS)}), {', '.join(OUTPUTS)}: record them, or name them in a channel map"
+        )
+    names = (driving, *OUTPUTS)
+    step = max(_step(name, recording, each) for each in names)
+    grid = _aligned(name, recording, names, step)
+    inputs, measured = _without_gaps(name, driving, grid[:, 0]), grid[:, 1:].copy()
+    _require_known(name, measured)
+    remarks = [_rounded(name, driving, inputs, parameters.motor_friction)]
+    remarks += [_cut_off(name, each, measured[:, k]) for k, each in enumerate(OUTPUTS)]
+    deviation = tuple(white_noise(measured[:, k]) for k in range(len(OUTPUTS)))
+    locked = _is_still(measured[:, 0], deviation[0])
+    _require_motion(name, driving, inputs, measured, deviation, locked)
+    time = np.arange(len(inputs)) * step
+    experiment = _experiment(name, inputs[:, None], measured, locked, step, deviation, parameters)
+    return BenchRecording(experiment, time, deviation, tuple(filter(None, remarks)))
+
+
+def _step(name: str, recording: Recording, channel: str) -> float:
+    time = recording[channel].time
+    if len(time) < _FIRST or not time[-1] > time[0]:
+        raise InputError(f"{name}: '{channel}' has {len(time)} samples; record at least {SHORTEST:g} s of motion")
+    step = float(np.median(np.diff(time)))
+    if step > 0.1:
+        raise InputError(
+            f"{name}: the samples of '{channel}' are {step:g} s apart, which is no bench's rate; if its stamps are in "
+            "milliseconds, give them in seconds"
+        )
+    if not 2e-5 < step < SLOWEST * 1.01:
+        raise InputError(
+            f"{name}: the samples of '{channel}' are {1e3 * step:.3g} ms apart; a column swings at about 112 Hz, so "
+            f"record every {1e3 * SLOWEST:g} ms or faster, at best every millisecond"
+        )
+    return step
+
+
+def _aligned(name: str, recording: Recording, names: Sequence[str], step: float) -> np.ndarray:
+    start = max(float(recording[each].time[0]) for each in names)
+    stop = min(float(recording[each].time[-1]) for each in names)
+    if stop - start < SHORTEST:
+        raise InputError(
+            f"{name} holds {max(stop - start, 0.0):.3g} s in which all channels are there; record at least "
+            f"{SHORTEST:g} s of motion, at best 10 s or more"
+        )
+    rate = 1.0 / step
+    held = recording.align(names[:1], rate, "hold", 3.0 * step, start, stop)
+    between = recording.align(names[1:], rate, "linear", 3.0 * step, start, stop)
+    return np.column_stack([held.values, between.values])
+
+
+def _without_gaps(name: str, channel: str, values: np.ndarray) -> np.ndarray:
+    known = np.isfinite(values)
+    if known.mean() < 0.99 or not known[0]:
+        raise InputError(
+            f"{name}: '{channel}' is missing in {100.0 * (1.0 - known.mean()):.2g} % of the time; what drives the "
+            "column has to be known throughout: cut the recording, or record again"
+        )
+    return values[np.maximum.accumulate(np.where(known, np.arange(len(values)), 0))]
+
+
+def _require_known(name: str, measured: np.ndarray) -> None:
+    for each, share in zip(OUTPUTS, np.isfinite(measured).mean(axis=0), strict=True):
+        if share < _LEAST_KNOWN:
+            raise InputError(
+                f"{name}: '{each}' is missing in {100.0 * (1.0 - share):.3g} % of the time; cut the recording to where "
+                "it is there, or record again"
+            )
+
+
+def bridged(values: np.ndarray) -> np.ndarray:
+    """Values without gaps, straight over them."""
+    index, known = np.arange(len(values)), np.isfinite(values)
+    return np.interp(index, index[known], values[known])
+
+
+def _rounded(name: str, channel: str, values: np.ndarray, friction: float) -> str:
+    """What is told of a motor torque that was recorded in coarse steps."""
+    levels = np.unique(values)
+    step = float(np.min(np.diff(levels))) if len(levels) > 1 else 0.0
+    if len(levels) < _LEVELS or step < _COARSE * friction:
+        return ""
+    return (
+        f"{name}: '{channel}' comes in steps of {step:.2g} N·m, {100.0 * step / friction:.0f} % of the motor's "
+        "friction; in slow ramps that passes for friction, and its stiffness may be off by as much: record it finer"
+    )
+
+
+def _cut_off(name: str, channel: str, values: np.ndarray) -> str:
+    """Take out samples at which a channel stays at its extreme; what is told of it."""
+    cut = np.zeros(len(values), bool)
+    if np.nanmax(values) > np.nanmin(values):
+        for extreme in (np.nanmax(values), np.nanmin(values)):
+            at = values == extreme
+            for first, last in zip(*runs(at), strict=True):
+                cut[first:last] |= last - first >= _RUN and abs(extreme) > 0.0
+    moving = len(np.unique(values)) > 100
+    if cut.mean() < _SHARE or not moving:
+        return ""
+    values[cut] = np.nan
+    return (
+        f"{name}: '{channel}' stays at its largest value in {100.0 * cut.mean():.2g} % of the samples; a sensor at its "
+        "limit is taken as missing there"
+    )
+
+
+def _is_still(angle: np.ndarray, noise: float) -> bool:
+    smooth = np.convolve(angle[np.isfinite(angle)], np.full(25, 0.04), mode="valid")
+    return bool(np.ptp(smooth) < _STILL * noise + math.radians(0.02))
+
+
+def _require_motion(
+    name: str, driving: str, inputs: np.ndarray, measured: np.ndarray, deviation: Sequence[float], locked: bool
+) -> None:
+    if np.ptp(inputs) == 0.0:
+        raise InputError(f"{name}: '{driving}' is constant at {inputs[0]:g} N·m; record a sweep, steps or ramps of it")
+    constant = [
+        each for k, each in enumerate(OUTPUTS) if k > 0 and np.nanmax(measured[:, k]) == np.nanmin(measured[:, k])
+    ]
+    if constant:
+        raise InputError(f"{name}: '{constant[0]}' is constant throughout; check the sensor and the channel map")
+    if _is_still(measured[:, 1], deviation[1]) or (locked and _is_still(measured[:, 2], deviation[2])):
+        raise InputError(
+            f"{name} does not excite the column: with a motor torque up to {np.max(np.abs(inputs)):.2g} N·m "
+            "the motor hardly turns; record with more torque than the friction holds, at least twice"
+        )
+
+
+def _experiment(
+    name: str,
+    inputs: np.ndarray,
+    measured: np.ndarray,
+    locked: bool,
+    step: float,
+    deviation: Sequence[float],
+    p: BenchParameters,
+) -> Experiment:
+    """With the first state as the first samples tell it, and how well they do."""
+    first = np.arange(_FIRST) - 0.5 * (_FIRST - 1)
+    known = np.column_stack([bridged(values)[:_FIRST] for values in measured.T])
+    slopes = first @ known / (first @ first) / step
+    angles = known.mean(axis=0) - slopes * step * 0.5 * (_FIRST - 1)
+    wheel, motor, torque = float(angles[0]), float(angles[1]), float(angles[2])
+    rate = math.sqrt(1.0 / (first @ first)) / step
+    gear = wheel - torque / p.torsion_bar_stiffness
+    bar = deviation[2] / p.torsion_bar_stiffness
+    turning = (rate * deviation[1]) ** 2 + (0.1 * slopes[1]) ** 2
+    mean = (
+        0.0 if locked else float(slopes[0]),
+        float(slopes[1]),
+        float(slopes[1]) / p.motor_ratio,
+        wheel,
+        motor,
+        gear,
+        0.0,
+    )
+    variance = (
+        1e-12 if locked else (rate * deviation[0]) ** 2 + (0.1 * slopes[0]) ** 2,
+        turning,
+        (rate * bar) ** 2 + turning / p.motor_ratio**2,
+        deviation[0] ** 2,
+        deviation[1] ** 2,
+        bar**2 + 1e-6,
+        0.3,
+    )
+    setting: Mapping[str, float] = {"wheel_freedom": 0.0 if locked else 1.0, "sample_time": step}
+    return Experiment(name, inputs, measured, mean, tuple(map(float, variance)), setting)

@@ -1,0 +1,149 @@
+"""Identification of the column of an electric power steering from recordings of a test bench."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from tierod.core.errors import InputError, ParameterError, nearest
+from tierod.core.graph import scan
+from tierod.core.recording import Recording
+from tierod.methods.identification.bench_recording import OUTPUTS, BenchRecording, bench_recording
+from tierod.methods.identification.column_fit import (
+    CURES,
+    DEFAULT_FREE,
+    DESIGN,
+    FRICTION,
+    WHEEL_SIDE,
+    ColumnFit,
+    Fitted,
+    is_unexplained,
+    known_free,
+    search_of,
+)
+from tierod.methods.identification.column_result import ColumnIdentification, LeftOut, Shown
+from tierod.methods.identification.fit_quality import normalised_error, whiteness
+from tierod.methods.identification.sampled_column import BenchParameters, SampledColumn
+from tierod.methods.identification.simulation import Simulation
+from tierod.methods.identification.suspects import refuse_slips
+from tierod.physics.friction import dahl_update
+
+_PARTS = 3
+"""Into which a single recording is cut, so that each can be left out."""
+
+Progress = Callable[[float], None]
+
+
+def identify_column(
+    parameters: BenchParameters,
+    recordings: Mapping[str, Recording],
+    free: Sequence[str] = (),
+    deviations: Mapping[str, float | None] | None = None,
+    progress: Progress = lambda share: None,
+) -> ColumnIdentification:
+    """Parameters of a column from recordings of a bench.
+
+    The wheel's side comes from a regression with instruments, which needs no model of motor and friction; all else from
+    maximum likelihood with a torque at the motor that nobody recorded.
+
+    Args:
+        parameters: of the column, where the search starts
+        recordings: by name
+        free: parameters that are looked for; damping and friction where none is named
+        deviations: of the vehicle file, by name, for the table
+        progress: called with the share that is done
+
+    Raises:
+        ParameterError: a free parameter that there is not
+        InputError: recordings that cannot be used, or do not tell a parameter
+    """
+    wanted = tuple(free) or DEFAULT_FREE
+    _refuse_unknown(wanted)
+    whole_rows = [bench_recording(name, each, parameters) for name, each in recordings.items()]
+    for each in whole_rows:
+        refuse_slips(each, search_of(parameters, FRICTION, [each], widened=True))
+    rows, remarks = _parted(whole_rows, parameters), [remark for each in whole_rows for remark in each.remarks]
+    untold = [name for name in wanted if name in WHEEL_SIDE] if all(each.locked for each in rows) else []
+    if untold and free:
+        raise InputError(f"with the wheel locked {' and '.join(untold)} cannot be told; record {CURES[untold[0]]}")
+    if untold:
+        remarks.append(f"{' and '.join(untold)} stays as it is: the wheel was locked; record {CURES[untold[0]]}")
+        wanted = _unlocked(wanted)
+    progress(0.05)
+    fit = ColumnFit(parameters, wanted)
+    whole = fit.run(rows, lambda share: progress(0.05 + 0.5 * share))
+    left_out = []
+    for number, row in enumerate(rows):
+        others = [each for each in rows if each is not row]
+        if others:
+            left_out.append(_without(fit, whole, others, row))
+        progress(0.55 + 0.45 * (number + 1) / len(rows))
+    shown = tuple(_shown(row, whole.parameters, r) for row, r in zip(rows, whole.estimate.residuals, strict=True))
+    return ColumnIdentification(
+        tuple(whole.found(deviations or {})),
+        whole.estimate,
+        tuple(left_out),
+        shown,
+        {name: whiteness([r[:, k] for r in whole.estimate.residuals]) for k, name in enumerate(OUTPUTS)},
+        (*remarks, *whole.remarks),
+        not is_unexplained(whole.estimate, [row.experiment for row in rows]),
+    )
+
+
+def _refuse_unknown(wanted: Sequence[str]) -> None:
+    for name in wanted:
+        if name not in known_free():
+            hint = f"{name} is counted, not measured" if name in DESIGN else nearest(name, known_free()).lstrip("; ")
+            raise ParameterError(f"'{name}' cannot be looked for: {hint}")
+
+
+def _parted(rows: list[BenchRecording], parameters: BenchParameters) -> list[BenchRecording]:
+    """A single recording in parts, so that each can be left out; several as they are."""
+    if len(rows) > 1:
+        return rows
+    row, count = rows[0], len(rows[0].time)
+    edges = np.linspace(0, count, _PARTS + 1).astype(int)
+    return [
+        row.part(f"{row.experiment.name}, {row.time[a]:.3g} to {row.time[b - 1]:.3g} s", a, b, parameters)
+        for a, b in pairwise(edges)
+    ]
+
+
+def _without(fit: ColumnFit, whole: Fitted, others: Sequence[BenchRecording], row: BenchRecording) -> LeftOut:
+    """Fitted anew from the others, and held against the one that was left out."""
+    only = fit if any(not each.locked for each in others) else ColumnFit(fit.parameters, _unlocked(fit.wanted))
+    again = only.run(others, near=whole)
+    values = {each.name: each.value for each in again.found({})}
+    return LeftOut(row.experiment.name, values, _shown(row, again.parameters).errors)
+
+
+def _unlocked(wanted: Sequence[str]) -> tuple[str, ...]:
+    return tuple(name for name in wanted if name not in WHEEL_SIDE)
+
+
+def _shown(row: BenchRecording, parameters: BenchParameters, residuals: np.ndarray | None = None) -> Shown:
+    experiment = row.experiment
+    block = Simulation(SampledColumn, replace(parameters, **experiment.setting), experiment.initial_mean)
+    simulated = scan(block, experiment.inputs).values[:, : len(OUTPUTS)]
+    errors = {
+        name: normalised_error(simulated[:, k], experiment.measured[:, k])
+        for k, name in enumerate(OUTPUTS)
+        if not (row.locked and name == "steering_wheel_angle")
+    }
+    friction = _friction(simulated[:, 1], parameters)
+    left = np.full_like(simulated, np.nan) if residuals is None else residuals
+    torque = experiment.inputs[:, 0]
+    return Shown(experiment.name, row.locked, row.time, torque, experiment.measured, simulated, left, friction, errors)
+
+
+def _friction(angle: np.ndarray, parameters: BenchParameters) -> np.ndarray:
+    """Dahl's friction [N m] along a path of the motor."""
+    share, out = 0.0, np.zeros(len(angle))
+    reach = parameters.motor_friction / parameters.motor_friction_stiffness
+    for k, turned in enumerate(np.diff(angle).tolist()):
+        share = dahl_update(share, turned, reach)
+        out[k + 1] = share
+    return parameters.motor_friction * out

@@ -1,0 +1,269 @@
+"""One fit of a column: the side of its wheel by instruments, all else by likelihood."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.methods.identification.bench_recording import BenchRecording, bridged
+from tierod.methods.identification.column_result import Found
+from tierod.methods.identification.experiment import INTERVAL, Estimate, Experiment, Free
+from tierod.methods.identification.held import Misfit, misfit
+from tierod.methods.identification.identifiability import blind_directions, refusal
+from tierod.methods.identification.maximum_likelihood import MaximumLikelihood
+from tierod.methods.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
+from tierod.methods.identification.wheel_side import WheelMotion, wheel_side
+from tierod.models.steering_column import RubbingColumnParameters
+
+DEFAULT_FREE = ("steering_wheel_damping", "motor_damping", "motor_friction", "motor_friction_stiffness")
+"""Raffone, section 2.2: damping of wheel and motor, and Dahl's friction."""
+DESIGN = ("motor_ratio",)
+"""Parameters that are counted, not measured."""
+FRICTION = ("motor_friction", "motor_friction_stiffness")
+WHEEL_SIDE = ("steering_wheel_inertia", "steering_wheel_damping")
+
+_NUISANCES = (
+    Free("motor_torque_gain", False, 0.1),
+    Free("motor_torque_offset", False, 0.1),
+    Free("driver_torque_offset", False, 0.2),
+)
+"""What a bench adds, known before within these standard deviations, and estimated beside the parameters."""
+TORQUE_DEVIATION = 0.01
+"""Torque at the motor that nobody recorded [N m] per sample, where the search for it starts: noise of a good drive."""
+_STARTS = tuple((friction, stiffness) for friction in (-1.4, -0.7, 0.7) for stiffness in (-1.1, 0.0, 1.1))
+"""Further starts: friction from a quarter to twice the vehicle file's, its stiffness from a third to three times."""
+MOST_UNKNOWN = 0.2
+"""Torque that nobody recorded, over that recorded, from which the model does not explain a recording: another law of
+friction makes a tenth, hands on the wheel more than half."""
+LEAST_SHARE = 0.3
+"""Torque of the motor's damping, over the torque that nobody recorded, below which the damping counts as not told: what
+is unknown is never quite white, and what of it goes with the speed would pass for damping."""
+LONGEST_GAP, SHORTEST_STRETCH = 0.01, 1.0
+"""Gap over which a signal of the wheel is taken as straight, a third of what smooths it [s]; stretch between longer
+gaps that is used [s], some times the 0.36 s that the smoothing takes."""
+
+CURES = {
+    "steering_wheel_inertia": "a sweep with the wheel free and nobody touching it",
+    "steering_wheel_damping": "a sweep with the wheel free and nobody touching it",
+    "torsion_bar_stiffness": "a sweep with the wheel free beside one with the wheel locked",
+    "gear_stiffness": "a sweep up to 150 Hz",
+    "gear_inertia": "a sweep up to 150 Hz",
+    "motor_inertia": "a sweep with the wheel free, up to 20 Hz",
+    "motor_damping": "fast motion, a sweep or steps with the wheel free",
+    "motor_friction": "slow ramps of the motor's torque to and fro, with twice the torque that the friction holds",
+    "motor_friction_stiffness": (
+        "slow ramps of the motor's torque to and fro with the wheel locked, from less than the friction on"
+    ),
+}
+
+Progress = Callable[[float], None]
+
+
+def known_free() -> tuple[str, ...]:
+    """Names of the parameters that can be looked for."""
+    return tuple(each.name for each in fields(RubbingColumnParameters) if each.name not in DESIGN)
+
+
+def search_of(
+    parameters: BenchParameters,
+    names: Sequence[str],
+    rows: Sequence[BenchRecording],
+    widened: bool = False,
+    known: Mapping[str, float] | None = None,
+) -> MaximumLikelihood:
+    """The search for parameters of a column.
+
+    Args:
+        parameters: where it starts
+        names: of the free ones
+        rows: recordings, for their noise
+        known: parameters that are known within a standard deviation, relative: they may move, so that what is not known
+            of them is counted in the others
+        widened: whether noises are taken so large that a rough start is not far away
+    """
+    free = (*(Free(name) for name in names), *_NUISANCES, *(Free(n, spread=s) for n, s in (known or {}).items()))
+    places = {name: k for k, name in enumerate(names)}
+    starts = []
+    for friction, stiffness in _STARTS:
+        start = np.zeros(len(free))
+        for name, shift in zip(FRICTION, (friction, stiffness), strict=True):
+            if name in places:
+                start[places[name]] = shift
+        starts.append(tuple(start.tolist()))
+    noise = np.max([row.deviation for row in rows], axis=0)
+    factor = (5.0, 3.0) if widened else (1.0, 1.0)
+    return MaximumLikelihood(
+        SampledColumn,
+        parameters,
+        free,
+        (factor[0] * TORQUE_DEVIATION,),
+        tuple((factor[1] * noise).tolist()),
+        RoundedColumn,
+        starts=tuple(dict.fromkeys(starts)) if places.keys() & set(FRICTION) else (),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """One fit: wheel side and likelihood."""
+
+    base: BenchParameters
+    wanted: tuple[str, ...]
+    wheel: Mapping[str, tuple[float, float]]
+    estimate: Estimate
+    remarks: tuple[str, ...]
+
+    @property
+    def parameters(self) -> BenchParameters:
+        """Of the column, with all that was found."""
+        found = self.estimate.parameters(self.base)
+        return replace(found, **{name: value for name, (value, _) in self.wheel.items()})
+
+    def found(self, deviations: Mapping[str, float | None]) -> list[Found]:
+        """The parameters that were looked for; deviations are those of the vehicle file."""
+        rows = []
+        for name in (each for each in known_free() if each in self.wanted):
+            before = getattr(self.base, name)
+            if name in self.wheel:
+                value, deviation = self.wheel[name]
+                low, high, method = value - INTERVAL * deviation, value + INTERVAL * deviation, "instruments"
+            else:
+                value, deviation = self.estimate[name], self.estimate.deviation(name)
+                (low, high), method = self.estimate.interval(name), "likelihood"
+            rows.append(Found(name, before, deviations.get(name), value, deviation, low, high, method))
+        return rows
+
+
+@dataclass(frozen=True)
+class ColumnFit:
+    """What is looked for, and from where."""
+
+    parameters: BenchParameters
+    wanted: tuple[str, ...]
+
+    def run(
+        self, rows: Sequence[BenchRecording], progress: Progress = lambda share: None, near: Fitted | None = None
+    ) -> Fitted:
+        """Fit, from far away or from near an earlier fit.
+
+        Raises:
+            InputError: a parameter that the recordings do not tell
+        """
+        wheel, remarks = self._wheel(rows)
+        base = replace(self.parameters, **{name: value for name, (value, _) in wheel.items()})
+        names = tuple(name for name in self.wanted if name not in wheel)
+        search = search_of(base, names, rows, known={name: spread / value for name, (value, spread) in wheel.items()})
+        experiments = [row.experiment for row in rows]
+        start = None if near is None else search.place_of(near.estimate)
+        estimate = search.fit(experiments, start, progress)
+        if near is None:
+            untold = _untold(estimate, names, rows)
+            remarks += _bench_remarks(estimate, experiments)
+            if untold or not estimate.converged or is_unexplained(estimate, experiments):
+                wrong = misfit(search, estimate, experiments, [each for each in known_free() if each not in wheel])
+                if untold:
+                    raise InputError(_does_not_fit(wrong) if wrong else untold)
+                remarks += [_does_not_fit(wrong)] if wrong else []
+        return Fitted(self.parameters, self.wanted, wheel, estimate, tuple(remarks))
+
+    def _wheel(self, rows: Sequence[BenchRecording]) -> tuple[dict[str, tuple[float, float]], list[str]]:
+        """Value and deviation of what the wheel's side tells, and what was noticed there."""
+        motions = [each for row in rows if not row.locked for each in _motions(row, self.parameters.motor_ratio)]
+        if not motions:
+            return {}, []
+        both = wheel_side(motions)
+        known = self.parameters.steering_wheel_inertia
+        wanted, remarks = [name for name in WHEEL_SIDE if name in self.wanted], []
+        if "steering_wheel_inertia" not in wanted:
+            if abs(both.inertia - known) > max(5.0 * both.inertia_deviation, 0.02 * known):
+                remarks.append(
+                    f"the wheel turns as if its inertia were {both.inertia:.4g} kg·m², not {known:.4g} as the vehicle "
+                    "file says: are there hands on it? If not, add steering_wheel_inertia to --free"
+                )
+            if not wanted:
+                return {}, remarks
+            alone = wheel_side(motions, known)
+            return {"steering_wheel_damping": (alone.damping, alone.damping_deviation)}, remarks
+        values = {
+            "steering_wheel_inertia": (both.inertia, both.inertia_deviation),
+            "steering_wheel_damping": (both.damping, both.damping_deviation),
+        }
+        return {name: values[name] for name in wanted}, remarks
+
+
+def _untold(estimate: Estimate, names: Sequence[str], rows: Sequence[BenchRecording]) -> str:
+    """What the recordings do not tell, and what to record instead; empty where they tell all."""
+    blind = blind_directions(estimate, names)
+    if blind:
+        return refusal(blind, [row.experiment.name for row in rows], CURES)
+    return _slow(estimate, rows) if "motor_damping" in names else ""
+
+
+def _does_not_fit(wrong: Misfit) -> str:
+    return (
+        f"{wrong.name}, held at {wrong.held:.3g} as the vehicle file says, does not fit: near {wrong.likelier:.2g} the "
+        "recordings would be far likelier, and until then they tell nothing else; add it to --free, or correct the "
+        "vehicle file"
+    )
+
+
+def _slow(estimate: Estimate, rows: Sequence[BenchRecording]) -> str:
+    """What is told of a damping whose torque is lost in what nobody recorded."""
+    smooth = np.full(10, 0.1)
+    turned = [
+        np.diff(np.convolve(bridged(row.experiment.measured[:, 1]), smooth, "valid")) / row.sample_time for row in rows
+    ]
+    speed = float(np.sqrt(np.mean(np.concatenate(turned) ** 2)))
+    likely = min(estimate["motor_damping"], estimate.start[estimate.index("motor_damping")])
+    torque, unknown = likely * speed, estimate.input_deviation[0]
+    if torque >= LEAST_SHARE * unknown:
+        return ""
+    return (
+        f"this does not excite motor_damping ({', '.join(row.experiment.name for row in rows)}): at {speed:.2g} "
+        f"rad/s on average it makes {torque:.2g} N·m, beside {unknown:.2g} N·m that nobody recorded (noise, "
+        f"rounding, cogging); record {CURES['motor_damping']} besides, or leave it out of --free"
+    )
+
+
+def _motions(row: BenchRecording, ratio: float) -> list[WheelMotion]:
+    """A recording with a free wheel, cut where it has gaps that are longer than what the smoothing bridges."""
+    measured, step = row.experiment.measured, row.sample_time
+    there = np.flatnonzero(np.isfinite(measured).all(axis=1))
+    found = []
+    for part in np.split(there, np.flatnonzero(np.diff(there) * step > LONGEST_GAP) + 1):
+        if len(part) and (part[-1] - part[0]) * step > SHORTEST_STRETCH:
+            wheel, motor, torque = (bridged(values) for values in measured[part[0] : part[-1] + 1].T)
+            found.append(WheelMotion(wheel, motor / ratio, torque, step))
+    return found
+
+
+def _driving(experiments: Sequence[Experiment]) -> float:
+    """Root mean square of the recorded torque [N m]."""
+    return float(np.sqrt(np.mean(np.concatenate([each.inputs for each in experiments]) ** 2)))
+
+
+def is_unexplained(estimate: Estimate, experiments: Sequence[Experiment]) -> bool:
+    """Whether so large a torque moved the column that nobody recorded that the model says little of it."""
+    return estimate.input_deviation[0] > MOST_UNKNOWN * _driving(experiments)
+
+
+def _bench_remarks(estimate: Estimate, experiments: Sequence[Experiment]) -> list[str]:
+    gain, spread = estimate["motor_torque_gain"], estimate.deviation("motor_torque_gain")
+    remarks = []
+    if abs(gain - 1.0) > max(3.0 * spread, 0.002):
+        remarks.append(
+            f"the motor gives {100.0 * gain:.2f} ± {100.0 * spread:.2g} % of the torque that was recorded, by the "
+            "measure of torsion bar and inertia; the parameters are those of the true torque"
+        )
+    driving, unknown = _driving(experiments), estimate.input_deviation[0]
+    if is_unexplained(estimate, experiments):
+        remarks.append(
+            f"a torque of {unknown:.2g} N·m at the motor that nobody recorded moves the column beside the recorded "
+            f"{driving:.2g} N·m: the model explains these recordings badly; check channels, vehicle file and time base"
+        )
+    if not estimate.converged:
+        remarks.append("the search did not come to an end; the values may be off by more than their deviations")
+    return remarks

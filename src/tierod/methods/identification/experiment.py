@@ -1,0 +1,149 @@
+"""What an identification works on: experiments, free parameters, and what it finds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from tierod.core.errors import ParameterError, nearest
+
+INTERVAL = 1.959964
+"""Standard deviations to either side that hold 95 % of a normal distribution."""
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """One recording of a plant, on a uniform grid.
+
+    Args:
+        name: for messages and tables
+        inputs: of the model, shape (n, inputs), without gaps
+        measured: outputs of the model, shape (n, outputs); NaN where missing
+        initial_mean: state of the model at the first sample
+        initial_variance: its variance, one per state
+        setting: parameters of the model that belong to this experiment alone, by name
+    """
+
+    name: str
+    inputs: np.ndarray
+    measured: np.ndarray
+    initial_mean: tuple[float, ...]
+    initial_variance: tuple[float, ...]
+    setting: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def samples(self) -> np.ndarray:
+        """Inputs and outputs side by side, as a filter takes them."""
+        return np.column_stack([self.inputs, self.measured])
+
+
+@dataclass(frozen=True)
+class Free:
+    """A parameter that is looked for.
+
+    Args:
+        name: of a field of the model's parameters
+        positive: whether it cannot be negative or zero: then its logarithm is searched, and its spread is relative
+        spread: standard deviation of what is known before, about the start and in the coordinate of the search; None
+            where nothing is
+    """
+
+    name: str
+    positive: bool = True
+    spread: float | None = None
+
+    def coordinate(self, value: float) -> float:
+        """Of the search.
+
+        Raises:
+            ParameterError: a start that is not positive, where the parameter has to be
+        """
+        if self.positive and not value > 0.0:
+            raise ParameterError(f"the search for {self.name} cannot start at {value:g}; give a value above zero")
+        return math.log(value) if self.positive else value
+
+    def value(self, coordinate: float) -> float:
+        """At a place of the search."""
+        return math.exp(coordinate) if self.positive else coordinate
+
+    def slope(self, value: float) -> float:
+        """Change of the value per coordinate."""
+        return value if self.positive else 1.0
+
+
+def with_values(parameters: Any, free: Sequence[Free], place: np.ndarray, setting: Mapping[str, float]) -> Any:
+    """Parameters of a model at a place of the search, for one experiment."""
+    found = {each.name: each.value(float(x)) for each, x in zip(free, place, strict=True)}
+    return replace(parameters, **setting, **found)
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """What was found.
+
+    Args:
+        free: the parameters, in order
+        start, values: before and after
+        covariance: of the coordinates of the search; holds with residuals that are coloured
+        information: second derivatives of the cost there, what is known before included
+        cost: half the sum of squares, or the negative log likelihood
+        residuals: standardised, of every experiment, shape (n, outputs); NaN where missing
+        input_deviation, output_deviation: noise that was found or assumed; empty where there is none
+        steps: of the search
+        converged: whether it came to an end
+    """
+
+    free: tuple[Free, ...]
+    start: tuple[float, ...]
+    values: tuple[float, ...]
+    covariance: np.ndarray
+    information: np.ndarray
+    cost: float
+    residuals: tuple[np.ndarray, ...]
+    input_deviation: tuple[float, ...] = ()
+    output_deviation: tuple[float, ...] = ()
+    steps: int = 0
+    converged: bool = True
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the free parameters."""
+        return tuple(each.name for each in self.free)
+
+    def index(self, name: str) -> int:
+        """Place of a parameter.
+
+        Raises:
+            ParameterError: it was not free
+        """
+        if name not in self.names:
+            raise ParameterError(f"'{name}' was not looked for{nearest(name, self.names)}")
+        return self.names.index(name)
+
+    def __getitem__(self, name: str) -> float:
+        return self.values[self.index(name)]
+
+    def deviation(self, name: str) -> float:
+        """Standard deviation of a parameter, in its unit."""
+        k = self.index(name)
+        return abs(self.free[k].slope(self.values[k])) * math.sqrt(max(self.covariance[k, k], 0.0))
+
+    def interval(self, name: str) -> tuple[float, float]:
+        """The interval that holds the parameter with 95 %, were the model exact."""
+        k = self.index(name)
+        centre, half = self.free[k].coordinate(self.values[k]), INTERVAL * math.sqrt(max(self.covariance[k, k], 0.0))
+        return self.free[k].value(centre - half), self.free[k].value(centre + half)
+
+    @property
+    def correlation(self) -> np.ndarray:
+        """Of the parameters."""
+        spread = np.sqrt(np.diag(self.covariance))
+        return self.covariance / np.outer(spread, spread)
+
+    def parameters(self, base: Any, setting: Mapping[str, float] | None = None) -> Any:
+        """The model's parameters with what was found."""
+        return replace(base, **dict(setting or {}), **dict(zip(self.names, self.values, strict=True)))

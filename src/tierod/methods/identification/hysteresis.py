@@ -1,0 +1,286 @@
+"""Friction of a steering system from the hysteresis loop of a lock-to-lock test (Mohtat et al., appendix A)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from tierod.core.errors import InputError, ParameterError
+from tierod.core.findings import Estimate
+from tierod.core.recording import Recording
+from tierod.methods.identification.closed_loop import Loop, closed_loops
+from tierod.methods.identification.pre_sliding import PreSliding, pre_sliding
+from tierod.methods.identification.work_balance import Motion, WorkBalance, half_width, slope, work_balance
+from tierod.models.below_bar import BelowBarParameters
+from tierod.physics.torsion_bar import torsion_bar_twist
+from tierod.vehicles import Vehicle
+
+Support = Literal["hoist", "ground"]
+PLACE = "friction torque at the steering wheel axis"
+_SIGNALS = ("steering_wheel_angle", "steering_wheel_rate", "driver_torque", "motor_torque")
+
+
+@dataclass(frozen=True)
+class HysteresisFriction:
+    """Friction of the steering system over all closed loops of one recording.
+
+    Args:
+        support: "hoist" (internal friction only) or "ground" (tyre scrub included)
+        friction_torque: mean over the loops [N m]
+        standard_deviation: of the mean: damping, closing gap, scatter of the loops, work lost in reversals [N m]
+        independent_deviation: the same without the damping, which is common to recordings of one vehicle [N m]
+        damping_deviation: standard deviation of the damping used [N m s/rad]
+        mean_rate: rate at which the damping acted [rad/s]
+        loops: the balance of each loop
+        pre_sliding: angle over which friction builds up after a reversal, None where it cannot be told
+        angle, torque: the loops for plotting, of the column below the torsion bar [rad], [N m]; inertia and viscous
+            torque taken off
+        profile_angle, profile_friction: half width of the loop over the angle [rad], [N m]; NaN where not passed
+    """
+
+    support: Support
+    friction_torque: float
+    standard_deviation: float
+    independent_deviation: float
+    damping_deviation: float
+    mean_rate: float
+    loops: tuple[WorkBalance, ...]
+    pre_sliding: PreSliding | None
+    angle: np.ndarray
+    torque: np.ndarray
+    profile_angle: np.ndarray
+    profile_friction: np.ndarray
+
+    @property
+    def estimate(self) -> Estimate:
+        """The friction torque as a finding states it."""
+        return Estimate(f"{PLACE}, on {self.support}", self.friction_torque, self.standard_deviation, "N*m")
+
+
+@dataclass(frozen=True)
+class HysteresisIdentification:
+    """Work balance over lock-to-lock loops, eqs (15) to (17).
+
+    Over a closed loop the kinetic energy and every spring (tyre, self-alignment) drop out; what remains is friction
+    and damping. The tyre's scrub on the ground is friction too: only the difference to a loop of the unfaulted car,
+    taken on the same ground, is the friction that was added (`friction_increase`).
+
+    The driver's torque is that in the torsion bar. It works on what is below the bar: along the angle of the steering
+    wheel less the twist of the bar, against the inertia and damping there. Over a closed loop an elastic bar changes
+    little, but it would pass for pre-sliding at the reversals.
+
+    Args:
+        motor_gear_ratio: motor shaft to steering wheel axis, n []
+        inertia: J_eq at the steering wheel axis of what is below the torsion bar [kg m^2]
+        damping: B_eq likewise [N m s/rad]
+        damping_deviation: its standard deviation [N m s/rad]; goes into the uncertainty at the rate turned
+        minimum_stroke: least distance of the locks [rad]; road cars turn 2 to 3.5 turns, half a turn is left for care
+        closing_tolerance: largest gap between both ends of a loop [rad]; a spring of 1 N m/rad then errs by 2 mN m
+        maximum_rate: fastest turn [rad/s]; above it the viscous torque is no longer small against friction
+        maximum_speed: of the vehicle [m/s]; above it the wheels roll and the test is none
+        sampling_rate: of the alignment [Hz]
+        maximum_age: longest gap in a channel [s]
+        noise_angle: motion below this is no reversal [rad]
+        unseen_build_up: pre-sliding angle assumed in the uncertainty where the reversals show none [rad]; each reversal
+            loses twice its share of the path
+        torsion_bar_stiffness: [N m/rad]; infinite for a rigid bar
+
+    Source: Mohtat et al., appendix A, eqs (15) to (17); read as J/2 * (rate_2^2 - rate_1^2) in (16).
+    """
+
+    motor_gear_ratio: float
+    inertia: float
+    damping: float
+    damping_deviation: float
+    minimum_stroke: float = math.radians(540.0)
+    closing_tolerance: float = math.radians(5.0)
+    maximum_rate: float = 6.0
+    maximum_speed: float = 0.3
+    sampling_rate: float = 100.0
+    maximum_age: float = 0.1
+    noise_angle: float = math.radians(3.0)
+    unseen_build_up: float = math.radians(1.0)
+    torsion_bar_stiffness: float = math.inf
+
+    @classmethod
+    def of_vehicle(cls, vehicle: Vehicle, sampling_rate: float = 100.0) -> HysteresisIdentification:
+        """The test for a car.
+
+        Args:
+            vehicle: its parameters
+            sampling_rate: of the alignment [Hz]
+
+        Raises:
+            ParameterError: the vehicle file lacks a parameter; the message names it
+        """
+        below = vehicle.parameters_for(BelowBarParameters)
+        stiffness = below.torsion_bar_stiffness if vehicle.calibrated else math.inf
+        return cls(
+            vehicle["motor_ratio"],
+            below.inertia,
+            below.damping,
+            vehicle.parameters["column_damping"].standard_deviation or 0.0,
+            sampling_rate=sampling_rate,
+            torsion_bar_stiffness=stiffness,
+        )
+
+    def identify(self, recording: Recording, support: Support) -> HysteresisFriction:
+        """Friction over the closed loops of a recording.
+
+        Args:
+            recording: steering_wheel_angle, driver_torque and motor_torque; steering_wheel_rate and vehicle_speed where
+                they exist (without the rate the angle is differentiated)
+            support: "hoist" or "ground"
+
+        Raises:
+            InputError: a channel is absent or has gaps, the vehicle moves, the turn is too fast, too small, does not
+                close, or its work is negative (a wrong sign)
+            ParameterError: support is neither "hoist" nor "ground"
+        """
+        if support not in ("hoist", "ground"):
+            raise ParameterError(f"support is '{support}', but a lock-to-lock test stands on 'hoist' or 'ground'")
+        time, angle, rate, driver, motor = self._signals(recording)
+        loops = closed_loops(angle, self.minimum_stroke, self.closing_tolerance, self.noise_angle)
+        begin, end = loops[0].first, loops[-1].last + 1
+        loops = [loop.shifted(-begin) for loop in loops]
+        time, angle, rate, driver, motor = (values[begin:end] for values in (time, angle, rate, driver, motor))
+        self._require_complete(time, dict(zip(_SIGNALS[1:], (rate, driver, motor), strict=True)))
+        self._require_slow(angle, rate)
+        angle = angle - torsion_bar_twist(driver, self.torsion_bar_stiffness)
+        rate = rate - torsion_bar_twist(slope(driver, time), self.torsion_bar_stiffness)
+        motion = Motion(time, angle, rate, driver, self.motor_gear_ratio * motor)
+        balances = tuple(work_balance(loop, motion, self.inertia, self.damping) for loop in loops)
+        torque = driver + self.motor_gear_ratio * motor - self.damping * rate - self.inertia * slope(rate, time)
+        return self._result(support, balances, loops, angle, torque)
+
+    def _signals(self, recording: Recording) -> tuple[np.ndarray, ...]:
+        """Time, angle, rate, driver and motor torque on one grid, trimmed to where the angle is known."""
+        for name in ("steering_wheel_angle", "driver_torque", "motor_torque"):
+            if name not in recording or not len(recording[name].time):
+                raise InputError(
+                    f"the recording has no channel '{name}', which the work balance needs; map it in the channel map"
+                )
+            step = float(np.median(np.diff(recording[name].time))) if len(recording[name].time) > 1 else math.inf
+            if not 0.0 < step <= self.maximum_age:
+                raise InputError(
+                    f"'{name}' is sampled every {step:.3g} s, but a lock-to-lock test needs a sample at least every "
+                    f"{self.maximum_age} s; record it faster"
+                )
+        self._require_standing(recording)
+        aligned = recording.align(_SIGNALS, self.sampling_rate, "linear", self.maximum_age)
+        known = np.flatnonzero(np.isfinite(aligned.values[:, 0]))
+        if len(known) < 2:
+            raise InputError("'steering_wheel_angle' holds no values; check the channel map and that the sensor was on")
+        span = slice(int(known[0]), int(known[-1]) + 1)
+        time, (angle, rate, driver, motor) = aligned.time[span], aligned.values[span].T
+        self._require_complete(time, {_SIGNALS[0]: angle})
+        if "steering_wheel_rate" not in recording:
+            rate = slope(angle, time)
+        return time, angle, rate, driver, motor
+
+    def _require_standing(self, recording: Recording) -> None:
+        if "vehicle_speed" not in recording:
+            return
+        speed = np.abs(recording["vehicle_speed"].values)
+        fastest = float(np.nanmax(speed)) if np.isfinite(speed).any() else 0.0
+        if fastest > self.maximum_speed:
+            raise InputError(
+                f"the vehicle moves at up to {fastest:.1f} m/s, but a lock-to-lock test is done standing "
+                f"(at most {self.maximum_speed} m/s); cut the recording to the test, or use the friction monitor"
+            )
+
+    def _require_slow(self, angle: np.ndarray, rate: np.ndarray) -> None:
+        quick = float(np.percentile(np.abs(rate), 99.0))
+        if quick > self.maximum_rate:
+            least = np.ptp(angle) / self.maximum_rate
+            raise InputError(
+                f"the wheel is turned at {quick:.1f} rad/s, but above {self.maximum_rate:.1f} rad/s the viscous torque "
+                f"hides the friction; turn steadily, in more than {least:.0f} s from lock to lock"
+            )
+
+    def _require_complete(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> None:
+        for name, values in signals.items():
+            missing = ~np.isfinite(values)
+            if missing.any():
+                seconds = missing.sum() / self.sampling_rate
+                raise InputError(
+                    f"{name} is missing or stuck for {seconds:.1f} s within the test, first at "
+                    f"{time[np.argmax(missing)]:.2f} s (gap over {self.maximum_age} s); check the sensor and its "
+                    "messages, and record the test again without gaps"
+                )
+
+    def _result(
+        self,
+        support: Support,
+        balances: tuple[WorkBalance, ...],
+        loops: list[Loop],
+        angle: np.ndarray,
+        torque: np.ndarray,
+    ) -> HysteresisFriction:
+        friction = np.array([balance.friction_torque for balance in balances])
+        count = len(friction)
+        closing = np.mean([abs(b.gap) * b.torque_range / b.path for b in balances]) / math.sqrt(count)
+        scatter = float(np.std(friction, ddof=1)) / math.sqrt(count) if count > 1 else 0.0
+        mean_rate = float(np.mean([balance.mean_rate for balance in balances]))
+        mean_friction = float(np.mean(friction))
+        corners = sorted({corner for loop in loops for corner in loop.corners})
+        reversed_at = pre_sliding(angle, torque, corners, mean_friction)
+        build_up = 2.0 * (reversed_at.angle if reversed_at else self.unseen_build_up)
+        lost = (
+            mean_friction
+            * build_up
+            * float(np.mean([len(loop.turning_points) / b.path for loop, b in zip(loops, balances, strict=True)]))
+        )
+        independent = math.sqrt(float(closing) ** 2 + scatter**2 + lost**2)
+        grid, profile = half_width(angle, torque, corners)
+        return HysteresisFriction(
+            support=support,
+            friction_torque=mean_friction,
+            standard_deviation=math.hypot(independent, self.damping_deviation * mean_rate),
+            independent_deviation=independent,
+            damping_deviation=self.damping_deviation,
+            mean_rate=mean_rate,
+            loops=balances,
+            pre_sliding=reversed_at,
+            angle=angle,
+            torque=torque,
+            profile_angle=grid,
+            profile_friction=profile,
+        )
+
+
+def friction_increase(
+    faulted: HysteresisFriction, unfaulted: HysteresisFriction | Sequence[HysteresisFriction]
+) -> Estimate:
+    """Friction that was added between the unfaulted and the faulted state of one vehicle.
+
+    Args:
+        faulted: of the vehicle as it is
+        unfaulted: of the same vehicle on the same support before, one or several recordings (their mean is taken)
+
+    Raises:
+        ParameterError: no unfaulted loop, or one taken on another support (the tyre's scrub would not drop out)
+    """
+    healthy = [unfaulted] if isinstance(unfaulted, HysteresisFriction) else list(unfaulted)
+    if not healthy or any(one.support != faulted.support for one in healthy):
+        given = ", ".join(one.support for one in healthy) or "none"
+        raise ParameterError(
+            f"the faulted loop was taken on {faulted.support}, the unfaulted ones on: {given}; "
+            "compare loops of one support only, since the tyre's scrub adds friction on the ground"
+        )
+    base = float(np.mean([one.friction_torque for one in healthy]))
+    base_rate = float(np.mean([one.mean_rate for one in healthy]))
+    base_deviation = math.sqrt(sum(one.independent_deviation**2 for one in healthy)) / len(healthy)
+    common = faulted.damping_deviation * (faulted.mean_rate - base_rate)
+    deviation = math.sqrt(faulted.independent_deviation**2 + base_deviation**2 + common**2)
+    return Estimate(
+        f"increase of {PLACE}, on {faulted.support}",
+        faulted.friction_torque - base,
+        deviation,
+        "N*m",
+        {"unfaulted": base},
+    )

@@ -1,0 +1,96 @@
+"""A Kalman filter as a measure of likelihood: how surprising every sample of a recording is under a model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from tierod.core.block import Tree, rebuild, skeleton
+from tierod.core.graph.derivatives import jacobian
+from tierod.core.graph.maths import log, present, sqrt, where
+from tierod.methods.estimators.kernels import correct, predict_covariance, usable
+from tierod.methods.estimators.linear_algebra import dot, from_diagonal, plus, product, unpack
+from tierod.methods.estimators.shapes import Belief, leaf_values, sample_class
+
+
+class Surprise(NamedTuple):
+    """What the measurements of a sample were against what was expected of each.
+
+    Args:
+        standardised: measured minus expected from the past and the outputs before it, over its standard deviation
+        logarithm: natural logarithm of that standard deviation; 0 where the output is missing
+    """
+
+    standardised: Tree
+    logarithm: Tree
+
+
+@dataclass(frozen=True)
+class Innovations:
+    """Extended Kalman filter that gives the terms of the likelihood of a recording.
+
+    The likelihood of a sample is that of its outputs one after the other, each given those before it; then it holds
+    with outputs that are correlated, and a missing one (NaN) leaves no term. A missing input holds the state.
+
+    Args:
+        model: discrete model
+        parameters: of the model; its floats are tuning
+        initial_mean, initial_variance: of the state before the first sample
+        input_variance: of every input, per sample: what drives the model and is not recorded
+        measurement_variance: of every output
+        tangent: model whose Jacobians the covariance takes; the model itself where None. One with its kinks rounded
+            makes the likelihood smooth over the parameters
+
+    Source: F. C. Schweppe, IEEE TIT 11 (1965) 61; L. Ljung, System Identification (1999), section 7.4.
+    """
+
+    model: Any
+    parameters: Any
+    initial_mean: Tree
+    initial_variance: Tree
+    input_variance: Tree
+    measurement_variance: Tree
+    tangent: Any = None
+
+    @property
+    def Sample(self) -> type:
+        """NamedTuple class with `input` and `measured`."""
+        return sample_class(self.model, ())
+
+    def init(self) -> Belief:
+        """The belief that the first sample corrects."""
+        mean = rebuild(skeleton(self.model.State), leaf_values(self.initial_mean))
+        return Belief(mean, from_diagonal(leaf_values(self.initial_variance)))
+
+    def step(self, state: Belief, sample: Any) -> tuple[Belief, Surprise]:
+        """Correct with the sample's measurements, then go one sample on with its inputs."""
+        mean, covariance, surprise = self._corrected(state, sample)
+        tangent = self.tangent or self.model
+        rows = jacobian(lambda x: tangent.transition(x, sample.input, self.parameters), mean)
+        gain = jacobian(lambda u: self.model.transition(mean, u, self.parameters), sample.input)
+        none = (0.0,) * len(leaf_values(mean))
+        ahead = predict_covariance(rows, covariance, none, gain, leaf_values(self.input_variance))
+        moved, whole = self.model.transition(mean, sample.input, self.parameters), usable(leaf_values(sample.input))
+        held = tuple(where(whole, a, b) for a, b in zip(leaf_values(moved), leaf_values(mean), strict=True))
+        spread = tuple(where(whole, a, b) for a, b in zip(ahead, covariance, strict=True))
+        return Belief(rebuild(mean, held), spread), surprise
+
+    def _corrected(self, state: Belief, sample: Any) -> tuple[Tree, Any, Surprise]:
+        def output(x: Tree) -> Tree:
+            return self.model.output(x, sample.input, self.parameters)
+
+        rows, expected = jacobian(output, state.mean), leaf_values(output(state.mean))
+        covariance, shift = state.covariance, (0.0,) * len(leaf_values(state.mean))
+        standardised, logarithms = [], []
+        variances = leaf_values(self.measurement_variance)
+        for row, told, meant, noise in zip(rows, leaf_values(sample.measured), expected, variances, strict=True):
+            residual = told - meant - dot(row, shift)
+            spread = plus(dot(row, product(unpack(covariance), row)), noise)
+            there = present(residual)
+            standardised.append(where(there, residual, 0.0) / sqrt(spread))
+            logarithms.append(where(there, 0.5 * log(spread), 0.0))
+            done = correct(covariance, [row], [residual], [noise], shift)
+            covariance, shift = done.covariance, done.shift
+        mean = rebuild(state.mean, [plus(a, b) for a, b in zip(leaf_values(state.mean), shift, strict=True)])
+        outputs = skeleton(self.model.Output)
+        return mean, covariance, Surprise(rebuild(outputs, standardised), rebuild(outputs, logarithms))

@@ -1,0 +1,268 @@
+"""Identification of a permanent-magnet motor from recordings of a drive."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.errors import InputError, ParameterError, nearest
+from tierod.core.recording import Recording
+from tierod.methods.identification.column_result import Found
+from tierod.methods.identification.experiment import INTERVAL
+from tierod.methods.identification.identifiability import UNKNOWN
+from tierod.methods.identification.motor_electrical import Electrical, Value, identify_electrical
+from tierod.methods.identification.motor_mechanical import Mechanical, identify_mechanical
+from tierod.methods.identification.motor_recording import MotorRecording, motor_recording
+from tierod.methods.identification.motor_result import MotorIdentification, Untold
+from tierod.methods.identification.motor_slips import in_time, refuse_slips
+from tierod.methods.identification.motor_torque import torque_ratio
+from tierod.models.stator_frame_motor import MotorParameters
+from tierod.physics.pm_motor import COPPER, NEODYMIUM, REFERENCE_TEMPERATURE, flux_at
+
+ROOM = 15.0
+"""Standard deviation of a temperature that nobody recorded, about 20 degrees [K]."""
+SENSOR = 1.0
+"""Standard deviation of a recorded temperature of the winding [K]."""
+MAGNETS = 5.0
+"""Standard deviation of the magnets' temperature about that of the winding at the start of a recording [K]."""
+_TURNED = 1.0
+"""Angle through which the shaft must have gone for anything to be told of its motion [rad]."""
+_ZERO = 0.02
+"""Electrical angle of the sensor's zero that is told [rad]; a degree and more."""
+_TORQUE = 0.03
+"""Difference of measured torque and that of flux and current that is told, in parts."""
+_PHASE_SUM = 0.2
+"""Sum of the phase currents that is told, over a phase's root mean square: the noise of usual sensors makes 0.1."""
+_CLEAN = 0.05
+"""Share of the voltage beyond which what is left over is told: sound recordings leave 0.01 to 0.03."""
+_ALIKE, _WARMTH = 1.15, 1.5
+"""Factors within which two scales are one, and a winding from -40 to 120 degrees stays of its resistance at 20."""
+
+CURES = {
+    "motor_resistance": "currents that change while the motor stands or turns slowly",
+    "motor_inductance": "currents that change fast, or turning under a load that changes",
+    "motor_saliency": "turning with a current along the flux that changes",
+    "motor_flux": "turning at two speeds or more",
+    "motor_inertia": "faster reversals",
+    "motor_damping": "turning at several speeds, slow and fast, in both directions",
+    "motor_friction": "turning to and fro over the same angles",
+    "motor_friction_stiffness": "reversals of the direction, many of them slow",
+}
+"""What excites each parameter."""
+
+Progress = Callable[[float], None]
+
+
+class _Told(NamedTuple):
+    """A number for a vehicle file."""
+
+    name: str
+    value: float
+    deviation: float
+    method: str
+
+
+def identify_motor(
+    parameters: MotorParameters,
+    recordings: Mapping[str, Recording],
+    free: Sequence[str] = (),
+    before: Mapping[str, tuple[float, float | None]] | None = None,
+    progress: Progress = lambda share: None,
+) -> MotorIdentification:
+    """Parameters of a permanent-magnet motor from recordings of a drive or a bench.
+
+    Args:
+        parameters: of the motor, by which it is judged what a recording tells; the number of pole pairs is taken as is
+        recordings: by name
+        free: parameters that are wanted; all that the recordings tell where none is named
+        before: value and standard deviation in the vehicle file, by name, for the table
+        progress: called with the share that is done
+
+    Raises:
+        ParameterError: a parameter that there is not
+        InputError: recordings that cannot be used, or do not tell a parameter that is wanted
+    """
+    for name in free:
+        if name not in CURES:
+            raise ParameterError(f"'{name}' cannot be looked for{nearest(name, CURES)}")
+    pole_pairs = parameters.motor_pole_pairs
+    expected = (parameters.motor_resistance, parameters.motor_inductance, parameters.motor_flux)
+    seen = [motor_recording(name, each, pole_pairs) for name, each in recordings.items()]
+    for each in seen:
+        refuse_slips(each, pole_pairs, expected)
+    timed = [in_time(each, pole_pairs, expected) for each in seen]
+    seen = [each for each, _ in timed]
+    progress(0.3)
+    electrical = identify_electrical(seen, pole_pairs, expected)
+    progress(0.6)
+    mechanical = _mechanical(seen, electrical, pole_pairs)
+    told = [*_electrical_values(electrical, seen), *(_mechanical_values(mechanical) if mechanical else ())]
+    good = [each for each in told if _is_told(each, electrical, parameters, before or {})]
+    untold = tuple(
+        _untold(name, electrical, mechanical) for name in _expected_names(told) if name not in {g.name for g in good}
+    )
+    missing = [each for each in untold if each.name in free]
+    if missing:
+        raise InputError(
+            f"not identifiable here: {missing[0].name} ({missing[0].why}); record {missing[0].cure}, or leave it out "
+            "of --free"
+        )
+    ratio = torque_ratio(seen, electrical, pole_pairs)
+    progress(1.0)
+    return MotorIdentification(
+        tuple(_found(each, before or {}) for each in good if not free or each.name in free),
+        untold,
+        electrical,
+        mechanical,
+        ratio,
+        (
+            *filter(None, (words for _, words in timed)),
+            *_doubts(seen, electrical, parameters),
+            *_remarks(seen, electrical, mechanical, ratio),
+        ),
+    )
+
+
+def _mechanical(seen: Sequence[MotorRecording], electrical: Electrical, pole_pairs: float) -> Mechanical | None:
+    turned = sum(float(np.nansum(np.abs(np.diff(each.angle[:: max(round(0.04 / each.step), 1)])))) for each in seen)
+    if turned < _TURNED or "motor_flux" in electrical.blind:
+        return None
+    return identify_mechanical(seen, electrical, pole_pairs)
+
+
+def _electrical_values(electrical: Electrical, seen: Sequence[MotorRecording]) -> Iterator[_Told]:
+    """At 20 degrees; as unsure as the temperature besides."""
+    method = "currents and voltages"
+    winding = SENSOR if electrical.warm else ROOM
+    value, deviation = electrical.resistance
+    yield _Told("motor_resistance", value, float(np.hypot(deviation, COPPER * winding * value)), method)
+    yield _Told("motor_inductance", *electrical.inductance, method)
+    if electrical.inductance_q is not None:
+        along, across = electrical.inductance, electrical.inductance_q
+        ratio = across.value / along.value
+        spread = abs(ratio) * float(np.hypot(across.deviation / across.value, along.deviation / along.value))
+        yield _Told("motor_saliency", ratio, spread, method)
+    value, deviation = electrical.flux
+    magnets, unsure = REFERENCE_TEMPERATURE, ROOM
+    if electrical.warm:
+        courses = [each.temperature for each in seen if each.temperature is not None]
+        magnets = float(np.mean([each[0] for each in courses]))
+        unsure = float(np.hypot(MAGNETS, max(np.ptp(each) for each in courses)))
+    factor = 1.0 / float(flux_at(magnets, 1.0))
+    spread = float(np.hypot(deviation, NEODYMIUM * unsure * value)) * factor
+    yield _Told("motor_flux", value * factor, spread, method)
+
+
+def _mechanical_values(mechanical: Mechanical) -> Iterator[_Told]:
+    method = "torque and angle"
+    yield _Told("motor_inertia", *mechanical.inertia, method)
+    yield _Told("motor_damping", *mechanical.damping, method)
+    yield _Told("motor_friction", *mechanical.friction, method)
+    yield _Told("motor_friction_stiffness", *mechanical.stiffness, method)
+
+
+def _is_told(
+    each: _Told,
+    electrical: Electrical,
+    parameters: MotorParameters,
+    before: Mapping[str, tuple[float, float | None]],
+) -> bool:
+    if each.name in electrical.blind:
+        return False
+    size = abs(each.value)
+    if each.name in before or hasattr(parameters, each.name):
+        size = max(size, before.get(each.name, (getattr(parameters, each.name, 0.0), None))[0])
+    return bool(each.value > 0.0 and each.deviation < UNKNOWN * size)
+
+
+def _expected_names(told: Sequence[_Told]) -> list[str]:
+    """All parameters but saliency, which most motors lack."""
+    return [name for name in CURES if name != "motor_saliency" or name in {each.name for each in told}]
+
+
+def _untold(name: str, electrical: Electrical, mechanical: Mechanical | None) -> Untold:
+    if name in _LACKING and mechanical is None:
+        return Untold(name, "the shaft did not turn, or the flux is not told", "the motor turning to and fro")
+    why = _LACKING.get(name, "currents, or the speed, change too little")
+    others = [each for each in electrical.blind if each != name]
+    if name in electrical.blind and others and mechanical is None:
+        why = f"it does not separate from {' and '.join(others)} at one speed and one current, or at rest"
+    return Untold(name, why, CURES[name])
+
+
+_LACKING = {
+    "motor_inertia": "the shaft hardly accelerates, or a load does as it does",
+    "motor_damping": "the speeds are too much alike, or there is hardly any damping",
+    "motor_friction": "the shaft does not go to and fro over the same angles, so that a load may hide it",
+    "motor_friction_stiffness": "there are too few reversals",
+}
+"""Why a parameter of the shaft is not told."""
+
+
+def _found(each: _Told, before: Mapping[str, tuple[float, float | None]]) -> Found:
+    value, deviation = before.get(each.name, (float("nan"), None))
+    half = INTERVAL * each.deviation
+    return Found(
+        each.name, value, deviation, each.value, each.deviation, each.value - half, each.value + half, each.method
+    )
+
+
+def _doubts(seen: Sequence[MotorRecording], electrical: Electrical, parameters: MotorParameters) -> Iterator[str]:
+    """What may be wrong with recordings that a motor explains all the same."""
+    for each in seen:
+        if each.phase_sum > _PHASE_SUM:
+            yield (
+                f"{each.name}: the phase currents do not add up to zero: the sum has {100.0 * each.phase_sum:.0f} % of "
+                "their root mean square; check the current sensors, of which an offset or gain of one does this"
+            )
+    if electrical.unexplained > _CLEAN:
+        yield (
+            f"{100.0 * electrical.unexplained:.0f} % of the voltage is left over, and sound recordings leave 1 to 3 %: "
+            "a saturated or wrong measurement moves the values by more than their standard deviations"
+        )
+    if {"motor_resistance", "motor_inductance", "motor_flux"} & set(electrical.blind):
+        return
+    resistance = electrical.resistance.value / parameters.motor_resistance
+    inductance = electrical.inductance.value / parameters.motor_inductance
+    flux = electrical.flux.value / parameters.motor_flux
+    stays = 1.0 / _WARMTH < resistance < _WARMTH and not 1.0 / _ALIKE < resistance / flux < _ALIKE
+    if stays and 1.0 / _ALIKE < inductance / flux < _ALIKE and not 1.0 / _ALIKE < flux < _ALIKE:
+        step = 1e3 * seen[0].step
+        yield (
+            f"inductance and flux are both {flux:.2g} of the vehicle file's, the resistance is not: another motor, or "
+            f"samples that come every {step / flux:.2g} ms while their time says {step:.3g} ms"
+        )
+
+
+def _remarks(
+    seen: Sequence[MotorRecording], electrical: Electrical, mechanical: Mechanical | None, ratio: Value | None
+) -> Iterator[str]:
+    if not electrical.warm:
+        yield (
+            f"no motor_temperature was recorded: resistance and flux are as warm as the motor was, taken as 20 ± "
+            f"{ROOM:g} degrees, which is nearly all of their standard deviation"
+        )
+    zero = electrical.zero
+    if abs(zero.value) > max(_ZERO, 4.0 * zero.deviation):
+        yield (
+            f"the angle sensor's zero stands {np.degrees(zero.value):+.1f} ± {np.degrees(zero.deviation):.1f} degrees "
+            "electrical beside the flux; the values allow for it"
+        )
+    if not electrical.along and "motor_inductance" not in electrical.blind:
+        yield (
+            "hardly any current along the flux was driven: the inductance is that across the flux, and taken as the "
+            "same along it"
+        )
+    if mechanical is not None and any(each.load is None for each in seen):
+        yield (
+            "no load_torque was recorded: a load that depends on the angle, as a spring, is taken apart, but one that "
+            "depends on the direction or the speed of turning counts as friction or damping of the motor"
+        )
+    if ratio is not None and abs(ratio.value - 1.0) > max(_TORQUE, 3.0 * ratio.deviation):
+        yield (
+            f"the measured torque is {ratio.value:.3f} ± {ratio.deviation:.3f} times that of flux and current: 2/3 and "
+            "3/2 come from vectors that are not amplitude-invariant, 0.82 and 1.22 where the currents alone are not, "
+            "another factor from a torque at another shaft"
+        )

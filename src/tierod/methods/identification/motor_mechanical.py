@@ -1,0 +1,210 @@
+"""Inertia, damping and dry friction of a motor from its torque and its angle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.methods.identification.modulation import Modulation
+from tierod.methods.identification.motor_electrical import Electrical, Value
+from tierod.methods.identification.motor_recording import MotorRecording
+from tierod.methods.identification.motor_regression import Rows, regress
+from tierod.physics.friction import dahl_update
+from tierod.physics.pm_motor import torque_constant
+
+_STEP, _WINDOW = 1e-3, 0.04
+"""Signals are averaged to this time step [s], far below that of a rotor's motion; length of a window [s]."""
+_KNOTS, _APART = 32, 0.1
+"""Places between which a load that depends on the angle is straight, at most; least angle between them [rad]."""
+_REACHES = (2e-3, 0.5)
+"""Angles over which dry friction builds up, least and greatest [rad]."""
+_SLOTS = 6.0
+"""Slots' torque per electrical turn; 3 slots per pole pair are usual."""
+_SAMPLED = 0.005
+"""Of the stiffness: what the path of the friction loses between these samples; as much as twice the step changes."""
+_MOVED = 1e-2
+"""Relative change of the reach by which its derivative is taken."""
+
+
+class Course(NamedTuple):
+    """Torque of a recording over time.
+
+    Args:
+        name: of the recording
+        time: [s], (n,)
+        driving: of flux and current, less a load that was measured [N m], (n,)
+        explained: by inertia, friction and a load that depends on the angle [N m], (n,)
+    """
+
+    name: str
+    time: np.ndarray
+    driving: np.ndarray
+    explained: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Mechanical:
+    """What torque and angle tell.
+
+    Args:
+        inertia: of the rotor and what it carries [kg m^2]
+        damping: viscous [N m s/rad]
+        friction: dry [N m]
+        stiffness: with which dry friction builds up from rest [N m/rad]
+        turned: angle that the shaft went through [rad]
+        residual: root mean square of the torque that is left over [N m]
+        courses: of every recording
+    """
+
+    inertia: Value
+    damping: Value
+    friction: Value
+    stiffness: Value
+    turned: float
+    residual: float
+    courses: tuple[Course, ...]
+
+
+def identify_mechanical(recordings: Sequence[MotorRecording], electrical: Electrical, pole_pairs: float) -> Mechanical:
+    """Inertia, damping and dry friction under a load that is measured, or may depend on the angle in any way.
+
+    The torque is that of flux and current. A load that was not measured is taken as a function of the angle that is
+    straight between some places, so that a spring is no friction; what depends on the direction of turning is friction.
+    The angle over which friction builds up is that which leaves least over. All is as unsure, besides, as
+    half of what half as many places and samples change.
+
+    Args:
+        recordings: of one motor
+        electrical: as its currents and voltages tell
+        pole_pairs: electrical turns per turn of the shaft
+
+    Source: Reinelt et al., eq (14) with 3/2 c_M and dry friction; P. Dahl, Aerospace Corp. TOR-0158 (1968).
+    """
+    from scipy.optimize import minimize_scalar
+
+    shafts = [_Shaft(each, electrical, pole_pairs) for each in recordings]
+    found = minimize_scalar(
+        lambda x: _left(shafts, float(np.exp(x))), bounds=np.log(_REACHES), method="bounded", options={"xatol": 5e-3}
+    )
+    best = float(found.x)
+    rows = _rows(shafts, float(np.exp(best)))
+    fit = regress(rows)
+    coarse = regress(_rows([_Shaft(each, electrical, pole_pairs, 0.5) for each in recordings], float(np.exp(best))))
+    bent = 0.5 * (coarse.values[:3] - fit.values[:3])
+    ahead, behind = (_rows(shafts, float(np.exp(best + side * _MOVED))) for side in (1.0, -1.0))
+    wider = []
+    for row, more, less in zip(rows, ahead, behind, strict=True):
+        slope = fit.values[2] * (more.regressors[:, 2] - less.regressors[:, 2]) / (2.0 * _MOVED)
+        columns = np.column_stack([row.regressors, slope])
+        wider.append(Rows(row.target, columns, columns))
+    whole = regress(wider)
+    inertia, damping, friction = fit.values[:3]
+    covariance = whole.covariance[np.ix_([0, 1, 2, -1], [0, 1, 2, -1])]
+    scale = electrical.flux.deviation / max(electrical.flux.value, 1e-12)
+    covariance[:3, :3] += np.outer(bent, bent)
+    deviations = np.sqrt(np.diag(covariance)[:3] + (scale * fit.values[:3]) ** 2)
+    reach = float(np.exp(best))
+    along = np.array([1.0, -friction]) / reach
+    stiffness = float(np.sqrt(max(along @ covariance[2:, 2:] @ along, 0.0)))
+    stiffness = float(np.hypot(stiffness, _SAMPLED * friction / reach))
+    at_edge = min(abs(best - np.log(each)) for each in _REACHES) < 0.05
+    return Mechanical(
+        Value(float(inertia), float(deviations[0])),
+        Value(float(damping), float(deviations[1])),
+        Value(float(friction), float(deviations[2])),
+        Value(float(friction) / reach, np.inf if at_edge else stiffness),
+        sum(shaft.turned for shaft in shafts),
+        fit.residual,
+        tuple(
+            Course(shaft.name, shaft.time[shaft.known], row.target, row.regressors @ fit.values)
+            for shaft, row in zip(shafts, rows, strict=True)
+        ),
+    )
+
+
+class _Shaft:
+    """One recording at a slower rate: what does not change with the reach of the friction."""
+
+    def __init__(self, seen: MotorRecording, electrical: Electrical, pole_pairs: float, fineness: float = 1.0) -> None:
+        many = max(round(_STEP / fineness / seen.step), 1)
+        self._many, self._count = many, len(seen.time) // many
+        step = many * seen.step
+        length = max(round(_WINDOW / step), 12)
+        self.window = Modulation(length, max(length // 4, 1), step)
+        self.name, self.time = seen.name, self.window.mean(self._slower(seen.time))
+        own = seen.current * np.exp(-1j * (pole_pairs * seen.angle + electrical.zero.value))
+        saliency = 0.0
+        if electrical.inductance_q is not None:
+            saliency = electrical.inductance.value - electrical.inductance_q.value
+        torque = torque_constant(pole_pairs, electrical.flux.value + saliency * own.real) * own.imag
+        self.angle = self._slower(seen.angle)
+        load = None if seen.load is None else self._slower(seen.load)
+        driving = self._slower(torque) - (0.0 if load is None else load)
+        self.target = self.window.mean(driving)
+        electrical_angle = _SLOTS * (pole_pairs * self.angle + electrical.zero.value)
+        others = [
+            np.cos(electrical_angle),
+            np.sin(electrical_angle),
+            *self._loads(0 if load is not None else int(fineness * _KNOTS)),
+        ]
+        self.moving = [self.window.acceleration(self.angle), self.window.rate(self.angle)]
+        self.others = [self.window.mean(each) for each in others]
+        self.known = np.isfinite(self.target + sum(self.moving))
+
+    def _slower(self, values: np.ndarray) -> np.ndarray:
+        return values[: self._many * self._count].reshape(self._count, self._many).mean(axis=1)
+
+    def _loads(self, most: int) -> list[np.ndarray]:
+        low, high = float(np.nanmin(self.angle)), float(np.nanmax(self.angle))
+        count = int(min((high - low) / _APART, most))
+        if count < 1:
+            return [np.ones_like(self.angle)]
+        places = np.linspace(low, high, count + 1)
+        return [np.interp(self.angle, places, one) for one in np.eye(count + 1)]
+
+    @cached_property
+    def steps(self) -> np.ndarray:
+        """By which the shaft turns from sample to sample; still over a gap."""
+        return np.nan_to_num(np.diff(self.angle))
+
+    @property
+    def turned(self) -> float:
+        """Angle that the shaft went through [rad]."""
+        return float(np.sum(np.abs(np.diff(self.angle[:: self.window.length])))) if len(self.angle) else 0.0
+
+    def friction(self, reach: float) -> np.ndarray:
+        """Dahl's friction over its level."""
+        # An update is a straight line in what was before; worked out for all steps at once.
+        gained, kept = dahl_update(0.0, self.steps, reach), dahl_update(1.0, self.steps, reach)
+        share, out = 0.0, [0.0]
+        for gain, keep in zip(gained.tolist(), (kept - gained).tolist(), strict=True):
+            share = gain + keep * share
+            out.append(share)
+        return np.array(out)
+
+
+def _rows(shafts: Sequence[_Shaft], reach: float) -> list[Rows]:
+    """Inertia, damping, friction, and per recording the slots' torque and the load."""
+    counts = [len(shaft.others) for shaft in shafts]
+    rows = []
+    for number, shaft in enumerate(shafts):
+        own = np.column_stack([*shaft.moving, shaft.window.mean(shaft.friction(reach))])
+        nuisance = np.zeros((len(own), sum(counts)))
+        start = sum(counts[:number])
+        nuisance[:, start : start + counts[number]] = np.column_stack(shaft.others)
+        columns = np.column_stack([own, nuisance])[shaft.known]
+        rows.append(Rows(shaft.target[shaft.known], columns, columns))
+    return rows
+
+
+def _left(shafts: Sequence[_Shaft], reach: float) -> float:
+    """Sum of squares that is left over."""
+    rows = _rows(shafts, reach)
+    columns = np.concatenate([each.regressors for each in rows])
+    target = np.concatenate([each.target for each in rows])
+    values = np.linalg.lstsq(columns, target, rcond=1e-10)[0]
+    return float(np.sum((target - columns @ values) ** 2))

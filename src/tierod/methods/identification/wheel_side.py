@@ -1,0 +1,125 @@
+"""Inertia and damping of a steering wheel that nobody holds, from its angle and the torque in the torsion bar."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tierod.methods.identification.fit_quality import white_noise
+from tierod.methods.identification.instruments import instrumental
+
+SMOOTHING = 0.03
+"""Standard deviation of the smoothing in time [s]: it lets motion up to about 5 Hz pass, which tells inertia from
+damping, and holds the noise of a second derivative down: that falls with its power of -2.5. With 0.05 degrees of noise
+the inertia of 16 s of motion scatters by 0.3 % at 8 ms and by 0.04 % from 24 ms on."""
+
+
+class WheelMotion(NamedTuple):
+    """One recording with a free wheel, on a uniform grid.
+
+    Args:
+        steering_wheel_angle: [rad]
+        motor_angle: over the ratio of the gear [rad]; the instrument
+        bar_torque: [N m], positive towards left
+        sample_time: [s]
+    """
+
+    steering_wheel_angle: np.ndarray
+    motor_angle: np.ndarray
+    bar_torque: np.ndarray
+    sample_time: float
+
+
+class WheelSide(NamedTuple):
+    """What was found; NaN where it was given.
+
+    Args:
+        inertia: J_sw [kg m^2]
+        damping: beta_sw [N m s/rad]
+        inertia_deviation, damping_deviation: standard deviations
+        residual: torque that the equation leaves over, root mean square after smoothing [N m]
+        strength: see `Regression`
+    """
+
+    inertia: float
+    damping: float
+    inertia_deviation: float
+    damping_deviation: float
+    residual: float
+    strength: float
+
+
+def wheel_side(recordings: Sequence[WheelMotion], inertia: float | None = None) -> WheelSide:
+    """J w' + beta w + bar torque = constant, smoothed, with derivatives of the motor's angle as instruments.
+
+    Smoothing and derivatives are one weighting by a normal curve and its derivatives, alike for all signals: no
+    derivative is ever taken of a noisy signal. The noise of the wheel's angle in the regressors would pull the
+    coefficients towards zero; the motor turns with the wheel, but its angle has noise of its own.
+
+    Args:
+        recordings: with a wheel that nobody touches
+        inertia: [kg m^2] where it is known; looked for where None
+
+    Raises:
+        InputError: the wheel hardly moves
+
+    The standard deviations are the larger of two: that of residuals of any colour, which a few slow swings tell badly,
+    and that of the white noise of both sensors, carried through the smoothing.
+
+    Source: Raffone, eq (1) with T_driver = 0.
+    """
+    targets, regressors, instruments = [], [], []
+    for each in recordings:
+        weights = _weights(each.sample_time)
+        torque = -_weighted(each.bar_torque, weights[0])
+        known, seen = (
+            [_weighted(angle - angle[0], weight) for weight in weights[1:]]
+            for angle in (each.steering_wheel_angle, each.motor_angle)
+        )
+        if inertia is not None:
+            torque = torque - inertia * known[1]
+            known, seen = known[:1], seen[:1]
+        constant = np.ones(len(torque))
+        targets.append(torque)
+        regressors.append(np.column_stack([*known, constant]))
+        instruments.append(np.column_stack([*seen, constant]))
+    found = instrumental(targets, regressors, instruments)
+    both = inertia is None
+    moments = found.values[1] if both else inertia
+    white = sum(_noise(each, z, moments, found.values[0]) for each, z in zip(recordings, instruments, strict=True))
+    sensors = found.inverse @ white @ found.inverse.T
+    spread = np.sqrt(np.maximum(np.diag(found.covariance), np.diag(sensors)))
+    return WheelSide(
+        float(found.values[1]) if both else math.nan,
+        float(found.values[0]),
+        float(spread[1]) if both else math.nan,
+        float(spread[0]),
+        found.residual,
+        found.strength,
+    )
+
+
+def _noise(motion: WheelMotion, instruments: np.ndarray, inertia: Any, damping: Any) -> np.ndarray:
+    """Covariance of instruments times residual, from the white noise of angle and torque."""
+    curve, first, second = (weight[::-1] for weight in _weights(motion.sample_time))
+    torque = np.array([np.convolve(z, curve) for z in instruments.T]) * white_noise(motion.bar_torque)
+    through = inertia * second + damping * first
+    angle = np.array([np.convolve(z, through) for z in instruments.T]) * white_noise(motion.steering_wheel_angle)
+    return torque @ torque.T + angle @ angle.T
+
+
+def _weights(sample_time: float) -> list[np.ndarray]:
+    """The normal curve and its first two derivatives in time, as weights of samples."""
+    reach = math.ceil(6.0 * SMOOTHING / sample_time)
+    time = np.arange(-reach, reach + 1) * sample_time
+    curve = np.exp(-0.5 * (time / SMOOTHING) ** 2) * sample_time / (SMOOTHING * math.sqrt(2.0 * math.pi))
+    first = -time / SMOOTHING**2 * curve
+    second = (time**2 / SMOOTHING**4 - 1.0 / SMOOTHING**2) * curve
+    return [curve, first, second]
+
+
+def _weighted(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    return np.convolve(values, weights, mode="valid")

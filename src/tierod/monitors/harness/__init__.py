@@ -1,0 +1,1 @@
+"""What all monitors share: running over a recording, checks of the inputs, judged time, contradictions, baseline."""

@@ -1,0 +1,78 @@
+"""The decisions of a session in words and curves, for a report."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from tierod.core.errors import ParameterError
+from tierod.core.findings import Curve, Decided
+from tierod.monitors.harness.decision import Decision
+
+SHARES = (0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3)
+"""Thresholds of a curve, over the one that is designed."""
+
+SIZES = 25
+"""Points of a curve of chances."""
+
+
+def decided(
+    decisions: Iterable[Decision],
+    session: Any,
+    reached: Mapping[str, float] = MappingProxyType({}),
+    passed: Mapping[str, float] = MappingProxyType({}),
+) -> tuple[Decided, ...]:
+    """What a report states of the decisions of a session; those of parts that the vehicle lacks are left out.
+
+    Args:
+        decisions: of the variant
+        session: that takes them
+        reached: how far each came, by name
+        passed: when each was first beyond its threshold [s], by name
+    """
+    return tuple(
+        Decided(
+            each.name,
+            each.distance,
+            each.rule_told,
+            each.false_alarms_told,
+            each.source,
+            each.statistic,
+            each.levels_in(session),
+            curve_of(each),
+            each.below,
+            reached.get(each.name),
+            passed.get(each.name),
+        )
+        for each in decisions
+        if each.part_of(session) is not None
+    )
+
+
+def curve_of(decision: Decision) -> Curve | None:
+    """What the design of a rule trades: delay against false alarms, or chances to find over the size for one look."""
+    design = decision.design
+    if design is None:
+        return None
+    if math.isinf(design.spacing):
+        sizes = [2.0 * design.threshold * number / SIZES for number in range(SIZES + 1)]
+        chances = [1.0 / design.rule.run_length(design.threshold, size) for size in sizes]
+        title = "size of the change [standard deviations]"
+        return Curve(tuple(sizes), tuple(chances), title, "chance to find it", (design.threshold, 0.5), chance=True)
+    points = []
+    for share in SHARES:
+        threshold = share * design.threshold
+        try:
+            hours = design.run_length(threshold) * design.spacing / 3600.0
+            points.append((hours, design.delay(threshold) * design.spacing))
+        except ParameterError:
+            continue
+    points = [point for point in points if all(map(math.isfinite, point))]
+    chosen = (
+        design.values * design.spacing / 3600.0,
+        design.delay(design.threshold) * design.spacing,
+    )
+    along, up = zip(*points, strict=True) if points else ((), ())
+    return Curve(along, up, "between false alarms [h]", "delay at the shift [s]", chosen)

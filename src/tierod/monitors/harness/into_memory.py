@@ -1,0 +1,98 @@
+"""From the running verdict of a monitor to a fault memory."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from tierod.core.files import require_folder
+from tierod.core.findings import Diagnosis, Status
+from tierod.core.recording import Aligned
+from tierod.core.strides import Stride
+from tierod.diagnosis.counting import Counting
+from tierod.diagnosis.fault_memory import FaultMemory
+from tierod.diagnosis.trouble_codes import load_trouble_codes
+from tierod.monitors.harness.session import StatusChange
+
+RATE = 10.0
+"""Results per second that go into the memory [Hz]: a monitor's own stopping rule has decided already."""
+
+
+class MemoryFeed:
+    """Collects what a fault memory wants of one run of a monitor; the memory is read again and written at the end.
+
+    Args:
+        path: of the memory's file; it need not exist
+        vehicle: whose memory it is
+        monitor: name of the monitor
+
+    Raises:
+        InputError: the file is damaged, or another vehicle's
+        OutputError: its folder is missing or cannot be written
+    """
+
+    def __init__(self, path: str | Path, vehicle: str, monitor: str):
+        memory = FaultMemory.opened(path, vehicle, load_trouble_codes())
+        require_folder(path)
+        self.path, self.vehicle, self.monitor = path, vehicle, monitor
+        self.codes, self.identifiers = memory.codes.of_monitor(monitor), memory.codes.identifiers
+        # Traces and compiles what the transaction at the end needs, which would hold up all others.
+        Counting(memory.codes).add(np.zeros(1), {})
+        self._pieces: list[tuple[np.ndarray, dict[str, np.ndarray]]] = []
+        self._stride: Stride | None = None
+
+    def add(self, aligned: Aligned, rate: float) -> None:
+        """Signals of one more piece, at the rate of its grid [Hz]."""
+        self._stride = self._stride or Stride(max(round(rate / RATE), 1))
+        kept = self._stride.over(len(aligned.time))
+        names = [name for name in self.identifiers if name in aligned.names]
+        columns = {name: aligned.values[kept, aligned.names.index(name)] for name in names}
+        self._pieces.append((aligned.time[kept], columns))
+
+    def finish(
+        self,
+        diagnosis: Diagnosis,
+        course: Sequence[StatusChange],
+        code_courses: Mapping[str, Sequence[StatusChange]] | None = None,
+        recording: str = "",
+    ) -> str:
+        """One operation cycle of the memory: every status of the run as a result, and the verdict as the last one.
+
+        Args:
+            diagnosis: of the run
+            course: its running verdict
+            code_courses: running verdicts of single codes by name, in place of it
+            recording: its fingerprint
+
+        Returns:
+            what became of it, in a sentence
+
+        Raises:
+            InputError: the memory has taken the recording already, or its file was damaged meanwhile
+            OutputError: it cannot be written
+        """
+        time = np.concatenate([piece[0] for piece in self._pieces])
+        signals = {name: np.concatenate([piece[1][name] for piece in self._pieces]) for name in self._pieces[0][1]}
+        last = diagnosis.findings[0].status
+        results = {}
+        for name, code in self.codes.items():
+            own = (code_courses or {}).get(name)
+            status = _statuses(time, course, last) if own is None else _statuses(time, own, own[-1].status)
+            results[name] = np.select(
+                [np.isin(status, code.failed_by), np.isin(status, code.passed_by)], [1.0, -1.0], 0.0
+            )
+        # Opened here, not kept since the beginning: other recordings of the vehicle may have been judged meanwhile.
+        with FaultMemory.changing(self.path, self.vehicle, load_trouble_codes()) as memory:
+            memory.begin_cycle(diagnosis.created, f"{self.monitor} {recording}" if recording else "")
+            memory.absorb(time, results, signals)
+            memory.end_cycle()
+        return f"the recording is operation cycle {memory.cycles} of the fault memory {self.path}"
+
+
+def _statuses(time: np.ndarray, course: Sequence[StatusChange], last: Status) -> np.ndarray:
+    names = np.array([Status.NOT_READY, *(change.status for change in course)], dtype=object)
+    found = names[np.searchsorted([change.time for change in course], time, "right")]
+    found[-1] = last
+    return found.astype(str)

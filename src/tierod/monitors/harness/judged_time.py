@@ -1,0 +1,95 @@
+"""Until when a recording was judged: a verdict says nothing of what came after its signals were lost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tierod.core.findings import Finding, Status
+from tierod.core.recording import Aligned
+from tierod.monitors.harness.stuck_over_drive import Stuck
+
+
+class JudgedTime:
+    """Counts the samples in which a monitor had all signals that it needs.
+
+    Args:
+        required: signals without which it judges nothing
+        rate: of its grid [Hz]
+
+    `last` is the time of the last sample in which all of them were there, `end` that of the last sample [s].
+    """
+
+    def __init__(self, required: Sequence[str], rate: float):
+        self.required, self.rate = tuple(required), rate
+        self.last: float | None = None
+        self.end: float | None = None
+        self._count = self._complete = 0
+        self._last: dict[str, float] = {}
+
+    def add(self, aligned: Aligned) -> None:
+        """The next samples, as the monitor takes them."""
+        if not len(aligned.time):
+            return
+        self._count += len(aligned.time)
+        self.end = float(aligned.time[-1])
+        complete = np.ones(len(aligned.time), bool)
+        for name in self.required:
+            if name not in aligned.names:
+                continue
+            there = np.isfinite(aligned.values[:, aligned.names.index(name)])
+            complete &= there
+            if there.any():
+                self._last[name] = float(aligned.time[np.flatnonzero(there)[-1]])
+        self._complete += int(np.count_nonzero(complete))
+        if complete.any():
+            self.last = float(aligned.time[np.flatnonzero(complete)[-1]])
+
+    @property
+    def rest(self) -> float:
+        """Time at the end of which nothing was judged [s]."""
+        return 0.0 if self.last is None or self.end is None else self.end - self.last
+
+    def evidence(self) -> dict[str, float]:
+        """Figures for a finding."""
+        share = self._complete / self._count if self._count else 0.0
+        return {"signals_complete_share": share} | (
+            {} if self.last is None else {"signals_complete_until_s": self.last}
+        )
+
+    def limited(self, finding: Finding, title: str, reaction: float, stuck: Mapping[str, Stuck]) -> Finding:
+        """The finding; no longer healthy, and a doubt second, where the end was not judged for the reaction time.
+
+        Args:
+            finding: of the monitor
+            title: of what it watches
+            reaction: time that it needs to find a fault [s]
+            stuck: signals that are stuck to the end
+        """
+        if (
+            not self.rest > reaction
+            or self.last is None
+            or self.end is None
+            or finding.status not in (Status.HEALTHY, Status.RISING, Status.SUSPECT)
+        ):
+            return finding
+        lost = [name for name in self.required if self._last.get(name, self.last) <= self.last + 1.5 / self.rate]
+        since = min((stuck[name].start for name in lost if name in stuck), default=self.last)
+        why = (
+            " and ".join(f"{name} is {'stuck' if name in stuck else 'missing'}" for name in lost) or "signals are lost"
+        )
+        cause = f"{why} from {since:.1f} s on, and nothing was judged since then ({self.end - since:.0f} s)"
+        if finding.status is Status.RISING:
+            return replace(finding, cause=f"{finding.cause}; {cause}")
+        repair = "repair the sensor or its messages, and record again with all signals to the end"
+        doubted = finding.status is Status.SUSPECT
+        status = Status.SUSPECT if doubted else Status.NOT_IDENTIFIABLE
+        return replace(
+            finding,
+            status=status,
+            headline=f"{title}: {status.value}; {cause}. Until then: {finding.headline}",
+            cause=f"{cause}; {finding.cause}" if doubted else cause,
+            action=f"{repair}; {finding.action}" if doubted else repair,
+        )

@@ -1,0 +1,43 @@
+"""What a monitor reads and tells, sample by sample, for those who go on with it: substitutes, estimates, states."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from tierod.core.recording import Channel, Recording
+
+
+class OverTime:
+    """Collects signals piece by piece; an hour of 40 of them at 100 Hz takes 120 MB."""
+
+    def __init__(self) -> None:
+        self._times: list[np.ndarray] = []
+        self._values: dict[str, list[np.ndarray]] = {}
+
+    def add(self, time: np.ndarray, shown: Mapping[str, np.ndarray]) -> None:
+        """The next piece.
+
+        Args:
+            time: [s], (n,)
+            shown: signals by name, the same in every piece, (n,) each
+        """
+        self._times.append(time)
+        for name, values in shown.items():
+            self._values.setdefault(name, []).append(np.asarray(values, float))
+
+    def recording(self, units: Mapping[str, str], source: str) -> Recording:
+        """All pieces as one recording on the grid of the monitor.
+
+        Args:
+            units: of the signals that it holds, by name
+            source: who tells them
+        """
+        time = np.concatenate(self._times)
+        return Recording(
+            {
+                name: Channel(name, time, np.concatenate(self._values[name]), unit, source)
+                for name, unit in units.items()
+            }
+        )

@@ -1,0 +1,116 @@
+"""What a monitor learnt of one very vehicle, kept from recording to recording."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from tierod.core.errors import InputError
+from tierod.core.files import holding, write_text
+from tierod.core.user_files import json_document, read_text
+
+SCHEMA = "tierod.own-level/1"
+
+
+@dataclass(frozen=True)
+class OwnLevel:
+    """A quantity of this vehicle as it was when it was sound.
+
+    Args:
+        vehicle: name of the parameter set that was used
+        monitor: name of monitor and variant that learnt it; another one may measure with another bias
+        value: in the unit
+        deviation: its standard deviation in the unit
+        unit: in the notation of pint
+        seconds: enabled time that went into it [s]
+        learnt: when, ISO 8601
+    """
+
+    vehicle: str
+    monitor: str
+    value: Annotated[float, "unit of the signal"]
+    deviation: Annotated[float, "unit of the signal"]
+    unit: str
+    seconds: Annotated[float, "s"]
+    learnt: str = ""
+
+
+def load_own_level(path: str | Path) -> OwnLevel:
+    """The level in a file.
+
+    Raises:
+        InputError: the file cannot be read, or is not one that tierod wrote
+    """
+    try:
+        level = _level(read_text(path, "the level"))
+    except ValueError as error:
+        raise InputError(
+            f"{path} is not a level that tierod stored ({error}); name another file, or remove it to learn anew"
+        ) from None
+    return level
+
+
+def _level(text: str) -> OwnLevel:
+    """The level in the text of a file; ValueError says in words why there is none."""
+    if not text.strip():
+        raise ValueError("it is empty")
+    document = json_document(text)
+    if not isinstance(document, dict) or document.pop("schema", None) != SCHEMA:
+        raise ValueError(f"its schema is not {SCHEMA}")
+    names = {field.name for field in dataclasses.fields(OwnLevel)}
+    if strange := sorted(names.symmetric_difference({"learnt", *document})):
+        raise ValueError(f"{', '.join(strange)} is missing or not known")
+    level = OwnLevel(**document)
+    figures = (level.value, level.deviation, level.seconds)
+    if not all(isinstance(figure, int | float) and math.isfinite(figure) for figure in figures):
+        raise ValueError("value, deviation and seconds must be finite numbers")
+    if not (level.value > 0.0 and level.deviation >= 0.0):
+        raise ValueError(f"value {level.value:g} and deviation {level.deviation:g} cannot be")
+    return level
+
+
+def store_own_level(level: OwnLevel, path: str | Path) -> Path:
+    """Write the level to a file, whole or not at all.
+
+    Raises:
+        OutputError: the file cannot be written
+    """
+    return write_text(path, json.dumps({"schema": SCHEMA, **dataclasses.asdict(level)}, indent=2) + "\n")
+
+
+def keep_first(level: OwnLevel, path: str | Path) -> str:
+    """Write the level where no file is; one that is there is never changed, so that no slow fault becomes part of it.
+
+    Args:
+        level: to be kept
+        path: of the file
+
+    Returns:
+        what became of it, in a sentence
+
+    Raises:
+        OutputError: the file cannot be written, or another program holds its folder without end
+    """
+    with holding(path) as place:
+        if place.exists():
+            return f"{path} was written by another program meanwhile and stays; this recording was judged without it"
+        store_own_level(level, place)
+    return f"written to {path}; later recordings are judged against it"
+
+
+def refuse_foreign(level: OwnLevel, vehicle: str, monitor: str, path: str | Path = "the stored level") -> None:
+    """Stop where a level belongs to another vehicle or another way of measuring.
+
+    Raises:
+        InputError: it does; the message names both
+    """
+    for what, stored, wanted in (("vehicle", level.vehicle, vehicle), ("monitor", level.monitor, monitor)):
+        if stored != wanted:
+            raise InputError(
+                f"{path} was learnt for the {what} '{stored}', not '{wanted}'; keep one file for each, "
+                "or remove it to learn anew"
+            )

@@ -1,0 +1,291 @@
+"""One monitor at work on one recording, piece by piece; what it found is put together at the end."""
+
+from __future__ import annotations
+
+import dataclasses
+import datetime
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tierod import __version__
+from tierod.core.decimation import Decimator, bins_each
+from tierod.core.errors import InputError, ParameterError
+from tierod.core.findings import Diagnosis, Finding, Trace
+from tierod.core.recording import Aligned, Recording
+from tierod.io.derive import complete, ingredients
+from tierod.io.readers import SHARE_READ
+from tierod.monitors.harness.decided import decided
+from tierod.monitors.harness.input_defects import InputDefects, contradicted, with_defects
+from tierod.monitors.harness.judged_time import JudgedTime
+from tierod.monitors.harness.named_vehicle import other_vehicle
+from tierod.monitors.harness.over_time import OverTime
+from tierod.monitors.harness.own_level import OwnLevel, refuse_foreign
+from tierod.monitors.harness.passing import Passing
+from tierod.monitors.harness.pieces import CHUNK, OVERLAP, joined
+from tierod.monitors.harness.quality_over_chunks import QualityOverChunks
+from tierod.monitors.harness.sample_digest import SampleDigest
+from tierod.monitors.harness.session import Conclusion, Monitor, Session, StatusChange, Variant
+from tierod.monitors.harness.silence import Silence
+from tierod.monitors.harness.stuck_over_drive import StuckOverDrive
+from tierod.monitors.harness.suitable import refuse_unsuitable
+from tierod.vehicles import Vehicle
+
+if TYPE_CHECKING:
+    from tierod.monitors.harness.into_memory import MemoryFeed
+
+
+class Run:
+    """One monitor over one recording, piece by piece; the result does not depend on how the recording is cut.
+
+    Args:
+        monitor: what is watched
+        variant: how it is watched
+        vehicle: that the recording is judged as
+        own_level: of this car; the monitor learns one where not given
+        memory: path of the fault memory that takes the recording as one operation cycle
+        kept: takes what is read and told over time
+
+    Raises:
+        InputError: the own level is of another vehicle or variant
+        ParameterError: the variant cannot run with this vehicle
+    """
+
+    def __init__(
+        self,
+        monitor: Monitor,
+        variant: Variant,
+        vehicle: Vehicle,
+        own_level: OwnLevel | None = None,
+        memory: str | Path | None = None,
+        kept: OverTime | None = None,
+    ):
+        self.monitor, self.variant, self.vehicle = monitor, variant, vehicle
+        if own_level is not None:
+            refuse_foreign(own_level, vehicle.name, f"{monitor.name}, {variant.name}")
+        self.session: Session = opened(monitor, variant, vehicle, own_level)
+        self.feed = _feed(memory, vehicle, monitor) if memory else None
+        self._digest = SampleDigest(_common(monitor)) if memory else None
+        self.kept = kept
+        self.learnt: OwnLevel | None = None
+        self.course: tuple[StatusChange, ...] = ()
+        self.code_courses: Mapping[str, tuple[StatusChange, ...]] = {}
+        used = ingredients([*monitor.required, *monitor.optional])
+        self._quality = QualityOverChunks(used)
+        self._stuck = StuckOverDrive(self.session.signals, monitor.rate, monitor.subjects)
+        self._judged = JudgedTime(monitor.required, monitor.rate)
+        self._defects = InputDefects(self._stuck.names)
+        self.needs = tuple(dict.fromkeys((*used, *self._stuck.beside)))
+        self._passing = Passing(variant.decisions, self.session)
+        self._before: Recording | None = None
+        self._start: float | None = None
+        self._steps = 0
+        self._silence, self._paced = Silence(), False
+        self._metadata: dict[str, Any] = {}
+        units = dict.fromkeys(self.session.signals, "") | dict(self.session.traces)
+        self._traces = {name: Decimator(name, unit, bins_each(len(units))) for name, unit in units.items()}
+
+    def add(self, piece: Recording) -> None:
+        """The next piece of the recording.
+
+        Args:
+            piece: follows on the one before
+
+        Raises:
+            InputError: the piece lacks a signal that the monitor needs, or brings it too slowly
+        """
+        begin, last = piece.span
+        whole = complete(joined(self._before, piece), [*self.monitor.required, *self.monitor.optional])
+        complete_piece = whole.slice(begin) if self._before else whole
+        self._quality.add(complete_piece)
+        if self._digest:
+            self._digest.add(piece)
+        self._metadata |= {k: v for k, v in piece.metadata.items() if k != SHARE_READ}
+        if self._start is None:
+            refuse_unsuitable(self.monitor, self.vehicle, complete_piece)
+            self._start = begin
+        if not self._paced:
+            self._paced = self._quality.refuse_slow(self.monitor.required, self.monitor.minimum_rate)
+        self._before = piece.slice(last - OVERLAP)
+        waiting: list[tuple[Aligned, Aligned]] = []
+        count = 0
+        for aligned in self._grid(whole, begin, last):
+            # Every piece that a session takes in costs some milliseconds: what lies between pauses goes together.
+            count += len(aligned.time)
+            if count > CHUNK * self.monitor.rate:
+                self._absorb(waiting, whole)
+                waiting, count = [], len(aligned.time)
+            waiting.append((aligned, self._stuck.without(aligned, whole)))
+        self._absorb(waiting, whole)
+
+    def _grid(self, whole: Recording, begin: float, last: float) -> Iterator[Aligned]:
+        """What is judged of a piece, on the grid of the monitor, in the order of time."""
+        assert self._start is not None
+        stamps = [whole[name].time for name in self.session.signals if name in whole]
+        for skip_to, stop in self._silence.stretches(stamps, begin, last + 0.5 / self.monitor.rate):
+            self._steps = max(self._steps, math.floor((skip_to - self._start) * self.monitor.rate))
+            while len((aligned := self._aligned(whole, stop)).time):
+                if not self._steps:
+                    self.session.refuse(aligned)
+                self._steps += len(aligned.time)
+                yield aligned
+
+    def _aligned(self, whole: Recording, stop: float) -> Aligned:
+        """What follows on what was judged already, no more than CHUNK of it: a long piece must fit into memory."""
+        assert self._start is not None
+        start = self._start + self._steps / self.monitor.rate
+        return whole.align(
+            self.session.signals,
+            self.monitor.rate,
+            maximum_age=self.monitor.maximum_age,
+            start=start,
+            stop=min(stop, start + CHUNK),
+        )
+
+    def _absorb(self, parts: Sequence[tuple[Aligned, Aligned]], whole: Recording) -> None:
+        """What follows on what was judged already, as it was recorded and without what is stuck."""
+        if not parts:
+            return
+        aligned, usable = (_together(each) for each in zip(*parts, strict=True))
+        self._judged.add(usable)
+        assert self._start is not None
+        self._defects.add(whole, self._start, float(aligned.time[-1]), self._stuck.spans())
+        # What is stuck is shown as it was recorded; only the monitor does not see it.
+        shown = {**dict(zip(aligned.names, aligned.values.T, strict=True)), **self.session.absorb(usable)}
+        if self.feed:
+            self.feed.add(aligned, self.monitor.rate)
+        if self.kept:
+            self.kept.add(aligned.time, shown)
+        self._passing.add(aligned.time, shown)
+        for name, values in shown.items():
+            self._traces[name].add(aligned.time, values)
+
+    def finish(self, command: str = "") -> Diagnosis:
+        """The diagnosis over all pieces.
+
+        Args:
+            command: that asked for it, for the report
+
+        Raises:
+            InputError: there was no sample, or a signal that the monitor needs was constant or missing throughout
+        """
+        if not self._steps:
+            raise InputError("the recording holds no samples; check that the file is whole and the channel map fits it")
+        self._quality.refuse_unusable(self.monitor.required)
+        contradictions = self._quality.contradictions()
+        conclusion = self._limited(self.session.conclude(), contradictions)
+        self.learnt, self.course = conclusion.own_level, conclusion.course
+        self.code_courses = conclusion.code_courses
+        diagnosis = self._diagnosis(conclusion, contradictions, command)
+        if self.feed and self._digest:
+            taken = self.feed.finish(diagnosis, self.course, self.code_courses, self._digest.result())
+            diagnosis = diagnosis.remarked("fault memory", taken)
+        return diagnosis
+
+    def _limited(self, conclusion: Conclusion, contradictions: Sequence[str]) -> Conclusion:
+        """The conclusion, with what is wrong with its signals, and with what of the recording was judged at all."""
+        defects = (*self._defects.found(self._quality.units), *conclusion.defects)
+        named = contradicted(with_defects(conclusion.finding, defects, self.monitor), contradictions, self.monitor)
+        finding = self._judged.limited(named, self.monitor.title, self.monitor.reaction, self._stuck.lasting())
+        course = conclusion.course
+        if finding.status is not named.status and self._judged.last is not None:
+            course = (*course, StatusChange(self._judged.last, finding.status))
+        return dataclasses.replace(
+            conclusion,
+            finding=dataclasses.replace(finding, evidence={**finding.evidence, **self._judged.evidence()}),
+            own_level=conclusion.own_level if finding.status is conclusion.finding.status else None,
+            course=course,
+        )
+
+    def _diagnosis(self, conclusion: Conclusion, contradictions: Sequence[str], command: str) -> Diagnosis:
+        return Diagnosis(
+            findings=(self._with_warnings(conclusion.finding, contradictions),),
+            elements=conclusion.elements,
+            traces=self._shown(conclusion.withheld),
+            histograms=dict(conclusion.histograms),
+            loops=dict(conclusion.loops),
+            consistency=dict(conclusion.consistency),
+            remarks=dict(conclusion.remarks),
+            quality=self._quality.rows(),
+            parameters=(*self.vehicle.rows(), *conclusion.parameters),
+            decisions=decided(
+                self.variant.decisions,
+                self.session,
+                {**self._passing.reached, **conclusion.distances},
+                self._passing.passed,
+            ),
+            recording=self._metadata | {"duration_s": self._steps / self.monitor.rate, "start_s": self._start},
+            vehicle={
+                "name": self.vehicle.name,
+                "description": self.vehicle.description,
+                "source": self.vehicle.source,
+                "not_good_for": list(self.vehicle.not_good_for),
+                "torque_unit": self.vehicle.torque_unit,
+            },
+            version=__version__,
+            command=command,
+            created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        )
+
+    def _shown(self, withheld: Collection[str]) -> dict[str, Trace]:
+        """The traces, those of signals in the units of the recording."""
+        traces = {name: each.trace() for name, each in self._traces.items() if name not in withheld}
+        units = self._quality.units
+        for name in self.session.signals:
+            if name in traces and name not in self.session.traces:
+                traces[name] = dataclasses.replace(traces[name], unit=units.get(name, ""))
+        return traces
+
+    def _with_warnings(self, finding: Finding, contradictions: Sequence[str]) -> Finding:
+        """The finding with what a reader must know of vehicle and recording besides."""
+        other = other_vehicle(self._metadata, self.vehicle.name)
+        told = (
+            *finding.warnings,
+            *((other,) if other else ()),
+            *self._stuck.warnings(self._quality.units),
+            *contradictions,
+            *self._quality.range_warnings(),
+            *self._metadata.get("warnings", ()),
+        )
+        return dataclasses.replace(finding, warnings=tuple(dict.fromkeys(told)))
+
+
+def _feed(memory: str | Path, vehicle: Vehicle, monitor: Monitor) -> MemoryFeed:
+    from tierod.monitors.harness.into_memory import MemoryFeed  # few runs have a memory, and it takes its time to load
+
+    return MemoryFeed(memory, vehicle.name, monitor.name)
+
+
+def _together(parts: Sequence[Aligned]) -> Aligned:
+    """Consecutive parts of one grid as one."""
+    if len(parts) == 1:
+        return parts[0]
+    time, values = (np.concatenate(each) for each in zip(*((p.time, p.values) for p in parts), strict=True))
+    return Aligned(time, values, parts[0].names)
+
+
+def _common(monitor: Monitor) -> set[str]:
+    """Channels that every variant reads: judged by another one, a recording has the same fingerprint."""
+    own = [monitor, *(monitor.needing(variant) for variant in monitor.variants.values())]
+    return set.intersection(*(set(ingredients([*each.required, *each.optional])) for each in own))
+
+
+def opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: OwnLevel | None = None) -> Session:
+    """The session of a variant for a vehicle.
+
+    Args:
+        monitor: on the grid of the recording
+        variant: of the monitor
+        vehicle: that is judged
+        own_level: baseline of earlier drives; None where there is none
+
+    Raises:
+        ParameterError: the variant cannot run with this vehicle
+    """
+    try:
+        return variant.open(vehicle, monitor.rate, own_level)
+    except ParameterError as error:
+        raise ParameterError(f"the monitor '{monitor.name}' cannot run as '{variant.name}': {error}") from None

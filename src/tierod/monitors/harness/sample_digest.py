@@ -1,0 +1,33 @@
+"""A fingerprint of the samples of a recording, by which it is recognised in another file or under another name."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+
+import numpy as np
+
+from tierod.core.recording import Recording
+
+
+class SampleDigest:
+    """The SHA-256 of time stamps and values, fed piece by piece; it does not depend on how the recording is cut.
+
+    Args:
+        names: channels that count, where the recording has them
+    """
+
+    def __init__(self, names: Iterable[str]):
+        self._digests = {name: hashlib.sha256(name.encode()) for name in sorted(names)}
+
+    def add(self, piece: Recording) -> None:
+        """The next piece of the recording."""
+        for name, digest in self._digests.items():
+            if name in piece:
+                channel = piece[name]
+                digest.update(np.column_stack([channel.time, channel.values]).astype("<f8").tobytes())
+
+    def result(self) -> str:
+        """In hexadecimal, over all pieces."""
+        whole = hashlib.sha256(b"".join(digest.digest() for digest in self._digests.values()))
+        return whole.hexdigest()[:32]

@@ -1,0 +1,227 @@
+"""What a monitor brings so that it can be run over recordings of any length."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any, NamedTuple, Protocol
+
+import numpy as np
+
+from tierod.core.block import Block
+from tierod.core.findings import Defect, Element, Finding, Status
+from tierod.core.graph import Memory, Result, scan, trace
+from tierod.core.recording import Aligned, Recording
+from tierod.monitors.harness.decision import Decision
+from tierod.monitors.harness.own_level import OwnLevel
+from tierod.vehicles import Vehicle
+
+
+class StatusChange(NamedTuple):
+    """From when on a running verdict said what."""
+
+    time: Annotated[float, "s"]
+    status: Status
+
+
+@dataclass(frozen=True)
+class Conclusion:
+    """What a session says at the end of a recording.
+
+    Args:
+        finding: the verdict
+        histograms: name -> (edges, counts)
+        loops: name -> (angle [rad], torque)
+        consistency: figures of the innovations by name
+        parameters: rows (name, value, unit, standard deviation, source) of the monitor's own tuning
+        own_level: what was learnt of this vehicle and may be kept as its sound state; None where nothing was or may
+        remarks: how to read a part of the report: "estimate" or "consistency" -> a sentence or two
+        withheld: traces that a report must not show, since the value they tell was withheld
+        course: the running verdict from change to change; empty for a monitor that judges a recording as a whole
+        code_courses: the same for single trouble codes by name, of a monitor that tells several faults apart
+        elements: state of every sensor and actuator, of a monitor that judges several
+        defects: of its input signals, over the whole drive
+        distances: by the name of a decision that looks once at a recording, what it saw
+    """
+
+    finding: Finding
+    histograms: Mapping[str, Any] = field(default_factory=dict)
+    loops: Mapping[str, Any] = field(default_factory=dict)
+    consistency: Mapping[str, float] = field(default_factory=dict)
+    parameters: tuple[tuple[str, float, str, float | None, str], ...] = ()
+    own_level: OwnLevel | None = None
+    remarks: Mapping[str, str] = field(default_factory=dict)
+    withheld: tuple[str, ...] = ()
+    course: tuple[StatusChange, ...] = ()
+    code_courses: Mapping[str, tuple[StatusChange, ...]] = field(default_factory=dict)
+    elements: tuple[Element, ...] = ()
+    defects: tuple[Defect, ...] = ()
+    distances: Mapping[str, float] = field(default_factory=dict)
+
+
+class Session(Protocol):
+    """One monitor over one recording, fed piece by piece."""
+
+    signals: tuple[str, ...]
+    """Canonical signals, in the order in which it wants them."""
+
+    traces: Mapping[str, str]
+    """What a report shows over time beside the signals: name -> unit."""
+
+    def refuse(self, aligned: Aligned) -> None:
+        """Refuse a recording that it cannot judge, from its first piece; called before the first `absorb`.
+
+        Raises:
+            InputError: signals come too slowly together, or one that only this vehicle or variant needs is missing
+        """
+
+    def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
+        """Take in one more piece and give the traces over it, (n,) each."""
+
+    def conclude(self) -> Conclusion:
+        """The verdict over all pieces."""
+
+
+class BlockSession(ABC):
+    """A session whose monitor is a block: the block runs over each piece and is carried on to the next.
+
+    Args:
+        block: its sample is a flat NamedTuple of canonical signals
+        traces: outputs shown over time: output -> (name in the report, unit)
+        running: output that holds the code of the running verdict, and the status of each code; None without one
+    """
+
+    def __init__(
+        self,
+        block: Block,
+        traces: Mapping[str, tuple[str, str]],
+        running: tuple[str, Sequence[Status]] | None = None,
+    ):
+        self.block = block
+        self.course: list[StatusChange] = []
+        self.signals = trace(block).sample
+        self.traces: Mapping[str, str] = dict(traces.values())
+        self._outputs = {name: output for output, (name, _) in traces.items()}
+        self._running = running
+        self._memory: Memory | None = None
+
+    def refuse(self, aligned: Aligned) -> None:  # noqa: B027  # most blocks judge whatever has their signals
+        """Refuse a recording that it cannot judge, from its first piece."""
+
+    def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
+        """Take in one more piece and give the traces over it, (n,) each."""
+        result = scan(self.block, aligned, self._memory)
+        self._memory = result.state
+        if self._running is not None:
+            self._follow(aligned.time, result[self._running[0]], self._running[1])
+        self.collect(aligned.time, dict(zip(aligned.names, aligned.values.T, strict=True)), result)
+        return {name: result[output] for name, output in self._outputs.items()}
+
+    def _follow(self, time: np.ndarray, code: np.ndarray, statuses: Sequence[Status]) -> None:
+        changed = np.flatnonzero(np.diff(code, prepend=np.nan) != 0.0)
+        for at in changed.tolist():
+            status = statuses[round(code[at])]
+            if not self.course or self.course[-1].status is not status:
+                self.course.append(StatusChange(float(time[at]), status))
+
+    @abstractmethod
+    def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
+        """Keep what the conclusion needs of one piece: time [s], signals by name, outputs, (n,) each."""
+
+    @abstractmethod
+    def conclude(self) -> Conclusion:
+        """The verdict over all pieces."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One way of doing a monitor's job.
+
+    Args:
+        name: as given on the command line
+        summary: one sentence
+        source: paper and equations
+        open: builds the session for a vehicle, a rate [Hz], and the vehicle's own level from earlier recordings
+        decisions: every way in which its sessions turn a number into a statement; at the monitor's own rate their rules
+            are those in effect
+        required: canonical signals without which it cannot run; those of the monitor where None
+    """
+
+    name: str
+    summary: str
+    source: str
+    open: Callable[[Vehicle, float, OwnLevel | None], Session]
+    decisions: tuple[Decision, ...] = ()
+    required: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Monitor:
+    """One thing that tierod watches.
+
+    Args:
+        name: as given on the command line
+        title: for people
+        summary: one sentence
+        source: paper
+        required: canonical signals without which it cannot run
+        optional: signals that make it better
+        rate: of the grid it runs on [Hz]
+        minimum_rate: slowest channel that it accepts [Hz]
+        maximum_age: a sample older than this is missing [s]
+        variants: by name
+        default: the variant taken where none is given; None where a wrong guess would give a wrong verdict, so that the
+            user must choose
+        slower: rates for recordings whose required channels come slower than `rate` [Hz], the fastest first; empty
+            where held values do no harm
+        subjects: signals whose faults it judges itself, so that it must see them stuck as well
+        reaction: time that it needs to find a fault [s]; where required signals are lost for longer at the end of a
+            recording, that is not healthy
+        condition: what the recording must be and no channel tells, as a half-sentence after "if"; "" where any will do
+        learns: whether it learns a baseline of the vehicle, which later recordings are judged against
+    """
+
+    name: str
+    title: str
+    summary: str
+    source: str
+    required: tuple[str, ...]
+    optional: tuple[str, ...]
+    rate: float
+    minimum_rate: float
+    maximum_age: float
+    variants: Mapping[str, Variant]
+    default: str | None
+    condition: str = ""
+    slower: tuple[float, ...] = ()
+    learns: bool = False
+    subjects: tuple[str, ...] = ()
+    reaction: Annotated[float, "s"] = 10.0
+
+    def needing(self, variant: Variant) -> Monitor:
+        """The monitor with the needs of one of its variants."""
+        return self if variant.required is None else replace(self, required=variant.required)
+
+    def variant_for(self, recording: Recording) -> Variant | None:
+        """The default where the recording has what it needs, else the first variant of which that holds, or None.
+
+        Args:
+            recording: the whole, or the first piece of it, with its derived signals
+        """
+        if self.default is None:
+            return None
+        ordered = (self.variants[self.default], *self.variants.values())
+        return next((each for each in ordered if all(name in recording for name in self.needing(each).required)), None)
+
+    def suited_to(self, recording: Recording) -> Monitor:
+        """The monitor on the grid that suits a recording: as fast as its slowest required channel, within 5 %.
+
+        Args:
+            recording: the whole, or the first piece of it
+        """
+        channels = [recording[name].time for name in self.required if name in recording]
+        rates = [(len(time) - 1) / (time[-1] - time[0]) for time in channels if len(time) > 1 and time[-1] > time[0]]
+        slowest = min(rates, default=self.rate)
+        fitting = [rate for rate in (self.rate, *self.slower) if rate <= 1.05 * slowest]
+        return replace(self, rate=fitting[0] if fitting else (self.rate, *self.slower)[-1])

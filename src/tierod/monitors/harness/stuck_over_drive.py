@@ -1,0 +1,141 @@
+"""Stuck signals, over consecutive pieces of one recording: removed from a monitor's input, and named."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tierod.core.graph import Memory, scan
+from tierod.core.recording import Aligned, Recording
+from tierod.core.shown import in_words
+from tierod.core.signals import SIGNALS
+from tierod.core.strides import Stride
+from tierod.monitors.harness.related_signals import witnesses
+from tierod.monitors.harness.stuck_signals import StuckSignals
+
+RATE = 20.0
+"""Rate at which signals are watched [Hz]: a stuck signal repeats its value in every sample, and a monitor at 10 kHz
+gets hardly slower."""
+
+MAXIMUM_AGE = 0.1
+"""A sample older than this is missing [s]; as of most monitors."""
+
+NAMED = 3
+"""Spans of one signal that a warning lists; the others are counted."""
+
+
+@dataclass(frozen=True)
+class Stuck:
+    """A time over which a signal was stuck.
+
+    Args:
+        name: of the signal
+        start: of its equal values [s] in the recording
+        found: when it was known [s]
+        end: when it changed again [s]; None where it did not
+        value: at which it stayed [unit of the signal]
+    """
+
+    name: str
+    start: float
+    found: float
+    end: float | None
+    value: float
+
+
+class StuckOverDrive:
+    """Watches the signals of a monitor; the result does not depend on how the recording is cut.
+
+    Args:
+        names: that the monitor takes; others than canonical signals are not watched
+        rate: of the monitor's grid [Hz]
+        passed_on: signals whose faults the monitor judges itself: named where stuck, and not removed
+    """
+
+    def __init__(self, names: Collection[str], rate: float, passed_on: Collection[str] = ()):
+        self.names = tuple(name for name in names if name in SIGNALS)
+        self.beside = witnesses(self.names)
+        self.passed_on = frozenset(passed_on)
+        self._stride = Stride(max(round(rate / RATE), 1))
+        self._rate = rate / self._stride.step
+        self._block = StuckSignals(self.names, self.beside, 1.0 / self._rate) if self.names else None
+        self._memory: Memory | None = None
+        self._flags = np.zeros(len(self.names), bool)
+        self._open: dict[str, Stuck] = {}
+        self._closed: list[Stuck] = []
+
+    def without(self, aligned: Aligned, recording: Recording) -> Aligned:
+        """The next samples of the monitor, NaN where a signal is stuck.
+
+        Args:
+            aligned: follows on the ones before
+            recording: that they were taken from, with the signals that serve as evidence
+        """
+        watched = self._stride.over(len(aligned.time))
+        if self._block is None:
+            return aligned
+        kept = aligned.time[watched]
+        flags = np.empty((len(kept) + 1, len(self.names)), bool)
+        flags[0] = self._flags
+        if len(kept):
+            flags[1:] = self._watch(kept, recording)
+            self._flags = flags[-1]
+        if not flags.any():
+            return aligned
+        place = (np.arange(len(aligned.time)) - watched.start) // watched.step + 1
+        values = aligned.values.copy()
+        for column, name in enumerate(self.names):
+            if name in aligned.names and name not in self.passed_on:
+                values[flags[place, column], aligned.names.index(name)] = np.nan
+        return replace(aligned, values=values)
+
+    def spans(self) -> tuple[Stuck, ...]:
+        """When which signal was stuck, in the order of time."""
+        return tuple(sorted((*self._closed, *self._open.values()), key=lambda each: (each.start, each.name)))
+
+    def lasting(self) -> Mapping[str, Stuck]:
+        """Signals that are still stuck."""
+        return dict(self._open)
+
+    def warnings(self, units: Mapping[str, str]) -> tuple[str, ...]:
+        """What a reader must know: which signal is stuck, from when to when, at which value.
+
+        Args:
+            units: of the signals in the recording
+        """
+        sentences = []
+        for name in dict.fromkeys(each.name for each in self.spans()):
+            times = [each for each in self.spans() if each.name == name]
+            listed = ", ".join(_when(each, units.get(name, "")) for each in times[:NAMED])
+            others = len(times) - NAMED
+            more = "" if others < 1 else " and once more" if others == 1 else f" and {others} more times"
+            used = "other signals show that it should have moved" if name in self.passed_on else "not used there"
+            sentences.append(f"{name} is stuck {listed}{more}: {used}; check the sensor and its messages")
+        return tuple(sentences)
+
+    def _watch(self, kept: np.ndarray, recording: Recording) -> np.ndarray:
+        """Whether each signal is stuck at the times kept, and the spans brought up to date."""
+        assert self._block is not None
+        stop = float(kept[-1]) + 0.5 / self._rate
+        seen = recording.align(
+            self._block.all_names, self._rate, maximum_age=MAXIMUM_AGE, start=float(kept[0]), stop=stop
+        )
+        result = scan(self._block, seen, self._memory)
+        self._memory = result.state
+        flags = result.values > 0.0
+        before = np.vstack([self._flags, flags[:-1]])
+        for at, column in np.argwhere(flags != before).tolist():
+            name, time = self.names[column], float(kept[at])
+            if flags[at, column]:
+                value = float(seen.values[at, column])
+                self._open[name] = Stuck(name, time - float(result.values[at, column]), time, None, value)
+            else:
+                self._closed.append(replace(self._open.pop(name), end=time))
+        return flags
+
+
+def _when(each: Stuck, unit: str) -> str:
+    end = "on" if each.end is None else f"to {each.end:.1f} s"
+    return f"at {in_words(each.value, unit, 4)} from {each.start:.1f} s {end}"

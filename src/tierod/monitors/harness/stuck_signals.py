@@ -1,0 +1,272 @@
+"""Signals that repeat one value while others show that they should have moved."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Annotated, Any, NamedTuple
+
+from tierod.core.block import leaves, named_tuple, rebuild
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import (
+    absolute,
+    all_of,
+    any_of,
+    both,
+    either,
+    maximum,
+    minimum,
+    present,
+    where,
+)
+from tierod.monitors.harness.contradicted_values import (
+    Contradiction,
+    PairLimits,
+    angle_beside_rate,
+    beside_followed,
+    beside_turn,
+    rate_beside_angle,
+    speed_beside_others,
+)
+from tierod.monitors.harness.related_signals import FOLLOWS, RATES, SAME_SPEED, SPEEDS, TURN, is_ordered, is_turned
+from tierod.monitors.harness.repeated_values import NEW, Run, is_changing, repeated
+from tierod.physics.lag import share_reached
+
+
+@dataclass(frozen=True)
+class StuckSignals:
+    """Find signals that are stuck; runs before a monitor, which must not use them (`hold_back`).
+
+    A signal that changed with every sample and repeats one value for a second while the car moves is stuck. A coarse
+    signal rests by itself, so another one must contradict it: the angle moves while its rate stays, speeds part, the
+    lateral acceleration of a turn comes without yaw rate, one torque moves without the other.
+
+    Args:
+        names: canonical signals that are watched
+        beside: further signals that serve as evidence
+        sample_time: time between two samples [s]
+        shortest: equal values that may be evidence [s]; ten samples of the slowest channel that a monitor takes, twice
+            over
+        jitter: longest run of equal values of a signal that changes with every sample [s]; three samples at 20 Hz. A
+            wheel at rest under a sensor of 0.1 degrees repeats itself for longer in every half minute of driving
+        longer: multiple of the longest run so far that may be evidence [-]; lost frames repeat a value, too
+        learning: driving from which a signal is known to change with every sample [s]
+        moving: speed from which the car counts as moving [m/s]; below it sensors may rest with the car
+        delay: signals delayed by more against each other are taken for stuck [s]; half a second is the largest delay
+            that is looked for elsewhere (`delays`), and a tenth
+        angle: that rate and angle may differ by over a run [rad]; six degrees, above any sensor's step
+        drift: ... and per second [rad/s]; rates have offsets, which are followed, and noise
+        offset_time: over which the offset of a rate is followed [s]; far above a turn
+        turn: by which lateral acceleration and speed times yaw rate may differ [m/s^2]; a bank of 9 degrees
+        yaw_rate: from which a speed shows in a turn [rad/s]; at 20 m/s and more an offset of the lateral acceleration
+            does not reach it
+        misfit: share of the time in which turns may not fit while all their signals change [-]: where they do more
+            often, a unit, a sign or a delay is wrong, and a turn contradicts nothing
+        smoothing: of that difference [s]; above it a car follows without delay
+        speed: by which two speeds may differ [m/s] ...
+        slip: ... and as a share of the speed [-]; radius of the turn, wear of tyres and slip in braking
+    """
+
+    names: tuple[str, ...]
+    beside: tuple[str, ...]
+    sample_time: Annotated[float, "s"]
+    shortest: Annotated[float, "s"] = 1.0
+    jitter: Annotated[float, "s"] = 0.15
+    longer: Annotated[float, ""] = 10.0
+    learning: Annotated[float, "s"] = 30.0
+    moving: Annotated[float, "m/s"] = 2.0
+    delay: Annotated[float, "s"] = 0.6
+    angle: Annotated[float, "rad"] = 0.1
+    drift: Annotated[float, "rad/s"] = 0.02
+    offset_time: Annotated[float, "s"] = 60.0
+    turn: Annotated[float, "m/s**2"] = 1.5
+    yaw_rate: Annotated[float, "rad/s"] = 0.05
+    misfit: Annotated[float, ""] = 0.05
+    smoothing: Annotated[float, "s"] = 0.5
+    speed: Annotated[float, "m/s"] = 1.0
+    slip: Annotated[float, ""] = 0.15
+
+    class State(NamedTuple):
+        """Runs of every signal, contradictions in the order of the pairs, offsets of the rates, residual of turns, and
+        for how long turns did not fit while all their signals changed [s]."""
+
+        runs: tuple[Run, ...]
+        contradictions: tuple[Contradiction, ...]
+        offsets: tuple[Any, ...]
+        turn: Any
+        misfit_seconds: Any
+
+    def __post_init__(self) -> None:
+        if not self.names or len(set(self.all_names)) < len(self.all_names):
+            raise ParameterError(f"names are {self.names}, beside {self.beside}; expected one or more, each once")
+        if not self.sample_time > 0.0:
+            raise ParameterError(f"sample_time is {self.sample_time}; expected a time greater than zero [s]")
+
+    @property
+    def Sample(self) -> type:
+        """The signals by name."""
+        return _sample(self.all_names)
+
+    @property
+    def Output(self) -> type:
+        """For how long each signal has been stuck: 0 where it is not [s]."""
+        return _sample(self.names)
+
+    @property
+    def all_names(self) -> tuple[str, ...]:
+        """Signals watched, then those beside."""
+        return (*self.names, *self.beside)
+
+    @property
+    def rates(self) -> tuple[tuple[str, str], ...]:
+        """(rate, angle) pairs that are there."""
+        return tuple(pair for pair in RATES if self._has(pair))
+
+    @property
+    def turns(self) -> tuple[str, ...]:
+        """Signals that a turn can contradict."""
+        return tuple(name for name in TURN if name in self.names) if self._has(TURN) else ()
+
+    @property
+    def speeds(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """(speed, others) that are there."""
+        there = ((name, tuple(each for each in others if each in self.all_names)) for name, others in SAME_SPEED)
+        return tuple((name, others) for name, others in there if name in self.names and others)
+
+    @property
+    def followers(self) -> tuple[tuple[str, str, float], ...]:
+        """(signal, other, share) that are there."""
+        return tuple(entry for entry in FOLLOWS if entry[0] in self.names and self._has(entry[:2]))
+
+    def _has(self, names: tuple[str, ...]) -> bool:
+        return all(name in self.all_names for name in names)
+
+    def init(self) -> State:
+        """No signal has been seen yet."""
+        pairs = 2 * len(self.rates) + len(self.turns) + len(self.speeds) + len(self.followers)
+        none = (Contradiction(0.0, 0.0, 0.0),) * pairs
+        return self.State((NEW,) * len(self.all_names), none, (0.0,) * len(self.rates), 0.0, 0.0)
+
+    def step(self, state: State, sample: Any) -> tuple[State, Any]:
+        """One sample on."""
+        now = dict(zip(self.all_names, sample, strict=True))
+        before = dict(zip(self.all_names, state.runs, strict=True))
+        moves = self._moves(now, before)
+        runs = {name: repeated(before[name], now[name], moves[name], self.sample_time) for name in self.all_names}
+        offsets = tuple(
+            self._offset(offset, now[rate], now[angle], before[angle].value)
+            for offset, (rate, angle) in zip(state.offsets, self.rates, strict=True)
+        )
+        turn = self._turn(state.turn, now)
+        misfit = state.misfit_seconds + self._misfit(turn, runs)
+        contradictions, stuck = self._contradicted(state, now, runs, offsets, turn)
+        for name in self.names:
+            alone = self._rests_alone(runs[name], moves[name], is_ordered(name))
+            found = either(alone, stuck.get(name, 0.0))
+            still = both(runs[name].seconds > 0.0, either(runs[name].stuck, found))
+            runs[name] = runs[name]._replace(stuck=where(still, 1.0, 0.0))
+        flags = [runs[name].stuck > 0.5 for name in self.names]
+        seconds = [where(flag, runs[name].seconds, 0.0) for name, flag in zip(self.names, flags, strict=True)]
+        return self.State(tuple(runs.values()), contradictions, offsets, turn, misfit), self.Output(*seconds)
+
+    def _moves(self, now: dict[str, Any], before: dict[str, Run]) -> dict[str, Any]:
+        """Whether the car moves, for each signal: by its speeds; where there are none, whether most forces change."""
+        speeds = [name for name in SPEEDS if name in now]
+        known = any_of(0.0, *(present(now[name]) for name in speeds))
+        fast = any_of(0.0, *(both(absolute(now[name]) > self.moving, before[name].stuck < 0.5) for name in speeds))
+        forces = [name for name in self.all_names if not is_turned(name) and not is_ordered(name)]
+        forces = [name for name in forces if name not in SPEEDS]
+        changing = {name: where(is_changing(before[name], now[name], self.jitter), 1.0, 0.0) for name in forces}
+        there = sum((where(present(now[name]), 1.0, 0.0) for name in forces), 0.0)
+        moves = {}
+        for name in self.all_names:
+            others = sum((changing[other] for other in forces if other != name), 0.0)
+            # Half of the present ones, and at least two: one alone may be faulty.
+            most = both(others > 1.5, others > 0.5 * (there - 1.0)) if name in forces else 0.0
+            moves[name] = where(known, fast, most)
+        return moves
+
+    def _rests_alone(self, run: Run, moves: Any, ordered: bool) -> Any:
+        """Whether a signal that changed with every sample rests at a value without reason."""
+        if ordered:
+            return 0.0
+        resting = either(absolute(run.value) > 0.0, run.rests_at_zero < 0.5)
+        return all_of(
+            moves,
+            run.moving_seconds > maximum(self.shortest, self.longer * run.longest),
+            run.longest < self.jitter,
+            run.driven > self.learning,
+            run.low < run.value,
+            run.value < run.high,
+            resting,
+        )
+
+    def _offset(self, offset: Any, rate: Any, angle: Any, angle_before: Any) -> Any:
+        """Mean of a rate less the change of its angle, followed slowly."""
+        known = all_of(present(rate), present(angle), present(angle_before))
+        error = rate - (angle - where(known, angle_before, 0.0)) / self.sample_time - offset
+        share = share_reached(self.sample_time / self.offset_time)
+        return where(known, offset + share * where(known, error, 0.0), offset)
+
+    def _turn(self, residual: Any, now: dict[str, Any]) -> Any:
+        """Lateral acceleration less speed times yaw rate, smoothed."""
+        if not self.turns:
+            return 0.0
+        acceleration, yaw, speed = (now[name] for name in TURN)
+        error = acceleration - yaw * speed - residual
+        known = present(error)
+        share = share_reached(self.sample_time / self.smoothing)
+        return residual + where(known, share * where(known, error, 0.0), 0.0)
+
+    def _misfit(self, turn: Any, runs: dict[str, Run]) -> Any:
+        """Time of this sample in which a turn does not fit though nothing rests: wrong units, signs or delays [s]."""
+        if not self.turns:
+            return 0.0
+        alive = all_of(*(runs[name].seconds < self.delay for name in TURN))
+        return where(both(alive, absolute(turn) > self.turn), self.sample_time, 0.0)
+
+    def _contradicted(
+        self, state: State, now: dict[str, Any], runs: dict[str, Run], offsets: tuple[Any, ...], turn: Any
+    ) -> tuple[tuple[Contradiction, ...], dict[str, Any]]:
+        """Every pair one sample on, and whether each signal is contradicted."""
+        limits = PairLimits(*(getattr(self, each) for each in PairLimits._fields))
+        pairs: list[tuple[str, Contradiction, Any, Any]] = []
+        old = iter(state.contradictions)
+        for offset, (rate, angle) in zip(offsets, self.rates, strict=True):
+            pairs.append((rate, *rate_beside_angle(limits, next(old), now, runs, rate, angle, offset), 0.0))
+            pairs.append((angle, *angle_beside_rate(limits, next(old), now, runs, rate, angle, offset), 0.0))
+        for name in self.turns:
+            trusted = state.misfit_seconds < self.misfit * runs[name].seen
+            shows = absolute(now["yaw_rate"]) > self.yaw_rate if name == "vehicle_speed" else 1.0
+            pairs.append((name, *beside_turn(limits, next(old), runs[name], turn, both(trusted, shows)), 0.0))
+        for name, others in self.speeds:
+            pairs.append((name, *speed_beside_others(limits, next(old), now, runs, name, others), 0.0))
+        for name, other, share in self.followers:
+            followed = beside_followed(limits, next(old), now[other], runs[name], runs[other], share)
+            pairs.append((name, *followed, 3.0 * runs[name].longest))
+        after: list[Contradiction] = []
+        found: dict[str, Any] = {}
+        for name, memory, violated, least in pairs:
+            seconds = where(violated, minimum(memory.seconds + self.sample_time, 2.0 * self.delay), 0.0)
+            after.append(memory._replace(seconds=seconds))
+            run = runs[name]
+            enough = both(run.seconds > maximum(self.shortest, least), seconds > self.delay)
+            found[name] = either(found.get(name, 0.0), enough)
+        return tuple(after), found
+
+
+def hold_back(sample: Any, stuck_seconds: Any) -> Any:
+    """The sample with stuck signals infinite, which counts as missing (`present`).
+
+    Args:
+        sample: tree of signals
+        stuck_seconds: of each, in the same shape [s]
+    """
+    pairs = zip(leaves(sample), leaves(stuck_seconds), strict=True)
+    return rebuild(sample, [where(seconds > 0.0, math.inf, value) for (_, value), (_, seconds) in pairs])
+
+
+@lru_cache
+def _sample(names: tuple[str, ...]) -> type:
+    return named_tuple("Signals", [(name, float) for name in names])

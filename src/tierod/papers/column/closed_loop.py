@@ -1,0 +1,207 @@
+"""The bench's column under position control: plant, sensors, observer and controller as one block at 1 kHz."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from tierod.core.block import rebuild, skeleton
+from tierod.core.graph import scan
+from tierod.core.graph.maths import where
+from tierod.models.steering_column import ColumnOutput, ColumnParameters
+from tierod.models.two_inertia_column import without_gear
+from tierod.papers.column import swept_bench
+from tierod.papers.column.control.intervention import DriverIntervention, Takeover, noise_of
+from tierod.papers.column.control.open_loop import Reading, read_estimate
+from tierod.papers.column.control.position_control import ObservedColumn, PositionControl
+from tierod.papers.column.control.reference import Reference, Step, Sweep
+from tierod.papers.column.control.steering_controller import SteeringController
+from tierod.proving_ground.cars.column_bench import Acting, Arms, BenchPorts, BenchSignals, BenchState, ColumnBench
+from tierod.proving_ground.parts import SOUND
+from tierod.vehicles import load
+
+SAMPLE_TIME = 1e-3
+"""Of sensors, observer and controller [s]."""
+
+NOISE = ColumnOutput(**swept_bench.NOISE)
+"""Standard deviations of the sensors: both angles [rad], torque of the bar [N m]."""
+
+REQUEST = 1.5
+"""When control is asked for: after the observer has settled and the hands have been still as long as they must [s]."""
+
+BEGIN = 2.0
+"""When the reference begins to move: control has taken hold [s]."""
+
+
+class Outside(NamedTuple):
+    """What comes from outside: the reference, noise of the sensors, the driver.
+
+    Args:
+        reference: of the output shaft
+        request: whether control is asked for (1.0 or 0.0)
+        noise: of the sensors
+        grip: of hands that hold the wheel where they took it, 0 to 1
+    """
+
+    reference: Reference
+    request: Annotated[float, ""]
+    noise: ColumnOutput
+    grip: Annotated[float, ""]
+
+
+class LoopState(NamedTuple):
+    """Plant, observer, controller; torque that acts now, torque that acted before, and where hands took the wheel."""
+
+    plant: BenchState
+    observer: Any
+    controller: SteeringController.State
+    acting: Any
+    acted: Any
+    held: Any
+
+
+class LoopSignals(NamedTuple):
+    """All that happens in a sample; `plant` is the truth, `measured` what the sensors make of it."""
+
+    plant: BenchSignals
+    measured: ColumnOutput
+    observed: ObservedColumn
+    hand_torque: Annotated[float, "N*m"]
+    controller: SteeringController.Output
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """Plant, sensors, observer and controller at 1 kHz.
+
+    The torque that the controller finds from the measurements of one sample acts from the next sample on; the observer
+    is told the torque that acted until its sample.
+
+    Args:
+        bench: the plant
+        observer: block whose sample is the motor's torque and what is measured
+        controller: takes what is observed
+        read: finds the observed column and the hands' torque in the observer's output
+    """
+
+    bench: ColumnBench
+    observer: Any
+    controller: SteeringController
+    read: Reading = read_estimate
+
+    Sample = Outside
+
+    def init(self) -> LoopState:
+        """At rest, control off."""
+        return LoopState(self.bench.init(), self.observer.init(), self.controller.init(), 0.0, 0.0, 0.0)
+
+    def step(self, state: LoopState, sample: Outside) -> tuple[LoopState, LoopSignals]:
+        """One sample on; the output belongs to the instant of the sample."""
+        held = where(sample.grip > 0.0, state.held, state.plant.motion.wheel_angle)
+        acting = Acting(state.acting, 0.0, 0.0, 0.0, sample.grip, held, 0.0, BenchPorts(SOUND))
+        plant, signals = self.bench.step(state.plant, acting)
+        measured = ColumnOutput(*(getattr(signals, name) + noise for name, noise in sample.noise._asdict().items()))
+        told = rebuild(skeleton(self.observer.Sample), [state.acted, *measured])
+        observer, estimate = self.observer.step(state.observer, told)
+        observed, hands = self.read(estimate)
+        asked = SteeringController.Sample(observed, hands, sample.reference, sample.request)
+        controller, output = self.controller.step(state.controller, asked)
+        after = LoopState(plant, observer, controller, output.control.motor_torque, state.acting, held)
+        return after, LoopSignals(signals, measured, observed, hands, output)
+
+
+class Belief(NamedTuple):
+    """What observer and controller are told of the column; the plant has numbers of its own.
+
+    Args:
+        column: its parameters
+        friction: of the motor [N m]
+        inertia_uncertainty: of the steering wheel, twice its standard deviation [kg m^2]
+    """
+
+    column: ColumnParameters
+    friction: float
+    inertia_uncertainty: float
+
+
+def belief(vehicle: str = "column-bench") -> Belief:
+    """What the file of a vehicle says."""
+    known = load(vehicle)
+    uncertain = 2.0 * (known.parameters["steering_wheel_inertia"].standard_deviation or 0.0)
+    return Belief(known.parameters_for(ColumnParameters), known["motor_friction"], uncertain)
+
+
+def position_control(known: Belief, **settings: Any) -> PositionControl:
+    """The control with friction fed forward; `settings` are its fields."""
+    settings = {"friction": known.friction} | settings
+    column = known.column
+    return PositionControl.design(without_gear(column), column.torsion_bar_stiffness, SAMPLE_TIME, **settings)
+
+
+def intervention(known: Belief, observer: Any, takeover: Takeover | None = None) -> DriverIntervention:
+    """The rule for the noise that an observer has on this bench while nothing moves."""
+    seconds = 100.0
+    still = np.column_stack([np.zeros(round(seconds / SAMPLE_TIME)), _noise(round(seconds / SAMPLE_TIME), 77)])
+    result = scan(observer, still)
+    found = noise_of(result["hand_torque"][round(5.0 / SAMPLE_TIME) :])
+    return DriverIntervention.design(found, SAMPLE_TIME, takeover, known.inertia_uncertainty)
+
+
+def loop_of(observer: Any, known: Belief, bench: ColumnBench | None = None, **settings: Any) -> ClosedLoop:
+    """The closed loop with an observer; `settings` are fields of the position control."""
+    controller = SteeringController(position_control(known, **settings), intervention(known, observer))
+    return ClosedLoop(bench or ColumnBench(), observer, controller)
+
+
+def holding(stiffness: float) -> ColumnBench:
+    """The bench with arms that hold the wheel where they took it.
+
+    Args:
+        stiffness: [N m/rad]; 10 is a light hold, 30 a firm one, 100 one with both hands and stiff arms
+    """
+    return ColumnBench(arms=Arms(stiffness=stiffness))
+
+
+class Run(NamedTuple):
+    """A run of a closed loop: time [s], reference (whose fields hold a value per instant), signals by name."""
+
+    time: np.ndarray
+    reference: Any
+    signals: Any
+
+
+def run(
+    loop: ClosedLoop,
+    source: Sweep | Step,
+    seconds: float,
+    seed: int = 0,
+    grip: float = math.inf,
+    request_end: float = math.inf,
+) -> Run:
+    """Let the loop follow a reference from `BEGIN` on.
+
+    Args:
+        loop: plant, observer and controller
+        source: of the reference, its time counted from `BEGIN`
+        seconds: duration of the whole
+        seed: of the sensors' noise
+        grip: when hands take the wheel [s]
+        request_end: when control is no longer asked for [s]
+    """
+    time = np.arange(round(seconds / SAMPLE_TIME)) * SAMPLE_TIME
+    reference = source.at(np.maximum(time - BEGIN, 0.0))
+    request = ((time >= REQUEST) & (time < request_end)).astype(float)
+    gripped = np.clip((time - grip) / GRIPPING, 0.0, 1.0)
+    rows = np.column_stack([*reference, request, _noise(len(time), seed), gripped])
+    return Run(time, reference, scan(loop, rows))
+
+
+GRIPPING = 0.03
+"""In which hands close round the wheel [s]."""
+
+
+def _noise(count: int, seed: int) -> np.ndarray:
+    return np.random.default_rng([seed, 31]).normal(size=(count, 3)) * np.array(NOISE)

@@ -1,0 +1,223 @@
+"""Friction at the motor of a steering column: its torque, and its level, by a Kalman filter that knows Dahl's law."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, NamedTuple
+
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import both, sqrt, where
+from tierod.methods.estimators.kalman import KalmanFilter
+from tierod.methods.estimators.linear_algebra import congruence
+from tierod.models.column_observation import MotorTorque
+from tierod.models.steering_column import ColumnParameters
+from tierod.models.two_inertia_column import without_gear
+from tierod.monitors.driver_torque.observer import UNKNOWN, resting_state
+from tierod.monitors.driver_torque.starting import ColumnSample, Starting, StartState
+from tierod.monitors.driver_torque.tuning import ColumnTuning, design, process_noises
+from tierod.monitors.driver_torque.vehicle_column import column_of_vehicle, usual_tuning
+from tierod.papers.column.rubbing_observation import RubbingObservationParameters, with_dahl_friction
+from tierod.vehicles import Vehicle
+
+
+@dataclass(frozen=True)
+class FrictionTuning:
+    """Noises of the friction; those of a walk are per square root of a second.
+
+    Tuned on the same simulated runs as `ColumnTuning`.
+
+    Args:
+        level: with which it starts [N m]; that of the vehicle where there is one
+        level_deviation: of the start, as a share of the level
+        level_walk: 1e-4 N·m lets the level wander by 0.006 N·m in an hour
+        normalised_walk: of the friction over its level: what the law does not say; 1 also bears an angle wrong by two
+        remaining_walk: of the disturbance torque beside friction
+        hand_torque_walk: of the hands' torque, for smooth hands and jumps alike
+    """
+
+    level: Annotated[float, "N*m"] = 0.1
+    level_deviation: Annotated[float, ""] = 0.5
+    level_walk: Annotated[float, "N*m/s**0.5"] = 1e-4
+    normalised_walk: Annotated[float, "1/s**0.5"] = 1.0
+    remaining_walk: Annotated[float, "N*m/s**0.5"] = 0.01
+    hand_torque_walk: Annotated[float, "N*m/s**0.5"] = 1.0
+
+
+class FrictionEstimate(NamedTuple):
+    """What is known of the friction at the motor's shaft.
+
+    Args:
+        disturbance_torque: friction and what remains
+        disturbance_torque_deviation: of it, one standard deviation
+        friction_torque: that Dahl's law explains, positive against motion to the left
+        friction_level: that it reaches while sliding
+        friction_level_deviation: of it
+        hand_torque: of the driver's hands, by a filter for smooth hands and jumps alike
+        nis: normalised innovation squared
+        present: outputs that were there
+        ready: 1 while the estimate can be used
+    """
+
+    disturbance_torque: Annotated[float, "N*m"]
+    disturbance_torque_deviation: Annotated[float, "N*m"]
+    friction_torque: Annotated[float, "N*m"]
+    friction_level: Annotated[float, "N*m"]
+    friction_level_deviation: Annotated[float, "N*m"]
+    hand_torque: Annotated[float, "N*m"]
+    nis: Annotated[float, ""]
+    present: Annotated[float, ""]
+    ready: Annotated[float, ""]
+
+
+class FrictionMemory(NamedTuple):
+    """Memory of the filter, and of the gaps in its samples."""
+
+    belief: Any
+    start: StartState
+
+
+@dataclass(frozen=True)
+class ColumnFrictionObserver:
+    """Friction at the motor with a level that is learnt, for a bench or a car whose rack is free.
+
+    Ten times as exact as a disturbance torque that walks where the friction follows Dahl's law with the angle given,
+    and still twice where the angle is wrong by a factor of two. The column's gear is left out, and one filter follows
+    hands that are smooth and that jump: `ColumnObserver` tells their torque better.
+
+    Args:
+        filter: extended Kalman filter of the column, both torques, friction and level
+        starting: what it does in gaps
+
+    Source: Raffone, eq (4), as an observer's state; the level is not the paper's.
+    """
+
+    filter: KalmanFilter
+    starting: Starting
+
+    Sample = ColumnSample
+
+    @classmethod
+    def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 1e-3) -> ColumnFrictionObserver:
+        """The observer of a vehicle that gives `motor_friction` and `motor_friction_stiffness`.
+
+        Args:
+            vehicle: with or without gear
+            sample_time: [s]
+
+        Raises:
+            ParameterError: parameters are missing, or as `require_fit` says
+        """
+        level = vehicle["motor_friction"]
+        angle = level / vehicle["motor_friction_stiffness"]
+        friction = FrictionTuning(level=level)
+        return cls.of_parameters(column_of_vehicle(vehicle), angle, sample_time, usual_tuning(vehicle), friction)
+
+    @classmethod
+    def of_parameters(
+        cls,
+        parameters: Any,
+        dahl_angle: float,
+        sample_time: float = 1e-3,
+        tuning: ColumnTuning | None = None,
+        friction: FrictionTuning | None = None,
+    ) -> ColumnFrictionObserver:
+        """The observer of a column.
+
+        Args:
+            parameters: `ColumnParameters` or `TwoInertiaParameters`
+            dahl_angle: of the motor, level over stiffness [rad]
+            sample_time: [s]
+            tuning: noises of column and sensors; of a bench where None
+            friction: noises of the friction; the defaults where None
+
+        Raises:
+            ParameterError: as `require_fit` says, or an angle that is not positive
+        """
+        if not dahl_angle > 0.0:
+            raise ParameterError(f"dahl_angle is {dahl_angle}; expected an angle of the motor above zero [rad]")
+        own = friction or FrictionTuning()
+        smooth = replace(
+            tuning or ColumnTuning(),
+            hand_torque_walk=own.hand_torque_walk,
+            reversal_walk=0.0,
+            disturbance_torque_walk=own.remaining_walk,
+        )
+        column = without_gear(parameters) if isinstance(parameters, ColumnParameters) else parameters
+        made = design(column, sample_time, smooth, hand_torque_order=1)
+        model = with_dahl_friction(made.observation.model)
+        (noise,) = process_noises(made.observation.discrete.states, column, sample_time, smooth)
+        more = (own.normalised_walk**2 * sample_time, own.level_walk**2 * sample_time)
+        filter_ = KalmanFilter(
+            model,
+            RubbingObservationParameters(made.observation.parameters, float(dahl_angle), float(sample_time)),
+            (0.0,) * len(noise) + (0.0, own.level),
+            _initial_variance(model, made.layout.motor_ratio, own),
+            tuple(float(value) if value > 0.0 else None for value in (*noise, *more)),
+            smooth.variances(),
+            hold_missing_input=False,
+        )
+        return cls(filter_, Starting(made.layout))
+
+    def init(self) -> FrictionMemory:
+        """Not started."""
+        return FrictionMemory(self.filter.init(), self.starting.init())
+
+    def step(self, state: FrictionMemory, sample: ColumnSample) -> tuple[FrictionMemory, FrictionEstimate]:
+        """One sample on."""
+        start, phase = self.starting.step(state.start, sample)
+        model = self.filter.model
+        given = self.filter.Sample(MotorTorque(phase.motor_torque), model.Output(*phase.measured))
+        moved, estimate = self.filter.step(state.belief, given)
+        fresh = self.filter.init()
+        level = state.belief.mean.friction_level
+        resting = resting_state(model, self.starting.layout, sample)._replace(
+            disturbance_torque=0.0, friction_level=level
+        )
+        belief = phase.chosen(fresh._replace(mean=resting), moved, state.belief)
+        return FrictionMemory(belief, start), self._estimate(start, belief, estimate, phase)
+
+    def _estimate(self, start: StartState, belief: Any, estimate: Any, phase: Any) -> FrictionEstimate:
+        mean = belief.mean
+        friction = mean.normalised_friction * mean.friction_level
+        spread, level_spread = self._spreads(belief)
+        unknown = where(both(start.started > 0.5, start.settling <= 0.0), 0.0, UNKNOWN**2)
+        return FrictionEstimate(
+            mean.disturbance_torque + friction,
+            sqrt(spread + unknown + self.starting.layout.disturbance_torque_growth * start.missing),
+            friction,
+            mean.friction_level,
+            sqrt(level_spread + unknown),
+            mean.hand_torque,
+            where(phase.following, estimate.nis, 0.0),
+            where(phase.following, estimate.present, 0.0),
+            phase.ready,
+        )
+
+    def _spreads(self, belief: Any) -> tuple[Any, Any]:
+        """Variance of friction and what remains together, and of the level."""
+        mean = belief.mean
+        total = {
+            "disturbance_torque": 1.0,
+            "normalised_friction": mean.friction_level,
+            "friction_level": mean.normalised_friction,
+        }
+        rows = (total, {"friction_level": 1.0})
+        matrix = [[row.get(name, 0.0) for name in type(mean)._fields] for row in rows]
+        both_spread, _, level_spread = congruence(matrix, belief.covariance)
+        return both_spread, level_spread
+
+
+def _initial_variance(model: Any, ratio: float, friction: FrictionTuning) -> tuple[float, ...]:
+    """Of a start at rest that may be none: 0.1 rad, 1 rad/s and 2 N·m at the wheel."""
+    known = {
+        "steering_wheel_angle": 0.01,
+        "motor_angle": 0.01 * ratio**2,
+        "motor_speed": ratio**2,
+        "hand_torque": 4.0,
+        "disturbance_torque": 1e-4,
+        "motor_angle_offset": 1e-4 * ratio**2,
+        "driver_torque_offset": 0.01,
+        "normalised_friction": 1.0,
+        "friction_level": (friction.level_deviation * friction.level) ** 2,
+    }
+    return tuple(known.get(name, 1.0) for name in model.State._fields)

@@ -1,0 +1,198 @@
+"""Linear quadratic regulators of sampled systems, with integral action and with the delay of a computer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tierod.core.errors import ParameterError, nearest
+from tierod.models.linear import LinearSystem
+from tierod.models.modes import TOLERANCE, Mode, describe, modes
+
+_LASTING = 1.0 - 1e-9
+"""Modulus from which on an eigenvalue counts as one that does not decay."""
+
+
+@dataclass(frozen=True, eq=False)
+class Regulator:
+    """State feedback u = -K x with the least sum of x' Q x + u' R u.
+
+    Args:
+        gain: K, (inputs, n)
+        cost: P, of which x' P x is the cost still to come, (n, n)
+        eigenvalues: of A - B K, the slowest first
+        system: that was designed for
+    """
+
+    gain: np.ndarray
+    cost: np.ndarray
+    eigenvalues: np.ndarray
+    system: LinearSystem
+
+    def of(self, state: str, command: str | None = None) -> float:
+        """Gain from one state to one input, the first where none is named.
+
+        Raises:
+            ParameterError: there is none of that name
+        """
+        row = 0 if command is None else _index(command, self.system.inputs, "an input")
+        return float(self.gain[row, _index(state, self.system.states, "a state")])
+
+
+def lqr(system: LinearSystem, state_weight: np.ndarray | Mapping[str, float], input_weight: object) -> Regulator:
+    """The linear quadratic regulator of a sampled system, by SciPy's Riccati solver.
+
+    Example: `lqr(with_integral(sampled(system, 1e-3), ("shaft",), 1e-3), {"shaft_integral": 1e3, "angle": 10.0}, [1])`.
+
+    Args:
+        system: discrete
+        state_weight: Q, (n, n), or the weights of its diagonal by name of state or of output; an output's weight w adds
+            w c' c, and what is not named has none
+        input_weight: R, (inputs, inputs), or its diagonal, above zero
+
+    Raises:
+        ParameterError: a weight is negative, a direction that does not decay is not moved by the inputs (its eigenvalue
+            is named) or does not matter to the weights
+
+    Source: B. D. O. Anderson, J. B. Moore, Optimal Control: Linear Quadratic Methods, 1990, section 2.4.
+    """
+    from scipy.linalg import solve_discrete_are
+
+    Q = _by_name(system, state_weight) if isinstance(state_weight, Mapping) else _square(state_weight, len(system.A))
+    R = _square(input_weight, system.B.shape[1])
+    _require_weights(Q, "state_weight", 0.0)
+    _require_weights(R, "input_weight", 1e-14 * np.abs(R).max(initial=1e-300))
+    require_stabilisable(system)
+    _require_weighted(system, Q)
+    A, B = system.A, system.B
+    try:
+        cost = solve_discrete_are(A, B, Q, R)
+    except (np.linalg.LinAlgError, ValueError) as error:
+        raise ParameterError(
+            f"no regulator was found ({error}); give states weights of like size, and weigh one that matters more"
+        ) from None
+    gain = np.linalg.solve(R + B.T @ cost @ B, B.T @ cost @ A)
+    eigenvalues = np.linalg.eigvals(A - B @ gain)
+    eigenvalues = eigenvalues[np.argsort(-np.abs(eigenvalues))]
+    if not np.abs(eigenvalues[0]) < 1.0:
+        raise ParameterError(
+            f"the regulated system keeps the eigenvalue {eigenvalues[0]:.6g}, which does not decay; "
+            "weigh the states that it moves"
+        )
+    return Regulator(gain, 0.5 * (cost + cost.T), eigenvalues, system)
+
+
+def with_integral(system: LinearSystem, outputs: tuple[str, ...], sample_time: float) -> LinearSystem:
+    """The system with the integral of some outputs as states, each named after its output with "_integral".
+
+    Args:
+        system: discrete
+        outputs: their names; what they should be is taken off before the controller integrates
+        sample_time: [s]
+
+    Raises:
+        ParameterError: an output that there is not
+    """
+    rows = [_index(name, system.outputs, "an output") for name in outputs]
+    n, more = len(system.A), len(rows)
+    A = np.eye(n + more)
+    A[:n, :n], A[n:, :n] = system.A, sample_time * system.C[rows]
+    return replace(
+        system,
+        A=A,
+        B=np.vstack([system.B, sample_time * system.D[rows]]),
+        C=np.hstack([system.C, np.zeros((len(system.C), more))]),
+        states=(*system.states, *(f"{name}_integral" for name in outputs)),
+    )
+
+
+def with_delay(system: LinearSystem, kept: float = 0.0) -> LinearSystem:
+    """The system whose inputs act one sample later, as a computer's do; they are states, named with "previous_".
+
+    Args:
+        system: discrete
+        kept: share of what acted before that stays, for inputs that a first-order low-pass smooths; 0 for none
+
+    Raises:
+        ParameterError: a share outside 0 to 1
+    """
+    if not 0.0 <= kept < 1.0:
+        raise ParameterError(f"kept is {kept}; expected a share of at least 0 and less than 1")
+    n, m = system.B.shape
+    A = np.zeros((n + m, n + m))
+    A[:n, :n], A[:n, n:], A[n:, n:] = system.A, system.B, kept * np.eye(m)
+    return replace(
+        system,
+        A=A,
+        B=np.vstack([np.zeros((n, m)), (1.0 - kept) * np.eye(m)]),
+        C=np.hstack([system.C, system.D]),
+        D=np.zeros_like(system.D),
+        states=(*system.states, *(f"previous_{name}" for name in system.inputs)),
+    )
+
+
+def require_stabilisable(system: LinearSystem) -> None:
+    """Refuse a discrete system with a direction that does not decay and that no input moves.
+
+    Raises:
+        ParameterError: with the direction and its eigenvalue
+    """
+    for mode in _lasting(LinearSystem.of(system.A.T, system.B.T, states=system.states)):
+        raise ParameterError(
+            f"the inputs {', '.join(system.inputs) or '(none)'} do not move the direction "
+            f"{describe(mode.direction, system.states)} (eigenvalue {mode.number}), which does not decay; "
+            "no feedback can hold it: add an actuator, or take it out of the state"
+        )
+
+
+def _require_weighted(system: LinearSystem, Q: np.ndarray) -> None:
+    values, vectors = np.linalg.eigh(Q)
+    root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+    for mode in _lasting(LinearSystem.of(system.A, root, states=system.states)):
+        raise ParameterError(
+            f"state_weight does not weigh the direction {describe(mode.direction, system.states)} "
+            f"(eigenvalue {mode.number}), which does not decay, so that it would be left alone; give it a weight"
+        )
+
+
+def _lasting(system: LinearSystem) -> list[Mode]:
+    return [mode for mode in modes(system) if mode.margin < TOLERANCE and abs(mode.eigenvalue) >= _LASTING]
+
+
+def _by_name(system: LinearSystem, weights: Mapping[str, float]) -> np.ndarray:
+    Q = np.zeros_like(system.A)
+    for name, weight in weights.items():
+        if not 0.0 <= weight < np.inf:
+            raise ParameterError(f"the weight of {name} is {weight}; expected a finite number that is not negative")
+        if name in system.states:
+            row = np.eye(len(Q))[system.states.index(name)]
+        else:
+            known = (*system.states, *system.outputs)
+            row = system.C[_index(name, system.outputs, "a state or an output", known)]
+        Q += weight * np.outer(row, row)
+    return Q
+
+
+def _square(weights: object, n: int) -> np.ndarray:
+    matrix = np.atleast_1d(np.asarray(weights, float))
+    matrix = np.diag(matrix) if matrix.ndim == 1 else matrix
+    if matrix.shape != (n, n) or not np.isfinite(matrix).all():
+        raise ParameterError(
+            f"weights of the shape {matrix.shape}; expected {n} finite weights, or a ({n}, {n}) matrix"
+        )
+    return matrix
+
+
+def _require_weights(matrix: np.ndarray, what: str, least: float) -> None:
+    lowest = float(np.linalg.eigvalsh(0.5 * (matrix + matrix.T)).min(initial=np.inf))
+    if lowest < least - 1e-12 * np.abs(matrix).max(initial=0.0) or (least > 0.0 and lowest <= 0.0):
+        expected = "above zero" if least > 0.0 else "not negative"
+        raise ParameterError(f"{what} has the eigenvalue {lowest:.6g}; expected weights that are {expected}")
+
+
+def _index(name: str, known: tuple[str, ...], what: str, offered: tuple[str, ...] = ()) -> int:
+    if name not in known:
+        raise ParameterError(f"'{name}' is not {what} of the system{nearest(name, offered or known)}")
+    return known.index(name)

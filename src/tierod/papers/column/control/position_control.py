@@ -1,0 +1,225 @@
+"""Position control of a steering column by state feedback on observed states, with integral action and feed-forward."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+from tierod.core.block import leaves, map_leaves
+from tierod.core.errors import ParameterError
+from tierod.core.fields import numbers
+from tierod.core.graph.maths import absolute, all_of, both, either, limit, present, tanh, where
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE, SHARE
+from tierod.models.two_inertia_column import TwoInertiaParameters
+from tierod.papers.column.control.column_regulator import SMOOTHING, kept_share, regulator
+from tierod.papers.column.control.flat_column import ColumnMotion, advanced, motion_for
+from tierod.papers.column.control.reference import Reference
+
+
+class ObservedColumn(NamedTuple):
+    """What an observer says of a column.
+
+    Args:
+        steering_wheel_rate, motor_speed, steering_wheel_angle, motor_angle: the state
+        disturbance_torque: that the motor must overcome at its shaft: dry friction, torque from the rack
+    """
+
+    steering_wheel_rate: Annotated[float, "rad/s"]
+    motor_speed: Annotated[float, "rad/s"]
+    steering_wheel_angle: Annotated[float, "rad"]
+    motor_angle: Annotated[float, "rad"]
+    disturbance_torque: Annotated[float, "N*m"]
+
+
+@dataclass(frozen=True)
+class ColumnGains:
+    """Torque of the motor per unit of each deviation from the planned motion, K."""
+
+    steering_wheel_rate: Annotated[float, "N*m*s/rad"]
+    motor_speed: Annotated[float, "N*m*s/rad"]
+    steering_wheel_angle: Annotated[float, "N*m/rad"]
+    motor_angle: Annotated[float, "N*m/rad"]
+    previous_motor_torque: Annotated[float, ""]
+    shaft_integral: Annotated[float, "N*m/rad/s"]
+
+
+@dataclass(frozen=True)
+class TorqueLimits:
+    """What the controller may ask of the motor, and how it takes hold and lets go.
+
+    Args:
+        torque: largest torque at the motor's shaft; 3 N m are 54 N m at the steering wheel axis behind a ratio of 18,
+            an electric power steering of the middle class
+        rate: largest change of torque; from nothing to all in 20 ms spares the gear and lets the sweep pass, which
+            needs a fifth of it
+        engaging: time in which control takes hold: so slowly that nobody is startled
+        releasing: time in which it lets go: much shorter than a driver's push, and without a blow
+    """
+
+    torque: Annotated[float, "N*m", POSITIVE] = 3.0
+    rate: Annotated[float, "N*m/s", POSITIVE] = 150.0
+    engaging: Annotated[float, "s", POSITIVE] = 0.3
+    releasing: Annotated[float, "s", POSITIVE] = 0.1
+
+
+@dataclass(frozen=True)
+class PositionControl:
+    """Let the output shaft of a column follow a reference: planned torque, state feedback, integral action.
+
+    torque = plan + friction - K (state - planned state) - K_i integral(shaft - reference), held to what the motor can.
+    The plan looks 1.5 samples ahead: the torque acts one sample later and for a sample. The integral stands still while
+    control takes hold, and while a limit is in force and it would push further, so that it never winds up. What is
+    asked for without `enabled`, or on numbers that are missing, is let go within `limits.releasing`; whatever the state
+    is when control takes hold, the torque begins at zero.
+
+    Args:
+        gains: of the state feedback, `design`
+        column: as the controller believes it to be
+        output_stiffness: between the steering wheel and the shaft that follows [N m/rad]
+        limits: of the torque
+        sample_time: [s]
+        kept: share of the torque's deviation from the plan that stays from sample to sample: a first-order low-pass of
+            the feedback, which keeps it from exciting the gear's swing; known to the design
+        feed_forward: share of the planned torque that is used
+        friction: level of the dry friction at the motor that is fed forward, in the direction of the planned motion;
+            zero for none
+        friction_speed: of the motor, planned, up to which it is fed forward in proportion: a smooth reversal
+        disturbance_compensation: share of the observed disturbance torque that is used. It is a second integral action,
+            quicker than the own one, and costs margin: with all of it the loop has half the distance from instability
+    """
+
+    gains: ColumnGains
+    column: TwoInertiaParameters
+    output_stiffness: Annotated[float, "N*m/rad", POSITIVE]
+    limits: TorqueLimits = field(default_factory=TorqueLimits)
+    sample_time: Annotated[float, "s", POSITIVE] = 1e-3
+    kept: Annotated[float, "", SHARE] = 0.0
+    feed_forward: Annotated[float, "", SHARE] = 1.0
+    friction: Annotated[float, "N*m", NOT_NEGATIVE] = 0.0
+    friction_speed: Annotated[float, "rad/s", POSITIVE] = 0.5
+    disturbance_compensation: Annotated[float, "", SHARE] = 0.0
+
+    class Sample(NamedTuple):
+        """What is observed, what is wanted, and whether control may act (1.0 or 0.0)."""
+
+        observed: ObservedColumn
+        reference: Reference
+        enabled: Annotated[float, ""]
+
+    class State(NamedTuple):
+        """Torque last asked for, integral of the error, and how far control has taken hold."""
+
+        torque: float
+        integral: float
+        hold: float
+
+    class Output(NamedTuple):
+        """Torque for the motor, the shaft's observed angle and its error, and how the torque came about.
+
+        Args:
+            motor_torque: to be asked of the motor
+            shaft_angle: observed
+            error: of the shaft, observed less wanted
+            limited: whether a limit of the torque or of its rate is in force (1.0 or 0.0)
+            hold: 0 is let go, 1 is in full control
+            planned: the motion that the reference asks for
+        """
+
+        motor_torque: Annotated[float, "N*m"]
+        shaft_angle: Annotated[float, "rad"]
+        error: Annotated[float, "rad"]
+        limited: Annotated[float, ""]
+        hold: Annotated[float, ""]
+        planned: ColumnMotion
+
+    def __post_init__(self) -> None:
+        for name, number in numbers(self).items():
+            if number.limits and not number.limits.holds(number.value):
+                raise ParameterError(f"{name} is {number.value} {number.unit}; expected {number.limits}")
+
+    @classmethod
+    def design(
+        cls,
+        column: TwoInertiaParameters,
+        torsion_bar_stiffness: float,
+        sample_time: float = 1e-3,
+        weights: Mapping[str, float] | None = None,
+        torque_weight: float = 1.0,
+        smoothing: float = SMOOTHING,
+        **settings: Any,
+    ) -> PositionControl:
+        """The controller of a column.
+
+        Args:
+            column: as it is believed to be
+            torsion_bar_stiffness: between the steering wheel and the shaft that follows [N m/rad]
+            sample_time: [s]
+            weights: of states and of the `shaft`, as `lqr` takes them; `WEIGHTS` where None
+            torque_weight: of the motor's torque, 1/(N m)^2
+            smoothing: time constant of the low-pass of the feedback, 0 for none [s]
+            settings: the other fields
+
+        Raises:
+            ParameterError: as `lqr`, for the column with its integral and its delay of one sample
+        """
+        found = regulator(column, torsion_bar_stiffness, sample_time, weights, torque_weight, smoothing)
+        gains = ColumnGains(*(found.of(state) for state in found.system.states))
+        kept = kept_share(smoothing, sample_time)
+        return cls(gains, column, torsion_bar_stiffness, sample_time=sample_time, kept=kept, **settings)
+
+    def init(self) -> State:
+        """Let go."""
+        return self.State(0.0, 0.0, 0.0)
+
+    def step(self, state: State, sample: Sample) -> tuple[State, Output]:
+        """One sample on."""
+        usable = all_of(*(present(value) for _, value in leaves(sample)))
+        given = self.Sample(*_kept(usable, (sample.observed, sample.reference, sample.enabled)))
+        wants = both(usable, given.enabled > 0.5)
+        planned = motion_for(given.reference, self.column, self.output_stiffness)
+        shaft = self.shaft_angle(given.observed)
+        error = shaft - given.reference.angle
+        grows, falls = self.sample_time / self.limits.engaging, self.sample_time / self.limits.releasing
+        hold = limit(state.hold + where(wants, grows, -falls), 0.0, 1.0)
+        asked = self._torque(state, given, planned)
+        held = limit(asked, -self.limits.torque, self.limits.torque)
+        most = self.limits.rate * self.sample_time
+        torque = limit(hold * held, state.torque - most, state.torque + most)
+        limited = absolute(hold * asked - torque) > 1e-9 * self.limits.torque
+        blocked = either(hold < 1.0, both(limited, error * (hold * asked - torque) < 0.0))
+        integral = where(blocked, state.integral, state.integral + self.sample_time * error)
+        after = self.State(torque, where(hold > 0.0, integral, 0.0), hold)
+        return after, self.Output(torque, shaft, error, where(limited, 1.0, 0.0), hold, planned)
+
+    def shaft_angle(self, observed: ObservedColumn) -> Any:
+        """Angle of the shaft that follows: between motor and steering wheel, by the stiffnesses on either side."""
+        motor = observed.motor_angle / self.column.motor_ratio
+        share = self.column.stiffness / self.output_stiffness
+        return observed.steering_wheel_angle + share * (motor - observed.steering_wheel_angle)
+
+    def _torque(self, state: State, given: Sample, planned: ColumnMotion) -> Any:
+        """Of plan, feedback and integral, before any limit."""
+        gains, observed = self.gains, given.observed
+        compensation = self.disturbance_compensation * observed.disturbance_torque
+        aside = state.torque - self._planned_torque(given.reference, 0.5 * self.sample_time) - compensation
+        feedback = (
+            gains.steering_wheel_rate * (observed.steering_wheel_rate - planned.steering_wheel_rate)
+            + gains.motor_speed * (observed.motor_speed - planned.motor_speed)
+            + gains.steering_wheel_angle * (observed.steering_wheel_angle - planned.steering_wheel_angle)
+            + gains.motor_angle * (observed.motor_angle - planned.motor_angle)
+            + gains.previous_motor_torque * aside
+            + gains.shaft_integral * state.integral
+        )
+        ahead = self._planned_torque(given.reference, 1.5 * self.sample_time) + compensation
+        return ahead + self.kept * aside - (1.0 - self.kept) * feedback
+
+    def _planned_torque(self, reference: Reference, ahead: float) -> Any:
+        motion = motion_for(advanced(reference, ahead), self.column, self.output_stiffness)
+        rubbing = self.friction * tanh(motion.motor_speed / self.friction_speed)
+        return self.feed_forward * (motion.motor_torque + rubbing)
+
+
+def _kept(usable: Any, trees: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Trees with zeros where they are not usable."""
+    return tuple(map_leaves(lambda value: where(usable, value, 0.0), tree) for tree in trees)

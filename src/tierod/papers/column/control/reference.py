@@ -1,0 +1,136 @@
+"""References of a position with exact derivatives: a sweep, a smooth step."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from tierod.core.errors import ParameterError
+from tierod.core.fields import numbers
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+
+
+class Reference(NamedTuple):
+    """An angle that is wanted, and its four derivatives."""
+
+    angle: Annotated[float, "rad"]
+    rate: Annotated[float, "rad/s"]
+    acceleration: Annotated[float, "rad/s**2"]
+    jerk: Annotated[float, "rad/s**3"]
+    snap: Annotated[float, "rad/s**4"]
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A sine whose frequency grows linearly; it fades in from rest.
+
+    Args:
+        amplitude: the paper's is 30 degrees
+        start, stop: frequencies; equal ones give a plain sine
+        duration: from one to the other; the frequency stays at `stop` after it
+        fade: in which the amplitude grows from zero, so that four derivatives are continuous
+    """
+
+    amplitude: Annotated[float, "rad", NOT_NEGATIVE] = math.radians(30.0)
+    start: Annotated[float, "Hz", NOT_NEGATIVE] = 0.1
+    stop: Annotated[float, "Hz", NOT_NEGATIVE] = 3.0
+    duration: Annotated[float, "s", POSITIVE] = 30.0
+    fade: Annotated[float, "s", POSITIVE] = 1.0
+
+    def __post_init__(self) -> None:
+        _require_ranges(self)
+
+    def at(self, time: np.ndarray) -> Reference:
+        """The reference at some times [s]; zero before zero."""
+        time = np.asarray(time, float)
+        growth = math.tau * (self.stop - self.start) / self.duration
+        under = np.minimum(time, self.duration)
+        rate = math.tau * self.start + growth * under
+        phase = (math.tau * self.start + 0.5 * growth * under) * under + rate * (time - under)
+        change = np.where(time < self.duration, growth, 0.0)
+        return _scaled(_product(_smooth(time / self.fade, self.fade), _sine(phase, rate, change)), self.amplitude)
+
+    def frequency(self, time: np.ndarray) -> np.ndarray:
+        """Of the sine at some times [Hz]."""
+        share = np.clip(np.asarray(time, float) / self.duration, 0.0, 1.0)
+        return self.start + (self.stop - self.start) * share
+
+
+@dataclass(frozen=True)
+class Step:
+    """A change of angle at some time.
+
+    Args:
+        height: of the step
+        time: at which it begins
+        rise: within which it is done, with four continuous derivatives; zero is a jump, whose derivatives nobody can
+            follow: they are given as zero
+    """
+
+    height: Annotated[float, "rad"]
+    time: Annotated[float, "s"] = 0.5
+    rise: Annotated[float, "s", NOT_NEGATIVE] = 0.5
+
+    def __post_init__(self) -> None:
+        _require_ranges(self)
+
+    def at(self, time: np.ndarray) -> Reference:
+        """The reference at some times [s]."""
+        since = np.asarray(time, float) - self.time
+        if self.rise > 0.0:
+            return _scaled(_smooth(since / self.rise, self.rise), self.height)
+        return _scaled(_reference(np.where(since >= 0.0, 1.0, 0.0), *[np.zeros_like(since)] * 4), self.height)
+
+
+def _sine(phase: np.ndarray, rate: np.ndarray, change: np.ndarray) -> Reference:
+    """sin(phase) with its derivatives, the rate of the phase changing steadily."""
+    s, c = np.sin(phase), np.cos(phase)
+    return _reference(
+        s,
+        rate * c,
+        change * c - rate**2 * s,
+        -3.0 * change * rate * s - rate**3 * c,
+        (rate**4 - 3.0 * change**2) * s - 6.0 * change * rate**2 * c,
+    )
+
+
+@cache
+def _polynomials() -> tuple[np.polynomial.Polynomial, ...]:
+    """From 0 to 1 with four derivatives that vanish at both ends, and those derivatives."""
+    rise = (np.polynomial.Polynomial([0.0, 1.0]) ** 4 * np.polynomial.Polynomial([1.0, -1.0]) ** 4).integ()
+    rise = rise / rise(1.0)
+    return (rise, *(rise.deriv(order) for order in range(1, 5)))
+
+
+def _smooth(share: np.ndarray, duration: float) -> Reference:
+    """The smooth rise at a share of its duration."""
+    inside = (share > 0.0) & (share < 1.0)
+    bounded = np.clip(share, 0.0, 1.0)
+    values = [polynomial(bounded) / duration**order for order, polynomial in enumerate(_polynomials())]
+    return _reference(values[0], *(np.where(inside, value, 0.0) for value in values[1:]))
+
+
+def _product(a: Reference, b: Reference) -> Reference:
+    """Product of two functions with its derivatives, by Leibniz."""
+    return _reference(*(sum(math.comb(n, k) * a[k] * b[n - k] for k in range(n + 1)) for n in range(5)))
+
+
+def _scaled(reference: Reference, factor: float) -> Reference:
+    return _reference(*(factor * value for value in reference))
+
+
+def _reference(*values: Any) -> Reference:
+    """At many instants at once."""
+    return Reference(*values)
+
+
+def _require_ranges(instance: object) -> None:
+    for name, number in numbers(instance).items():
+        if not math.isfinite(number.value) or (number.limits and not number.limits.holds(number.value)):
+            raise ParameterError(
+                f"{name} is {number.value} {number.unit}; expected {number.limits or 'a finite number'}"
+            )

@@ -1,0 +1,150 @@
+"""Column benches with hands that come and go, of which a monitor sees angle and torque; and how it did."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from tierod.core.graph import scan
+from tierod.core.graph.kernel import kernel
+from tierod.monitors.driver_torque.hands import UNCERTAIN, HandsMonitor
+from tierod.papers.column.scatter import SCATTERED
+from tierod.proving_ground.cars.column_bench import ColumnBench
+from tierod.proving_ground.courses.bench_hands import BenchHands
+
+PIECE = 60.0
+"""Seconds at a time: more would not fit into the cache."""
+STEP = 1e-3
+ANGLE_NOISE, ANGLE_STEP, TORQUE_NOISE = math.radians(0.005), math.radians(0.01), 0.01
+"""Of the sensors of a bench, as the proving ground has them [rad, rad, N m]."""
+
+
+class Bench(NamedTuple):
+    """A bench drawn by chance.
+
+    Args:
+        plant: with its own parameters
+        gain: of the torque sensor
+        offset: of the torque sensor [N m]
+        course: hands and motor
+        seed: of the noise
+    """
+
+    plant: ColumnBench
+    gain: float
+    offset: float
+    course: BenchHands
+    seed: int
+
+
+class Piece(NamedTuple):
+    """A piece of what a bench does: time [s], measured angle [rad] and torque [N m], presence of the hands."""
+
+    time: np.ndarray
+    samples: np.ndarray
+    present: np.ndarray
+
+
+class Score(NamedTuple):
+    """How a monitor did.
+
+    Args:
+        grabs, releases: delays until hands were found on, and off [s]; infinite where they never were
+        firmness: standard deviation of the torque of every hold [N m]
+        false_on, false_off: changes to "on" without hands, and to "off" with them, after they had been found once
+        uncertain: time of neither [s]
+        seconds: in all [s]
+    """
+
+    grabs: np.ndarray
+    releases: np.ndarray
+    firmness: np.ndarray
+    false_on: int
+    false_off: int
+    uncertain: Annotated[float, "s"]
+    seconds: Annotated[float, "s"]
+
+
+def drawn(seed: int, share: float, seconds: float, tremor: float = 0.03) -> Bench:
+    """A bench whose parameters and torque sensor are off by a share, each up or down, and an offset of the torque.
+
+    Args:
+        seed: of all chance
+        share: by which each parameter differs
+        seconds: of its course [s]
+        tremor: standard deviation of the hands' trembling [N m]
+    """
+    draw = np.random.default_rng([seed, 7])
+    plant = ColumnBench()
+    ways = draw.choice([-1.0, 1.0], len(SCATTERED) + 1)
+    off = {name: getattr(plant, name) * (1.0 + share * way) for name, way in zip(SCATTERED, ways[:-1], strict=True)}
+    gain, offset = 1.0 + share * float(ways[-1]), float(draw.normal(0.0, 0.03))
+    return Bench(replace(plant, **off), gain, offset, BenchHands(time=seconds, seed=seed, tremor=tremor), seed)
+
+
+def pieces(bench: Bench) -> Iterator[Piece]:
+    """What a bench does, one piece after the other."""
+    names = kernel(bench.plant).graph.sample
+    draw, state = np.random.default_rng([bench.seed, 8]), None
+    count, size = round(bench.course.duration / STEP), round(PIECE / STEP)
+    for begin in range(0, count, size):
+        time = np.arange(begin, min(begin + size, count)) * STEP
+        given = bench.course.columns(time, time, 0.0, 0.0)
+        inputs = np.zeros((len(time), len(names)))
+        for column, name in enumerate(names):
+            inputs[:, column] = given.get(name, 1.0 if name.endswith("gain") else 0.0)
+        result = scan(bench.plant, inputs, state)
+        state = result.state
+        noise = draw.standard_normal((2, len(time)))
+        angle = result["steering_wheel_angle"] + ANGLE_NOISE * noise[0]
+        torque = bench.gain * result["driver_torque"] + bench.offset + TORQUE_NOISE * noise[1]
+        samples = np.column_stack([np.round(angle / ANGLE_STEP) * ANGLE_STEP, torque])
+        yield Piece(time, samples, bench.course.held(time)[0])
+
+
+def scored(monitors: list[HandsMonitor], bench: Bench) -> list[Score]:
+    """How some monitors do on one bench."""
+    states: list[Any] = [None] * len(monitors)
+    told: list[list[np.ndarray]] = [[] for _ in monitors]
+    for piece in pieces(bench):
+        for place, monitor in enumerate(monitors):
+            result = scan(monitor, piece.samples, states[place])
+            states[place] = result.state
+            told[place].append(result["hands"].astype(np.float32))
+    return [_score(np.concatenate(each), bench.course) for each in told]
+
+
+def _score(hands: np.ndarray, course: BenchHands) -> Score:
+    place = np.maximum.accumulate(np.where(hands == UNCERTAIN, 0, np.arange(len(hands))))
+    decided = hands[place]
+    switches, ends = course.switches[:-1], course.switches[1:]
+    whole = ends < len(hands) * STEP
+    delays: tuple[list[float], list[float]] = ([], [])
+    false = [0, 0]
+    for number, (start, end) in enumerate(zip(switches[whole], ends[whole], strict=True)):
+        on = number % 2 == 0
+        part = decided[round(start / STEP) : round(end / STEP)]
+        right = np.flatnonzero(part == float(on))
+        delays[on].append(right[0] * STEP if len(right) else math.inf)
+        if len(right):
+            false[not on] += int(np.count_nonzero(np.diff(part[right[0] :]) == (-1.0 if on else 1.0)))
+    firmness = course.firmness[: len(delays[1]), 0]
+    uncertain = float(np.count_nonzero(hands == UNCERTAIN)) * STEP
+    return Score(np.array(delays[1]), np.array(delays[0]), firmness, false[1], false[0], uncertain, len(hands) * STEP)
+
+
+def together(scores: list[Score]) -> Score:
+    """Scores of several benches as one."""
+    return Score(
+        np.concatenate([each.grabs for each in scores]),
+        np.concatenate([each.releases for each in scores]),
+        np.concatenate([each.firmness for each in scores]),
+        sum(each.false_on for each in scores),
+        sum(each.false_off for each in scores),
+        sum(each.uncertain for each in scores),
+        sum(each.seconds for each in scores),
+    )

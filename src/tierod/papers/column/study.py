@@ -1,0 +1,30 @@
+"""The study of the steering column: one part after the other, in the order of the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
+
+from tierod.core.content import Item
+from tierod.experiments.effort import Effort, Progress
+
+PARTS: Mapping[str, str] = {
+    "observability": "what the sensors show",
+    "reduction": "reduction of the model",
+    "frequency": "frequency response",
+    "identification": "identification on the bench",
+    "driver_torque": "torque of the driver's hands",
+    "hands": "hands on and off the wheel",
+    "natural_drives": "natural drives",
+    "position_control": "control of position",
+}
+"""Module of every part, and what it is about."""
+
+
+def items(effort: Effort, progress: Progress) -> Iterator[Item]:
+    """All that the study finds out."""
+    for done, (name, title) in enumerate(PARTS.items()):
+        progress(done / len(PARTS), title)
+        part: Callable[[Effort], Iterator[Item]] = import_module(f"tierod.papers.column.{name}").items
+        yield from part(effort)
+    progress(1.0, "done")

@@ -1,0 +1,151 @@
+"""The bench's column swept by its motor while hands turn the wheel: the test of the paper's observers, simulated."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from tierod.core.graph import scan
+from tierod.core.graph.maths import limit
+from tierod.proving_ground.cars.column_bench import Acting, BenchPorts, BenchSignals, BenchState, ColumnBench
+from tierod.proving_ground.parts import SOUND
+
+AMPLITUDE = math.radians(30.0)
+"""Of the sweep, as in figure 10 of the paper [rad]."""
+HIGHEST = 3.0
+LOWEST = 0.1
+"""Frequencies of the sweep [Hz]."""
+SETTLE = 1.0
+"""At rest before the sweep [s]."""
+NOISE = {"steering_wheel_angle": math.radians(0.05), "motor_angle_mechanical": math.radians(0.2), "driver_torque": 0.02}
+"""Standard deviation of the sensors' noise [rad, rad, N·m]."""
+
+HANDS = ("steps", "ramps", "free")
+"""What the hands may do: steps of 2 N·m after a sine of 1.5 N·m, the same with ramps of 100 ms, nothing."""
+
+
+class Demand(NamedTuple):
+    """Angle that the motor is to turn the shaft to, its derivatives, and the torque of the hands."""
+
+    angle: Annotated[float, "rad"]
+    rate: Annotated[float, "rad/s"]
+    acceleration: Annotated[float, "rad/s**2"]
+    hand_torque: Annotated[float, "N*m"]
+
+
+@dataclass(frozen=True)
+class SweptBench:
+    """A bench whose motor follows an angle: proportional and derivative control, inertia and damping fed forward.
+
+    Args:
+        bench: the plant
+        stiffness: of the control, at the steering wheel axis [N m/rad]
+        damping: of the control, likewise [N m s/rad]
+        highest_torque: of the motor at its shaft [N m]
+    """
+
+    bench: ColumnBench = field(default_factory=ColumnBench)
+    stiffness: Annotated[float, "N*m/rad"] = 150.0
+    damping: Annotated[float, "N*m*s/rad"] = 5.0
+    highest_torque: Annotated[float, "N*m"] = 3.0
+
+    Sample = Demand
+
+    def init(self) -> BenchState:
+        """At rest."""
+        return self.bench.init()
+
+    def step(self, state: BenchState, sample: Demand) -> tuple[BenchState, BenchSignals]:
+        """One step on."""
+        ratio = self.bench.gear_ratio
+        motion = state.motion
+        lag = sample.angle - motion.motor_angle / ratio
+        late = sample.rate - motion.motor_rate / ratio
+        inertia = self.bench.wheel_inertia + self.bench.gear_inertia + ratio**2 * self.bench.motor_inertia
+        losses = self.bench.wheel_damping + ratio**2 * self.bench.motor_damping
+        ahead = inertia * sample.acceleration + losses * sample.rate
+        wanted = (self.stiffness * lag + self.damping * late + ahead) / ratio
+        motor = limit(wanted, -self.highest_torque, self.highest_torque)
+        return self.bench.step(state, Acting(motor, 0.0, 0.0, sample.hand_torque, 0.0, 0.0, 0.0, BenchPorts(SOUND)))
+
+
+def demands(hands: str, seconds: float, sample_time: float = 1e-3, seed: int = 0, pace: str = "octaves") -> np.ndarray:
+    """Rows of `Demand`: a sweep after a rest, and what the hands do.
+
+    Args:
+        hands: one of `HANDS`
+        seconds: duration
+        sample_time: [s]
+        seed: of when the hands pull
+        pace: of the sweep: "octaves", each as long as the other, or "linear", which stays longer at high frequencies
+    """
+    time = np.arange(round(seconds / sample_time)) * sample_time
+    since = np.maximum(time - SETTLE, 0.0)
+    phase, rate, growth = _swept(since, seconds - SETTLE, pace)
+    rate, growth = (np.where(time < SETTLE, 0.0, each) for each in (rate, growth))
+    columns = (
+        AMPLITUDE * np.sin(phase),
+        AMPLITUDE * rate * np.cos(phase),
+        AMPLITUDE * (growth * np.cos(phase) - rate**2 * np.sin(phase)),
+        _hands(hands, time, seed),
+    )
+    return np.column_stack(columns)
+
+
+def _swept(since: np.ndarray, seconds: float, pace: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Phase, its rate, and the rate of that."""
+    low, high = 2.0 * math.pi * LOWEST, 2.0 * math.pi * HIGHEST
+    if pace == "linear":
+        slope = (high - low) / seconds
+        return (low + 0.5 * slope * since) * since, low + slope * since, np.full(len(since), slope)
+    growth = math.log(high / low) / seconds
+    rate = low * np.exp(growth * since)
+    return (rate - low) / growth, rate, growth * rate
+
+
+def _hands(hands: str, time: np.ndarray, seed: int) -> np.ndarray:
+    """A sine of 1.5 N·m at 0.5 Hz in the first half, then two pulls of 2 N·m, to the left and to the right."""
+    if hands == "free":
+        return np.zeros(len(time))
+    end, width = float(time[-1]), 0.1 if hands == "ramps" else 1e-9
+    torque = np.where((time > 2.0) & (time < 0.5 * end), 1.5 * np.sin(math.pi * (time - 2.0)), 0.0)
+    begins = end * (np.array([0.55, 0.78]) + np.random.default_rng([seed, 17]).uniform(0.0, 0.08, 2))
+    for level, begin in zip((2.0, -2.0), begins, strict=True):
+        instants = [begin, begin + width, begin + 0.1 * end, begin + 0.1 * end + width]
+        torque = torque + np.interp(time, instants, [0.0, level, level, 0.0])
+    return torque
+
+
+def swept(
+    hands: str, seconds: float = 40.0, seed: int = 0, bench: SweptBench | None = None, pace: str = "octaves"
+) -> dict[str, Any]:
+    """One run of the bench: what an observer is given, with the sensors' noise, and the truth.
+
+    Args:
+        hands: one of `HANDS`
+        seconds: duration
+        seed: of noise and hands
+        bench: the plant; the default one where None
+        pace: of the sweep, see `demands`
+
+    Returns:
+        columns by name; `hand_torque`, `disturbance_torque` (of friction), `steering_wheel_rate` are true ones
+    """
+    plant = bench or SweptBench()
+    true = scan(plant, demands(hands, seconds, plant.bench.step_time, seed, pace))
+    random = np.random.default_rng([seed, 18])
+    columns: dict[str, np.ndarray] = {}
+    for name, sigma in NOISE.items():
+        columns[name] = true[name] + random.normal(0.0, sigma, len(true))
+    columns["motor_torque"] = np.asarray(true["motor_target_torque"])
+    for truth, name in (
+        ("truth_hand_torque", "hand_torque"),
+        ("truth_motor_friction_torque", "disturbance_torque"),
+        ("steering_wheel_rate", "steering_wheel_rate"),
+    ):
+        columns[name] = np.asarray(true[truth])
+    columns["time"] = np.arange(len(true)) * plant.bench.step_time
+    return columns

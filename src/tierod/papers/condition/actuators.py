@@ -1,0 +1,156 @@
+"""The tests of the actuators: torque lost, half of it or all, with a split that tells the motors apart or not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import product
+
+import numpy as np
+
+from tierod.core.claims import Claim, Goal, at_least, at_most, exactly
+from tierod.core.content import Chart, Heading, Item, Panel, Points, Table
+from tierod.experiments.effort import Effort
+from tierod.papers.condition import tables
+from tierod.papers.condition.driven import VEHICLES
+from tierod.papers.condition.drives import ACTUATORS, Drive, actuator_tests, supply_tests
+from tierod.papers.condition.runs import BEST, VARIANTS, scores
+from tierod.papers.condition.scoring import AMBIGUOUS, DriveScore
+from tierod.papers.condition.sensors import GOAL, longest
+from tierod.papers.condition.summary import Isolated, injected_name, isolated, summary
+
+TEXT = (
+    "Both steering motors and a drive on three rounds, 200 s each, without torque from 104 s on: nine tests, with "
+    "every vehicle; the paper has nine too, and does not list them. Half the torque lost follows. The steering "
+    "torque is split 65 to 35 between the motors, and back, every 0.12 s; the last table has a fixed split.",
+    "A lost torque shows only while torque is asked for: its delay is the time in which it shows before it is "
+    "declared. Where the drive asks for much torque for a moment, for none over a second, and for much again, that "
+    "second tells nobody anything; with it the delay is what the claims print as that from the first moment.",
+)
+
+SUPPLY = (
+    "Both steering motors, and both drives, lose all torque or half of it at once, as where their supply or their "
+    "enabling fails: six tests with every vehicle. Half the torque of both is all the torque of one until the split of "
+    "the motors changes, or a drive turns the vehicle; with a fixed split nothing tells half of both motors from one.",
+)
+
+PLACES = tuple(name.replace("_", " ") for name in ACTUATORS)
+
+
+def campaign(effort: Effort, share: float = 1.0, swing: bool = True) -> list[Drive]:
+    """The tests of all vehicles, or a few of one.
+
+    Args:
+        effort: whether a few have to do
+        share: of the torque that is lost
+        swing: whether the split of the steering torque alternates
+    """
+    vehicles = VEHICLES[:1] if effort.quick else VEHICLES
+    drives = [drive for number in vehicles for drive in actuator_tests(number, share, swing)]
+    return drives[::8] if effort.quick else drives
+
+
+def supply_campaign(effort: Effort, share: float = 1.0, swing: bool = True) -> list[Drive]:
+    """Both motors, and both drives, in all vehicles, or on one round of one.
+
+    Args:
+        effort: whether one round has to do
+        share: of the torque that both lose
+        swing: whether the split of the steering torque alternates
+    """
+    vehicles = VEHICLES[:1] if effort.quick else VEHICLES
+    drives = [drive for number in vehicles for drive in supply_tests(number, share, swing)]
+    return drives[:2] if effort.quick else drives
+
+
+def items(effort: Effort) -> Iterator[Item]:
+    """Accuracy as in Figure 25, delays, sizes, motors and sides."""
+    if not VARIANTS:
+        return
+    found, partial = scores(campaign(effort), effort), scores(campaign(effort, 0.5), effort)
+    yield Heading("The tests of the actuators", TEXT)
+    yield tables.compared("All torque lost", found)
+    yield tables.compared("Half the torque lost", partial)
+    yield tables.by_group(
+        "Accuracy by actuator (Figure 25), mean / worst", found, lambda each: each.drive.injected[0].element, "actuator"
+    )
+    yield _figure_twenty_five(found)
+    for name, several in found.items():
+        yield tables.confused(f"What went by which name: {VARIANTS[name].title}", several)
+    if BEST in found:
+        shares = {"all torque": _that_lose(1.0), "half the torque": _that_lose(0.5)}
+        yield tables.delays("Delay [s]", [*found[BEST], *partial[BEST]], shares)
+        yield from _claims(found[BEST], partial[BEST])
+        fixed = scores(campaign(effort, 0.5, False), effort, (BEST,))
+        yield tables.confused("Half the torque lost, with a fixed split", fixed[BEST])
+        yield from _fixed("fixed-split", "a steering motor's", fixed[BEST])
+        yield from _of_supplies(effort)
+
+
+def _of_supplies(effort: Effort) -> Iterator[Item]:
+    found = {}
+    for (name, share), swing in product({"all torque": 1.0, "half the torque": 0.5}.items(), (True, False)):
+        title = name if swing else f"{name}, with a fixed split"
+        found[title] = scores(supply_campaign(effort, share, swing), effort, (BEST,))[BEST]
+    yield Heading("Both motors, both drives", SUPPLY)
+    rows = tuple(
+        (title, str(len(of)), *(f"{part:.3f}" for part in isolated(of)), f"{longest(summary(of).delays_excited):.2f}")
+        for title, of in found.items()
+    )
+    header = ("lost", "drives", *Isolated._fields, "longest delay [s]")
+    yield Table("Two actuators at once, by what was named", header, rows)
+    for title, of in found.items():
+        yield tables.named(f"Both lose {title}", of)
+    whole, half = found["all torque"], found["half the torque"]
+    told = [*whole, *half]
+    yield _claim(
+        "both-named", "Both named, and nothing else, where both lost torque.", isolated(told).right, at_least(1.0)
+    )
+    late = "Longest delay where both lost {}, once it shows and while it does."
+    yield _claim("both-delay", late.format("all torque"), longest(summary(whole).delays_excited), at_most(0.3), "s")
+    yield _claim("both-half-delay", late.format("half the torque"), longest(summary(half).delays_excited), None, "s")
+    yield _claim("both-size", "Error of the share that both lost.", summary(told).size_error, at_most(0.1))
+    yield from _fixed("both-fixed-split", "both steering motors'", found["half the torque, with a fixed split"])
+
+
+def _that_lose(share: float) -> Callable[[DriveScore], bool]:
+    return lambda each: each.drive.injected[0].size == share
+
+
+def _figure_twenty_five(found: tables.Scores) -> Chart:
+    marks = []
+    for name, several in found.items():
+        parts = [summary([each for each in several if each.drive.injected[0].element == one]) for one in ACTUATORS]
+        accuracy = np.array([part.accuracy for part in parts])
+        marks.append(Points(VARIANTS[name].title, PLACES, accuracy, np.array([part.worst for part in parts]), accuracy))
+    return Chart(
+        "condition-accuracy-actuators",
+        "Accuracy by actuator (Figure 25)",
+        "Mean over the tests of each actuator; the line reaches down to the worst test.",
+        "Accuracies of four actuators by several diagnoses.",
+        (Panel("accuracy", "actuator", "accuracy", tuple(marks)),),
+    )
+
+
+def _claim(key: str, claim: str, measured: float, goal: Goal | None, unit: str = "") -> Claim:
+    return Claim(f"actuators.{key}", claim, GOAL, None, measured, goal, unit)
+
+
+def _claims(whole: Sequence[DriveScore], half: Sequence[DriveScore]) -> Iterator[Claim]:
+    for key, what, of, limit in (("lost", "all torque", whole, 0.3), ("half", "half the torque", half, 0.6)):
+        known = summary(of)
+        late, plain = longest(known.delays_excited), longest(known.delays_shown)
+        yield _claim(f"{key}-accuracy", f"Mean accuracy with {what} lost.", known.accuracy, at_least(0.99))
+        once = f"Longest delay with {what} lost, once it shows and while it does."
+        yield _claim(f"{key}-delay", once, late, at_most(limit), "s")
+        first = f"Longest delay with {what} lost, from the first moment in which it shows."
+        yield _claim(f"{key}-delay-from-first", first, plain, None, "s")
+        yield _claim(f"{key}-size", f"Error of the share lost, with {what} lost.", known.size_error, at_most(0.1))
+        yield _claim(f"{key}-named", f"Motor and side right, with {what} lost.", isolated(of).right, at_least(1.0))
+        yield _claim(f"{key}-missed", f"Missed, with {what} lost.", known.missed, exactly(0.0))
+
+
+def _fixed(key: str, whose: str, of: Sequence[DriveScore]) -> Iterator[Claim]:
+    steering = [each for each in of if each.drive.injected[0].element.startswith("steering_motor")]
+    told = [each for each in steering if each.named in (AMBIGUOUS, injected_name(each))]
+    claim = f"With a fixed split half {whose} torque is named rightly, or as one of several."
+    yield _claim(key, claim, len(told) / max(len(steering), 1), at_least(1.0))

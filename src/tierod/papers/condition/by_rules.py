@@ -1,0 +1,66 @@
+"""The rules of the paper as diagnoses of the study: as printed, corrected, and with what tells faults apart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from tierod.core.graph import scan
+from tierod.core.recording import Recording
+from tierod.monitors.condition.residuals.calibration import ResidualCalibration, calibrate_residuals
+from tierod.monitors.condition.residuals.fit import samples_of
+from tierod.monitors.condition.residuals.parameters import ResidualParameters
+from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
+from tierod.monitors.condition.signals import ACTUATORS, SENSORS
+from tierod.papers.condition.calibration_set import calibration_set
+from tierod.papers.condition.declared import Declared
+from tierod.vehicles import load
+
+PRINTED = "rules-printed"
+"""The variant whose equations keep their misprints."""
+
+
+class Known:
+    """Rules on a vehicle with its calibrations; put together where they are needed, since blocks are not sent.
+
+    Args:
+        car: as its file says
+        calibrations: by whether the misprints are kept
+    """
+
+    def __init__(self, car: ResidualParameters, calibrations: Mapping[bool, ResidualCalibration]):
+        self.car, self.calibrations = car, calibrations
+        self._monitors: dict[str, RuleMonitor] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the blocks."""
+        return {**self.__dict__, "_monitors": {}}
+
+    def monitor(self, name: str) -> RuleMonitor:
+        """The block of a variant."""
+        if name not in self._monitors:
+            self._monitors[name] = rule_monitor(self.car, self.calibrations[name == PRINTED], name)
+        return self._monitors[name]
+
+
+def calibrate(number: int, quick: bool) -> Known:
+    """Coefficients and thresholds of a vehicle, from healthy driving."""
+    driven = calibration_set(number, quick, drives=1)
+    car = load("smartload").parameters_for(ResidualParameters)
+    return Known(car, {each: calibrate_residuals(car, *driven, printed=each) for each in (False, True)})
+
+
+def declare(known: Known, recording: Recording, name: str) -> Declared:
+    """What the rules of a variant say of a drive."""
+    return said(known.monitor(name), recording)
+
+
+def said(monitor: RuleMonitor, recording: Recording) -> Declared:
+    """What rules at work say of a recording."""
+    result = scan(monitor, samples_of(recording))
+    groups = {"sensor": SENSORS, "actuator": ACTUATORS}
+    faulty = {each: result[f"{group}s.{each}"] > 0.5 for group, names in groups.items() for each in names}
+    candidates = {each: result[f"{group}_candidates.{each}"] > 0.5 for group, names in groups.items() for each in names}
+    untold = {each: result[f"not_testable.{each}"] > 0.5 for each in SENSORS}
+    values = {each: result[f"expected.{each}"] for each in SENSORS}
+    return Declared(recording["yaw_rate"].time, faulty, candidates, untold, value=values)

@@ -1,0 +1,103 @@
+"""Odd driving, wiring and logging of a sound vehicle: what the whole monitor says, and that it accuses nobody."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tierod.core.claims import Claim, exactly
+from tierod.core.content import Heading, Item, Table
+from tierod.core.errors import TierodError
+from tierod.core.findings import Diagnosis, Status
+from tierod.core.recording import Recording
+from tierod.experiments.effort import Effort
+from tierod.monitors.run import diagnose
+from tierod.papers.condition.odd_drives import NOT_HEALTHY, odd_drives
+from tierod.papers.condition.runs import BEST, VARIANTS, calibrations
+from tierod.papers.condition.sensors import GOAL
+from tierod.vehicles import Vehicle
+
+MONITOR = "condition"
+TEXT = (
+    "A sound vehicle that stands, reverses, slides, is logged from the middle of a drive on, lacks a sensor from the "
+    "start or loses what it reads on the way, or was wired or scaled wrongly. The whole monitor runs over each "
+    "recording; it may not call any sensor or actuator faulty, not for a moment, and must say what keeps it from "
+    "judging.",
+)
+_JUDGED = (Status.HEALTHY, Status.FAULT, Status.SUSPECT)
+
+
+def items(effort: Effort) -> Iterator[Item]:
+    """One row for every odd recording."""
+    if BEST not in VARIANTS:
+        return
+    vehicle = calibrations((BEST,), (1,), effort)[VARIANTS[BEST].module, 1].vehicle
+    drives = odd_drives(1)
+    shown = dict(list(drives.items())[::5]) if effort.quick else drives
+    found = {name: said(recording, vehicle) for name, recording in shown.items()}
+    yield Heading("Odd recordings of a sound vehicle", TEXT)
+    rows = tuple((name, *row(each, shown[name])) for name, each in found.items())
+    header = ("recording", "verdict", "at fault", "time accused [s]", "not judged", "cause")
+    yield Table("What the monitor says", header, rows)
+    note = f"Of {len(found)}."
+    wrong = sum(bool(accused(each)) for each in found.values())
+    claim = "Recordings of a sound vehicle, odd in one way each, in which something is called faulty."
+    yield Claim("healthy.odd", claim, GOAL, None, wrong, exactly(0.0), "", note)
+    time = sum(time_accused(each, shown[name]) for name, each in found.items())
+    claim = "Time over all of them in which something is called faulty, every sensor and actuator by itself."
+    yield Claim("healthy.odd-time", claim, GOAL, None, time, exactly(0.0), "s", note)
+    untold = sum(not told(name, each) for name, each in found.items())
+    claim = "Odd recordings that do not end in the state that they should, with a cause."
+    yield Claim("healthy.odd-told", claim, GOAL, None, untold, exactly(0.0), "", note)
+
+
+def said(recording: Recording, vehicle: Vehicle) -> Diagnosis | str:
+    """What the monitor says of a recording, or why it cannot."""
+    try:
+        return diagnose(recording, vehicle, MONITOR)
+    except TierodError as error:
+        return str(error)
+
+
+def accused(each: Diagnosis | str) -> tuple[str, ...]:
+    """What is called faulty."""
+    if isinstance(each, str):
+        return ()
+    return tuple(element.name for element in each.elements if element.status == Status.FAULT)
+
+
+def time_accused(each: Diagnosis | str, recording: Recording) -> float:
+    """For how long sensors and actuators are called faulty, added up [s]."""
+    if isinstance(each, str):
+        return 0.0
+    end = recording.span[1]
+    episodes = [episode for element in each.elements for episode in element.episodes if not episode.candidates]
+    return sum((end if episode.end is None else episode.end) - episode.start for episode in episodes)
+
+
+def told(name: str, each: Diagnosis | str) -> bool:
+    """Whether a recording ends in the verdict that it should, with a cause where it is not a sound one."""
+    if isinstance(each, str):
+        return False
+    finding = each.findings[0]
+    return finding.status is NOT_HEALTHY.get(name, Status.HEALTHY) and (
+        finding.status is Status.HEALTHY or bool(finding.cause)
+    )
+
+
+def row(each: Diagnosis | str, recording: Recording) -> tuple[str, str, str, str, str]:
+    """Verdict, what is at fault, for how long, what is not judged, and why."""
+    if isinstance(each, str):
+        return "refused", "", "", "", each
+    finding = each.findings[0]
+    time = f"{time_accused(each, recording):.2f}" if accused(each) else ""
+    return str(finding.status), ", ".join(accused(each)), time, _unjudged(each), finding.cause or finding.headline
+
+
+def _unjudged(each: Diagnosis) -> str:
+    states = {status: [e.name for e in each.elements if e.status is status] for status in Status}
+    words = [
+        f"{'all' if len(names) == len(each.elements) else ', '.join(names)} ({status})"
+        for status, names in states.items()
+        if names and status not in _JUDGED
+    ]
+    return "; ".join(words)

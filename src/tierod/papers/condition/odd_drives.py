@@ -1,0 +1,182 @@
+"""Recordings of sound vehicles that a monitor must not take for faulty ones: odd driving, odd wiring, odd logging."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from tierod.core.findings import Status
+from tierod.core.recording import Channel, Recording
+from tierod.papers.condition.drives import SENSORS, Drive
+from tierod.papers.condition.faults import TARGETS
+from tierod.papers.condition.recorded import as_recorded, recorded
+from tierod.papers.condition.rounds import LONG, SHORT
+from tierod.papers.condition.vehicles import vehicle
+from tierod.proving_ground.courses.catalogue import AnyCourse, load
+from tierod.proving_ground.courses.circuit import Circuit, Halt
+from tierod.proving_ground.courses.conditions import Adhesion
+from tierod.proving_ground.courses.window import Along
+from tierod.proving_ground.run import run
+
+STEERING = ("steering_wheel_angle", "steering_shaft_torque", "tie_rod_force")
+"""Signals of the steering's own bus."""
+SECONDS = 60.0
+HALT = 60.0
+"""Place of the halt on ice [m]."""
+
+
+def odd_drives(number: int = 1) -> dict[str, Recording]:
+    """Recordings of a sound vehicle by what is odd about them.
+
+    Args:
+        number: of the vehicle
+    """
+    usual = recorded(Drive(SHORT, SECONDS, number, 71))
+    long = recorded(Drive(LONG, SECONDS, number, 72))
+    found = {
+        "standstill": _on(number, replace(_circuit(SHORT), time=SECONDS, wait=2.0 * SECONDS)),
+        "three-point turns with reversing": _on(number, load("three-point-turn")),
+        "ice on a bend": _on(number, _icy(0.36, 0.36)),
+        "ice on one side": _on(number, _icy(0.2, 0.7)),
+        "braking harder than ice holds": _on(number, _braking_on_ice()),
+        "driving off harder than ice holds": _on(number, _starting_on_ice()),
+        "restart in mid-drive": sliced(usual, 31.0),
+        "wheels swapped": _renamed(usual, dict(zip(SENSORS[:2], reversed(SENSORS[:2]), strict=True))),
+        "angle in another gear ratio": scaled(usual, "steering_wheel_angle", 1.25),
+        "steering bus 0.3 s late": late(usual, STEERING, 0.3),
+        "gaps of 0.3 s in all signals": with_gaps(long, SENSORS, 0.3),
+        "gaps of 2 s in the steering's signals": with_gaps(long, STEERING, 2.0),
+        "steering bus 0.3 s late from 30 s on": late(usual, STEERING, 0.3, 30.0),
+        "all six sensors read zero from 20 s on": ending(usual, SENSORS, 20.0, "zero"),
+        "all six sensors are silent from 20 s on": ending(usual, SENSORS, 20.0),
+        "all six sensors repeat themselves from 20 s on": ending(usual, SENSORS, 20.0, "held"),
+        "steering bus is silent from 20 s on": ending(usual, STEERING, 20.0),
+        "tie rod force is silent from 20 s on": ending(usual, ("tie_rod_force",), 20.0),
+        "targets are missing from 20 s on": ending(usual, tuple(TARGETS.values()), 20.0),
+    }
+    return found | {f"without {name.replace('_', ' ')}": without(long, name) for name in SENSORS}
+
+
+NOT_HEALTHY: Mapping[str, Status] = {
+    "standstill": Status.NOT_TESTABLE,
+    "wheels swapped": Status.NOT_TESTABLE,
+    "angle in another gear ratio": Status.NOT_TESTABLE,
+    "steering bus 0.3 s late": Status.NOT_TESTABLE,
+    "steering bus 0.3 s late from 30 s on": Status.NOT_TESTABLE,
+    "all six sensors read zero from 20 s on": Status.NOT_AVAILABLE,
+    "all six sensors are silent from 20 s on": Status.NOT_AVAILABLE,
+    "all six sensors repeat themselves from 20 s on": Status.NOT_AVAILABLE,
+    "steering bus is silent from 20 s on": Status.NOT_AVAILABLE,
+    "tie rod force is silent from 20 s on": Status.NOT_AVAILABLE,
+    "targets are missing from 20 s on": Status.NOT_AVAILABLE,
+}
+"""The verdict that each odd recording must end in; all others leave a sound vehicle sound."""
+
+
+def _on(number: int, course: AnyCourse) -> Recording:
+    car, sensors = vehicle(number)
+    return as_recorded(run(car, course, SECONDS, 73, sensors).recording)
+
+
+def _braking_on_ice() -> AnyCourse:
+    """The long round with a halt on a straight that is ice."""
+    ice = Adhesion(window=Along(HALT - 30.0, HALT + 16.0, 1.0), left=0.3, right=0.3)
+    return replace(_circuit(LONG), time=SECONDS, speed=9.0, halts=(Halt(HALT, 2.0),), conditions=(ice,))
+
+
+def _starting_on_ice() -> AnyCourse:
+    """The long round, its first 20 m of ice."""
+    ice = Adhesion(window=Along(-5.0, 20.0, 1.0), left=0.2, right=0.2)
+    return replace(_circuit(LONG), time=SECONDS, speed=9.0, conditions=(ice,))
+
+
+def _circuit(name: str) -> Circuit:
+    course = load(name)
+    assert isinstance(course, Circuit)
+    return course
+
+
+def _icy(left: float, right: float) -> AnyCourse:
+    """The long round, taken slowly, with ice all along its first bend."""
+    ice = Adhesion(window=Along(78.0, 110.0, 1.0), left=left, right=right)
+    return replace(_circuit(LONG), time=SECONDS, speed=9.0, conditions=(ice,))
+
+
+def sliced(recording: Recording, start: float) -> Recording:
+    """A recording from an instant on [s], its clock beginning anew."""
+    channels = {}
+    for name, each in recording.channels.items():
+        kept = each.time >= start
+        channels[name] = replace(each, time=each.time[kept] - each.time[kept][0], values=each.values[kept])
+    return Recording(channels, recording.metadata)
+
+
+def without(recording: Recording, name: str) -> Recording:
+    """A recording that lacks a channel."""
+    return Recording(
+        {each: channel for each, channel in recording.channels.items() if each != name}, recording.metadata
+    )
+
+
+def scaled(recording: Recording, name: str, factor: float) -> Recording:
+    """A recording with one channel in another scale."""
+    return _changed(recording, (name,), lambda time, values: factor * values)
+
+
+def late(recording: Recording, names: Iterable[str], delay: float, start: float = 0.0) -> Recording:
+    """A recording in which some channels come late [s], from an instant on [s]."""
+    return _changed(
+        recording,
+        names,
+        lambda time, values: np.where(time < start, values, np.interp(time - delay, time, values)),
+    )
+
+
+def ending(recording: Recording, names: Iterable[str], start: float, how: str = "silent") -> Recording:
+    """A recording in which some channels end.
+
+    Args:
+        recording: as it was
+        names: of the channels
+        start: from when on they tell nothing [s]
+        how: "silent" without any value, "zero", or "held" at the last one
+    """
+
+    def end(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+        last = values[np.searchsorted(time, start) - 1]
+        return np.where(time < start, values, {"silent": np.nan, "zero": 0.0, "held": last}[how])
+
+    return _changed(recording, names, end)
+
+
+def with_gaps(recording: Recording, names: Iterable[str], length: float, every: float = 10.0) -> Recording:
+    """A recording in which some channels are missing for a while, again and again.
+
+    Args:
+        recording: as it was
+        names: of the channels
+        length: of each gap [s]
+        every: from gap to gap [s]; the first one begins half of it into the recording
+    """
+
+    def gap(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+        return np.where(np.mod(time - 0.5 * every, every) < length, np.nan, values)
+
+    return _changed(recording, names, gap)
+
+
+def _changed(
+    recording: Recording, names: Iterable[str], change: Callable[[np.ndarray, np.ndarray], np.ndarray]
+) -> Recording:
+    changed = {name: recording[name] for name in names}
+    channels: dict[str, Channel] = {
+        name: replace(each, values=change(each.time, each.values)) for name, each in changed.items()
+    }
+    return Recording({**recording.channels, **channels}, recording.metadata)
+
+
+def _renamed(recording: Recording, names: Mapping[str, str]) -> Recording:
+    channels = {name: replace(recording[other], name=name) for name, other in names.items()}
+    return Recording({**recording.channels, **channels}, recording.metadata)

@@ -1,0 +1,245 @@
+"""Faults put into recordings of real cars: found, told apart, and silence where nothing was put in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.claims import Claim, at_least, exactly
+from tierod.core.content import Heading, Item, Table
+from tierod.core.recording import Channel, Recording
+from tierod.experiments.effort import Effort
+from tierod.monitors.condition.rolling_bank import OTHERS, SLOW, WHEELS, rolling_bank
+from tierod.papers.condition import tables
+from tierod.papers.condition.by_rules import said as said_by_rules
+from tierod.papers.condition.declared import Declared
+from tierod.papers.condition.drives import Drive
+from tierod.papers.condition.faults import LOSS, OFFSET, OFFSETS, OUTLIER, OUTLIER_FACTOR, Injected
+from tierod.papers.condition.real_bank import SETTLED, accuracy, healthy_ratios, said
+from tierod.papers.condition.real_recordings import CARS, DATA, SENSORS, RealCar, on_grid
+from tierod.papers.condition.real_rules import RULES, learnt
+from tierod.papers.condition.runs import BEST, VARIANTS
+from tierod.papers.condition.scoring import GRACE, DriveScore, score
+from tierod.papers.condition.sensors import GOAL
+from tierod.papers.condition.shown import KNOWN
+from tierod.papers.condition.summary import isolated, summary
+from tierod.papers.condition.truth import Truth
+from tierod.proving_ground.faults import injected
+
+TEXT = (
+    "A minute of a RAV4 on a highway and 20 s of a passenger car in tight bends, with the sensors that both have: "
+    "rear wheel speeds, yaw rate, steering angle, accelerations (that of the passenger car along the road is not "
+    "recorded). Nobody knows their torques, so that the bank judges them by their motion. Its limits come from the "
+    "first half of the highway minute, its noises from there and from the first 9 s of the passenger car, offsets it "
+    "finds on the way; the rules learn understeer and thresholds on the same beginnings. What is later is judged: each "
+    "sensor fails at three instants, lost, with an offset of the tests' size and either sign, and an outlier of a "
+    "second. A fault shows where it is three standard deviations of what is asked of the demonstrator's sensors, or of "
+    "what the other sensors of this car tell, measured on the beginning, where that is less exact. What would be "
+    "missed by either alone stands beside it.",
+)
+
+
+class Judged(NamedTuple):
+    """What a diagnosis made of the recording of a car.
+
+    Args:
+        quiet: as it was made, after the learning
+        found: with every fault; it shows by what is asked of the demonstrator, or the car tells, the less exact of both
+        asked: the same by what is asked of the demonstrator
+        own: the same by what the sensors of this car tell
+    """
+
+    quiet: DriveScore
+    found: list[DriveScore]
+    asked: list[DriveScore]
+    own: list[DriveScore]
+
+
+def items(effort: Effort) -> Iterator[Item]:
+    """Faults found and told apart in both recordings."""
+    if BEST not in VARIANTS:
+        return
+    yield Heading("Real cars", TEXT)
+    rows, claims = [], []
+    recordings = {car: car.recording() for car in CARS}
+    for car, recording in recordings.items():
+        if recording is None:
+            note = f"The recording is not here; name the folder that holds it with {DATA}."
+            claims.append(Claim(f"cars.{car.vehicle}", f"Faults in a {car.name}.", GOAL, None, None, None, "", note))
+            continue
+        for name in (BEST, RULES):
+            found = judged(car, recording, name, effort.quick)
+            rows.append((car.name, VARIANTS[name].title, *_figures(found)))
+            if name == BEST:
+                yield tables.named(f"What went by which name: {car.name}", found.found)
+                claims += _claims(car, found)
+    here = {car: recording for car, recording in recordings.items() if recording is not None}
+    if here:
+        yield Table("Faults put into recordings of real cars", _HEADER, tuple(rows), _NOTE)
+        if not effort.quick:
+            yield at_other_instants(here)
+        yield _accuracies(here)
+        yield _ratios(here)
+    yield from claims
+
+
+_HEADER = (
+    *("car", "diagnosis", "faults", "missed", "never showed", "missed, as asked", "missed, as the car tells"),
+    *("named rightly", "ambiguous", "time wrong", "median delay [s]", "longest [s]", "kind right", "false alarms"),
+)
+_NOTE = "The last column counts declarations after the learning in the recording as it was made."
+
+
+def _figures(of: Judged) -> tuple[str, ...]:
+    known, told = summary(of.found), isolated(of.found)
+    delays = known.delays_shown
+    return (
+        str(len(of.found)),
+        str(known.missed),
+        str(known.not_testable),
+        str(summary(of.asked).missed),
+        str(summary(of.own).missed),
+        f"{told.right:.3f}",
+        f"{told.ambiguous:.3f}",
+        f"{known.wrong:.4f}",
+        f"{np.median(delays) if len(delays) else np.nan:.2f}",
+        f"{max(delays, default=np.nan):.2f}",
+        f"{known.kinds:.3f}" if np.isfinite(known.kinds) else "–",
+        str(of.quiet.false_alarms),
+    )
+
+
+def _claims(car: RealCar, of: Judged) -> list[Claim]:
+    known, told = summary(of.found), isolated(of.found)
+    missed = "Injected faults missed"
+    return [
+        Claim(f"cars.{car.vehicle}-{key}", f"{claim}, {car.name}.", GOAL, None, measured, goal)
+        for key, claim, measured, goal in (
+            ("missed", missed, known.missed, exactly(0.0)),
+            ("missed-asked", f"{missed} that the demonstrator's sensors would show", summary(of.asked).missed, None),
+            ("missed-own", f"{missed} that the car's own sensors would show", summary(of.own).missed, None),
+            ("named", "Injected faults named and nothing else", told.right, at_least(0.9)),
+            ("wrong", "Time of the faults with a sound sensor named", known.wrong, exactly(0.0)),
+            ("alarms", "False alarms where nothing was injected", of.quiet.false_alarms, exactly(0.0)),
+        )
+    ]
+
+
+def at_other_instants(here: Mapping[RealCar, Recording]) -> Table:
+    """The bank alone, with the same faults all over what is judged.
+
+    Args:
+        here: the cars whose recordings there are
+    """
+    rows = []
+    for car, recording in here.items():
+        first, last = recording.span
+        starts = np.arange(car.learning + 1.0, last - first - car.lasting - GRACE, car.lasting / 4.0)
+        found = judged(replace(car, starts=tuple(starts.tolist())), recording).found
+        known, told = summary(found), isolated(found)
+        wrong, later = sum(each.wrong_share > 0.0 for each in found), sum(each.false_alarms for each in found)
+        cells = (len(starts), len(found), known.missed, f"{told.right:.3f}", wrong, later)
+        rows.append((car.name, *map(str, cells)))
+    header = ("car", "instants", "faults", "missed", "named rightly", "with a sound sensor named", "accused afterwards")
+    note = f"Afterwards: a sound sensor, or the one that failed more than {GRACE:g} s after the end of its fault."
+    return Table("The bank, with faults at other instants", header, tuple(rows), note)
+
+
+def _accuracies(here: Mapping[RealCar, Recording]) -> Table:
+    measured = {car: accuracy(car, recording) for car, recording in here.items()}
+    rows = tuple(
+        (name, f"{KNOWN[name]:.3g}", *(f"{found[name]:.3g}" for found in measured.values())) for name in SENSORS
+    )
+    note = "Of the filter that leaves the sensor out, against its reading, on the beginning of each recording."
+    title = "How exactly the other sensors tell a reading, standard deviation"
+    return Table(title, ("sensor", "asked of the demonstrator", *(car.name for car in here)), rows, note)
+
+
+def _ratios(here: Mapping[RealCar, Recording]) -> Table:
+    rows = []
+    for car, recording in here.items():
+        first, last = recording.span
+        for what, start, stop in (
+            ("learnt", SETTLED, car.learning),
+            ("not seen before", car.learning, last - first),
+        ):
+            figures = healthy_ratios(car, recording, start, stop)
+            rows.append((car.name, what, f"{stop - start:.0f}", *(f"{each:.1f}" for each in figures)))
+    rows.append(("limits", "", "", f"{WHEELS:g}", f"{OTHERS:g}", f"{SLOW:g}"))
+    header = ("car", "part", "length [s]", "with wheels, short", "without wheels, short", "long")
+    note = "Largest ratio of any hypothesis that lasts for three samples, per sample; over 0.05 s and over 0.5 s."
+    return Table("Ratios of sound recordings [nat]", header, tuple(rows), note)
+
+
+def judged(car: RealCar, recording: Recording, name: str = BEST, quick: bool = False) -> Judged:
+    """Scores of the recording as it is, after the learning, and with every injected fault.
+
+    Args:
+        car: whose recording it is
+        recording: as it was made
+        name: of the diagnosis, the bank or the rules that discriminate
+        quick: whether one instant of each fault has to do
+    """
+    own = accuracy(car, recording)
+    measures = [{name: max(own[name], KNOWN[name]) for name in SENSORS}, KNOWN, own]
+    if name == RULES:
+        recording = on_grid(recording)
+        diagnosis = partial(said_by_rules, learnt(car, recording))
+    else:
+        diagnosis = partial(said, rolling_bank(car.known))
+    starts = car.starts[:1] if quick else car.starts
+    faults = [each for start in starts for sensor in SENSORS for each in faults_of(sensor, start, car.lasting)]
+    scored = [_scored(car, recording, diagnosis, (each,), measures) for each in faults]
+    return Judged(
+        _scored(car, recording, diagnosis, (), measures)[0], *(list(each) for each in zip(*scored, strict=True))
+    )
+
+
+def faults_of(sensor: str, start: float, lasting: float) -> tuple[Injected, ...]:
+    """The faults of the tests of a sensor.
+
+    Args:
+        sensor: that fails
+        start: on the clock of the recording [s]
+        lasting: for so long; an outlier for a second [s]
+    """
+    end, size = start + lasting, OFFSETS[sensor]
+    return (
+        Injected(sensor, LOSS, start=start, end=end),
+        Injected(sensor, OFFSET, size, start, end),
+        Injected(sensor, OFFSET, -size, start, end),
+        Injected(sensor, OUTLIER, OUTLIER_FACTOR, start, start + 1.0),
+    )
+
+
+def _scored(
+    car: RealCar,
+    sound: Recording,
+    diagnosis: Callable[[Recording], Declared],
+    faults: tuple[Injected, ...],
+    measures: Sequence[Mapping[str, float]],
+) -> list[DriveScore]:
+    """What is said after the learning, by every measure of what shows; the recording is the truth."""
+    declared = diagnosis(injected(sound, [each.fault for each in faults]) if faults else sound)
+    time = declared.time
+    judged_from = int(np.searchsorted(time, time[0] + car.learning))
+    read = {each.element: np.interp(time, sound[each.element].time, sound[each.element].values) for each in faults}
+    off = {each.element: _failing(each, time, read[each.element]) - read[each.element] for each in faults}
+    truth = Truth(
+        {name: each[judged_from:] for name, each in off.items()},
+        {name: each[judged_from:] for name, each in read.items()},
+        {},
+    )
+    drive = Drive(car.name, float(time[-1]), 0, 0, faults)
+    later = declared.since(judged_from)
+    return [score(drive, truth._replace(known=known), later) for known in measures]
+
+
+def _failing(each: Injected, time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """What a sensor reads with a fault."""
+    name = each.element
+    return injected(Recording({name: Channel(name, time, values, "")}), [each.fault])[name].values

@@ -1,0 +1,180 @@
+"""Drives made into recordings at 100 Hz: in several processes, and kept in a folder if one is given."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tierod.core.recording import Channel, Recording
+from tierod.core.signals import SIGNALS
+from tierod.experiments.fingerprint import fingerprint, ground_code
+from tierod.experiments.processes import in_processes
+from tierod.papers.condition.drives import Drive
+from tierod.papers.condition.faults import TARGETS, TORQUES
+from tierod.papers.condition.rounds import course
+from tierod.papers.condition.vehicles import MEASURED
+from tierod.proving_ground.faults import injected
+from tierod.proving_ground.run import Outcome, run
+from tierod.proving_ground.sensors import SensorSet
+
+RATE = 100.0
+"""Of all channels [Hz]."""
+
+TRUTHS = {
+    "truth_wheel_speed_rear_left": "m/s",
+    "truth_wheel_speed_rear_right": "m/s",
+    "truth_yaw_rate": "rad/s",
+    "truth_steering_wheel_angle": "rad",
+    "truth_steering_shaft_torque": "N*m",
+    "truth_tie_rod_force": "N",
+    "truth_speed": "m/s",
+    "truth_sideslip_angle": "rad",
+    "truth_longitudinal_acceleration": "m/s**2",
+    "truth_lateral_acceleration": "m/s**2",
+    "truth_steering_motor_1_torque": "N*m",
+    "truth_steering_motor_2_torque": "N*m",
+    "truth_drive_torque_left": "N*m",
+    "truth_drive_torque_right": "N*m",
+    "truth_bank_angle": "rad",
+    "truth_grade_angle": "rad",
+    "truth_road_friction": "",
+    "truth_position_x": "m",
+    "truth_position_y": "m",
+    "truth_lateral_offset": "m",
+}
+"""True signals that are kept beside the measured ones, and their units."""
+
+UNITS = {name: SIGNALS[name].unit for name in MEASURED} | TRUTHS
+"""Of all channels."""
+
+
+def outcome(drive: Drive) -> Outcome:
+    """The run of a drive, with all that the proving ground records."""
+    return run(*_driven_by(drive))
+
+
+def _driven_by(drive: Drive) -> tuple[Any, ...]:
+    """Arguments of the run of a drive: car, course, seconds, seed, sensors, faults."""
+    car, sensors = drive.driven
+    way = course(drive.course, drive.seconds, drive.seed)
+    return car, way, drive.seconds, drive.seed, sensors, [each.fault for each in drive.injected]
+
+
+def file_of(drive: Drive, folder: str | Path) -> Path:
+    """Where the recording of a drive is kept: named by all that decides it, the code of the proving ground included.
+
+    Args:
+        drive: what to drive
+        folder: where recordings are kept
+    """
+    return Path(folder) / f"{fingerprint(_driven_by(drive), UNITS, RATE, ground_code())[:20]}.npz"
+
+
+def recorded(drive: Drive, folder: str | Path | None = None) -> Recording:
+    """The recording of a drive: `MEASURED`, and `TRUTHS` beside them, on one grid of 100 Hz.
+
+    Faults that the recording alone shows are put into the recording of the drive without them, which several share.
+
+    Args:
+        drive: what to drive
+        folder: where recordings are kept and found again, if any; those of another proving ground are driven anew
+    """
+    late = tuple(each for each in drive.injected if each.in_recording_alone)
+    driven = replace(drive, injected=tuple(each for each in drive.injected if not each.in_recording_alone))
+    base = _driven(driven, None if folder is None else str(folder))
+    told = {"drive": drive.name, "faults": [asdict(each) for each in drive.injected]}
+    if late:
+        sensors = drive.driven.sensors
+        base = injected(base, [each.fault for each in late], sensors, drive.seed)
+    return replace(base, metadata={**base.metadata, **told})
+
+
+@lru_cache(maxsize=4)
+def _driven(drive: Drive, folder: str | None) -> Recording:
+    path = None if folder is None else file_of(drive, folder)
+    if path is not None and path.exists():
+        with np.load(path) as stored:
+            return _recording(dict(stored))
+    columns = _columns(outcome(drive).recording)
+    if path is not None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        partial_file = path.with_suffix(f".{os.getpid()}.npz")
+        np.savez(partial_file, **columns)
+        partial_file.replace(path)
+    return _recording(columns)
+
+
+def as_recorded(made: Recording) -> Recording:
+    """A recording of the proving ground as those of `recorded` are: `MEASURED` and `TRUTHS` alone, on one grid."""
+    return _recording(_columns(made))
+
+
+def _columns(made: Recording) -> dict[str, Any]:
+    return {name: made[name].values.astype(np.float32) for name in (*MEASURED, *TRUTHS)}
+
+
+def _recording(columns: dict[str, np.ndarray]) -> Recording:
+    time = np.arange(len(columns[MEASURED[0]])) / RATE
+    channels = {name: Channel(name, time, values.astype(float), UNITS[name]) for name, values in columns.items()}
+    return Recording(channels, {"source": "tierod virtual test vehicle"})
+
+
+def deviations(drive: Drive, recording: Recording) -> dict[str, np.ndarray]:
+    """How far everything that fails in a drive is from what it would be without the fault, sample by sample.
+
+    Args:
+        drive: with its faults
+        recording: of the drive
+
+    Returns:
+        by element: of a sensor its reading less that of a sound sensor, noise aside, in its unit; of an actuator the
+        torque asked for less the torque given [N*m]
+    """
+    sensors = drive.driven.sensors
+    found = {}
+    for each in drive.injected:
+        if each.element in TORQUES:
+            found[each.element] = recording[TARGETS[each.element]].values - recording[truth(each.element)].values
+        else:
+            found[each.element] = recording[each.element].values - sound(each.element, recording, sensors)
+    return found
+
+
+def sound(sensor: str, recording: Recording, sensors: SensorSet) -> np.ndarray:
+    """What a sensor would read without fault and noise, in its unit."""
+    return sensors[sensor].gain * recording[f"truth_{sensor}"].values + sensors[sensor].bias
+
+
+def truth(actuator: str) -> str:
+    """Channel of the torque that an actuator gives."""
+    return f"truth_{TORQUES[actuator]}"
+
+
+def each(
+    work: Callable[[Drive, Recording], Any],
+    drives: Sequence[Drive],
+    folder: str | Path | None = None,
+    processes: int = 1,
+) -> list[Any]:
+    """What a function makes of every drive's recording, in the order of the drives.
+
+    Args:
+        work: importable function of drive and recording, with picklable results
+        drives: what to drive
+        folder: see `recorded`
+        processes: how many drive at a time; 1 is this process
+
+    Raises:
+        InputError: a drive failed; the reason is told
+    """
+    return in_processes(partial(_worked, work, folder), drives, processes, lambda drive: f"the drive '{drive.name}'")
+
+
+def _worked(work: Callable[[Drive, Recording], Any], folder: str | Path | None, drive: Drive) -> Any:
+    return work(drive, recorded(drive, folder))

@@ -1,0 +1,116 @@
+"""Drives through diagnoses: calibrated once for every vehicle, driven once for all variants, scored alike."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
+from importlib import import_module
+from typing import Any, NamedTuple
+
+from tierod.core.recording import Recording
+from tierod.experiments.effort import Effort
+from tierod.experiments.processes import in_processes
+from tierod.papers.condition.declared import Declared
+from tierod.papers.condition.drives import Drive
+from tierod.papers.condition.recorded import each
+from tierod.papers.condition.scoring import DriveScore, score
+from tierod.papers.condition.truth import truth_of
+
+
+class Variant(NamedTuple):
+    """A way to diagnose a recording.
+
+    Args:
+        title: for tables
+        module: with `calibrate(vehicle, quick)`, which gives something picklable that is known of a vehicle, and
+            `declare(known, recording, name)`, which gives a `Declared`
+    """
+
+    title: str
+    module: str
+
+
+_RULES = "tierod.papers.condition.by_rules"
+VARIANTS: Mapping[str, Variant] = {
+    "rules-printed": Variant("rules as printed", _RULES),
+    "rules": Variant("rules, corrected", _RULES),
+    "rules-discriminating": Variant("rules that discriminate", _RULES),
+    "bank": Variant("bank of filters", "tierod.papers.condition.by_bank"),
+}
+"""Every diagnosis that the study holds against the others, by the name of the monitor's variant."""
+
+BEST = "bank"
+"""The default diagnosis, which the goals are about."""
+
+_known: dict[tuple[str, int, bool], Any] = {}
+_scored: dict[tuple[Any, ...], list[DriveScore]] = {}
+
+
+def calibrations(names: Iterable[str], vehicles: Iterable[int], effort: Effort) -> dict[tuple[str, int], Any]:
+    """What every variant has learnt of every vehicle, by (module of the variant, number of the vehicle).
+
+    Args:
+        names: of the variants
+        vehicles: numbers of the demonstrators
+        effort: how many processes, and whether a few minutes of driving have to do
+
+    Raises:
+        InputError: a calibration failed
+    """
+    modules = dict.fromkeys(VARIANTS[name].module for name in names)
+    numbers = tuple(dict.fromkeys(vehicles))
+    wanted = [(module, number, effort.quick) for module in modules for number in numbers]
+    missing = [each for each in wanted if each not in _known]
+    for key, known in zip(missing, _calibrated(missing, processes(effort, len(missing))), strict=True):
+        _known[key] = known
+    return {(module, number): _known[module, number, quick] for module, number, quick in wanted}
+
+
+def processes(effort: Effort, tasks: int) -> int:
+    """How many work at a time; one in a quick study, where to put a bank together takes longer than to run it."""
+    usual = 1 if effort.quick else os.cpu_count() or 1
+    return max(min(effort.processes or usual, tasks), 1)
+
+
+def _calibrated(wanted: Sequence[tuple[str, int, bool]], count: int) -> list[Any]:
+    return in_processes(_calibrate, wanted, count, lambda each: f"the calibration of vehicle {each[1]}")
+
+
+def _calibrate(wanted: tuple[str, int, bool]) -> Any:
+    module, number, quick = wanted
+    return import_module(module).calibrate(number, quick)
+
+
+def diagnosed(name: str, drive: Drive, recording: Recording, known: Mapping[tuple[str, int], Any]) -> Declared:
+    """What a variant says of a drive."""
+    module = VARIANTS[name].module
+    return import_module(module).declare(known[module, drive.vehicle], recording, name)
+
+
+def scores(
+    drives: Sequence[Drive], effort: Effort, names: Sequence[str] | None = None, folder: str | None = None
+) -> dict[str, list[DriveScore]]:
+    """The scores of many drives, by variant; who asks again for the same is told what was found before.
+
+    Args:
+        drives: what to drive
+        effort: how many processes, and whether calibration has to be short
+        names: of the variants; all if None
+        folder: where recordings are kept, if anywhere
+    """
+    names = tuple(VARIANTS) if names is None else tuple(names)
+    key = {name: (name, import_module(VARIANTS[name].module), effort.quick, *drives) for name in names}
+    missing = tuple(name for name in names if key[name] not in _scored)
+    if missing:
+        known = calibrations(missing, (drive.vehicle for drive in drives), effort)
+        found = each(partial(_scores_of, missing, known), drives, folder, processes(effort, len(drives)))
+        _scored.update({key[name]: [row[place] for row in found] for place, name in enumerate(missing)})
+    return {name: list(_scored[key[name]]) for name in names}
+
+
+def _scores_of(
+    names: tuple[str, ...], known: Mapping[tuple[str, int], Any], drive: Drive, recording: Recording
+) -> list[DriveScore]:
+    truth = truth_of(drive, recording)
+    return [score(drive, truth, diagnosed(name, drive, recording, known)) for name in names]

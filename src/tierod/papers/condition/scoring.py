@@ -1,0 +1,234 @@
+"""A diagnosis of a drive held against what was injected: accuracy, delay, wrong names, kind, size, replaced values."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from tierod.papers.condition.declared import Declared
+from tierod.papers.condition.drives import ACTUATORS, SENSORS, Drive
+from tierod.papers.condition.faults import Injected
+from tierod.papers.condition.truth import Truth, truths
+
+ELEMENTS = (*SENSORS, *ACTUATORS)
+"""Everything that is judged."""
+NAMED_AFTER = 2.0
+"""So long after the declaration kind and size are judged, or at the end of a shorter fault [s]."""
+GRACE = 2.0
+"""So long after the end of a fault its own declaration is no false alarm [s]; in the accuracy it counts at once."""
+SETTLED = 0.5
+"""So long after a fault shows it is judged by what name it goes [s]."""
+
+INTERVAL = 1.96
+"""Standard deviations to either side that hold a size 95 times in a hundred."""
+
+FOUND, MISSED, NOT_TESTABLE = "found", "missed", "not testable"
+NOBODY, AMBIGUOUS, NEVER = "none", "ambiguous", "never shows"
+"""In place of names: nothing is declared, several together, or there was nothing to see."""
+
+
+class FaultScore(NamedTuple):
+    """How one fault was diagnosed.
+
+    Args:
+        injected: the fault
+        accuracy: share of all samples of the drive at which the element's state is right
+        accuracy_excused: the same, without the samples at which the state cannot be told and is not right: the fault is
+            there and does not show, or is no longer there but would not show either
+        outcome: FOUND, MISSED, or NOT_TESTABLE where it never showed
+        delay: from its beginning to the first declaration; infinite where there is none
+        delay_shown: from the first sample at which it shows; 0 where it was declared before
+        delay_excited: the same, less the time in which it does not show: a torque that is hardly asked for, a signal
+            near zero tell nobody anything, and a fault may show for a moment long before it does again
+        delay_suspected: likewise, to where it is declared or named as one of several
+        shown: how long it showed
+        kind_right: whether the kind is right; None where none is named
+        size_error: relative error of the size; NaN where none is named
+        size_covered: whether the size is within `INTERVAL` of what is told; None where no size of the right kind is
+        rmse: of the value in place of the sensor's, against that of a sound sensor, while declared; NaN without one
+        largest: greatest magnitude of that error
+    """
+
+    injected: Injected
+    accuracy: float
+    accuracy_excused: float
+    outcome: str
+    delay: Annotated[float, "s"]
+    delay_shown: Annotated[float, "s"]
+    delay_excited: Annotated[float, "s"]
+    delay_suspected: Annotated[float, "s"]
+    shown: Annotated[float, "s"]
+    kind_right: bool | None
+    size_error: float
+    size_covered: bool | None
+    rmse: float
+    largest: float
+
+
+class DriveScore(NamedTuple):
+    """How one drive was diagnosed.
+
+    Args:
+        drive: what was driven
+        faults: score of everything that was injected
+        wrong_share: share of the time with faults in which something sound is declared faulty
+        false_alarms: declarations that begin while nothing, or something else, is at fault, those within a fault aside
+        healthy_hours: without fault
+        flagged_share: share of the healthy time in which anything at all is declared
+        named: what was declared at most samples at which a fault shows and all have shown for a while
+    """
+
+    drive: Drive
+    faults: tuple[FaultScore, ...]
+    wrong_share: float
+    false_alarms: int
+    healthy_hours: Annotated[float, "h"]
+    flagged_share: float
+    named: str
+
+
+def score(drive: Drive, truth: Truth, declared: Declared) -> DriveScore:
+    """The score of one drive.
+
+    Args:
+        drive: with what was injected
+        truth: of its recording
+        declared: by the diagnosis, on the same samples
+    """
+    time = declared.time
+    faulty = truths(drive, time)
+    any_fault = np.logical_or.reduce([*faulty.values(), np.zeros(len(time), bool)])
+    shown = {element: truth.shows(element, there) for element, there in faulty.items()}
+    nothing = np.zeros(len(time), bool)
+    wrong = np.logical_or.reduce([declared.said("faulty", e) & ~faulty.get(e, nothing) for e in ELEMENTS])
+    flagged = np.logical_or.reduce([declared.said("faulty", element) for element in ELEMENTS])
+    return DriveScore(
+        drive,
+        tuple(_of_fault(each, truth, declared, faulty, shown) for each in drive.injected),
+        _share(wrong, any_fault),
+        sum(_false_alarms(declared.said("faulty", e), faulty.get(e, nothing), any_fault, time) for e in ELEMENTS),
+        float(np.sum(~any_fault)) * _step(time) / 3600.0,
+        _share(flagged & ~_soon_after(any_fault, time), ~any_fault),
+        _name(declared, shown, time),
+    )
+
+
+def _of_fault(
+    each: Injected,
+    truth: Truth,
+    declared: Declared,
+    faulty: Mapping[str, np.ndarray],
+    shown: Mapping[str, np.ndarray],
+) -> FaultScore:
+    time, there = declared.time, faulty[each.element]
+    here = (time >= each.start - 1e-9) & (time < each.end - 1e-9)
+    said, shows = declared.said("faulty", each.element), shown[each.element] & here
+    right = said == there
+    gone = (time >= each.end) & ~there
+    counted = right | ~((there & ~shown[each.element]) | (gone & ~truth.would_show(each, time)))
+    first, began = _first(said & here), _first(shows)
+    outcome = FOUND if first is not None else MISSED if began is not None else NOT_TESTABLE
+    delay = delay_shown = math.inf
+    if first is not None:
+        delay = float(time[first]) - each.start
+        delay_shown = 0.0 if began is None else max(float(time[first] - time[began]), 0.0)
+    kind_right, size_error, size_covered = _kind(each, declared, first, here)
+    rmse, largest = _replaced(each, truth, declared, said & here)
+    return FaultScore(
+        each,
+        float(np.mean(right)),
+        float(np.mean(right[counted])),
+        outcome,
+        delay,
+        delay_shown,
+        _excited(shows, first, time),
+        _excited(shows, _first((said | declared.said("candidates", each.element)) & here), time),
+        float(np.sum(shows)) * _step(time),
+        kind_right,
+        size_error,
+        size_covered,
+        rmse,
+        largest,
+    )
+
+
+def _excited(shows: np.ndarray, first: int | None, time: np.ndarray) -> float:
+    """How long a fault has shown before a sample [s]; infinite where there is none."""
+    return math.inf if first is None else float(np.sum(shows[:first])) * _step(time)
+
+
+def _kind(
+    each: Injected, declared: Declared, first: int | None, here: np.ndarray
+) -> tuple[bool | None, float, bool | None]:
+    """Whether the kind is right, the relative error of the size, and whether its interval holds it."""
+    kinds, sizes = declared.kind.get(each.element), declared.size.get(each.element)
+    if first is None or kinds is None:
+        return None, math.nan, None
+    last = int(np.flatnonzero(here)[-1])
+    at = min(int(np.searchsorted(declared.time, declared.time[first] + NAMED_AFTER)), last)
+    error, covered, right = math.nan, None, bool(kinds[at] == each.kind)
+    if sizes is not None and not math.isnan(each.size):
+        error = float(abs(sizes[at] - each.size) / abs(each.size))
+        deviations = declared.deviation.get(each.element)
+        if right and deviations is not None:
+            covered = bool(abs(sizes[at] - each.size) <= INTERVAL * deviations[at])
+    return right, error, covered
+
+
+def _replaced(each: Injected, truth: Truth, declared: Declared, within: np.ndarray) -> tuple[float, float]:
+    """Root mean square and greatest magnitude of the error of the value in the sensor's place."""
+    value = declared.value.get(each.element)
+    if value is None or each.element not in truth.sound or not within.any():
+        return math.nan, math.nan
+    error = (value - truth.sound[each.element])[within]
+    return float(np.sqrt(np.mean(error**2))), float(np.max(np.abs(error)))
+
+
+def _name(declared: Declared, shown: Mapping[str, np.ndarray], time: np.ndarray) -> str:
+    """Names of the declared elements, joined by " + ", as they are said most of the time once all faults show."""
+    if not shown:
+        return NEVER
+    late = np.logical_and.reduce([_after(each, round(SETTLED / _step(time))) for each in shown.values()])
+    late &= np.logical_or.reduce(list(shown.values()))
+    if not late.any():
+        return NEVER
+    flags = np.array([declared.said("faulty", element)[late] for element in ELEMENTS])
+    unsure = np.logical_or.reduce([declared.said("candidates", element)[late] for element in ELEMENTS])
+    codes = (1 << np.arange(len(ELEMENTS))) @ flags
+    code, _ = Counter(zip(codes.tolist(), (unsure & (codes == 0)).tolist(), strict=True)).most_common(1)[0]
+    names = [element for place, element in enumerate(ELEMENTS) if code[0] >> place & 1]
+    return " + ".join(names) or (AMBIGUOUS if code[1] else NOBODY)
+
+
+def _after(shows: np.ndarray, samples: int) -> np.ndarray:
+    """Whether something has shown at least once, so many samples ago or more."""
+    ever = np.logical_or.accumulate(shows)
+    return np.concatenate([np.zeros(min(samples, len(ever)), bool), ever[: max(len(ever) - samples, 0)]])
+
+
+def _false_alarms(said: np.ndarray, faulty: np.ndarray, any_fault: np.ndarray, time: np.ndarray) -> int:
+    """Declarations that begin outside all faults, those of the element itself soon after its fault aside."""
+    begins = said & ~np.concatenate([[False], said[:-1]])
+    return int(np.sum(begins & ~any_fault & ~_soon_after(faulty, time)))
+
+
+def _soon_after(faulty: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Whether it is at fault or was within the time of grace."""
+    last = np.maximum.accumulate(np.where(faulty, time, -math.inf))
+    return time - last <= GRACE
+
+
+def _share(true: np.ndarray, among: np.ndarray) -> float:
+    return float(np.mean(true[among])) if among.any() else 0.0
+
+
+def _first(true: np.ndarray) -> int | None:
+    return int(np.argmax(true)) if true.any() else None
+
+
+def _step(time: np.ndarray) -> Any:
+    return float(time[1] - time[0])

@@ -1,0 +1,163 @@
+"""Which residual sees which fault: by its equation, and in the drives; and where the two disagree."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.content import Table
+from tierod.core.graph import scan
+from tierod.core.recording import Recording
+from tierod.monitors.condition.residuals.all_residuals import AllResiduals
+from tierod.monitors.condition.residuals.catalogue import ACTUATOR_RESIDUALS, RESIDUALS, SENSOR_RESIDUALS
+from tierod.monitors.condition.residuals.fit import samples_of
+from tierod.monitors.condition.residuals.thresholds import Excitation
+from tierod.monitors.condition.rule_monitor import RuleMonitor
+from tierod.papers.condition.drives import ACTUATORS, SENSORS, Drive
+from tierod.papers.condition.faults import TARGETS
+
+SEEN, UNSEEN = 0.05, 0.01
+"""Share of a fault's time from which on a residual sees it, and up to which one does not that should not."""
+BEHIND = {
+    "steering_motor_1": "target_steering_wheel_angle",
+    "steering_motor_2": "target_steering_wheel_angle",
+    "drive_left": "target_vehicle_speed",
+    "drive_right": "target_vehicle_speed",
+}
+"""What every actuator makes true, beside giving the torque that it is asked for."""
+_FILTERED = "the two-stage filter leaves a wheel out that differs from the other"
+_SCRUB = "a drive on one side alone turns the front wheels about their axes, which the equation leaves out"
+ASIDE = {
+    ("r1", "steering_wheel_angle"): "its filter follows the sensor that it should watch, and sees jumps alone",
+    ("r10", "wheel_speed_rear_right"): _FILTERED,
+    ("r14", "wheel_speed_rear_left"): _FILTERED,
+    **{(name, drive): _SCRUB for name in ("r3", "r19") for drive in ("drive_left", "drive_right")},
+}
+"""Known reasons; elsewhere it is the size beside the threshold."""
+
+
+class Seen(NamedTuple):
+    """What a residual made of a fault.
+
+    Args:
+        share: of the fault's time beyond the threshold
+        reach: of the residual over its threshold, exceeded in 5 % of the fault's time
+    """
+
+    share: float
+    reach: float
+
+
+Signatures = Mapping[tuple[str, str], Mapping[str, Seen]]
+"""By element and kind, what each residual made of it."""
+
+
+def signatures(tests: Sequence[Drive], recordings: Sequence[Recording], monitor: RuleMonitor) -> Signatures:
+    """What every residual makes of the faults of some drives, mean over all of one element and kind.
+
+    Args:
+        tests: drives with one fault each
+        recordings: of them
+        monitor: whose residuals and thresholds are taken
+    """
+    block = AllResiduals(monitor.sensors, monitor.actuators)
+    names = [each.name for each in (*SENSOR_RESIDUALS, *ACTUATOR_RESIDUALS)]
+    limits = dict(zip(names, (*monitor.sensor_thresholds, *monitor.actuator_thresholds), strict=True))
+    found: dict[tuple[str, str], list[dict[str, Seen]]] = {}
+    for drive, recording in zip(tests, recordings, strict=True):
+        result, fault = scan(block, samples_of(recording)), drive.injected[0]
+        lively = Excitation(*(result[f"excitation.{name}"] for name in Excitation._fields))  # type: ignore[arg-type]
+        time = recording["yaw_rate"].time
+        during = (time >= fault.start) & (time < fault.end)
+        ratios = {name: np.abs(limits[name].ratio(result[f"residuals.{name}"], lively))[during] for name in names}
+        seen = {
+            name: Seen(float(np.mean(each >= 1.0)), float(np.quantile(each, 0.95))) for name, each in ratios.items()
+        }
+        found.setdefault((fault.element, fault.kind), []).append(seen)
+    return {
+        key: {name: Seen(*np.mean([each[name] for each in several], axis=0).tolist()) for name in names}
+        for key, several in found.items()
+    }
+
+
+def uses(residual: str, element: str) -> bool:
+    """Whether the fault of an element enters a residual, by its equation.
+
+    That of a sensor enters where its reading does; that of an actuator where something is compared to what it is asked
+    for, or to what it makes true.
+    """
+    signals = RESIDUALS[residual].signals
+    return element in signals if element in SENSORS else bool({TARGETS[element], BEHIND[element]} & set(signals))
+
+
+def of_kinds(seen: Signatures) -> Table:
+    """The share of every fault's time in which each residual of the sensors is beyond its threshold."""
+    names = tuple(each.name for each in SENSOR_RESIDUALS)
+    rows = tuple(
+        (f"{sensor} {kind}", *(_share(found[name].share) for name in names))
+        for (sensor, kind), found in seen.items()
+        if sensor in SENSORS
+    )
+    note = "Mean over both signs and both rounds; empty below .005."
+    return Table("Share of the fault's time beyond the threshold", ("fault", *names), rows, note)
+
+
+def theory_and_measurement(seen: Signatures) -> Table:
+    """Every residual against every element: what the equation says, and the largest share over all kinds of faults."""
+    elements = [each for each in (*SENSORS, *ACTUATORS) if any(element == each for element, _ in seen)]
+    rows = tuple(
+        (name, *(_cell(name, element, _largest(seen, name, element)) for element in elements)) for name in RESIDUALS
+    )
+    note = (
+        "A number: the equation has it, and this share of the fault's time is beyond the threshold, in the kind of "
+        "fault that is seen best. “unseen”: the equation has it, and less than .05 is. “!”: the equation does not have "
+        "it, and yet more than .01 is. Empty: neither."
+    )
+    title = "Which residual sees which fault: equations and measurement"
+    return Table(title, ("residual", *(each.replace("_", " ") for each in elements)), rows, note)
+
+
+def disagreements(seen: Signatures) -> Table:
+    """Where a residual does not see what its equation has, or sees what it does not have, and why."""
+    rows = tuple(_disagreements(seen)) or (("none", "", "", "", ""),)
+    title = "Where equations and measurement disagree on residuals"
+    return Table(title, ("residual", "fault of", "by its equation", "measured", "why"), rows)
+
+
+def _disagreements(seen: Signatures) -> Iterator[tuple[str, ...]]:
+    for name in RESIDUALS:
+        alike: dict[tuple[str, str, str], list[str]] = {}
+        for element in dict.fromkeys(element for element, _ in seen):
+            best = _largest(seen, name, element)
+            if uses(name, element) and best.share < SEEN:
+                why = ASIDE.get((name, element), _too_small(element, best))
+                alike.setdefault(("sees it", f"{best.share:.2f} of the time", why), []).append(element)
+            elif not uses(name, element) and best.share > UNSEEN:
+                measured = f"{best.share:.2f} of the time"
+                why = ASIDE.get((name, element), "the vehicle moves otherwise, and the filters follow it too late")
+                alike.setdefault(("does not", measured, why), []).append(element)
+        for (theory, measured, why), elements in alike.items():
+            yield name, ", ".join(elements).replace("_", " "), theory, measured, why
+
+
+def _too_small(element: str, best: Seen) -> str:
+    reach = f"in 5 % of the time it is beyond {best.reach:.1f} thresholds at most: "
+    control = "the control makes up for what is lost" if element in ACTUATORS else "too small beside healthy driving"
+    return reach + control
+
+
+def _largest(seen: Signatures, residual: str, element: str) -> Seen:
+    of = [found[residual] for (name, _), found in seen.items() if name == element]
+    return max(of, key=lambda each: (each.share, each.reach))
+
+
+def _cell(residual: str, element: str, best: Seen) -> str:
+    if uses(residual, element):
+        return f"{best.share:.2f}" if best.share >= SEEN else "unseen"
+    return f"! {best.share:.2f}" if best.share > UNSEEN else ""
+
+
+def _share(value: float) -> str:
+    return f"{value:.2f}" if value >= 0.005 else ""

@@ -1,0 +1,37 @@
+"""The study of condition monitoring: one part after the other, in the order of the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
+
+from tierod.core.content import Item
+from tierod.experiments.effort import Effort, Progress
+from tierod.experiments.processes import kept
+
+PARTS: Mapping[str, str] = {
+    "driven": "what is driven",
+    "figures": "the paper's figures",
+    "residuals": "what every residual sees",
+    "sensors": "tests of the sensors",
+    "actuators": "tests of the actuators",
+    "substitutes": "substitutes of the sensors",
+    "beyond": "more faults, and two at once",
+    "uncalibrated": "vehicles that nobody has calibrated",
+    "closed_loop": "faults that the driver believes",
+    "theory": "isolability in theory and in the drives",
+    "healthy": "healthy driving",
+    "odd": "odd recordings",
+    "real_cars": "real cars",
+}
+"""Module of every part, and what it is about."""
+
+
+def items(effort: Effort, progress: Progress) -> Iterator[Item]:
+    """All that the study finds out."""
+    with kept():
+        for done, (name, title) in enumerate(PARTS.items()):
+            progress(done / len(PARTS), title)
+            part: Callable[[Effort], Iterator[Item]] = import_module(f"tierod.papers.condition.{name}").items
+            yield from part(effort)
+    progress(1.0, "done")

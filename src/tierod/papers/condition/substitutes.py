@@ -1,0 +1,126 @@
+"""What every substitute of a sensor is off by: for calibrated vehicles, and by a file that nobody calibrated."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tierod.core.content import Heading, Item, Table
+from tierod.core.recording import Recording
+from tierod.core.signals import SIGNALS
+from tierod.experiments.effort import Effort
+from tierod.models.automated_vehicle import AutomatedVehicle
+from tierod.monitors.condition.signals import SENSORS, ConditionSample
+from tierod.monitors.condition.substitutes import FILTER, plain_relations, substitution_graph
+from tierod.papers.condition import by_bank
+from tierod.papers.condition.drives import TEST_SECONDS, Drive, healthy_drives
+from tierod.papers.condition.faults import OFFSET, OFFSETS, Injected
+from tierod.papers.condition.recorded import each, sound
+from tierod.papers.condition.rounds import LONG, SHORT
+from tierod.papers.condition.runs import calibrations, processes
+from tierod.vehicles import Vehicle, load
+
+TEXT = (
+    "Every substitute of a sensor beside what the sensor would read without fault and noise, root mean square. The "
+    "bank's filter that leaves the sensor out: from the declaration of an offset to its end, on the short and the long "
+    "round. Plain relations: over healthy drives on unseen rounds, standing and all. Both with the parameters that a "
+    "calibration has found, and with those of the shipped file, which nobody has calibrated. `scripts/substitutes.py` "
+    "writes them into the table that the monitor goes by.",
+)
+HOURS = 1.0
+"""Of healthy driving, for plain relations."""
+SETTLED = 200
+"""First samples, over which nothing has settled."""
+SEED = 400
+"""Of the drives with offsets; no calibration and no other part of the study has them."""
+
+Squares = dict[tuple[str, str, bool], tuple[float, int]]
+"""By sensor, substitute and whether the vehicle is calibrated: sum of squared errors, and of how many samples."""
+
+
+class Error(NamedTuple):
+    """Root-mean-square error of a substitute, in the unit of its sensor.
+
+    Args:
+        calibrated: with calibrated parameters
+        uncalibrated: with those of the shipped vehicle file
+    """
+
+    calibrated: float
+    uncalibrated: float
+
+
+def measured(effort: Effort) -> dict[str, dict[str, Error]]:
+    """The errors of all substitutes, by sensor and name.
+
+    Args:
+        effort: how many vehicles and processes
+    """
+    vehicles = (1,) if effort.quick else (1, 2, 3)
+    found = calibrations(("bank",), vehicles, effort)
+    known = {number: found[by_bank.__name__, number] for number in vehicles}
+    healthy = healthy_drives(0.1 if effort.quick else HOURS, vehicles)
+    tests = [
+        Drive(course, TEST_SECONDS, number, SEED + number, (Injected(sensor, OFFSET, OFFSETS[sensor]),))
+        for number in vehicles
+        for course in ((SHORT,) if effort.quick else (SHORT, LONG))
+        for sensor in SENSORS
+    ]
+    drives = [*healthy, *tests]
+    parts = each(partial(_squares, known), drives, None, processes(effort, len(drives)))
+    return {
+        sensor: {way.name: Error(*(_root(parts, sensor, way.name, which) for which in (True, False))) for way in ways}
+        for sensor, ways in substitution_graph().substitutes.items()
+    }
+
+
+def items(effort: Effort) -> Iterator[Item]:
+    """A table of the errors."""
+    yield Heading("Substitutes of the sensors", TEXT)
+    rows = tuple(
+        (sensor, SIGNALS[sensor].unit, name.replace("-", " "), f"{error.calibrated:.3g}", f"{error.uncalibrated:.3g}")
+        for sensor, ways in measured(effort).items()
+        for name, error in ways.items()
+    )
+    yield Table("Errors of the substitutes", ("sensor", "unit", "substitute", "calibrated", "not calibrated"), rows)
+
+
+def _squares(known: Mapping[int, by_bank.Known], drive: Drive, recording: Recording) -> Squares:
+    """Of one drive: the filters' where a sensor fails, else those of plain relations."""
+    shipped = by_bank.Known(load("smartload"))
+    found: Squares = {}
+    for calibrated, car in ((True, known[drive.vehicle]), (False, shipped)):
+        errors = _held_out(drive, recording, car) if drive.injected else _related(drive, recording, car.vehicle)
+        for (sensor, name), error in errors.items():
+            found[sensor, name, calibrated] = (float(error @ error), len(error))
+    return found
+
+
+def _held_out(drive: Drive, recording: Recording, car: by_bank.Known) -> dict[tuple[str, str], np.ndarray]:
+    """Errors of the bank's value for the sensor that fails, while it is declared."""
+    (fault,) = drive.injected
+    declared = by_bank.declare(car, recording, "bank")
+    during = declared.faulty[fault.element] & (declared.time < fault.end) & (declared.time >= fault.start)
+    error = declared.value[fault.element] - sound(fault.element, recording, drive.driven.sensors)
+    return {(fault.element, FILTER): error[during]}
+
+
+def _related(drive: Drive, recording: Recording, vehicle: Vehicle) -> dict[tuple[str, str], np.ndarray]:
+    """Errors of all plain relations."""
+    readings: Any = ConditionSample._make(recording[name].values for name in ConditionSample._fields)
+    told = plain_relations(readings, vehicle.parameters_for(AutomatedVehicle.Parameters))
+    sensors = drive.driven.sensors
+    return {
+        (sensor, name): (value - sound(sensor, recording, sensors))[SETTLED:]
+        for sensor, ways in told.items()
+        for name, value in ways.items()
+    }
+
+
+def _root(parts: list[Squares], *key: str | bool) -> float:
+    sums = [part[key] for part in parts if key in part]
+    count = sum(number for _, number in sums)
+    return float(np.sqrt(sum(square for square, _ in sums) / count)) if count else float("nan")

@@ -1,0 +1,157 @@
+"""Figures of many scored drives together."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Sequence
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from tierod.experiments.figures import rate_bound
+from tierod.papers.condition.scoring import (
+    AMBIGUOUS,
+    ELEMENTS,
+    FOUND,
+    MISSED,
+    NEVER,
+    NOBODY,
+    NOT_TESTABLE,
+    DriveScore,
+    FaultScore,
+)
+
+
+class Summary(NamedTuple):
+    """Figures of many drives; NaN where there is nothing to make one from.
+
+    Args:
+        drives: how many
+        accuracy, worst: mean and least of all faults' accuracy
+        excused, worst_excused: the same without the samples at which a fault cannot be told
+        wrong: share of the time with faults in which something sound is declared
+        missed: faults that showed and were never declared
+        not_testable: faults that never showed
+        delays: from the fault, of those found, ascending
+        delays_shown: from the first sample at which it shows, ascending
+        delays_excited: the same, less the time in which it does not show, ascending
+        delays_suspected: likewise, to where it is named as one of several at least, ascending
+        kinds: share of right kinds among those named
+        size_error: 95 % quantile of the relative errors of sizes
+        covered: share of the sizes of rightly named kinds that are within their interval of 95 %
+        false_alarms: outside faults
+        healthy_hours: without fault
+        bound: upper 95 % bound of the rate of false alarms
+    """
+
+    drives: int
+    accuracy: float
+    worst: float
+    excused: float
+    worst_excused: float
+    wrong: float
+    missed: int
+    not_testable: int
+    delays: Annotated[np.ndarray, "s"]
+    delays_shown: Annotated[np.ndarray, "s"]
+    delays_excited: Annotated[np.ndarray, "s"]
+    delays_suspected: Annotated[np.ndarray, "s"]
+    kinds: float
+    size_error: float
+    covered: float
+    false_alarms: int
+    healthy_hours: Annotated[float, "h"]
+    bound: Annotated[float, "1/h"]
+
+
+def summary(scores: Sequence[DriveScore]) -> Summary:
+    """All figures of some scored drives."""
+    faults = [fault for each in scores for fault in each.faults]
+    faulty = [each for each in scores if each.faults]
+    kinds = [fault.kind_right for fault in faults if fault.kind_right is not None]
+    sizes = [fault.size_error for fault in faults if not math.isnan(fault.size_error)]
+    alarms, hours = sum(each.false_alarms for each in scores), sum(each.healthy_hours for each in scores)
+    return Summary(
+        len(scores),
+        mean(fault.accuracy for fault in faults),
+        least(fault.accuracy for fault in faults),
+        mean(fault.accuracy_excused for fault in faults),
+        least(fault.accuracy_excused for fault in faults),
+        mean(each.wrong_share for each in faulty),
+        sum(fault.outcome == MISSED for fault in faults),
+        sum(fault.outcome == NOT_TESTABLE for fault in faults),
+        _delays(faults, lambda fault: fault.delay),
+        _delays(faults, lambda fault: fault.delay_shown),
+        _delays(faults, lambda fault: fault.delay_excited),
+        _delays(faults, lambda fault: fault.delay_suspected),
+        mean(kinds),
+        float(np.quantile(sizes, 0.95)) if sizes else math.nan,
+        mean(fault.size_covered for fault in faults if fault.size_covered is not None),
+        alarms,
+        hours,
+        rate_bound(alarms, hours),
+    )
+
+
+def _delays(faults: Iterable[FaultScore], delay: Callable[[FaultScore], float]) -> np.ndarray:
+    return np.sort([delay(fault) for fault in faults if fault.outcome == FOUND])
+
+
+def mean(values: Iterable[float]) -> float:
+    """Mean; NaN of nothing."""
+    known = list(values)
+    return float(np.mean(known)) if known else math.nan
+
+
+def least(values: Iterable[float]) -> float:
+    """The least; NaN of nothing."""
+    return min(values, default=math.nan)
+
+
+def share_within(delays: np.ndarray, limit: float) -> float:
+    """Share of delays up to a limit [s]; NaN of none."""
+    return float(np.mean(delays <= limit + 1e-9)) if len(delays) else math.nan
+
+
+def confusion(scores: Iterable[DriveScore]) -> dict[str, Counter[str]]:
+    """How often the faults of a drive went by which name, by what had failed."""
+    found: dict[str, Counter[str]] = defaultdict(Counter)
+    for each in scores:
+        if each.faults:
+            found[injected_name(each)][each.named] += 1
+    return dict(found)
+
+
+def injected_name(each: DriveScore) -> str:
+    """What has failed in a drive, in the form of `DriveScore.named`."""
+    failed = {fault.injected.element for fault in each.faults}
+    return " + ".join(element for element in ELEMENTS if element in failed)
+
+
+class Isolated(NamedTuple):
+    """Shares of drives by what was named: the very faults, a part of them, an ambiguous set, nothing, a sound one."""
+
+    right: float
+    partial: float
+    ambiguous: float
+    nothing: float
+    wrong: float
+
+
+def isolated(scores: Sequence[DriveScore]) -> Isolated:
+    """How well the faults of some drives are told apart, by what they were named most of the time.
+
+    Drives in which not all faults show for long enough to be named are left out.
+    """
+    verdicts = [_verdict(each) for each in scores if each.faults and each.named != NEVER]
+    return Isolated(*(mean(verdict == name for verdict in verdicts) for name in Isolated._fields))
+
+
+def _verdict(each: DriveScore) -> str:
+    if each.named in (AMBIGUOUS, NOBODY):
+        return "ambiguous" if each.named == AMBIGUOUS else "nothing"
+    named, failed = set(each.named.split(" + ")), {fault.injected.element for fault in each.faults}
+    if named == failed:
+        return "right"
+    return "partial" if named < failed else "wrong"

@@ -1,0 +1,102 @@
+"""Tables of scores: the same columns wherever diagnoses are held against each other."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from tierod.core.content import Table
+from tierod.papers.condition.runs import VARIANTS
+from tierod.papers.condition.scoring import DriveScore
+from tierod.papers.condition.summary import Summary, confusion, share_within, summary
+
+Scores = Mapping[str, Sequence[DriveScore]]
+
+HEADER = (
+    *("diagnosis", "accuracy", "worst", "without what cannot be told", "worst", "wrong name", "missed"),
+    *("false alarms", "median delay [s]", "95 %", "kind right", "size within"),
+)
+
+
+def compared(title: str, scores: Scores, note: str = "") -> Table:
+    """One row of figures for every diagnosis."""
+    rows = tuple((VARIANTS[name].title, *_figures(summary(each))) for name, each in scores.items())
+    return Table(title, HEADER, rows, note)
+
+
+def _figures(of: Summary) -> tuple[str, ...]:
+    delays = of.delays_shown
+    return (
+        f"{of.accuracy:.4f}",
+        f"{of.worst:.4f}",
+        f"{of.excused:.4f}",
+        f"{of.worst_excused:.4f}",
+        f"{of.wrong:.3f}",
+        f"{of.missed} of {of.missed + len(delays)}",
+        f"{of.false_alarms} in {of.healthy_hours:.1f} h",
+        _number(float(np.median(delays)) if len(delays) else np.nan, "{:.2f}"),
+        _number(float(np.quantile(delays, 0.95)) if len(delays) else np.nan, "{:.2f}"),
+        _number(of.kinds, "{:.3f}"),
+        _number(of.size_error, "{:.3f}"),
+    )
+
+
+def _number(value: float, form: str) -> str:
+    return form.format(value) if np.isfinite(value) else "–"
+
+
+def by_group(title: str, scores: Scores, group: Callable[[DriveScore], str], header: str, note: str = "") -> Table:
+    """Mean and worst accuracy of every diagnosis, one row for every group of drives, in order of appearance.
+
+    Args:
+        title, note: of the table
+        scores: by variant
+        group: of a drive
+        header: of the column of groups
+    """
+    groups = list(dict.fromkeys(group(each) for several in scores.values() for each in several))
+    rows = []
+    for name in groups:
+        cells = [name]
+        for several in scores.values():
+            found = summary([each for each in several if group(each) == name])
+            cells.append(f"{found.accuracy:.3f} / {found.worst:.3f}")
+        rows.append(tuple(cells))
+    return Table(title, (header, *(VARIANTS[name].title for name in scores)), tuple(rows), note)
+
+
+def confused(title: str, scores: Sequence[DriveScore], note: str = "") -> Table:
+    """What went by which name, a row for everything that failed."""
+    found = confusion(scores)
+    names = sorted({name for row in found.values() for name in row}, key=lambda name: (name not in found, name))
+    rows = tuple((failed, *(str(row.get(name, 0)) for name in names)) for failed, row in found.items())
+    return Table(title, ("failed", *names), rows, note)
+
+
+def named(title: str, scores: Sequence[DriveScore], note: str = "") -> Table:
+    """What went by which name, in words: for many names."""
+    rows = tuple((failed, _words(row)) for failed, row in confusion(scores).items())
+    return Table(title, ("failed", "named"), rows, note)
+
+
+def _words(row: Counter[str]) -> str:
+    return ", ".join(f"{name} ({count})" for name, count in row.most_common())
+
+
+def delays(title: str, scores: Sequence[DriveScore], groups: Mapping[str, Callable[[DriveScore], bool]]) -> Table:
+    """Delays of some groups of drives: from the fault, from where it first shows, and while it shows alone."""
+    rows = []
+    for name, belongs in groups.items():
+        of = summary([each for each in scores if belongs(each)])
+        for start, times in (
+            ("the fault", of.delays),
+            ("where it first shows", of.delays_shown),
+            ("where it first shows, only time in which it shows", of.delays_excited),
+            ("likewise, until it is one of several named", of.delays_suspected),
+        ):
+            if len(times):
+                cells = (f"{np.median(times):.2f}", f"{np.quantile(times, 0.95):.2f}", f"{times[-1]:.2f}")
+                rows.append((name, start, *cells, f"{share_within(times, 0.2):.3f}"))
+    return Table(title, ("faults", "from", "median", "95 %", "longest", "share within 0.2 s"), tuple(rows))

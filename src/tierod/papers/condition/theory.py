@@ -1,0 +1,171 @@
+"""What structure says of faults, held against what was measured: what can be seen, and what can be told from what."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from tierod.core.content import Heading, Item, Table
+from tierod.experiments.effort import Effort
+from tierod.methods.analysis.structure import Isolability, isolability
+from tierod.monitors.condition.said import listed
+from tierod.monitors.condition.signals import ELEMENTS
+from tierod.monitors.condition.structure import vehicle_structure
+from tierod.papers.condition import actuators, beyond, sensors
+from tierod.papers.condition.runs import BEST, VARIANTS, scores
+from tierod.papers.condition.scoring import AMBIGUOUS, NEVER, NOBODY, DriveScore
+from tierod.papers.condition.summary import confusion
+from tierod.vehicles import load
+
+TEXT = (
+    "Structure looks at what stands in which equation: a fault can be seen where equations hold that it breaks, and is "
+    "told from another where some of them do not have that one. It knows no sizes and no time. Beside it stands what "
+    "the diagnoses named most of the time once the faults showed, in all drives of the tests; where the two do not "
+    "agree, a reason follows.",
+)
+FIXED = "with a fixed split"
+
+
+class Compared(NamedTuple):
+    """A fault, or several at once, by structure and by measurement.
+
+    Args:
+        fault: name, or names joined by " + "
+        theory: what structure says
+        alike: by structure, what explains it as well
+        named: by diagnosis, what it went by, and in how many drives
+    """
+
+    fault: str
+    theory: str
+    alike: tuple[str, ...]
+    named: Mapping[str, Counter[str]]
+
+
+def items(effort: Effort) -> Iterator[Item]:
+    """Single faults and pairs, and where theory and measurement disagree."""
+    if BEST not in VARIANTS:
+        return
+    structure = isolability(vehicle_structure(load("smartload")), at_once=2)
+    single = list(compared(structure, _single(effort)))
+    pairs = list(compared(structure, {BEST: _pairs(effort)}))
+    fixed = list(compared(structure, {BEST: scores(actuators.campaign(effort, 0.5, False), effort, (BEST,))[BEST]}))
+    yield Heading("Isolability in theory and in the drives", TEXT)
+    yield table("Single faults by structure and by measurement", single)
+    yield table("Two faults at once by structure and by measurement", pairs)
+    yield table(f"Half the torque lost {FIXED}, by structure and by measurement", fixed)
+    rows = (*disagreements(single), *disagreements(pairs), *disagreements(fixed, f", half lost {FIXED}"))
+    header = ("fault", "by structure", "diagnosis", "measured", "why")
+    note = "A fault that structure tells from all others and that went by its own name wherever it showed agrees."
+    yield Table("Where structure and measurement disagree", header, rows or (("none", "", "", "", ""),), note)
+
+
+def _single(effort: Effort) -> dict[str, list[DriveScore]]:
+    parts = [
+        scores(sensors.campaign(effort), effort),
+        scores(actuators.campaign(effort), effort),
+        scores(actuators.campaign(effort, 0.5), effort),
+    ]
+    return {name: [each for part in parts for each in part[name]] for name in VARIANTS}
+
+
+def _pairs(effort: Effort) -> list[DriveScore]:
+    supplies = [actuators.supply_campaign(effort, share) for share in (1.0, 0.5)]
+    return [each for drives in (*beyond.pairs(effort), *supplies) for each in scores(drives, effort, (BEST,))[BEST]]
+
+
+def compared(structure: Isolability, found: Mapping[str, Sequence[DriveScore]]) -> Iterator[Compared]:
+    """Theory and measurement of everything that failed in some drives.
+
+    Args:
+        structure: of faults one and two at a time
+        found: scores of drives, by diagnosis
+    """
+    counts = {name: confusion(of) for name, of in found.items()}
+    names = {_canonical(fault): fault for fault in structure.faults}
+    for fault in dict.fromkeys(fault for of in counts.values() for fault in of):
+        name = names[_canonical(fault)]
+        alike = tuple(
+            each for each in map(_canonical, structure.mistaken_for(name)) if each.count(" + ") == fault.count(" + ")
+        )
+        seen = structure.detectable[structure.faults.index(name)]
+        theory = f"not told from {listed(alike, 'or')}" if alike else "told from all others"
+        named = {diagnosis: of[fault] for diagnosis, of in counts.items()}
+        yield Compared(fault, theory if seen else "not seen", alike, named)
+
+
+def _canonical(fault: str) -> str:
+    return " + ".join(sorted(fault.split(" + "), key=ELEMENTS.index))
+
+
+def table(title: str, rows: Sequence[Compared]) -> Table:
+    """One row for every fault: what structure says, and what each diagnosis named."""
+    diagnoses = list(dict.fromkeys(name for each in rows for name in each.named))
+    cells = [
+        (_plain(each.fault), each.theory, *(_counted(each.fault, each.named[name]) for name in diagnoses))
+        for each in rows
+    ]
+    return Table(title, ("fault", "by structure", *(VARIANTS[name].title for name in diagnoses)), tuple(cells))
+
+
+def disagreements(rows: Iterable[Compared], remark: str = "") -> Iterator[tuple[str, ...]]:
+    """Every disagreement in words: fault, what structure says, diagnosis, what was measured, and why.
+
+    Args:
+        rows: theory and measurement
+        remark: to be added to the names of the faults
+    """
+    for each in rows:
+        for name, named in each.named.items():
+            for other, count in named.most_common():
+                why = reason(each, other, name)
+                if why:
+                    words = f"{count} of {named.total()}: {_word(each.fault, other)}"
+                    yield _plain(each.fault) + remark, each.theory, VARIANTS[name].title, words, why
+
+
+def reason(each: Compared, named: str, diagnosis: str = BEST) -> str:
+    """Why a fault went by a name that structure does not foretell; "" where it does.
+
+    Args:
+        each: the fault
+        named: what it went by
+        diagnosis: the bank, or else rules
+    """
+    if named in ((*each.alike, AMBIGUOUS) if each.alike else (each.fault,)):
+        return ""
+    if named == NEVER:
+        return "its equations have it, but not its size: nothing differed by three standard deviations for long enough"
+    if named == each.fault:
+        return "structure sees no time: the split of the steering torque alternates, and tells the motors apart"
+    kind = named if named in (NOBODY, AMBIGUOUS) else "others"
+    if diagnosis != BEST:
+        return _OF_RULES[kind]
+    if set(named.split(" + ")) < set(each.fault.split(" + ")):
+        return "the rest adds too little to what the first explains to be worth a second suspect"
+    return _OF_BANK[kind]
+
+
+_OF_BANK = {
+    NOBODY: "structure knows no sizes: too small for limits that no healthy drive goes beyond",
+    AMBIGUOUS: "structure knows no sizes: others explained what was seen almost as well",
+    "others": "structure knows no sizes: others explained what was seen as well, within what healthy driving shows",
+}
+_OF_RULES = {
+    NOBODY: "no rule fits: a residual that it asks for stays below its threshold",
+    AMBIGUOUS: "several rules fit, or come as near: what they ask of the residuals does not tell these faults apart",
+    "others": "the rule of another fits: residuals see through the motion what their equations do not have",
+}
+
+
+def _counted(fault: str, named: Counter[str]) -> str:
+    return ", ".join(f"{_word(fault, name)} {count}" for name, count in named.most_common())
+
+
+def _word(fault: str, named: str) -> str:
+    return "right" if named == fault else _plain(named)
+
+
+def _plain(name: str) -> str:
+    return name.replace("_", " ")

@@ -1,0 +1,132 @@
+"""Demonstrators that differ from the numbers that a monitor believes, each with sensors of its own."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.fields import numbers, replaced
+from tierod.proving_ground.cars.demonstrator_car import DemonstratorCar
+from tierod.proving_ground.driving.automated import Split
+from tierod.proving_ground.sensors import SensorSet
+
+MEASURED = (
+    "wheel_speed_rear_left",
+    "wheel_speed_rear_right",
+    "yaw_rate",
+    "steering_wheel_angle",
+    "steering_shaft_torque",
+    "tie_rod_force",
+    "longitudinal_acceleration",
+    "lateral_acceleration",
+    "steering_motor_1_target_torque",
+    "steering_motor_2_target_torque",
+    "target_drive_torque_left",
+    "target_drive_torque_right",
+    "target_steering_wheel_angle",
+    "target_vehicle_speed",
+)
+"""Channels that the demonstrator records for its monitor, at 100 Hz each."""
+
+SWING = Split(share=0.5, swing=0.15, period=0.24)
+"""Split of the steering torque that tells one motor from the other: 65 to 35 and back every 0.12 s."""
+
+OFF = {
+    ("chassis.mass", "chassis.yaw_inertia"): (0.04, 0.08),
+    ("chassis.front.tyre.cornering_stiffness",): (0.05, 0.10),
+    ("chassis.rear.tyre.cornering_stiffness",): (0.05, 0.10),
+    ("steering.rack.friction.level",): (0.05, 0.20),
+    ("steering.rack.rack_damping",): (0.05, 0.20),
+    ("steering.rack.centring",): (0.05, 0.20),
+}
+"""By how much a vehicle is off the nominal one: least and greatest share, of either sign; several fields share a draw.
+
+Source: mass and stiffness as in the richer simulations beside Li, Frey, Gauterin; friction, damping and centring are
+assumed.
+"""
+
+RADIUS, SIDES = (0.025, 0.05), 0.006
+"""By what share all tyres, and the left one against the right one, differ from what the wheel speeds assume."""
+
+OFFSETS = {
+    "yaw_rate": 0.003,
+    "steering_wheel_angle": 0.02,
+    "steering_shaft_torque": 0.05,
+    "tie_rod_force": 15.0,
+    "longitudinal_acceleration": 0.05,
+    "lateral_acceleration": 0.08,
+}
+"""Standard deviation of every sensor's constant offset, in the unit of its signal; as production sensors have it."""
+
+
+class Vehicle(NamedTuple):
+    """A demonstrator and its sensors."""
+
+    car: DemonstratorCar
+    sensors: SensorSet
+
+
+LATER = {
+    "mass": ("chassis.mass", "chassis.yaw_inertia"),
+    "stiffness": ("chassis.front.tyre.cornering_stiffness", "chassis.rear.tyre.cornering_stiffness"),
+    "radius": ("chassis.front.tyre.radius", "chassis.rear.tyre.radius"),
+}
+"""What may change about a vehicle after it was calibrated: load, other tyres, pressure."""
+
+
+def changed(of: Vehicle, what: str, factor: float) -> Vehicle:
+    """A vehicle of which something has changed since its calibration.
+
+    Args:
+        of: the vehicle
+        what: one of `LATER`
+        factor: of its former value
+    """
+    known = numbers(of.car)
+    car = replaced(of.car, {path: factor * known[path].value for path in LATER[what]})
+    if what != "radius":
+        return Vehicle(car, of.sensors)
+    names = ("wheel_speed_rear_left", "wheel_speed_rear_right")
+    gains = {f"sensors.{name}.gain": of.sensors[name].gain / factor for name in names}
+    return Vehicle(car, replaced(of.sensors, gains))
+
+
+@lru_cache(maxsize=32)
+def vehicle(number: int, swing: bool = True) -> Vehicle:
+    """A demonstrator, off the nominal one by its own draw.
+
+    Args:
+        number: 0 is the nominal one, with production sensors; every other is drawn by its number
+        swing: whether the steering torque is split unequally, and alternating, between both motors
+    """
+    car, sensors = DemonstratorCar(), SensorSet.production().only(MEASURED)
+    if swing:
+        car = replace(car, driver=replace(car.driver, split=SWING))
+    if number == 0:
+        return Vehicle(car, sensors)
+    chance = np.random.default_rng([number, 611])
+    changes: dict[str, float] = {}
+    known = numbers(car)
+    for paths, band in OFF.items():
+        factor = 1.0 + _signed(chance, band)
+        changes |= {path: known[path].value * factor for path in paths}
+    common, sides = _signed(chance, RADIUS), _signed(chance, (0.5 * SIDES, SIDES))
+    for axle in ("front", "rear"):
+        path = f"chassis.{axle}.tyre.radius"
+        changes[path] = known[path].value * (1.0 + common)
+    gains = {
+        "wheel_speed_rear_left": 1.0 / (1.0 + common + 0.5 * sides),
+        "wheel_speed_rear_right": 1.0 / (1.0 + common - 0.5 * sides),
+    }
+    wrong = {f"{name}.gain": gain for name, gain in gains.items()}
+    wrong |= {f"{name}.bias": deviation * float(chance.standard_normal()) for name, deviation in OFFSETS.items()}
+    return Vehicle(
+        replaced(car, changes), replaced(sensors, {f"sensors.{path}": value for path, value in wrong.items()})
+    )
+
+
+def _signed(chance: np.random.Generator, band: tuple[float, float]) -> float:
+    return float(chance.choice((-1.0, 1.0)) * chance.uniform(*band))

@@ -1,0 +1,114 @@
+"""Drives of the study as data: which car, which friction, which road, which sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.recording import Recording
+from tierod.papers.friction.setups import CONDITIONS, LAWS, SCATTERS, TYRES, USUAL_LAW, Setup, usual
+from tierod.proving_ground import FrictionCourse, SensorSet, drive
+
+HEALTHY = 4.0
+"""Friction of the sound steering [N*m]; Table 1 of the paper."""
+
+ADDED = {"PWM 15%": 1.5, "PWM 20%": 4.0, "PWM 25%": 8.5}
+"""Friction that the paper's clutch brake adds [N*m]: the middles of the ranges of Table 1."""
+
+STATES = {"Healthy": HEALTHY} | {name: HEALTHY + added for name, added in ADDED.items()}
+"""Total friction of every health state [N*m]."""
+
+_CARS = 77
+"""Stream of chance that cars are drawn from."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One drive.
+
+    Args:
+        route: seed of road, driver and sensor noise
+        friction: level of dry friction [N*m], or its course over time
+        minutes: duration [min]
+        car: seed of the car and its sensors, drawn around the nominal ones; None for the nominal ones themselves
+        scatter: how widely they are drawn, a name in `SCATTERS`
+        tyres: a name in `TYRES`
+        law: of the friction, a name in `LAWS`
+        condition: what else is unusual, a name in `CONDITIONS`
+        reference: a healthy drive of the same car, against whose level this one is judged
+    """
+
+    route: int
+    friction: float | FrictionCourse = HEALTHY
+    minutes: float = 13.0
+    car: int | None = None
+    scatter: str = "usual"
+    tyres: str = "summer"
+    law: str = USUAL_LAW
+    condition: str = "as usual"
+    reference: Case | None = None
+
+    def __post_init__(self) -> None:
+        named: tuple[tuple[Mapping, str], ...] = (
+            (TYRES, self.tyres),
+            (LAWS, self.law),
+            (CONDITIONS, self.condition),
+            (SCATTERS, self.scatter),
+        )
+        for names, name in named:
+            if name not in names:
+                raise ParameterError(f"the study does not know '{name}'{nearest(name, names)}")
+
+    @property
+    def level(self) -> float:
+        """Of friction, before it changes if it does [N*m]."""
+        return self.friction.levels[0] if isinstance(self.friction, FrictionCourse) else self.friction
+
+    def setup(self) -> Setup:
+        """Car, sensors and roads: tyres, law and condition first, then what is drawn around them."""
+        setup = usual()
+        for change in (TYRES[self.tyres], LAWS[self.law], CONDITIONS[self.condition]):
+            setup = change(setup)
+        if self.car is None:
+            return setup
+        car, sensors = SCATTERS[self.scatter].draw(setup.car, setup.sensors, np.random.default_rng([self.car, _CARS]))
+        return replace(setup, car=car, sensors=sensors)
+
+    def recording(self) -> Recording:
+        """The drive as sensors see it."""
+        setup = self.setup()
+        recording = drive(
+            setup.car,
+            self.minutes,
+            self.friction,
+            seed=self.route,
+            sensors=_with_motor(setup) if setup.below_bar else setup.sensors,
+            roads=setup.roads,
+            conditions=setup.conditions,
+        )
+        return _as_motor_tells(recording, setup) if setup.below_bar else recording
+
+
+def _with_motor(setup: Setup) -> SensorSet:
+    """The sensors with the motor's own, as exact at the column as those of the steering wheel are."""
+    gear = setup.car.steering.motor.ratio  # type: ignore[attr-defined]
+    rate = setup.sensors["steering_wheel_rate"]
+    motor = {
+        "motor_speed": replace(rate, noise=gear * rate.noise),
+        "pinion_angle": setup.sensors["steering_wheel_angle"],
+    }
+    return setup.sensors.with_sensors(motor)
+
+
+def _as_motor_tells(recording: Recording, setup: Setup) -> Recording:
+    """The recording with angle and rate of the column in the place of those of the steering wheel."""
+    gear = setup.car.steering.motor.ratio  # type: ignore[attr-defined]
+    angle, speed = recording["pinion_angle"], recording["motor_speed"]
+    told = {
+        "steering_wheel_angle": replace(angle, name="steering_wheel_angle"),
+        "steering_wheel_rate": replace(speed, name="steering_wheel_rate", values=speed.values / gear),
+    }
+    return replace(recording, channels={**recording.channels, **told})

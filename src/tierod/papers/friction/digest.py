@@ -1,0 +1,217 @@
+"""What is kept of one drive: every estimator's course, the baseline's windows, and the verdict."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from tierod.core.block import leaves, skeleton
+from tierod.core.findings import Status
+from tierod.core.graph import Result, scan
+from tierod.core.recording import Aligned, Recording
+from tierod.papers.friction.cases import Case
+from tierod.papers.friction.estimators import BASELINES, DEFAULT, ESTIMATORS, monitor
+
+RATE = 100.0
+KEPT = 20
+"""Every so manieth sample of an estimate is kept: 5 Hz, far above what a filter of many seconds moves with."""
+
+ALIGNING_TRUTH = "truth_self_aligning_torque"
+
+READY_SECONDS = 50.0
+"""Enabled time before an estimate counts [s]: as printed by Mohtat et al., section 5."""
+
+ALARM = 3.0
+"""Code of the running verdict from which friction is reported as risen; one more is a fault."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """An estimate over a drive.
+
+    Args:
+        friction: estimated [N*m]
+        enabled_seconds: enabled time so far [s]
+        aligning_error: of the estimated self-aligning torque, root mean square over the spread of the true one; NaN
+            where none is estimated
+    """
+
+    friction: np.ndarray
+    enabled_seconds: np.ndarray
+    aligning_error: float = math.nan
+
+    @property
+    def settled(self) -> np.ndarray:
+        """The estimates after the ready time [N*m]."""
+        return self.friction[self.enabled_seconds > READY_SECONDS]
+
+
+@dataclass(frozen=True)
+class Windows:
+    """What the baseline monitor made of a drive.
+
+    Args:
+        variance: of every window, once a second [(N*m)**2]
+        realigned: the same where the vehicle's torque is delayed until both agree best [(N*m)**2]
+        enabled_share: of the drive
+        delay: by which the observer's torque lags behind that of the vehicle [s]
+    """
+
+    variance: np.ndarray
+    realigned: np.ndarray
+    enabled_share: float
+    delay: float
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the default monitor said.
+
+    Args:
+        status: at the end of the drive
+        worst: highest code of the running verdict at any time
+        ratios: lowest and highest ratio to the own level while it was judged
+        delays: enabled time from a step of friction to rising and to fault [s], infinite where it never came
+        early: whether there was an alarm before the step
+        level: own level and its standard deviation [N*m]; None where none was learnt
+    """
+
+    status: Status
+    worst: float
+    ratios: tuple[float, float]
+    delays: tuple[float, float]
+    early: bool
+    level: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class Digest:
+    """What is kept of one drive.
+
+    Args:
+        seconds: duration [s]
+        angle: of the steering wheel [rad]
+        courses: of every estimator that was asked for
+        windows: of every baseline that was asked for
+        verdict: of the default monitor
+    """
+
+    seconds: float
+    angle: np.ndarray
+    courses: dict[str, Course] = field(default_factory=dict)
+    windows: dict[str, Windows] = field(default_factory=dict)
+    verdict: Verdict | None = None
+
+    def settled(self, estimator: str) -> np.ndarray:
+        """Estimates after the ready time [N*m]."""
+        return self.courses[estimator].settled
+
+    def mean(self, estimator: str) -> float:
+        """Mean of the settled estimates [N*m]; NaN where the gate never opened long enough."""
+        values = self.settled(estimator)
+        return float(values.mean()) if len(values) else math.nan
+
+
+def digest(case: Case, names: Iterable[str], level: tuple[float, float] | None = None) -> Digest:
+    """A drive and what the estimators made of it.
+
+    Args:
+        case: the drive
+        names: in `ESTIMATORS` and `BASELINES`; `DEFAULT` is always there
+        level: own level of the car and its standard deviation [N*m]
+    """
+    recording = case.recording()
+    wanted = list(names)
+    blocks = {name: ESTIMATORS[name]() for name in wanted if name in ESTIMATORS}
+    baselines = {name: BASELINES[name]() for name in wanted if name in BASELINES}
+    judge = monitor(level)
+    samples = _aligned(recording, [judge, *blocks.values(), *baselines.values()])
+    truth = samples.values[:, samples.names.index(ALIGNING_TRUTH)]
+    result = scan(judge, samples)
+    courses = {DEFAULT: _course(result["estimate.friction_torque"], result["estimate.enabled"])}
+    for name, block in blocks.items():
+        run = scan(block, samples)
+        error = _tracking(run["self_aligning_torque"], truth) if "self_aligning_torque" in run.names else math.nan
+        courses[name] = _course(run["friction_torque"], run["enabled"], error)
+    windows = {name: _windows(scan(block, samples)) for name, block in baselines.items()}
+    angle = samples.values[::KEPT, samples.names.index("steering_wheel_angle")].astype(np.float32)
+    verdict = _verdict(judge, result, _changed_at(case))
+    return Digest(len(samples.values) / RATE, angle, courses, windows, verdict)
+
+
+def _tracking(estimated: np.ndarray, truth: np.ndarray) -> float:
+    return float(np.sqrt(np.nanmean((estimated - truth) ** 2)) / np.nanstd(truth))
+
+
+def _aligned(recording: Recording, blocks: Iterable[Any]) -> Aligned:
+    """The signals of all blocks on one grid, and the true self-aligning torque."""
+    names = dict.fromkeys(name for block in blocks for name, _ in leaves(skeleton(block.Sample)))
+    return recording.align([*names, ALIGNING_TRUTH], RATE)
+
+
+def _course(friction: np.ndarray, enabled: np.ndarray, aligning_error: float = math.nan) -> Course:
+    seconds = np.cumsum(enabled)[::KEPT] / RATE
+    return Course(friction[::KEPT].astype(np.float32), seconds.astype(np.float32), aligning_error)
+
+
+def _windows(run: Result) -> Windows:
+    once_a_second = slice(int(RATE) - 1, None, int(RATE))
+    ready = run["ready"][once_a_second] > 0.0
+    external, internal = run["external_torque"], run["internal_torque"]
+    lag = round(lag_between(internal, external) * RATE)
+    delayed = np.roll(external, lag)
+    return Windows(
+        run["variance"][once_a_second][ready],
+        _variance(internal - delayed)[ready],
+        float(run["enabled"].mean()),
+        lag / RATE,
+    )
+
+
+def _variance(difference: np.ndarray) -> np.ndarray:
+    """Over the last 15 s, once a second, as the baseline monitor has it without a gate."""
+    second = int(RATE)
+    ends = np.arange(second, len(difference) + 1, second)
+    return np.array([difference[max(end - 15 * second, 0) : end].var(ddof=1) for end in ends])
+
+
+def lag_between(late: np.ndarray, early: np.ndarray, longest: float = 0.5) -> float:
+    """Shift at which two torques agree best [s]: the peak of their correlation."""
+    reach = min(round(longest * RATE), len(late) - 1)
+    size = 1 << (len(late) + reach - 1).bit_length()
+    spectra = (np.fft.rfft(values - values.mean(), size) for values in (late, early))
+    products = np.fft.irfft(next(spectra) * np.conj(next(spectra)), size)
+    shifts = np.arange(-reach, reach + 1)
+    return float(shifts[int(np.argmax(products[shifts]))] / RATE)
+
+
+def _changed_at(case: Case) -> float | None:
+    """When friction steps [s]; None where it does not."""
+    course = case.friction
+    return course.times[0] if not isinstance(course, float) and len(course.times) == 2 else None
+
+
+def _verdict(judge: Any, result: Result, changed_at: float | None) -> Verdict:
+    code, ratio = result["verdict.code"], result["verdict.ratio"]
+    enabled = np.cumsum(result["estimate.enabled"]) / RATE
+    judged = code >= 2.0
+    change = len(code) if changed_at is None else round(changed_at * RATE)
+    delays = [math.inf, math.inf]
+    for kind in (0, 1):
+        alarms = np.flatnonzero(code[change:] >= ALARM + kind)
+        if len(alarms):
+            delays[kind] = float(enabled[change + alarms[0]] - enabled[change])
+    own = judge.state_of(result.state).verdict.own
+    ratios = (float(ratio[judged].min()), float(ratio[judged].max())) if judged.any() else (math.nan, math.nan)
+    return Verdict(
+        status=judge.finding(result).status,
+        worst=float(code.max()),
+        ratios=ratios,
+        delays=(delays[0], delays[1]),
+        early=bool((code[:change] >= ALARM).any()),
+        level=(own.level, own.deviation) if own.seconds > 0.0 else None,
+    )

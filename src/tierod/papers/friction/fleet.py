@@ -1,0 +1,206 @@
+"""How exact the estimators are where no two cars, sensors and sets of tyres are alike."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from tierod.core.claims import Claim, at_least, at_most
+from tierod.core.content import Boxes, Chart, Heading, Item, Panel, Points, Table
+from tierod.core.findings import Status
+from tierod.experiments.effort import Effort
+from tierod.experiments.figures import area_under_curve
+from tierod.papers.friction import estimators as named
+from tierod.papers.friction.cases import HEALTHY, STATES, Case
+from tierod.papers.friction.runs import Drives, Wants
+from tierod.papers.friction.setups import TYRES
+from tierod.papers.friction.statistics import deviation, joined, mean, means, pooled
+from tierod.proving_ground import SensorSet
+
+CARS, QUICK_CARS = 48, 2
+"""Cars that are drawn; every one is driven at every level."""
+
+SLIGHT = (1.0, 2.0)
+"""Range of the smallest injected friction [N*m]: PWM 15 % of Table 1. Every car gets its own out of it."""
+
+LEVELS = {4.0: 0.35, 8.0: 0.65, 12.5: 0.95}
+"""Level of friction [N*m] -> largest standard deviation that is aimed at [N*m]."""
+
+LARGEST_BIAS = 0.3
+COMPARED = (named.DEFAULT, named.SINGLE_LAW, named.CORRECTED, named.PRINTED, named.UNSCENTED)
+GOAL = "goal of tierod"
+FOUND = (Status.RISING, Status.FAULT, Status.SUSPECT)
+
+
+def healthy_drives(effort: Effort) -> tuple[Case, ...]:
+    """One drive of every car as it is sound."""
+    cars = range(QUICK_CARS if effort.quick else CARS)
+    tyres = list(TYRES)
+    return tuple(
+        Case(10_000 + car, HEALTHY, _minutes(effort), car=1000 + car, tyres=tyres[car % len(tyres)]) for car in cars
+    )
+
+
+def faulty_drives(effort: Effort) -> dict[str, tuple[Case, ...]]:
+    """One drive of every car with every fault, on other roads and other tyres than the healthy one."""
+    chance = np.random.default_rng(1)
+    tyres = list(TYRES)
+    drives: dict[str, list[Case]] = {"PWM 15%": [], "PWM 20%": [], "PWM 25%": []}
+    for number, reference in enumerate(healthy_drives(effort)):
+        for index, state in enumerate(drives):
+            friction = HEALTHY + float(chance.uniform(*SLIGHT)) if state == "PWM 15%" else STATES[state]
+            drives[state].append(
+                Case(
+                    20_000 + 1000 * index + number,
+                    friction,
+                    _minutes(effort),
+                    car=reference.car,
+                    tyres=tyres[(number + 1 + index) % len(tyres)],
+                    reference=reference,
+                )
+            )
+    return {state: tuple(cases) for state, cases in drives.items()}
+
+
+def _minutes(effort: Effort) -> float:
+    return 5.0 if effort.quick else 7.0
+
+
+def wants(effort: Effort) -> Wants:
+    """The drives of the fleet."""
+    cases = [*healthy_drives(effort), *(case for group in faulty_drives(effort).values() for case in group)]
+    return dict.fromkeys(cases, COMPARED)
+
+
+def items(drives: Drives, effort: Effort) -> Iterator[Item]:
+    """The table, a figure and the claims on exactness."""
+    healthy, faulty = healthy_drives(effort), faulty_drives(effort)
+    groups = {"Healthy": healthy} | faulty
+    yield Heading(
+        "How exact, where no two cars are alike",
+        (
+            f"{len(healthy)} cars with trail, damping, inertia and the gains and offsets of all sensors of their own, "
+            "on all tyres, every one driven sound and with each fault. The estimators believe in the nominal car. A "
+            "gain common to both torques scales friction, and no signal reveals it: this sets the floor of the "
+            "standard deviation, for any estimator.",
+        ),
+    )
+    yield _table(groups, drives)
+    yield _chart(groups, drives)
+    yield from _claims_on_estimates(groups, drives)
+
+
+def _errors(cases: tuple[Case, ...], drives: Drives, estimator: str) -> np.ndarray:
+    """Settled estimates less the truth, all drives together [N*m]."""
+    return joined(drives.digests[case].settled(estimator) - case.level for case in cases if case in drives.digests)
+
+
+def _table(groups: dict[str, tuple[Case, ...]], drives: Drives) -> Table:
+    rows = []
+    for name in COMPARED:
+        healthy = means(drives.of(groups["Healthy"]), name)
+        cells = []
+        for state, cases in groups.items():
+            errors = _errors(cases, drives, name)
+            auc = area_under_curve(healthy, means(drives.of(cases), name))
+            told = "" if state == "Healthy" else f", AUC {auc:.4f}"
+            cells.append(f"{mean(errors):+.2f} ± {deviation(errors):.2f}{told}")
+        rows.append((name, *cells))
+    gained = [f"± {deviation(_without_gains(cases, drives)):.2f}" for cases in groups.values()]
+    rows.append(("default, less what the torque gains explain", *gained))
+    return Table(
+        "Scatter of cars and sensors, all tyres: bias ± standard deviation (N·m), AUC of one drive against healthy",
+        ("estimator", "4 N·m", "5 to 6 N·m", "8 N·m", "12.5 N·m"),
+        tuple(rows),
+        "Pooled over time, after 50 s enabled, and over all cars. AUC compares the mean estimates of single drives.",
+    )
+
+
+def _without_gains(cases: tuple[Case, ...], drives: Drives) -> np.ndarray:
+    """Mean errors of the default estimator less their regression on the gains of both torque sensors [N*m]."""
+    driven = [case for case in cases if case in drives.digests]
+    errors = np.array([drives.digests[case].mean(named.DEFAULT) - case.level for case in driven])
+    gains = [[each["driver_torque"].gain, each["motor_torque"].gain, 1.0] for each in _sensors(driven)]
+    known = np.isfinite(errors)
+    if known.sum() <= 3:
+        return np.zeros(0)
+    regressors = np.array(gains)[known] * np.array([[case.level] for case in driven])[known]
+    return errors[known] - regressors @ np.linalg.lstsq(regressors, errors[known], rcond=None)[0]
+
+
+def _sensors(cases: list[Case]) -> list[SensorSet]:
+    return [case.setup().sensors for case in cases]
+
+
+def _chart(groups: dict[str, tuple[Case, ...]], drives: Drives) -> Chart:
+    shown = [(state, cases) for state, cases in groups.items() if state != "PWM 15%"]
+    places = [f"{STATES[state]:g} N·m" for state, _ in shown]
+    boxes = [
+        Boxes(
+            name,
+            places,
+            [mean(pooled(drives.of(cases), name)) for _, cases in shown],
+            [deviation(pooled(drives.of(cases), name)) for _, cases in shown],
+        )
+        for name in COMPARED[:4]
+    ]
+    truth = Points("truth", places, [STATES[state] for state, _ in shown])
+    return Chart(
+        "fleet",
+        "Estimates over all cars and tyres",
+        "Boxes: one standard deviation about the mean; whiskers: two.",
+        "Mean and spread of four estimators at three levels of friction beside the truth.",
+        (Panel("", "true friction", "estimate [N·m]", (*boxes, truth)),),
+    )
+
+
+def _claims_on_estimates(groups: dict[str, tuple[Case, ...]], drives: Drives) -> Iterator[Claim]:
+    chosen = {STATES[state]: groups[state] for state in ("Healthy", "PWM 20%", "PWM 25%")}
+    for level, largest in LEVELS.items():
+        errors = _errors(chosen[level], drives, named.DEFAULT)
+        yield Claim(
+            f"estimator.bias-{level:g}",
+            f"The default estimator's bias is small at {level:g} N·m, with scatter and on all tyres.",
+            GOAL,
+            None,
+            abs(mean(errors)),
+            at_most(LARGEST_BIAS),
+            "N*m",
+            f"Signed: {mean(errors):+.2f} N·m, of {len(chosen[level])} cars: uncertain by "
+            f"{deviation(errors) / math.sqrt(len(chosen[level])):.2f} N·m.",
+        )
+        yield Claim(
+            f"estimator.deviation-{level:g}",
+            f"The default estimator's standard deviation is small at {level:g} N·m, with scatter and on all tyres.",
+            GOAL,
+            None,
+            deviation(errors),
+            at_most(largest),
+            "N*m",
+            "The gains of the torque sensors scatter by 10 % each, which no estimator can see; less what they explain: "
+            f"{deviation(_without_gains(chosen[level], drives)):.2f} N·m.",
+        )
+    healthy = means(drives.of(groups["Healthy"]), named.DEFAULT)
+    yield Claim(
+        "estimator.auc-slight",
+        "One drive with 1 to 2 N·m more is told from a healthy one by the estimate alone, whatever the car.",
+        GOAL,
+        None,
+        area_under_curve(healthy, means(drives.of(groups["PWM 15%"]), named.DEFAULT)),
+        at_least(0.999),
+        "",
+        "AUC over all pairs of a healthy and a faulty drive of any two cars, added friction drawn from 1 to 2 N·m.",
+    )
+
+
+def ratios(cases: tuple[Case, ...], drives: Drives) -> np.ndarray:
+    """Mean estimate over the own level of the car, per drive."""
+    found = []
+    for case in cases:
+        digest = drives.digests.get(case)
+        known = drives.digests.get(case.reference) if case.reference is not None else None
+        if digest is not None and known is not None and known.verdict is not None and known.verdict.level is not None:
+            found.append(digest.mean(named.DEFAULT) / known.verdict.level[0])
+    return np.array(found)

@@ -1,0 +1,101 @@
+"""Runs the drives that the parts of the study ask for: each once, on all cores, references first."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from tierod.core.errors import TierodError
+from tierod.experiments.effort import Progress
+from tierod.experiments.workers import Failure, spread
+from tierod.papers.friction.cases import Case
+from tierod.papers.friction.digest import Digest, digest
+
+Wants = Mapping[Case, Iterable[str]]
+"""Drives with the names of the estimators that are to see them."""
+
+
+@dataclass(frozen=True)
+class _Task:
+    case: Case
+    names: tuple[str, ...]
+    level: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Drives:
+    """All drives of a study.
+
+    Args:
+        digests: of every drive that went well
+        failures: (drive, why) of the others
+    """
+
+    digests: Mapping[Case, Digest]
+    failures: tuple[tuple[Case, str], ...] = ()
+
+    def of(self, cases: Iterable[Case]) -> list[Digest]:
+        """The digests of those drives that went well, in order."""
+        return [self.digests[case] for case in cases if case in self.digests]
+
+    @property
+    def hours(self) -> float:
+        """Of driving."""
+        return sum(each.seconds for each in self.digests.values()) / 3600.0
+
+
+def run_drives(parts: Iterable[Wants], processes: int | None, progress: Progress) -> Drives:
+    """Every drive once, with all estimators that any part wants.
+
+    Args:
+        parts: what each part of the study wants
+        processes: how many work at a time; all cores if None
+        progress: told the share of the driving done
+
+    Raises:
+        TierodError: no drive at all went well
+    """
+    wants: dict[Case, set[str]] = {}
+    for part in parts:
+        for case, names in part.items():
+            wants.setdefault(case, set()).update(names)
+            if case.reference is not None:
+                wants.setdefault(case.reference, set())
+    minutes, done = sum(case.minutes for case in wants), 0.0
+    digests: dict[Case, Digest] = {}
+    failures: list[tuple[Case, str]] = []
+    for tasks in (_first(wants), _then(wants)):
+        # The level of a reference is known only now, so the tasks of the second round are made here.
+        given = [_with_level(task, digests) for task in tasks]
+        given.sort(key=lambda task: -task.case.minutes)
+        for number, result in spread(_work, given, processes or os.cpu_count() or 1):
+            case = given[number].case
+            if isinstance(result, Failure):
+                failures.append((case, result.reason))
+            else:
+                digests[case] = result
+            done += case.minutes
+            progress(done / minutes, f"{len(wants)} drives, {minutes / 60.0:.1f} h")
+    if wants and not digests:
+        raise TierodError(f"no drive of the study went well; the first one ended so: {failures[0][1]}")
+    return Drives(digests, tuple(failures))
+
+
+def _first(wants: Mapping[Case, set[str]]) -> list[_Task]:
+    return [_Task(case, tuple(sorted(names))) for case, names in wants.items() if case.reference is None]
+
+
+def _then(wants: Mapping[Case, set[str]]) -> list[_Task]:
+    return [_Task(case, tuple(sorted(names))) for case, names in wants.items() if case.reference is not None]
+
+
+def _with_level(task: _Task, digests: Mapping[Case, Digest]) -> _Task:
+    known = digests.get(task.case.reference) if task.case.reference is not None else None
+    level = known.verdict.level if known is not None and known.verdict is not None else None
+    return _Task(task.case, task.names, level)
+
+
+def _work(task: Any) -> Digest:
+    return digest(task.case, task.names, task.level)

@@ -1,0 +1,77 @@
+"""The study of friction: all drives first, then one part after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tierod.core.claims import Claim, exactly
+from tierod.core.content import Heading, Item
+from tierod.experiments.effort import Effort, Progress
+from tierod.papers.friction import (
+    baseline,
+    choices,
+    conditions,
+    exactness,
+    fleet,
+    hysteresis,
+    laws,
+    paper_sets,
+    picture,
+    plant,
+    refined_claims,
+    refined_figures,
+    steps,
+    verdicts,
+)
+from tierod.papers.friction.fleet import GOAL
+from tierod.papers.friction.runs import Drives, run_drives
+
+WANTS = (paper_sets.wants, conditions.wants, picture.wants, fleet.wants, exactness.wants, laws.wants, steps.wants)
+PARTS = (
+    baseline.items,
+    refined_figures.items,
+    refined_claims.items,
+    choices.items,
+    conditions.items,
+    picture.items,
+    fleet.items,
+    verdicts.items,
+    exactness.items,
+    laws.items,
+    steps.items,
+)
+_DRIVING = 0.9
+"""Share of the work that is driving, for the progress."""
+
+
+def items(effort: Effort, progress: Progress) -> Iterator[Item]:
+    """All that the study finds out."""
+
+    def driving(share: float, what: str) -> None:
+        progress(_DRIVING * share, what)
+
+    drives = run_drives([wanted(effort) for wanted in WANTS], effort.processes, driving)
+    for part in PARTS:
+        yield from part(drives, effort)
+    progress(_DRIVING, "lock-to-lock turns")
+    yield from hysteresis.items(hysteresis.turns(effort))
+    progress(0.5 * (1.0 + _DRIVING), "the virtual car")
+    yield from plant.items()
+    yield from _ended(drives)
+    progress(1.0, "done")
+
+
+def _ended(drives: Drives) -> Iterator[Item]:
+    if drives.failures:
+        text = [f"{case}: {reason}" for case, reason in drives.failures]
+        yield Heading("Drives that did not end well", tuple(text))
+    yield Claim(
+        "plant.drives-ended",
+        "Every virtual drive of the study runs to its end.",
+        GOAL,
+        None,
+        float(len(drives.failures)),
+        exactly(0.0),
+        "",
+        f"Drives that did not, of {len(drives.failures) + len(drives.digests)}, {drives.hours:.1f} h in all.",
+    )

@@ -1,0 +1,92 @@
+"""What the verdict says of a fleet, each car against its own level."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from tierod.core.claims import Claim, at_least, exactly
+from tierod.core.content import Item, Table
+from tierod.core.findings import Status
+from tierod.experiments.effort import Effort
+from tierod.experiments.figures import area_under_curve, rate_bound
+from tierod.papers.friction.cases import Case
+from tierod.papers.friction.digest import ALARM, Verdict
+from tierod.papers.friction.fleet import FOUND, GOAL, faulty_drives, healthy_drives, ratios
+from tierod.papers.friction.paper_sets import paper_sets
+from tierod.papers.friction.runs import Drives
+
+
+def items(drives: Drives, effort: Effort) -> Iterator[Item]:
+    """The table and the claims."""
+    faulty = faulty_drives(effort)
+    yield _verdicts({"Healthy": healthy_drives(effort)} | faulty, drives, effort)
+    yield from _claims(faulty, drives, effort)
+
+
+def _judged(cases: tuple[Case, ...], drives: Drives) -> list[Verdict]:
+    return [each.verdict for each in drives.of(cases) if each.verdict is not None]
+
+
+def _sound(effort: Effort, drives: Drives) -> list[tuple[Case, Verdict]]:
+    """The paper's healthy drives, each judged against a level of another day."""
+    cases = [case for case in paper_sets(effort).all_of("Healthy") if case in drives.digests]
+    return list(zip(cases, _judged(tuple(cases), drives), strict=True))
+
+
+def _verdicts(groups: dict[str, tuple[Case, ...]], drives: Drives, effort: Effort) -> Table:
+    rows = []
+    sound = _sound(effort, drives)
+    named_groups = {"paper's healthy drives": [verdict for _, verdict in sound]}
+    named_groups |= {state: _judged(cases, drives) for state, cases in groups.items() if state != "Healthy"}
+    for state, verdicts in named_groups.items():
+        counts = [sum(verdict.status is status for verdict in verdicts) for status in (Status.HEALTHY, *FOUND)]
+        others = len(verdicts) - sum(counts)
+        low = min((verdict.ratios[0] for verdict in verdicts), default=math.nan)
+        high = max((verdict.ratios[1] for verdict in verdicts), default=math.nan)
+        rows.append((state, str(len(verdicts)), *map(str, counts), str(others), f"{low:.2f} to {high:.2f}"))
+    return Table(
+        "Verdicts against the car's own level, learnt on another drive, other roads and other tyres",
+        ("drives", "number", "healthy", "rising", "fault", "suspect", "not judged", "ratio to the own level"),
+        tuple(rows),
+    )
+
+
+def _claims(faulty: dict[str, tuple[Case, ...]], drives: Drives, effort: Effort) -> Iterator[Claim]:
+    verdicts = [verdict for cases in faulty.values() for verdict in _judged(cases, drives)]
+    expected = sum(len(cases) for cases in faulty.values())
+    yield Claim(
+        "verdict.faults-found",
+        "Against the car's own level every drive with a fault of 1 N·m or more is found.",
+        GOAL,
+        None,
+        float(expected - sum(verdict.status in FOUND for verdict in verdicts)),
+        exactly(0.0),
+        "",
+        f"Drives not found, of {expected}.",
+    )
+    pairs = ratios(faulty["PWM 15%"], drives)
+    yield Claim(
+        "verdict.auc-slight",
+        "As a ratio to the own level, 1 to 2 N·m more are told from healthy drives whatever the car.",
+        GOAL,
+        None,
+        area_under_curve(ratios(paper_sets(effort).all_of("Healthy"), drives), pairs),
+        at_least(0.999),
+        "",
+        "AUC of the mean estimate over the level learnt on another drive.",
+    )
+    sound = _sound(effort, drives)
+    minutes = sum(case.minutes for case, _ in sound)
+    alarmed = sum(case.minutes for case, verdict in sound if verdict.worst >= ALARM)
+    yield Claim(
+        "verdict.healthy-minutes",
+        "Against the car's own level none of the healthy minutes of Table 2 alarms.",
+        GOAL,
+        None,
+        alarmed if sound else math.nan,
+        exactly(0.0),
+        "min",
+        f"Minutes of drives with an alarm at any time, of {minutes:.0f}; at most "
+        f"{rate_bound(0, minutes / 60.0):.2g} alarms an hour with 95 % confidence if none.",
+    )

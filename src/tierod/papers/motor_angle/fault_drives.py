@@ -1,0 +1,146 @@
+"""Drives of the motor bench with faults inside the loop: what the current control reads is what is recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tierod.core.graph import Result, scan
+from tierod.core.graph.trace import trace
+from tierod.monitors.motor_angle.signals import MotorAngleSample
+from tierod.papers.motor_angle.fault_kinds import Fault
+from tierod.proving_ground.cars.motor_bench import MotorBench
+
+RATE, SUBSTEPS = 1e4, 10
+CURRENT_NOISE, VOLTAGE_NOISE, ANGLE_NOISE = 0.15, 0.03, 5e-4
+NOISES = {
+    "motor_current_alpha": CURRENT_NOISE,
+    "motor_current_beta": CURRENT_NOISE,
+    "motor_voltage_alpha": VOLTAGE_NOISE,
+    "motor_voltage_beta": VOLTAGE_NOISE,
+    "motor_angle_mechanical": ANGLE_NOISE,
+}
+"""Standard deviations by signal."""
+ANGLE = MotorAngleSample._fields.index("motor_angle_mechanical")
+
+
+def course(time: np.ndarray, seed: int) -> np.ndarray:
+    """A superposition at work: four sines of the motor's angle, up to some 100 rad/s."""
+    random = np.random.default_rng(seed)
+    parts = [
+        random.uniform(0.4, 1.0) / (0.4 + f) * np.sin(2.0 * np.pi * f * time + random.uniform(0.0, 2.0 * np.pi))
+        for f in (0.15, 0.4, 0.9, 1.7)
+    ]
+    return 12.0 * np.sum(parts, axis=0) * np.clip(2.0 * time, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class BenchDrive:
+    """A drive as the monitor sees it.
+
+    Args:
+        samples: columns of `MotorAngleSample`, (n, columns), at `RATE`
+        speed: true speed of the shaft [rad/s], (n,)
+    """
+
+    samples: np.ndarray
+    speed: np.ndarray
+
+    @property
+    def time(self) -> np.ndarray:
+        """From the first sample [s]."""
+        return np.arange(len(self.speed)) / RATE
+
+
+def drive(seed: int, seconds: float, fault: Fault | None = None, start: float = 0.0) -> BenchDrive:
+    """A drive of the bench as it is recorded.
+
+    Args:
+        seed: of course and noises
+        seconds: how long
+        fault: None for a sound one
+        start: of the fault [s]
+    """
+    return noisy(clean_drive(seed, seconds, fault, start), np.random.default_rng([seed, 77]))
+
+
+def clean_drive(seed: int, seconds: float, fault: Fault | None = None, start: float = 0.0) -> BenchDrive:
+    """The same without noise; arguments as of `drive`."""
+    time = np.arange(round(seconds * RATE / SUBSTEPS)) * SUBSTEPS / RATE
+    inputs = bench_inputs(course(time, seed))
+    if fault is not None:
+        inputs |= faulty_ports(fault, time - start, inputs["target_motor_angle"])
+    found = scan(MotorBench(), np.column_stack(list(inputs.values())))
+    return recorded(found, inputs, 0.0 if fault is None else fault.quantum, start)
+
+
+def bench_inputs(target: np.ndarray) -> dict[str, np.ndarray]:
+    """What acts on a bench under control of its angle, nothing wrong.
+
+    Args:
+        target: angle, a value per step of the bench [rad]
+    """
+    names = trace(MotorBench()).sample
+    inputs = {name: np.full(len(target), 1.0 if name.endswith(".gain") else 0.0) for name in names}
+    return inputs | {"control": np.ones(len(target)), "target_motor_angle": target}
+
+
+def faulty_ports(fault: Fault, since: np.ndarray, target: np.ndarray) -> dict[str, np.ndarray]:
+    """What a fault does to the port of its signal.
+
+    Args:
+        fault: which
+        since: time from its begin on, a value per step of the bench; below zero before [s]
+        target: angle that is asked of the motor, likewise [rad]
+    """
+    on, since, port = since >= -1e-9, np.maximum(since, 0.0), f"ports.{fault.signal}"
+    gain, offset = fault.gain(since), fault.offset(since)
+    if fault.from_here:
+        offset = offset + (1.0 - gain) * target[np.argmax(on)]
+    return {
+        f"{port}.gain": np.where(on, gain, 1.0),
+        f"{port}.offset": np.where(on, offset, 0.0),
+        f"{port}.held": np.where(on & fault.held, 1.0, 0.0),
+    }
+
+
+def recorded(found: Result, inputs: Mapping[str, np.ndarray], quantum: float = 0.0, start: float = 0.0) -> BenchDrive:
+    """What the bench's signals are behind their ports; slow signals at their instants.
+
+    Args:
+        found: outputs of the bench
+        inputs: that it had
+        quantum: steps of the angle, none if zero [rad]
+        start: of these steps [s]
+    """
+
+    def fine(name: str) -> np.ndarray:
+        return np.column_stack([found[f"motor.fine.{name}.{k}"] for k in range(SUBSTEPS)]).ravel()
+
+    def through(name: str) -> np.ndarray:
+        port, values = f"ports.{name}", fine(name)
+        held = np.repeat(inputs[f"{port}.held"], SUBSTEPS) > 0.5
+        if held.any():
+            values = np.where(held, values[np.argmax(held) - 1], values)
+        return np.repeat(inputs[f"{port}.gain"], SUBSTEPS) * values + np.repeat(inputs[f"{port}.offset"], SUBSTEPS)
+
+    speed = fine("motor_speed")
+    samples = np.full((len(speed), len(MotorAngleSample._fields)), np.nan)
+    for name in NOISES:
+        samples[:, MotorAngleSample._fields.index(name)] = fine(name) if "voltage" in name else through(name)
+    if quantum:
+        angle = samples[round(start * RATE) :, ANGLE]
+        angle[:] = quantum * np.round(angle / quantum)
+    target = MotorAngleSample._fields.index("target_motor_angle_mechanical")
+    samples[::SUBSTEPS, target] = inputs["target_motor_angle"]
+    return BenchDrive(samples, speed)
+
+
+def noisy(clean: BenchDrive, random: np.random.Generator) -> BenchDrive:
+    """A drive with the noise of its sensors."""
+    samples = clean.samples.copy()
+    for name, noise in NOISES.items():
+        samples[:, MotorAngleSample._fields.index(name)] += noise * random.normal(size=len(samples))
+    return BenchDrive(samples, clean.speed)

@@ -1,0 +1,187 @@
+"""The angle of a motor from its back-EMF alone: no model of the rotor, no observer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.fields import check_ranges
+from tierod.core.graph.maths import all_of, arctan2, both, either, hypot, limit, present, sqrt, where
+from tierod.core.ranges import POSITIVE
+from tierod.models.stator_frame_motor import SampledMotorParameters
+from tierod.papers.motor_angle.printed_signals import (
+    WIDEST,
+    Sample,
+    fresh,
+    output_class,
+    residual,
+)
+from tierod.physics.angle import wrapped
+from tierod.physics.clarke_park import Direction, StatorVector, direction, park, turned
+from tierod.physics.lag import share_reached
+from tierod.physics.pm_motor import stator_flux_rate
+
+READINGS = ("corrected", "printed")
+SLOW = ("held", "increments")
+"""While the back-EMF tells nothing: the angle is held, or it follows the increments of the sensor."""
+
+
+class FeedforwardState(NamedTuple):
+    """Memory.
+
+    Args:
+        emf: filtered [V]
+        current: of the sample before [A]
+        known: whether that is known
+        speed: electrical [rad/s]
+        lagging: electrical angle of the filtered back-EMF [rad], unbounded
+        sensed: last angle of the sensor [rad]
+        begun: whether the sensor has told the beginning
+    """
+
+    emf: StatorVector
+    current: StatorVector
+    known: Any
+    speed: Any
+    lagging: Any
+    sensed: Any
+    begun: Any
+
+
+class Turning(NamedTuple):
+    """What the back-EMF tells.
+
+    Args:
+        lagging: electrical angle of the filtered back-EMF [rad]
+        electrical_angle: the same without the lag [rad]
+        electrical_speed: with its sign [rad/s]
+        standing: 1 while it is too small to tell anything: the angle is held
+    """
+
+    lagging: Any
+    electrical_angle: Any
+    electrical_speed: Any
+    standing: Any
+
+
+@dataclass(frozen=True)
+class FeedforwardAngle:
+    """The direction of the back-EMF, u - R i - L di/dt, filtered, its lag taken back.
+
+    Args:
+        parameters: of the motor
+        bandwidth: of the filter, which makes the derivative causal [rad/s]; 300 Hz
+        least_speed: below it the angle is held: the noise of the derivative is as large as the back-EMF
+        reading: "corrected", or "printed" with +L di/dt, which turns the angle by atan(2 L i_q / psi)
+        slow: below the least speed the angle is "held", or follows the sensor's "increments"
+
+    The quotient of (46) leaves half a turn open: of the two angles the one within a quarter of a turn of the last is
+    taken, and with it the sign of the speed.
+
+    Validity: the back-EMF of a slow motor tells nothing. A motor that turns a quarter of an electrical turn while its
+    angle is held leaves it wrong by half turns for good.
+    Source: Reinelt et al., eq (46); corrected: minus L dI/dt in both axes, the arctangent of two arguments.
+    """
+
+    parameters: SampledMotorParameters
+    bandwidth: Annotated[float, "rad/s", POSITIVE] = 1885.0
+    least_speed: Annotated[float, "rad/s", POSITIVE] = 6.0
+    reading: str = "corrected"
+    slow: str = "held"
+
+    Sample = Sample
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+        for name, known in (("reading", READINGS), ("slow", SLOW)):
+            if getattr(self, name) not in known:
+                raise ParameterError(
+                    f"{name} is '{getattr(self, name)}'{nearest(getattr(self, name), known)}; "
+                    f"expected {' or '.join(known)}"
+                )
+
+    def init(self) -> FeedforwardState:
+        """Nothing seen."""
+        none = StatorVector(0.0, 0.0)
+        return FeedforwardState(none, none, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def step(self, state: FeedforwardState, sample: Any) -> tuple[FeedforwardState, Any]:
+        """One sample on."""
+        pole_pairs = self.parameters.motor_pole_pairs
+        after, turning = self.turned(state, sample)
+        angle = turning.electrical_angle / pole_pairs
+        away = residual(after.begun, sample, angle, pole_pairs)
+        speed = turning.electrical_speed / pole_pairs
+        return after, output_class("standing")(angle, speed, turning.standing, away)
+
+    def turned(self, state: FeedforwardState, sample: Any) -> tuple[FeedforwardState, Turning]:
+        """One sample on: the memory, and what the back-EMF tells."""
+        p = self.parameters
+        first = fresh(state.begun, sample)
+        begun = where(either(state.begun, first), 1.0, 0.0)
+        emf = self._emf(state, sample)
+        before = where(first, p.motor_pole_pairs * sample.motor_angle_mechanical, state.lagging)
+        turning = self._turning(emf, before, self._increment(state, sample))
+        current, tells = StatorVector(sample.motor_current_alpha, sample.motor_current_beta), self._tells(sample)
+        kept = StatorVector(*(where(tells, new, old) for new, old in zip(current, state.current, strict=True)))
+        sensed = where(present(sample.motor_angle_mechanical), sample.motor_angle_mechanical, state.sensed)
+        known, speed = where(tells, 1.0, 0.0), turning.electrical_speed
+        return FeedforwardState(emf, kept, known, speed, turning.lagging, sensed, begun), turning
+
+    def _tells(self, sample: Any) -> Any:
+        return both(present(sample.motor_current_alpha), present(sample.motor_current_beta))
+
+    def _emf(self, state: FeedforwardState, sample: Any) -> StatorVector:
+        """The filtered back-EMF; turned on where anything is missing."""
+        p = self.parameters
+        mean = StatorVector(
+            0.5 * (sample.motor_current_alpha + state.current.alpha),
+            0.5 * (sample.motor_current_beta + state.current.beta),
+        )
+        voltage = StatorVector(sample.motor_voltage_alpha, sample.motor_voltage_beta)
+        rest = stator_flux_rate(voltage, mean, p.motor_resistance)
+        slope = p.motor_inductance / p.sample_time * (1.0 if self.reading == "printed" else -1.0)
+        alpha = rest.alpha + slope * (sample.motor_current_alpha - state.current.alpha)
+        beta = rest.beta + slope * (sample.motor_current_beta - state.current.beta)
+        whole = all_of(present(alpha), present(beta), state.known)
+        share = share_reached(p.sample_time * self.bandwidth)
+        carried = turned(Direction(*state.emf), limit(p.sample_time * state.speed, -WIDEST, WIDEST))
+        return StatorVector(
+            where(whole, state.emf.alpha + share * (alpha - state.emf.alpha), carried.cosine),
+            where(whole, state.emf.beta + share * (beta - state.emf.beta), carried.sine),
+        )
+
+    def _increment(self, state: FeedforwardState, sample: Any) -> Any:
+        """Electrical angle that the sensor has gained [rad]; 0 where it is not asked or tells nothing."""
+        if self.slow == "held":
+            return 0.0
+        gained = wrapped(sample.motor_angle_mechanical - state.sensed)
+        return self.parameters.motor_pole_pairs * where(both(present(gained), state.begun), gained, 0.0)
+
+    def _turning(self, emf: StatorVector, before: Any, increment: Any) -> Turning:
+        """The angle of the back-EMF nearest to the one before."""
+        p = self.parameters
+        own = park(emf, direction(before))
+        sign = where(own.q < 0.0, -1.0, 1.0)
+        length = hypot(emf.alpha, emf.beta)
+        standing = where(length < p.motor_pole_pairs * p.motor_flux * self.least_speed, 1.0, 0.0)
+        lagging = before + where(standing, increment, arctan2(-sign * own.d, sign * own.q))
+        lag, speed = self._lag(length / p.motor_flux)
+        moved = where(standing, 0.0, sign * lag)
+        return Turning(lagging, lagging + moved, where(standing, 0.0, sign * speed), standing)
+
+    def _lag(self, filtered: Any) -> tuple[Any, Any]:
+        """Angle by which the filtered back-EMF is behind, and the speed, from the speed that its length shows.
+
+        A first-order filter s/(1 - a/z), a = 1 - s, shortens by sqrt(1 + a x^2/s^2) and delays by
+        atan2(a x, s + a x^2/2) at an angle x per sample, to its third power. Half of x more is the voltage's mean.
+        """
+        p = self.parameters
+        share = share_reached(p.sample_time * self.bandwidth)
+        kept = 1.0 - share
+        shortened = limit(filtered * p.sample_time * kept**0.5 / share, 0.0, 0.8)
+        speed = filtered / sqrt(1.0 - shortened * shortened)
+        per_sample = p.sample_time * speed
+        behind = arctan2(kept * per_sample, share + 0.5 * kept * per_sample * per_sample)
+        return behind + 0.5 * per_sample, speed

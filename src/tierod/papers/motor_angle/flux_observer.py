@@ -1,0 +1,129 @@
+"""A sensorless flux observer with a phase-locked loop, as drives use them today."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.core.fields import check_ranges
+from tierod.core.graph.maths import absolute, all_of, both, either, limit, present, where
+from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.models.stator_frame_motor import SampledMotorParameters
+from tierod.papers.motor_angle.printed_signals import WIDEST, Sample, fresh, output_class, residual
+from tierod.physics.clarke_park import Direction, StatorVector, direction, electrical_angle, park, turned
+from tierod.physics.pm_motor import stator_flux_rate
+
+
+class FluxState(NamedTuple):
+    """Memory.
+
+    Args:
+        flux: of the stator [V*s]
+        current: of the sample before [A]
+        known: whether that is known
+        angle: electrical [rad], unbounded
+        speed: electrical [rad/s]
+        begun: whether the sensor has told the beginning
+    """
+
+    flux: StatorVector
+    current: StatorVector
+    known: Any
+    angle: Any
+    speed: Any
+    begun: Any
+
+
+@dataclass(frozen=True)
+class FluxObserver:
+    """The stator's flux from its voltages, the magnets' part held to its length, its direction followed by a loop.
+
+    No model of the rotor: a load does not disturb it. At low speed it needs the exact resistance, and standing it tells
+    nothing and drifts.
+
+    Args:
+        parameters: of the motor; inertia and damping are not used
+        bandwidth: of the loop, whose poles are both there
+        damping: by which the correction of the length grows with the speed
+
+    Source: Hinkkanen, Saarakkala, Awan, Molsa, Tuovinen, IEEE Trans. Ind. Appl. 54 (2018) 5506,
+    doi 10.1109/TIA.2018.2858753, eqs (9), (10), (30) and (36) for a motor without saliency, in the stator's axes; that
+    flux is the active flux of Boldea, Paicu, Andreescu, IEEE Trans. Power Electron. 23 (2008) 2612.
+    """
+
+    parameters: SampledMotorParameters
+    bandwidth: Annotated[float, "rad/s", POSITIVE] = 400.0
+    damping: Annotated[float, "", NOT_NEGATIVE] = 0.2
+
+    Sample = Sample
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+
+    def init(self) -> FluxState:
+        """Nothing seen."""
+        return FluxState(StatorVector(self.parameters.motor_flux, 0.0), StatorVector(0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
+
+    def step(self, state: FluxState, sample: Any) -> tuple[FluxState, Any]:
+        """One sample on."""
+        p, time = self.parameters, self.parameters.sample_time
+        first = fresh(state.begun, sample)
+        begun = where(either(state.begun, first), 1.0, 0.0)
+        current = StatorVector(sample.motor_current_alpha, sample.motor_current_beta)
+        ahead = state.angle + time * state.speed
+        rotor = direction(ahead)
+        flux = self._advanced(state, sample)
+        magnets = park(self._less_leakage(flux, current), rotor)
+        tells = both(present(magnets.d), present(magnets.q))
+        short = where(tells, p.motor_flux - magnets.d, 0.0)
+        away = where(tells, limit(magnets.q / p.motor_flux, -1.0, 1.0), 0.0)
+        kept = limit(
+            (p.motor_resistance / p.motor_inductance + 2.0 * self.damping * absolute(state.speed)) * time, 0.0, 1.0
+        )
+        flux = StatorVector(flux.alpha + kept * short * rotor.cosine, flux.beta + kept * short * rotor.sine)
+        angle = ahead + 2.0 * self.bandwidth * time * away
+        speed = state.speed + self.bandwidth * self.bandwidth * time * away
+        after = self._begun(state, first, begun, sample, FluxState(flux, current, 1.0, angle, speed, begun))
+        shaft = after.angle / p.motor_pole_pairs
+        told = residual(begun, sample, shaft, p.motor_pole_pairs)
+        return after, output_class()(shaft, after.speed / p.motor_pole_pairs, told)
+
+    def _advanced(self, state: FluxState, sample: Any) -> StatorVector:
+        """The flux a sample on; turned with the rotor where anything is missing."""
+        p = self.parameters
+        mean = StatorVector(
+            0.5 * (sample.motor_current_alpha + state.current.alpha),
+            0.5 * (sample.motor_current_beta + state.current.beta),
+        )
+        rate = stator_flux_rate(
+            StatorVector(sample.motor_voltage_alpha, sample.motor_voltage_beta), mean, p.motor_resistance
+        )
+        whole = all_of(present(rate.alpha), present(rate.beta), state.known)
+        travel = limit(p.sample_time * state.speed, -WIDEST, WIDEST)
+        carried = turned(Direction(*state.flux), travel)
+        return StatorVector(
+            where(whole, state.flux.alpha + p.sample_time * rate.alpha, carried.cosine),
+            where(whole, state.flux.beta + p.sample_time * rate.beta, carried.sine),
+        )
+
+    def _less_leakage(self, flux: StatorVector, current: StatorVector) -> StatorVector:
+        """The magnets' part of the stator's flux: what the current has not made."""
+        inductance = self.parameters.motor_inductance
+        return StatorVector(flux.alpha - inductance * current.alpha, flux.beta - inductance * current.beta)
+
+    def _begun(self, state: FluxState, first: Any, begun: Any, sample: Any, after: FluxState) -> FluxState:
+        """The memory, begun at the sensor's angle; before that, as it was."""
+        p = self.parameters
+        at = electrical_angle(sample.motor_angle_mechanical, p.motor_pole_pairs)
+        rotor: Direction = direction(at)
+        tells = both(present(after.current.alpha), present(after.current.beta))
+        made = [where(tells, p.motor_inductance * each, 0.0) for each in after.current]
+        flux = [
+            where(first, p.motor_flux * axis + own, where(state.begun, new, old))
+            for axis, own, new, old in zip(rotor, made, after.flux, state.flux, strict=True)
+        ]
+        current = [where(tells, new, old) for new, old in zip(after.current, state.current, strict=True)]
+        angle = where(first, at, where(state.begun, after.angle, state.angle))
+        speed = where(state.begun, after.speed, state.speed)
+        known = where(tells, 1.0, 0.0)
+        return FluxState(StatorVector(*flux), StatorVector(*current), known, angle, speed, begun)

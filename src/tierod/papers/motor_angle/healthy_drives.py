@@ -1,0 +1,174 @@
+"""Many drives of the bench with sound sensors and motors that differ from the vehicle file: alarms and residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from tierod.core.graph import scan
+from tierod.core.graph.maths import any_of, maximum, where
+from tierod.experiments.processes import in_processes
+from tierod.monitors.motor_angle.detector import MotorAngleMonitor
+from tierod.monitors.motor_angle.signals import MotorAngleSample
+from tierod.papers.motor_angle.fault_drives import RATE, clean_drive, noisy
+from tierod.vehicles import load
+
+SECONDS = 60.0
+"""Of a drive [s]."""
+MOTORS = 3
+"""Motors, each with noise of its own, that are told one drive: the bench takes as long as the monitor."""
+RESISTANCE, FLUX, INDUCTANCE = (0.8, 1.3), (0.94, 1.02), (0.93, 1.07)
+"""True values over those that the monitor is told: temperatures, tolerances."""
+STEPS = (0.819173, 0.671044, 0.549700)
+"""Of a number that spreads evenly over three ranges: powers of 1/1.220744, the root of x^4 = x + 1."""
+
+
+@dataclass(frozen=True)
+class AlarmWatch:
+    """A monitor of which only this is kept: whether the motor turns, whether anything alarmed, what counted.
+
+    Args:
+        monitor: that is watched
+    """
+
+    monitor: MotorAngleMonitor
+
+    Sample = MotorAngleSample
+
+    class State(NamedTuple):
+        """Of the monitor, and whether it has alarmed."""
+
+        monitor: Any
+        alarmed: Any
+
+    class Output(NamedTuple):
+        """1 while the angle is known, 1 from the first alarm on, the residual, and 1 where it counts."""
+
+        known: Annotated[float, ""]
+        alarmed: Annotated[float, ""]
+        residual: Annotated[float, "rad"]
+        counts: Annotated[float, ""]
+
+    def init(self) -> State:
+        """Nothing seen."""
+        return self.State(self.monitor.init(), 0.0)
+
+    def step(self, state: State, sample: Any) -> tuple[State, Output]:
+        """One sample on."""
+        after, told = self.monitor.step(state.monitor, sample)
+        alarms = any_of(*(each > 0.5 for each in (*told.alarms[:-1], *told.alarms.electrical)))
+        alarmed = maximum(state.alarmed, where(alarms, 1.0, 0.0))
+        return self.State(after, alarmed), self.Output(told.known, alarmed, told.residual, told.counts)
+
+
+class HealthyDrive(NamedTuple):
+    """What one sound drive gave.
+
+    Args:
+        turning: time in which the angle was known [s]
+        alarmed: whether any test alarmed
+        residuals: that counted, one a millisecond, electrical [rad]
+    """
+
+    turning: float
+    alarmed: bool
+    residuals: np.ndarray
+
+
+@dataclass(frozen=True)
+class HealthyDrives:
+    """Sound drives, every one with a motor of its own.
+
+    Args:
+        drives: in the order of their seeds
+        seconds: of each
+    """
+
+    drives: tuple[HealthyDrive, ...]
+    seconds: float
+
+    @property
+    def hours(self) -> float:
+        """Of all drives [h]."""
+        return len(self.drives) * self.seconds / 3600.0
+
+    @property
+    def turning(self) -> float:
+        """Of these, with a known angle [h]."""
+        return sum(drive.turning for drive in self.drives) / 3600.0
+
+    @property
+    def alarms(self) -> int:
+        """Drives with an alarm of any test."""
+        return sum(drive.alarmed for drive in self.drives)
+
+    @property
+    def greatest(self) -> float:
+        """Residual that counted, electrical [rad]."""
+        return max(float(np.abs(drive.residuals).max(initial=0.0)) for drive in self.drives)
+
+    def records(self, first: int, last: int, scale: float = 1.0) -> list[np.ndarray]:
+        """Residuals of some of the drives, times a scale [rad]."""
+        return [scale * drive.residuals.astype(float) for drive in self.drives[first:last] if len(drive.residuals)]
+
+
+def healthy_drives(courses: int, first: int, processes: int | None = 1, seconds: float = SECONDS) -> HealthyDrives:
+    """Sound drives.
+
+    Args:
+        courses: how many, each told to `MOTORS` motors
+        first: seed
+        processes: that work at a time; one per core if None
+        seconds: of each drive
+
+    Raises:
+        TierodError: a drive failed
+    """
+    tasks = [(seed, seconds) for seed in range(first, first + courses)]
+    told = in_processes(_drives, tasks, processes)
+    return HealthyDrives(tuple(drive for drives in told for drive in drives), seconds)
+
+
+def other_motor(monitor: MotorAngleMonitor, number: int) -> MotorAngleMonitor:
+    """The monitor, told parameters of another motor.
+
+    Args:
+        monitor: with those of the vehicle file
+        number: of the motor; numbers in a row spread evenly over all three ranges, by an additive recurrence
+    """
+    p = monitor.observer.parameters
+    shares = [(0.5 + number * step) % 1.0 for step in STEPS]
+    resistance, flux, inductance = (
+        low + share * (high - low) for (low, high), share in zip((RESISTANCE, FLUX, INDUCTANCE), shares, strict=True)
+    )
+    told = replace(
+        p,
+        motor_resistance=p.motor_resistance / resistance,
+        motor_flux=p.motor_flux / flux,
+        motor_inductance=p.motor_inductance / inductance,
+    )
+    return replace(monitor, observer=replace(monitor.observer, parameters=told))
+
+
+@cache
+def bench_monitor() -> MotorAngleMonitor:
+    """The monitor of the bench, with the parameters of its vehicle file."""
+    return MotorAngleMonitor.of_vehicle(load("motor-bench"), 1.0 / RATE)
+
+
+def _drives(task: tuple[int, float]) -> list[HealthyDrive]:
+    return list(_told(*task))
+
+
+def _told(seed: int, seconds: float) -> Iterator[HealthyDrive]:
+    clean = clean_drive(seed, seconds)
+    for motor in range(MOTORS):
+        random = np.random.default_rng([seed, 11, motor])
+        watch = AlarmWatch(other_motor(bench_monitor(), seed * MOTORS + motor))
+        found = scan(watch, noisy(clean, random).samples)
+        kept = found["residual"][found["counts"] > 0.5].astype(np.float32)
+        yield HealthyDrive(float(found["known"].sum()) / RATE, bool(found["alarmed"][-1]), kept)

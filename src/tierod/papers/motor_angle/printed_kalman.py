@@ -1,0 +1,109 @@
+"""Extended Kalman filter of a motor in the rotor's axes, as a part of an observer of its angle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from tierod.core.block import Tree
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.graph.derivatives import jacobian
+from tierod.methods.estimators.gaussian import Prediction
+from tierod.methods.estimators.kalman import KalmanFilter
+from tierod.methods.estimators.kernels import predict_covariance
+from tierod.methods.estimators.linear_algebra import Vector
+from tierod.methods.estimators.shapes import Belief, leaf_values
+from tierod.models.discretise import discretise
+from tierod.monitors.motor_angle.tuning import MotorAngleTuning
+from tierod.papers.motor_angle.dq_motor import DqMotor, DqMotorParameters, LoadedDqMotor
+from tierod.physics.clarke_park import RotorVector
+
+JACOBIANS = ("corrected", "printed")
+
+
+@dataclass(frozen=True)
+class PrintedJacobianFilter(KalmanFilter):
+    """The same filter with the misprints of (40) in its covariance: what they cost, and nothing to use.
+
+    Source: Reinelt et al., eq (40): the torque stands in the column of i_sd instead of i_sq, and F[2,1] is divided by
+    L_sd instead of L_sq. The prediction itself stays right.
+    """
+
+    def _predict(self, state: Belief, inputs: Tree, process: Vector, entering: Vector) -> Prediction:
+        rows = jacobian(lambda mean: self.model.transition(mean, inputs, self.parameters), state.mean)
+        rows[2][0], rows[2][1] = rows[2][1], rows[2][0]
+        rows[1][0] = rows[1][0] * self.parameters.continuous.motor_saliency
+        covariance = predict_covariance(rows, state.covariance, process)
+        return Prediction(leaf_values(self.model.transition(state.mean, inputs, self.parameters)), covariance)
+
+
+@dataclass(frozen=True)
+class KalmanSpeed:
+    """The filter with its state of three, or of four with the load.
+
+    Args:
+        filter: of `speed_filter`
+    """
+
+    filter: KalmanFilter
+
+    @property
+    def tells(self) -> tuple[str, ...]:
+        """What it tells besides the speed."""
+        return ("motor_load_torque", "nis") if self._loaded else ("nis",)
+
+    @property
+    def _loaded(self) -> bool:
+        return "load_torque" in self.filter.model.State._fields
+
+    def start(self) -> Belief:
+        """At rest."""
+        return self.filter.init()
+
+    def advance(self, before: Belief, voltage: RotorVector, current: RotorVector) -> tuple[Belief, Any]:
+        """One sample on: (belief, (speed, load, nis))."""
+        model = self.filter.model
+        inputs = model.Input(*voltage) if self._loaded else model.Input(*voltage, 0.0)
+        after, estimate = self.filter.step(before, self.filter.Sample(inputs, model.Output(*current)))
+        return after, (*after.mean[2:], estimate.nis)
+
+
+def speed_filter(
+    p: DqMotorParameters, sample_time: float, tuning: MotorAngleTuning, load: bool = True, reading: str = "corrected"
+) -> KalmanFilter:
+    """Extended Kalman filter of currents and speed, and of the load where wanted.
+
+    Args:
+        p: of the motor
+        sample_time: [s]; a fifth of the electrical time constant or shorter, since (34) is sampled by Euler's rule
+        tuning: noises; those of voltage, current, speed and load are used
+        load: whether the load is a state
+        reading: "corrected", or "printed" for the Jacobian of (40)
+
+    Raises:
+        ParameterError: too long a sample time, or another reading
+
+    Source: Reinelt et al., eqs (34) to (45). Corrected: the Jacobian (40) comes from the graph, and (42) takes the
+    expected output at the predicted state.
+    """
+    if reading not in JACOBIANS:
+        raise ParameterError(f"reading is '{reading}'{nearest(reading, JACOBIANS)}; expected {' or '.join(JACOBIANS)}")
+    share = sample_time * p.motor_resistance / p.motor_inductance
+    if not share <= 0.2:
+        raise ParameterError(
+            f"a sample of {sample_time:g} s is {share:.2g} of the electrical time constant; expected 0.2 at most"
+        )
+    model = discretise(LoadedDqMotor if load else DqMotor, "euler")
+    current = (tuning.voltage_noise * sample_time / p.motor_inductance) ** 2
+    process = (current, current, tuning.speed_wander**2, tuning.load_wander**2)
+    start = (tuning.current_noise**2, tuning.current_noise**2, tuning.first_speed**2, tuning.first_load**2)
+    states = 4 if load else 3
+    kind = PrintedJacobianFilter if reading == "printed" else KalmanFilter
+    return kind(
+        model,
+        model.Parameters(p, sample_time),
+        (0.0,) * states,
+        start[:states],
+        process[:states],
+        (tuning.current_noise**2,) * 2,
+    )

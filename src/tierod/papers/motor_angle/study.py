@@ -1,0 +1,36 @@
+"""The study of the motor's angle: one part after the other, from the paper's observers to the faults of the sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
+
+from tierod.core.content import Item
+from tierod.experiments.effort import Effort, Progress
+
+PARTS: Mapping[str, str] = {
+    "load_bias": "what an unknown load does",
+    "printed": "the observers side by side",
+    "table_one": "what a step costs",
+    "resistance": "a warmer winding",
+    "inverter": "voltages as commanded",
+    "figures": "the observers in the car",
+    "drawn_motors": "motors that differ from the vehicle file",
+    "standing": "standing, and a wrong beginning",
+    "temperature": "temperature",
+    "sensor_faults": "faults of the angle sensor",
+    "three_angles": "which of three angles is wrong",
+    "run_length": "time between false alarms",
+    "identified": "parameters from a drive",
+    "real_drives": "recordings of a real drive",
+}
+"""Module of every part, and what it is about."""
+
+
+def items(effort: Effort, progress: Progress) -> Iterator[Item]:
+    """All that the study finds out."""
+    for done, (name, title) in enumerate(PARTS.items()):
+        progress(done / len(PARTS), title)
+        part: Callable[[Effort], Iterator[Item]] = import_module(f"tierod.papers.motor_angle.{name}").items
+        yield from part(effort)
+    progress(1.0, "done")

@@ -1,0 +1,150 @@
+"""Table 1 of the paper, counted from the graphs, with the time of a step."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tierod.core.block import Block
+from tierod.core.claims import Claim, between
+from tierod.core.content import Heading, Item, Table
+from tierod.core.graph.kernel import kernel
+from tierod.core.graph.operation_count import OperationCount, operation_count
+from tierod.core.graph.trace import initial_memory
+from tierod.experiments.effort import Effort
+from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.papers.motor_angle.feedforward import FeedforwardAngle
+from tierod.papers.motor_angle.feedforward_load import FeedforwardWithLoad
+from tierod.papers.motor_angle.flux_observer import FluxObserver
+from tierod.papers.motor_angle.observer_accuracy import parameters
+from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, to_and_fro
+from tierod.papers.motor_angle.printed_observers import extended_kalman, luenberger, reduced_luenberger
+
+
+class PrintedCount(NamedTuple):
+    """A row of Table 1: multiplications, integrators, trigonometric functions and logic."""
+
+    multiplications: int
+    integrators: int
+    trigonometric: int
+
+
+PRINTED = {
+    "Luenberger": PrintedCount(19, 3, 4),
+    "reduced Luenberger": PrintedCount(24, 2, 4),
+    "Kalman filter": PrintedCount(115, 13, 4),
+    "feedforward": PrintedCount(7, 2, 6),
+}
+"""Reinelt et al., Table 1."""
+
+REPEATS = 7
+"""Of a run; the fastest counts."""
+
+PIECE = 1000
+"""Samples that are timed at once: other programs seldom interrupt a tenth of a millisecond."""
+
+
+def items(effort: Effort) -> Iterator[Item]:
+    """The table, and how near its multiplications are."""
+    yield Heading(
+        "What a step costs (Table 1)",
+        (
+            "Operations of one step, from the stator's axes to the angle, counted from the traced graph. What depends "
+            "on tuning alone is worked out once before; equal operations count once. Decisions stand for what the "
+            "paper leaves out: missing samples, the beginning at the sensor's angle, a difference within half a turn.",
+        ),
+    )
+    samples = to_and_fro(0, 0.5 if effort.quick else 2.0).samples
+    rows, counts = [], {}
+    for name, observer in observers().items():
+        counts[name] = operation_count(observer)
+        rows.append(_row(name, counts[name], nanoseconds(observer, samples)))
+    yield Table(
+        "Operations of a step: printed / counted",
+        ("observer", "multiplications", "additions", "divisions, roots", "trigonometric", "decisions", "states", "ns"),
+        tuple(rows),
+        "Printed are multiplications, integrators (here under states), trigonometric functions with logic. The time is "
+        "that of the fastest thousand samples on one core of whatever machine made this page.",
+    )
+    yield from _claims(counts)
+
+
+def observers() -> dict[str, Any]:
+    """The printed ones first, then with load, then the others."""
+    dq, fixed = parameters()
+    makers: dict[str, Callable[..., Any]] = {
+        "Luenberger": luenberger,
+        "reduced Luenberger": reduced_luenberger,
+        "Kalman filter": extended_kalman,
+    }
+    found: dict[str, Any] = {name: make(dq, SAMPLE_TIME, load=False, axes="measured") for name, make in makers.items()}
+    found["feedforward"] = FeedforwardAngle(fixed)
+    found |= {f"{name}, with load": make(dq, SAMPLE_TIME) for name, make in makers.items()}
+    found["feedforward, with load"] = FeedforwardWithLoad.of(fixed)
+    return found | {"flux observer": FluxObserver(fixed), "default": MotorAngleObserver(fixed)}
+
+
+def nanoseconds(observer: Block, samples: np.ndarray) -> float:
+    """Time of a step of the compiled block, in the fastest of many pieces of some runs."""
+    runner = kernel(observer)
+    outputs = np.empty((PIECE, len(runner.graph.output)))
+    best = np.inf
+    for _ in range(REPEATS):
+        memory = initial_memory(observer)
+        for first in range(0, len(samples) - PIECE + 1, PIECE):
+            piece = samples[first : first + PIECE]
+            start = time.perf_counter()
+            runner.scan(memory, piece, outputs, 0)
+            best = min(best, time.perf_counter() - start)
+    return float(best) / PIECE * 1e9
+
+
+def _row(name: str, count: OperationCount, took: float) -> tuple[str, ...]:
+    printed = PRINTED.get(name)
+    many, states, trigonometric = (f"{value} / " for value in printed) if printed else ("", "", "")
+    return (
+        name,
+        f"{many}{count.multiplications}",
+        f"{count.additions}",
+        f"{count.divisions + count.functions}",
+        f"{trigonometric}{count.trigonometric}",
+        f"{count.decisions}",
+        f"{states}{count.states}",
+        f"{took:.0f}",
+    )
+
+
+def _claims(counts: dict[str, OperationCount]) -> Iterator[Claim]:
+    for name, key, note in (
+        ("Luenberger", "luenberger", "Park's transforms included."),
+        (
+            "Kalman filter",
+            "kalman",
+            "Park's transforms included; the covariance has six numbers here, nine in the paper.",
+        ),
+    ):
+        printed, counted = PRINTED[name].multiplications, counts[name].multiplications
+        yield Claim(
+            f"motor-angle.table-one.{key}",
+            f"Multiplications of a step of the {name} as printed",
+            "Reinelt et al., Table 1",
+            printed,
+            counted,
+            between(round(0.75 * printed), round(1.25 * printed)),
+            "",
+            note,
+        )
+    yield Claim(
+        "motor-angle.table-one.order",
+        "The Kalman filter is the dearest of the four, the other three are alike",
+        "Reinelt et al., below Table 1",
+        None,
+        counts["Kalman filter"].multiplications
+        / max(counts[name].multiplications for name in ("Luenberger", "reduced Luenberger", "feedforward")),
+        between(2.0, 20.0),
+        "",
+        "Multiplications over those of the dearest of the others.",
+    )

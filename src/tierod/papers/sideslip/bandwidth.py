@@ -1,0 +1,131 @@
+"""Noise against bandwidth: what faster poles cost both observers, and where Kalman gains lie."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from tierod.core.claims import Claim, at_most
+from tierod.core.content import Chart, Heading, Item, Lines, Panel
+from tierod.experiments.effort import Effort
+from tierod.models.steered_vehicle import SteeredVehicle
+from tierod.monitors.sideslip.conventional import conventional_poles
+from tierod.monitors.sideslip.two_stage import two_stage_poles
+from tierod.papers.sideslip.estimators import Build, Course, built, error, observed
+from tierod.papers.sideslip.matching import matched
+from tierod.papers.sideslip.setting import FAST, RATE, SLOW, Drive, Driven, on
+from tierod.papers.sideslip.table import FAST_GOAL, GOAL, PAPER, SEEDS, SLOW_GOAL
+
+CAR = "brush tyres"
+FACTORS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
+"""How much faster than the system the poles are."""
+
+WITH_POLES: dict[str, Build] = {"conventional": conventional_poles, "two-stage": two_stage_poles}
+PRINTED = 10.0
+
+
+@dataclass(frozen=True)
+class Traded:
+    """Of one observer at one speed, by factor.
+
+    Args:
+        noise: standard deviation that the sensors' noise makes [deg], (factors,)
+        errors: root mean square error [deg], (factors,)
+    """
+
+    noise: np.ndarray
+    errors: np.ndarray
+
+
+def items(effort: Effort) -> Iterator[Item]:
+    """The figure, and what it says of the printed factor."""
+    factors = FACTORS[::3] if effort.quick else FACTORS
+    yield Heading(
+        "Noise against bandwidth",
+        (
+            "The car with brush tyres, both manoeuvres. Poles are real, the given factor times the size of the "
+            "system's eigenvalues; those of the disturbance observer stay at 60 to 70 per second. Noise is the "
+            "standard deviation of the difference between two runs with other sensor noise, over the root of two.",
+        ),
+    )
+    found = {
+        (name, drive.speed): _traded(build, drive, factors)
+        for drive in (SLOW, FAST)
+        for name, build in WITH_POLES.items()
+    }
+    yield _chart(found, factors)
+    yield from _claims(found, factors)
+
+
+def _traded(build: Build, drive: Drive, factors: tuple[float, ...]) -> Traded:
+    p = matched(CAR, drive.speed, drive.steer)
+    runs = [on(drive, CAR, seed) for seed in SEEDS[:2]]
+    pairs = [_pair(build, p, factor, runs) for factor in factors]
+    return Traded(*(np.array(column) for column in zip(*pairs, strict=True)))
+
+
+def _pair(build: Build, p: SteeredVehicle.Parameters, factor: float, runs: list[Driven]) -> tuple[float, float]:
+    observer = build(p, 1.0 / RATE, factor)  # type: ignore[call-arg]
+    return _noise_and_error([observed(observer, run) for run in runs], runs)
+
+
+def _noise_and_error(courses: list[Course], runs: list[Driven]) -> tuple[float, float]:
+    first, second = (course.sideslip_angle[run.judged] for course, run in zip(courses, runs, strict=True))
+    noise = float(np.degrees(np.std(first - second) / np.sqrt(2.0)))
+    return noise, float(np.mean([error(course, run) for course, run in zip(courses, runs, strict=True)]))
+
+
+def _chart(found: dict[tuple[str, float], Traded], factors: tuple[float, ...]) -> Chart:
+    panels = []
+    for drive in (SLOW, FAST):
+        p = matched(CAR, drive.speed, drive.steer)
+        runs = [on(drive, CAR, seed) for seed in SEEDS[:2]]
+        kalman = {
+            f"{words}, Kalman": _noise_and_error([observed(built(f"{words}, Kalman", p), run) for run in runs], runs)
+            for words in WITH_POLES
+        }
+        for at, what in ((0, "noise"), (1, "error")):
+            marks = tuple(
+                Lines(name, factors, (found[name, drive.speed].noise, found[name, drive.speed].errors)[at])
+                for name in WITH_POLES
+            )
+            levels = tuple((name, pair[at]) for name, pair in kalman.items())
+            title = f"{what}, {drive.speed:g} m/s"
+            panels.append(Panel(title, "factor of the poles", f"{what} [deg]", marks, levels, logarithmic=True))
+    return Chart(
+        "noise-against-bandwidth",
+        "Noise and error of the observers over the speed of their poles",
+        "Sideslip angle. Dashed: the same observers with Kalman gains.",
+        "Noise and error of both observers over the factor of their poles, at 6.7 and 25 m/s.",
+        tuple(panels),
+    )
+
+
+def _claims(found: dict[tuple[str, float], Traded], factors: tuple[float, ...]) -> Iterator[Claim]:
+    for drive in (SLOW, FAST):
+        each = found["conventional", drive.speed]
+        best = int(np.argmin(each.errors))
+        yield Claim(
+            f"paper.ten-times-{drive.speed:g}",
+            f"Poles at least ten times farther left than the system's are a good choice ({drive.speed:g} m/s).",
+            f"{PAPER}, below eq (17)",
+            "at least 10",
+            each.errors[factors.index(PRINTED)] - each.errors[best] if PRINTED in factors else None,
+            at_most(0.01),
+            "deg",
+            f"Error above that of the best factor, {factors[best]:g}.",
+        )
+        for name in WITH_POLES:
+            errors = found[name, drive.speed].errors
+            yield Claim(
+                f"observers.poles-{name}-{drive.speed:g}",
+                f"With the best of its poles the {name} observer finds the sideslip angle ({drive.speed:g} m/s).",
+                GOAL,
+                None,
+                float(errors.min()),
+                at_most(SLOW_GOAL if drive is SLOW else FAST_GOAL),
+                "deg",
+                f"Factor {factors[int(np.argmin(errors))]:g}, the best of those in the figure; {CAR}.",
+            )

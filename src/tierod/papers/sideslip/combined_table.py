@@ -1,0 +1,156 @@
+"""The combined estimator with right and wrong beliefs, on roads that it does not know, with what the car measures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from tierod.core.claims import Claim, at_most
+from tierod.core.content import Item, Table
+from tierod.experiments.effort import Effort
+from tierod.papers.sideslip.combined_drives import (
+    FRONT,
+    NOTHING,
+    READINGS,
+    REAR,
+    WITH,
+    WITHOUT_TORQUE,
+    Belief,
+    both_stiff,
+    errors,
+    estimated,
+    general,
+    on,
+    right,
+    rms,
+    scaled,
+)
+
+GOAL = "goal of tierod"
+SEEDS = (201, 202, 203)
+"""Of steering, roads and sensors; the noises of the estimator were chosen on others (below 200)."""
+
+UNFOLLOWED = "nothing followed"
+
+
+@dataclass(frozen=True)
+class Case:
+    """A drive and a belief, with the claim that is made of it.
+
+    Args:
+        course: name of the drive
+        belief: what the estimator takes the car for
+        goal: root mean square error at most, with all signals [deg]; None where none was set
+        claim: name after the group
+    """
+
+    course: str
+    belief: Belief = right
+    goal: float | None = None
+    claim: str = ""
+
+
+RANDOM = "random steering"
+CASES = {
+    "random steering": Case(RANDOM, right, 0.05, "nominal"),
+    "sine, 0.3 Hz": Case("sine, 0.3 Hz", right, 0.05, "nominal-sine"),
+    "mixed drive from standstill": Case("mixed drive from standstill"),
+    "front stiffness +20 %": Case(RANDOM, scaled(**{FRONT: 1.2}), 0.05, "front-stiffness"),
+    "rear stiffness +20 %": Case(RANDOM, scaled(**{REAR: 1.2}), 0.05, "rear-stiffness"),
+    "both stiffnesses +20 %": Case(RANDOM, both_stiff, 0.05, "both-stiffnesses"),
+    "both stiffnesses -20 %": Case(RANDOM, scaled(**{FRONT: 0.8, REAR: 0.8}), 0.05, "both-stiffnesses-soft"),
+    "steering friction +50 %": Case(RANDOM, scaled(road_wheel_friction=1.5), 0.07, "steering-friction-high"),
+    "steering friction -50 %": Case(RANDOM, scaled(road_wheel_friction=0.5), 0.07, "steering-friction-low"),
+    "mass +3 %, yaw inertia +10 %": Case(RANDOM, scaled(mass=1.03, yaw_inertia=1.1)),
+    "axles and roll of no car in particular": Case(RANDOM, general),
+    "the same, sine, 0.3 Hz": Case("sine, 0.3 Hz", general),
+    "bank 3°": Case("bank 3°", right, 0.05, "bank"),
+    "bank 3°, both stiffnesses +20 %": Case("bank 3°", both_stiff),
+    "crosswind 500 N": Case("crosswind 500 N", right, 0.05, "crosswind"),
+    "low friction, 0.35": Case("low friction, 0.35", right, 0.3, "low-friction"),
+    "sine, 0.05 Hz": Case("sine, 0.05 Hz"),
+    "sine, 0.05 Hz, both stiffnesses +20 %": Case("sine, 0.05 Hz", both_stiff),
+}
+"""By name, as the table has them."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Of one case.
+
+    Args:
+        spread: standard deviation of the true sideslip angle [deg]
+        errors: root mean square error [deg] by what the car measures
+        covered: share of errors within the 95 % band, likewise
+    """
+
+    spread: float
+    errors: dict[str, float]
+    covered: dict[str, float]
+
+
+def measured(case: Case, seeds: tuple[int, ...]) -> Measured:
+    """All estimators over the drives of a case, seeds pooled."""
+    drives = [on(case.course, seed) for seed in seeds]
+    found: dict[str, float] = {}
+    covered: dict[str, float] = {}
+    for name in (*READINGS, UNFOLLOWED):
+        readings, tuning = (WITH, NOTHING) if name == UNFOLLOWED else (name, None)
+        pairs = [errors(drive, estimated(drive, case.belief, readings, tuning)) for drive in drives]
+        found[name] = rms(np.concatenate([error for error, _ in pairs]))
+        covered[name] = float(np.mean(np.concatenate([inside for _, inside in pairs])))
+    spread = np.degrees(np.std(np.concatenate([drive.truth("sideslip_angle") for drive in drives])))
+    return Measured(float(spread), found, covered)
+
+
+def items(effort: Effort) -> Iterator[Item]:
+    """The table and its claims."""
+    seeds = SEEDS[:1] if effort.quick else SEEDS
+    found = {name: measured(case, seeds) for name, case in CASES.items()}
+    yield _table(found)
+    for name, case in CASES.items():
+        if case.goal is None:
+            continue
+        yield Claim(
+            f"combined.{case.claim}",
+            f"Sideslip on the virtual car after a minute, {name}: root mean square error with all signals.",
+            GOAL,
+            None,
+            found[name].errors[WITH],
+            at_most(case.goal),
+            "deg",
+            f"Without the steering's torque {found[name].errors[WITHOUT_TORQUE]:.3f}.",
+        )
+    covered = [each.covered[WITH] for each in found.values()]
+    yield Claim(
+        "combined.coverage",
+        "The 95 % band of the sideslip angle holds the truth, worst case of the table.",
+        GOAL,
+        None,
+        min(covered),
+        None,
+        "",
+        f"Mean over the cases {np.mean(covered):.2f}.",
+    )
+
+
+def _table(found: dict[str, Measured]) -> Table:
+    columns = (*READINGS, UNFOLLOWED)
+    rows = [
+        (
+            name,
+            f"{each.spread:.2f}",
+            *(f"{each.errors[column]:.3f}" for column in columns),
+            f"{each.covered[WITH]:.2f}",
+        )
+        for name, each in found.items()
+    ]
+    return Table(
+        "Combined estimator: root mean square error of the sideslip angle after the first minute (degrees)",
+        ("case", "sideslip, std", *columns, "95 % band holds"),
+        tuple(rows),
+        "Three drives each, at 25 m/s but for the mixed one, with the parameters of the vehicle file. The column on "
+        "the right but one has all signals and believes the file to the letter.",
+    )

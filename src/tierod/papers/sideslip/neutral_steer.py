@@ -1,0 +1,68 @@
+"""Neutral steer: where the yaw rate alone does not show the sideslip, and the torque does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tierod.core.claims import Claim, exactly
+from tierod.core.content import Heading, Item
+from tierod.experiments.effort import Effort
+from tierod.methods.analysis.neutral_steer import Shown, shown, table
+from tierod.papers.sideslip.matching import from_file
+
+PAPER = "Yih, Ryu, Gerdes"
+RATIOS = (0.8, 0.95, 0.99, 1.0, 1.01, 1.05, 1.4)
+SPEEDS = (6.7, 25.0, 40.0)
+"""[m/s]."""
+
+
+def items(effort: Effort) -> Iterator[Item]:
+    """The table over understeer and speed, and the claims."""
+    speeds = SPEEDS[:2] if effort.quick else SPEEDS
+    found = shown(from_file(), RATIOS, speeds)
+    yield Heading(
+        "Neutral steer",
+        (
+            "Rank of what the outputs show, from the orthonormal staircase, for the car of the vehicle file whose rear "
+            "axle is made softer and stiffer. Rear over neutral is its cornering stiffness over that with which the "
+            "car neither understeers nor oversteers. The margin is how much of the sideslip is in what the yaw rate "
+            "shows, for states of usual size (0.02 rad, 0.2 rad/s): a rank counts the last crumb, the margin tells "
+            "that near neutral steer an error of the stiffness of one percent is as large as what is shown.",
+        ),
+    )
+    yield table(found)
+    neutral = [each for each in found if each.rear_over_neutral == 1.0]
+    yield from _claims(neutral, found)
+
+
+def _claims(neutral: list[Shown], all_of_them: list[Shown]) -> Iterator[Claim]:
+    yield Claim(
+        "paper.neutral-yaw-rate",
+        "In neutral steer the yaw rate alone does not show the sideslip.",
+        f"{PAPER}, section V",
+        "unobservable",
+        float(max(each.by_outputs[0].rank for each in neutral)),
+        exactly(1.0),
+        "",
+        "Largest rank over the speeds; two states.",
+    )
+    yield Claim(
+        "paper.neutral-aligning-torque",
+        "With the aligning torque as a second measurement the vehicle is always observable.",
+        f"{PAPER}, section VI",
+        "always",
+        float(min(each.by_outputs[1].rank for each in all_of_them)),
+        exactly(2.0),
+        "",
+        "Smallest rank over understeer and speed; two states.",
+    )
+    yield Claim(
+        "paper.neutral-steering-model",
+        "With the steering in the model, yaw rate and steering angle show all four states in neutral steer.",
+        f"{PAPER}, section V",
+        "observable",
+        float(min(each.by_outputs[2].rank for each in all_of_them)),
+        exactly(4.0),
+        "",
+        "Smallest rank over understeer and speed. The angle alone shows them as well.",
+    )

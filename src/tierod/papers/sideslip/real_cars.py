@@ -1,0 +1,23 @@
+"""Sideslip of two real cars, without the torque of the steering: race laps and a car park."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tierod.core.content import Heading, Item
+from tierod.experiments.effort import Effort
+from tierod.papers.sideslip import car_park, race_laps
+from tierod.papers.sideslip.real_recordings import recorded
+
+
+def items(effort: Effort) -> Iterator[Item]:
+    """Both cars, one after the other."""
+    yield Heading(
+        "Two real cars",
+        (
+            "Neither car measures the torque of its steering, so the combined estimator runs on speed, steering angle, "
+            "yaw rate and accelerations alone. It is causal and reads no signal that was filtered without lag.",
+        ),
+    )
+    yield from race_laps.items(recorded(race_laps.FILE, race_laps.VEHICLE), effort)
+    yield from car_park.items(recorded(car_park.FILE, car_park.VEHICLE))

@@ -1,0 +1,76 @@
+"""Recordings of real cars for the study of sideslip, and the claims that every one of them gives."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from tierod.core.claims import Claim, Goal, at_least, at_most
+from tierod.core.errors import MissingExtra
+from tierod.core.recording import Recording
+from tierod.monitors.sideslip.beside_truth import BesideTruth, ErrorFigures
+from tierod.vehicles import load
+
+DATA = "TIEROD_DATA"
+"""Environment variable that names the folder of the real recordings; without it ../shared/data is looked into."""
+
+NO_DATA = f"The recording is not here; name the folder that holds it with {DATA}."
+GOAL = "goal of tierod"
+
+
+def recorded(parts: tuple[str, str], vehicle: str) -> Recording | None:
+    """A recording of a real car; None where it is not here or cannot be read with what is installed."""
+    from tierod.io.derive import complete
+    from tierod.io.readers import read
+
+    path = Path(os.environ.get(DATA, "../shared/data")).joinpath(*parts)
+    if not path.exists():
+        return None
+    try:
+        return complete(read(path, channel_map=load(vehicle).channel_map))
+    except MissingExtra:
+        return None
+
+
+def share_in_band(seen: BesideTruth, until: float) -> str:
+    """Cell of a table: share of the truth after a time [s] in the band; empty for an estimate without one."""
+    return "" if seen.result is None else f"{100.0 * seen.figures(until).coverage:.0f} %"
+
+
+def claims(
+    name: str, where: str, found: ErrorFigures, goals: tuple[float, float], note: str, printed: str | None = None
+) -> Iterator[Claim]:
+    """What a recording says of mean error, root mean square error and band.
+
+    Args:
+        name: of the recording, in the names of the claims
+        where: on what, for people
+        found: error on the part that is judged
+        goals: mean absolute and root mean square error [deg]
+        note: on what was fitted
+        printed: mean absolute error that others publish
+    """
+    told: tuple[tuple[str, str, float, Goal, str], ...] = (
+        ("mean", "mean absolute error", math.degrees(found.mean_absolute), at_most(goals[0]), "deg"),
+        ("rms", "root mean square error", math.degrees(found.rms), at_most(goals[1]), "deg"),
+        ("band", "share of the truth in the 95 % band", found.coverage, at_least(0.9), ""),
+    )
+    for key, what, measured, goal, unit in told:
+        yield Claim(
+            f"cars.{name}-{key}",
+            f"The {what} of the sideslip on {where}.",
+            GOAL,
+            printed if key == "mean" else None,
+            measured,
+            goal,
+            unit,
+            note,
+        )
+
+
+def absent(name: str, keys: tuple[str, ...]) -> Iterator[Claim]:
+    """The same claims where the recording is not here."""
+    for key in keys:
+        yield Claim(f"cars.{name}-{key}", "Sideslip of a real car.", GOAL, None, None, None, "deg", NO_DATA)

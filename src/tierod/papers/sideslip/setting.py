@@ -1,0 +1,179 @@
+"""What the sideslip is estimated on: two virtual cars steered by wire, their sensors, their drives."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from tierod.core.recording import Recording
+from tierod.models.steer_by_wire import Actuator
+from tierod.proving_ground import Sensor, SensorSet, SingleTrack, run
+from tierod.proving_ground.cars import catalogue
+from tierod.proving_ground.courses.conditions import Adhesion, AnyCondition, Breeze, Slope
+from tierod.proving_ground.courses.course import Course
+from tierod.proving_ground.courses.open_loop import SineSteer
+from tierod.vehicles import load
+
+RATE = 1000.0
+"""Of the samples [Hz]."""
+
+SENSORS = SensorSet(
+    {
+        "yaw_rate": Sensor(noise=0.003, rate=RATE),
+        "road_wheel_angle": Sensor(noise=2e-4, rate=RATE),
+        "vehicle_speed": Sensor(noise=0.01, rate=RATE),
+        "motor_current": Sensor(noise=0.02, rate=RATE),
+        "lateral_acceleration": Sensor(noise=0.05, rate=RATE),
+        "longitudinal_acceleration": Sensor(noise=0.05, rate=RATE),
+    },
+    "A test car steered by wire, every millisecond: the sensors of the paper's car are not printed.",
+)
+"""Noise as a good gyroscope and an encoder at the pinion have it."""
+
+WHEELBASE = 2.64
+"""Of both cars [m]."""
+
+STRAIGHT_ON = 2.0
+"""At the beginning of every drive [s]; nothing is judged there."""
+
+
+@cache
+def virtual_car() -> Any:
+    """The virtual car steered by wire: two tracks, Magic Formula, relaxation, roll, kingpins that lift the car."""
+    return catalogue.load("steer-by-wire").block
+
+
+@cache
+def brush_car() -> Any:
+    """The same steering under a single track on brush tyres (Fiala) that follow at once; nothing lifts the car."""
+    chassis = SingleTrack(
+        mass=1640.0,
+        yaw_inertia=3500.0,
+        front_distance=1.33,
+        rear_distance=1.31,
+        front_stiffness=100e3,
+        rear_stiffness=140e3,
+        mechanical_trail=0.023,
+        contact_half_length=0.09,
+        weight_lever=0.0,
+        relaxation_length=0.05,
+    )
+    return dataclasses.replace(virtual_car(), chassis=chassis)
+
+
+def neutral(car: Any) -> Any:
+    """The car with a softer rear axle, so that it neither understeers nor oversteers: C_r = C_f a / b."""
+    front = 100e3
+    rear = front * 1.33 / 1.31
+    if isinstance(car.chassis, SingleTrack):
+        return dataclasses.replace(car, chassis=dataclasses.replace(car.chassis, rear_stiffness=rear))
+    return dataclasses.replace(car, chassis=car.chassis.with_axle_stiffness(front, rear))
+
+
+CARS = {"virtual car": virtual_car, "brush tyres": brush_car}
+"""By name, as tables have them."""
+
+
+@dataclass(frozen=True)
+class Drive:
+    """One drive with a sine at the steering wheel.
+
+    Args:
+        speed: [m/s]
+        steer: amplitude at the road wheels [deg]
+        frequency: [Hz]
+        conditions: road and air
+        neutral: whether the car neither under- nor oversteers
+        periods: of the sine
+    """
+
+    speed: float
+    steer: float
+    frequency: float
+    conditions: tuple[AnyCondition, ...] = ()
+    neutral: bool = False
+    periods: int = 5
+
+    def course(self) -> Course:
+        """For the proving ground."""
+        return SineSteer(
+            speed=self.speed,
+            amplitude=math.radians(self.steer) / steering_ratio(),
+            frequency=self.frequency,
+            periods=self.periods,
+            settle=STRAIGHT_ON,
+            rest=2.0,
+            conditions=self.conditions,
+        )
+
+
+SLOW = Drive(6.7, 8.0, 0.25)
+FAST = Drive(25.0, 1.3, 0.3)
+"""The two manoeuvres of the table: as the paper's test, and at country speed."""
+
+SLIPPERY = (Adhesion(left=0.35, right=0.35),)
+BANKED = (Slope(bank=math.radians(3.0)),)
+WINDY = (Breeze(crosswind=-6.7),)
+"""Crosswind that pushes a car at 25 m/s to the right with 500 N."""
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A recording on a uniform grid, with the truth.
+
+    Args:
+        time: [s], (n,)
+        signals: measured, by name, (n,) each
+        truths: by name, without the prefix, (n,) each
+    """
+
+    time: np.ndarray
+    signals: dict[str, np.ndarray] = field(default_factory=dict)
+    truths: dict[str, np.ndarray] = field(default_factory=dict)
+
+    @property
+    def judged(self) -> np.ndarray:
+        """Samples after the straight beginning, (n,)."""
+        return self.time >= STRAIGHT_ON
+
+    def torque(self) -> np.ndarray:
+        """Of the actuator at the road wheels [N m], from its current by the vehicle file, (n,)."""
+        return actuator().road_wheel_torque(actuator().motor_torque(self.signals["motor_current"]))
+
+
+def driven(car: Any, course: Course, seed: int) -> Driven:
+    """A car over a course."""
+    return of_recording(run(car, course, seed=seed, sensors=SENSORS).recording)
+
+
+def on(drive: Drive, name: str, seed: int) -> Driven:
+    """A drive of a car of `CARS`."""
+    car = CARS[name]()
+    return driven(neutral(car) if drive.neutral else car, drive.course(), seed)
+
+
+def of_recording(recording: Recording) -> Driven:
+    """What a recording of one of the cars holds."""
+    time = recording["yaw_rate"].time
+    truths = {
+        name.removeprefix("truth_"): np.interp(time, recording[name].time, recording[name].values)
+        for name in recording.names
+        if name.startswith("truth_")
+    }
+    return Driven(time, {name: recording[name].values for name in SENSORS.sensors}, truths)
+
+
+@cache
+def actuator() -> Actuator:
+    """Of the vehicle file."""
+    return load("steer-by-wire").parameters_for(Actuator)
+
+
+def steering_ratio() -> float:
+    """Of the vehicle file."""
+    return actuator().steering_ratio

@@ -1,0 +1,30 @@
+"""The study of sideslip: one part after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from tierod.core.content import Item
+from tierod.experiments.effort import Effort, Progress
+from tierod.papers.sideslip import bandwidth, combined, limits, neutral_steer, paper, real_cars, table
+
+Part = Callable[[Effort], Iterator[Item]]
+
+PARTS: tuple[tuple[str, Part], ...] = (
+    ("the paper's test", paper.items),
+    ("the observers side by side", table.items),
+    ("limits at low speed", limits.items),
+    ("noise against bandwidth", bandwidth.items),
+    ("neutral steer", neutral_steer.items),
+    ("the combined estimator", combined.items),
+    ("two real cars", real_cars.items),
+)
+"""What is worked out, in this order."""
+
+
+def items(effort: Effort, progress: Progress) -> Iterator[Item]:
+    """All that the study finds out."""
+    for done, (name, part) in enumerate(PARTS):
+        progress(done / len(PARTS), name)
+        yield from part(effort)
+    progress(1.0, "done")

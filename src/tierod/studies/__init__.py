@@ -1,1 +1,0 @@
-"""Campaigns over many virtual drives: the claims of the papers, one by one."""

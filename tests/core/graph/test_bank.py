@@ -1,0 +1,182 @@
+"""A bank gives the same numbers from every driver, and what its parts give one by one."""
+
+from collections import deque
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from bank_of_graph import HighestJudge, Lane, Marked, Pair, bank, ringed
+from tierod.core.block import leaves, tuning
+from tierod.core.errors import TraceError
+from tierod.core.graph import Bank, JudgeSample, Stream, Verdict, batch, maths, scan, trace
+from tierod.core.graph.kernel import print_c
+from tierod.core.graph.memory_layout import flat_memory
+from tierod.core.graph.operation_count import operation_count
+
+
+@pytest.fixture
+def samples():
+    values = np.random.default_rng(1).normal(size=(400, 2))
+    values[10], values[20, 0], values[30, 1] = np.nan, np.inf, np.nan
+    return values
+
+
+def by_hand(bank_, samples):
+    """Lanes one by one, the judge, then the copies; a deque for the judge's delay line. Output and final levels."""
+    states, judged, said = [lane.init() for lane in bank_.lanes], bank_.judge.init(), bank_.judge.feedback()
+    line = deque([judged[1].initial] * judged[1].size)
+    rows = []
+    for row in samples:
+        sample = Pair(*row.tolist())
+        stepped = [lane.step(state, sample, said) for lane, state in zip(bank_.lanes, states, strict=True)]
+        judged = (judged[0], judged[1]._replace(oldest=line.popleft()))
+        judged, verdict = bank_.judge.step(judged, JudgeSample(sample, tuple(out for _, out in stepped)))
+        line.append(judged[1].newest)
+        after, said = [state for state, _ in stepped], verdict.feedback
+        states = [after[int(j)] if j >= 0.0 else own for j, own in zip(verdict.adopt, after, strict=True)]
+        rows.append(tuple(verdict.output))
+    return np.array(rows), states
+
+
+@pytest.mark.parametrize("count", [2, 8, 11])
+def test_it_gives_what_its_parts_give_one_by_one(samples, count):
+    result = scan(bank(count), samples)
+    expected, states = by_hand(bank(count), samples)
+    np.testing.assert_allclose(result.values, expected, rtol=1e-9, atol=1e-12)
+    lanes = flat_memory(bank(count).init()._replace(lanes=tuple(states)))[: trace(bank(count)).lanes_memory]
+    shape = (-1, 3, 8)
+    mine = result.state.values[: len(lanes)].reshape(shape).transpose(0, 2, 1).reshape(-1, 3)[:count]
+    np.testing.assert_allclose(mine, np.array(states), rtol=1e-9, atol=1e-12)
+    assert (result["level"] > 0.0).any(), "lanes take over states"
+
+
+def test_the_virtual_machine_gives_what_compiled_code_gives(samples):
+    compiled, interpreted = scan(bank(), samples), scan(bank(), samples, engine="virtual machine")
+    np.testing.assert_allclose(interpreted.values, compiled.values, rtol=1e-11, atol=1e-12)
+    first = scan(bank(), samples[:150], engine="virtual machine")
+    second = scan(bank(), samples[150:], first.state, engine="virtual machine")
+    np.testing.assert_array_equal(np.vstack([first.values, second.values]), interpreted.values)
+
+
+def test_stream_and_batch_equal_a_scan_to_the_last_bit(samples):
+    offline, live = scan(bank(), samples), Stream(bank())
+    pushed = np.array([live.push(row) for row in samples])
+    np.testing.assert_array_equal(pushed, offline.values)
+    np.testing.assert_array_equal(live.state.values, offline.state.values)
+    banks = [replace(bank(), judge=HighestJudge(11, behind)) for behind in np.linspace(0.01, 0.2, 20)]
+    for each, result in zip(banks, batch(banks, [samples] * 20), strict=True):
+        np.testing.assert_array_equal(result.values, scan(each, samples).values)
+
+
+def test_it_goes_on_from_where_it_was(samples):
+    whole, first = scan(bank(), samples), scan(bank(), samples[:137])
+    second = scan(bank(), samples[137:], first.state)
+    np.testing.assert_array_equal(np.vstack([first.values, second.values]), whole.values)
+    assert second.state.count == len(samples)
+
+
+def test_banks_that_differ_in_floats_share_one_graph():
+    assert trace(bank()) is trace(replace(bank(), judge=HighestJudge(11, 0.3)))
+    assert trace(bank()).tuning == tuple(name for name, _ in tuning(bank()))
+    assert trace(bank()) is not trace(bank(12))
+    assert operation_count(bank(8)).trigonometric == 8 * 3
+
+
+def test_a_lane_is_one_loop_for_all_and_the_library_is_called_between_loops():
+    source = print_c(trace(bank(50)))
+    assert source.count("M(tanh)(") == source.count("M(log)(") == 1
+
+
+@dataclass(frozen=True)
+class Silent:
+    """Gives no feedback and adopts as it is told, whether such a lane exists or not."""
+
+    adopt: tuple[float, ...]
+
+    def feedback(self):
+        return ()
+
+    def init(self):
+        return ()
+
+    def step(self, state, sample):
+        return state, Verdict(sample.lanes[1], self.adopt)
+
+
+@dataclass(frozen=True)
+class Sum:
+    """Adds up; without feedback."""
+
+    gain: float = 1.0
+    Sample = Pair
+
+    def init(self):
+        return 0.0
+
+    def step(self, state, sample):
+        total = state + self.gain * sample.a
+        return total, Marked(total, sample.b)
+
+
+@dataclass(frozen=True)
+class Delayed:
+    """Calls the C library on what it remembers and no longer needs."""
+
+    gain: float = 1.0
+    Sample = Pair
+
+    def init(self):
+        return self.gain
+
+    def step(self, state, sample):
+        return state + self.gain * sample.a, Marked(maths.tanh(state), sample.b)
+
+
+def test_a_state_is_not_overwritten_before_the_library_has_been_called_on_it():
+    block, samples = Bank((Delayed(0.5), Delayed(0.3)), Silent((-1.0, -1.0))), np.full((5, 2), 0.2)
+    before = 0.3 + 0.06 * np.arange(5)
+    for engine in ("compiled", "virtual machine"):
+        expected = np.column_stack([np.tanh(before), samples[:, 1]])
+        np.testing.assert_allclose(scan(block, samples, engine=engine).values, expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("adopt", [(-1.0, 0.0), (1.0, 0.0), (7.0, float("nan")), (0.5, -0.2)])
+def test_every_driver_copies_alike_and_not_at_all_where_no_such_lane_is(adopt):
+    block, samples = Bank((Sum(1.0), Sum(2.0)), Silent(adopt)), np.arange(20.0).reshape(10, 2)
+    expected, state = [], block.init()
+    for row in samples:
+        state, output = block.step(state, Pair(*row.tolist()))
+        expected.append([leaf for _, leaf in leaves(output)])
+    np.testing.assert_array_equal(scan(block, samples).values, expected)
+    np.testing.assert_array_equal(scan(block, samples, engine="virtual machine").values, expected)
+
+
+def test_what_cannot_be_a_bank_is_refused():
+    with pytest.raises(TraceError, match="delay line"):
+        trace(ringed())
+    with pytest.raises(TraceError, match="differ in more than their floats"):
+        trace(Bank((Lane(), Sum()), HighestJudge(2)))
+    with pytest.raises(TraceError, match="3 lanes to adopt for 2 lanes"):
+        trace(Bank((Sum(), Sum()), Silent((-1.0, -1.0, -1.0))))
+    with pytest.raises(TraceError, match="no lanes"):
+        trace(Bank((), Silent(())))
+
+
+@dataclass(frozen=True)
+class Around:
+    """Calls a bank from its step."""
+
+    bank: Bank
+    Sample = Pair
+
+    def init(self):
+        return self.bank.init()
+
+    def step(self, state, sample):
+        return self.bank.step(state, sample)
+
+
+def test_a_bank_inside_a_block_is_refused():
+    with pytest.raises(TraceError, match="inside another block"):
+        trace(Around(Bank((Sum(), Sum()), Silent((-1.0, -1.0)))))

@@ -1,0 +1,116 @@
+"""What is printed with tables, branches and whole numbers is what the block says, to the last bit."""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from bank_of_graph import Pair
+from tierod.core.graph import KEEP, Bank, Verdict, maths, scan, trace
+from tierod.core.graph.branches import Condition, branches
+from tierod.core.graph.kernel import print_c
+from tierod.core.graph.operations import program
+from tierod.core.graph.picks import with_picks
+
+LANES = 12
+
+
+def by_number(values, number):
+    """The value of a number, by a chain of selections."""
+    result = values[0]
+    for place, value in enumerate(values[1:], 1):
+        result = maths.where(number == place, value, result)
+    return result
+
+
+def costly(x):
+    """Many operations on one value."""
+    for k in range(1, 20):
+        x = maths.sin(x) + k * x
+    return x
+
+
+@dataclass(frozen=True)
+class Level:
+    """A smoothed signal."""
+
+    share: float
+    Sample = Pair
+
+    def init(self):
+        return 0.0
+
+    def step(self, state, sample):
+        level = state + self.share * (maths.where(maths.present(sample.a), sample.b, 0.5) - 0.4 - state)
+        return level, (level, self.share)
+
+
+@dataclass(frozen=True)
+class ChoosingJudge:
+    """Picks by a number, and works out what is seldom needed."""
+
+    count: int = LANES
+
+    def feedback(self):
+        return ()
+
+    def init(self):
+        return 0.0
+
+    def step(self, state, sample):
+        number, rarely = sample.sample.a, sample.sample.b > 0.5
+        levels = [lane[0] for lane in sample.lanes]
+        picked, doubled = by_number(levels, number), by_number([2.0 * level for level in levels], number)
+        inner = maths.where(picked > 0.0, costly(picked), -1.0)
+        seldom = maths.where(rarely, costly(doubled) + inner, 0.0)
+        never_alone = costly(picked + 1.0)
+        flags = (picked > 0.0) + (doubled > 0.0) + maths.negated(rarely)
+        told = maths.where(maths.negated(rarely), never_alone, seldom)
+        again = maths.where(told > 3.0, costly(told), maths.where(rarely, costly(told + 1.0), told))
+        count = state + maths.where(maths.either(rarely, told > 0.0), 1.0, 0.0)
+        return count, Verdict((picked, doubled, seldom, told, again, flags, count), (KEEP,) * self.count)
+
+
+def bank():
+    return Bank(tuple(Level(0.1 + 0.05 * k) for k in range(LANES)), ChoosingJudge())
+
+
+def samples():
+    numbers = np.tile([0.0, 1.0, 5.0, 11.0, 12.0, -1.0, 2.5, np.nan, np.inf, -np.inf, 1e300], 20)
+    return np.column_stack([numbers, np.random.default_rng(3).uniform(0.0, 1.0, len(numbers))])
+
+
+def test_it_is_what_plain_numbers_and_the_virtual_machine_give():
+    block, given = bank(), samples()
+    compiled = scan(block, given).values
+    state, rows = block.init(), []
+    for row in given:
+        state, output = block.step(state, Pair(*row.tolist()))
+        rows.append(output)
+    np.testing.assert_allclose(compiled, np.array(rows), rtol=1e-11)
+    np.testing.assert_allclose(scan(block, given, engine="virtual machine").values, compiled, rtol=1e-11)
+
+
+def test_chains_become_tables_and_lanes_are_reached_by_their_number():
+    judge = with_picks(program(trace(bank()).judge.function))
+    assert judge.counts()["pick"] == 2
+    assert judge.counts()["eq"] == 0
+    source = print_c(trace(bank()))
+    assert source.count("o[(i") == 1
+    assert len(re.findall(r"const real w\d", source)) == 1
+
+
+def test_a_branch_holds_what_is_needed_under_its_condition_alone():
+    judge = with_picks(program(trace(bank()).judge.function))
+    parts = branches(judge)
+    numbers = [index for part in parts for index in part.operations]
+    assert sorted(numbers) == [k for k in range(len(judge.operations)) if k not in judge.invariant]
+    place = {index: k for k, index in enumerate(numbers)}
+    for index in numbers:
+        assert all(place[each] < place[index] for each in judge.operations[index].arguments if each in place)
+    found = {part.condition for part in parts} - {None}
+    assert any(not each.holds for each in found)
+    assert any(each.holds for each in found)
+    assert all(isinstance(each, Condition) for each in found)
+    always = [judge.operations[index].name for part in parts if part.condition is None for index in part.operations]
+    assert "sin" not in always

@@ -1,0 +1,242 @@
+"""The three drivers and both engines give the same numbers."""
+
+import math
+from collections import deque
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from blocks_of_graph import Everything, Pair
+from tierod.core.block import Ring, leaves, rebuild, tuning
+from tierod.core.errors import InputError, ParameterError
+from tierod.core.graph import Memory, Stream, batch, maths, scan, trace
+from tierod.core.graph.lanes import FEWEST
+from tierod.core.recording import Aligned
+
+
+@pytest.fixture
+def samples():
+    values = np.random.default_rng(1).normal(size=(2500, 2))
+    values[10], values[20, 0], values[30, 1] = np.nan, np.inf, np.nan
+    return values
+
+
+def by_hand(block, samples):
+    """The slow, obvious driver: plain floats, a deque for each delay line."""
+    state = block.init()
+    lines = {path: deque([leaf.initial] * leaf.size) for path, leaf in leaves(state) if isinstance(leaf, Ring)}
+    rows = []
+    for row in samples:
+        heads = [leaf._replace(oldest=lines[path].popleft()) if path in lines else leaf for path, leaf in leaves(state)]
+        state, output = block.step(rebuild(state, heads), block.Sample(*row.tolist()))
+        for path, leaf in leaves(state):
+            if path in lines:
+                lines[path].append(leaf.newest)
+        rows.append([leaf for _, leaf in leaves(output)])
+    return np.array(rows)
+
+
+def test_scan_gives_what_plain_floats_give(samples):
+    result = scan(Everything(), samples)
+    np.testing.assert_allclose(result.values, by_hand(Everything(), samples), rtol=1e-12, atol=1e-12)
+    assert result.names == ("result", "nested.a", "nested.b")
+
+
+def test_the_virtual_machine_gives_what_compiled_code_gives(samples):
+    interpreted = scan(Everything(), samples, engine="virtual machine")
+    compiled = scan(Everything(), samples, engine="compiled")
+    np.testing.assert_allclose(interpreted.values, compiled.values, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(interpreted.state.values, compiled.state.values, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("engine", ["compiled", "virtual machine"])
+def test_a_stream_equals_a_scan_to_the_last_bit(samples, engine):
+    block = Everything(gain=0.21)
+    offline = scan(block, samples, engine=engine)
+    live = Stream(block, engine=engine)
+    pushed = np.array([[leaf for _, leaf in leaves(live.push({"a": a, "b": b}))] for a, b in samples])
+    np.testing.assert_array_equal(pushed, offline.values)
+    np.testing.assert_array_equal(live.state.values, offline.state.values)
+    assert live.state.count == offline.state.count == len(samples)
+
+
+def test_lanes_equal_scans_to_the_last_bit(samples):
+    blocks = [Everything(gain=0.01 * lane) for lane in range(70)]
+    lengths = [2500 - 30 * lane for lane in range(70)]
+    results = batch(blocks, [samples[:length] for length in lengths])
+    for block, length, result in zip(blocks, lengths, results, strict=True):
+        alone = scan(block, samples[:length])
+        np.testing.assert_array_equal(result.values, alone.values)
+        np.testing.assert_array_equal(result.state.values, alone.state.values)
+
+
+def test_a_few_vehicles_run_one_by_one_to_the_same_bits(samples):
+    alone = batch(Everything(), [samples] * (FEWEST - 1))[0]
+    np.testing.assert_array_equal(alone.values, batch(Everything(), [samples] * FEWEST)[0].values)
+
+
+def test_lanes_share_one_calibration(samples):
+    for result in batch(Everything(), [samples, samples[:50]] * 8):
+        np.testing.assert_array_equal(result.values, scan(Everything(), samples).values[: len(result)])
+
+
+@pytest.mark.parametrize("cut", [0, 1, 7, 1003])
+@pytest.mark.parametrize("engine", ["compiled", "virtual machine"])
+def test_a_run_can_be_cut_and_carried_on(samples, cut, engine):
+    whole = scan(Everything(), samples, engine=engine)
+    first = scan(Everything(), samples[:cut], engine=engine)
+    second = scan(Everything(), samples[cut:], state=first.state, engine=engine)
+    np.testing.assert_array_equal(np.vstack([first.values, second.values]), whole.values)
+
+
+def test_a_batch_can_be_carried_on(samples):
+    first = batch(Everything(), [samples[:100]] * 20)
+    second = batch(Everything(), [samples[100:]] * 20, states=[result.state for result in first])
+    np.testing.assert_array_equal(second[2].values, scan(Everything(), samples).values[100:])
+
+
+def test_a_stream_pushes_the_blocks_own_sample_and_works_on_bound_buffers(samples):
+    named, bound = Stream(Everything()), Stream(Everything())
+    for row in samples[:50]:
+        outcome = named.push(Pair(*row))
+        bound.inputs[:] = row
+        bound.advance()
+        np.testing.assert_array_equal(bound.outputs, [leaf for _, leaf in leaves(outcome)])
+    assert outcome.nested.a == bound.outputs[1]
+
+
+def test_columns_are_found_by_name(samples):
+    aligned = Aligned(np.arange(len(samples)), samples[:, ::-1], ("b", "a"))
+    np.testing.assert_array_equal(scan(Everything(), aligned).values, scan(Everything(), samples).values)
+
+
+def test_blocks_that_differ_in_floats_share_one_graph():
+    assert trace(Everything(gain=1.0)) is trace(Everything(gain=2.0))
+    assert dict(tuning(Everything())) == {"gain": 0.3, "offset": 0.5}
+
+
+def test_wrong_samples_are_refused(samples):
+    with pytest.raises(InputError, match=r"2 signals \(a, b\).*\(2500, 1\)"):
+        scan(Everything(), samples[:, :1])
+    with pytest.raises(InputError, match="needs the signal 'b'; did you mean 'bb'"):
+        scan(Everything(), Aligned(np.arange(2500), samples, ("a", "bb")))
+    with pytest.raises(InputError, match="no 'b'.*NaN stands for a measurement"):
+        Stream(Everything()).push({"a": 1.0})
+    with pytest.raises(InputError, match=r"needs 2 numbers \(a, b\)"):
+        Stream(Everything()).push((1.0, 2.0, 3.0))
+    with pytest.raises(InputError, match="no output 'resul'; did you mean 'result'"):
+        scan(Everything(), samples)["resul"]
+    with pytest.raises(InputError, match="3 recordings came with 2 blocks"):
+        batch([Everything(), Everything()], [samples] * 3)
+    with pytest.raises(ParameterError, match="'jit' is unknown"):
+        scan(Everything(), samples, engine="jit")
+    with pytest.raises(InputError, match="not all numbers.*NaN where one is missing"):
+        scan(Everything(), [["a", "b"]])
+    with pytest.raises(InputError, match=r"needs 2 numbers \(a, b\).*own Sample"):
+        Stream(Everything()).push(1.0)
+    with pytest.raises(InputError, match=r"needs 2 numbers \(a, b\)"):
+        Stream(Everything()).push({"a": 1.0, "b": None})
+
+
+@pytest.mark.parametrize("engine", ["compiled", "virtual machine"])
+@pytest.mark.parametrize("state", [Memory(np.zeros(2), 0), Memory(np.zeros(12), 0), Memory(np.zeros(9), -1), (1.0,)])
+def test_the_state_of_another_block_is_refused(samples, state, engine):
+    with pytest.raises(InputError, match="remembers 9 numbers; go on from the state of a block of the same structure"):
+        scan(Everything(), samples, state, engine)
+    with pytest.raises(InputError, match="remembers 9 numbers"):
+        Stream(Everything(), state, engine)
+    with pytest.raises(InputError, match="remembers 9 numbers"):
+        batch(Everything(), [samples] * 16, [state] * 16)
+
+
+def test_a_state_is_not_changed_by_a_run(samples):
+    start = scan(Everything(), samples[:9]).state
+    before = start.values.copy()
+    scan(Everything(), samples, start)
+    batch(Everything(), [samples] * 16, [start] * 16)
+    Stream(Everything(), start).push(samples[0])
+    np.testing.assert_array_equal(start.values, before)
+
+
+@pytest.mark.parametrize("engine", ["compiled", "virtual machine"])
+def test_samples_may_lie_anyhow_in_memory(samples, engine):
+    expected = scan(Everything(), samples, engine=engine).values
+    frozen = samples.copy()
+    frozen.flags.writeable = False
+    for same in (frozen, np.asfortranarray(samples), np.repeat(samples, 2, axis=0)[::2], samples.astype(">f8")):
+        np.testing.assert_array_equal(scan(Everything(), same, engine=engine).values, expected)
+    assert scan(Everything(), samples[:0], engine=engine).values.shape == (0, 3)
+
+
+class Nested(NamedTuple):
+    pair: Pair
+    single: float
+
+
+@dataclass(frozen=True)
+class Sum:
+    """No state, no tuning, a nested sample."""
+
+    Sample = Nested
+
+    def init(self):
+        return ()
+
+    def step(self, state, sample):
+        return (), Pair(sample.pair.a + sample.single, sample.pair.b)
+
+
+@pytest.mark.parametrize("engine", ["compiled", "virtual machine"])
+def test_a_block_without_state_or_tuning_runs_and_takes_a_nested_sample(engine):
+    live = Stream(Sum(), engine=engine)
+    assert live.push(Nested(Pair(1.0, 2.0), 3.0)) == Pair(4.0, 2.0)
+    assert live.push({"pair.a": 1.0, "pair.b": 2.0, "single": 4.0}) == Pair(5.0, 2.0)
+    assert scan(Sum(), np.ones((1500, 3)), engine=engine).values.sum() == 3 * 1500
+
+
+@dataclass(frozen=True)
+class Rounded:
+    """Library functions of truth values and of each other, which compilers like to work out themselves."""
+
+    Sample = Pair
+
+    def init(self):
+        return (1.0,)
+
+    def step(self, state, sample):
+        held = maths.both(sample.a > 0.0, state[0])
+        return (held,), Pair(maths.expm1(held), maths.cos(maths.arctan(sample.b)))
+
+
+def test_library_functions_are_not_worked_out_by_the_compiler():
+    samples = np.array([[1.0, np.nan], [2.0, -np.inf], [-1.0, 1.0], [1.0, 0.5]])
+    result = scan(Rounded(), samples)
+    np.testing.assert_array_equal(batch(Rounded(), [samples] * 16)[0].values, result.values)
+    assert np.isnan(result["b"][0])
+    assert result["b"][1] == math.cos(math.atan(-math.inf))
+    assert result["a"][0] == math.expm1(1.0)
+
+
+@dataclass(frozen=True)
+class Weighted:
+    """A sum of the past with a weight."""
+
+    weight: float
+    Sample = Pair
+
+    def init(self):
+        return (0.0,)
+
+    def step(self, state, sample):
+        return (sample.a,), Pair(self.weight * sample.b, state[0] + self.weight * state[0])
+
+
+@pytest.mark.parametrize("engine", ["compiled", "virtual machine"])
+def test_a_weight_of_zero_hides_no_missing_sample(engine):
+    samples = np.ones((1200, 2))
+    samples[[5, 1100]] = np.nan
+    result = scan(Weighted(0.0), samples, engine=engine)
+    np.testing.assert_array_equal(np.flatnonzero(np.isnan(result["a"])), [5, 1100])
+    np.testing.assert_array_equal(np.flatnonzero(np.isnan(result["b"])), [6, 1101])

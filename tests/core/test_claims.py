@@ -1,0 +1,87 @@
+import json
+import math
+from importlib.resources import files
+
+import jsonschema
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tierod.core.claims import Claim, Goal, at_least, at_most, between, claims_document, exactly
+from tierod.core.errors import ParameterError
+
+SCHEMA = json.loads(files("tierod.core").joinpath("claims.schema.json").read_text(encoding="utf-8"))
+
+
+def claim(name="paper.bias", measured: float | None = 0.2, goal=at_most(0.3), printed=None):  # noqa: B008
+    return Claim(name, "The bias is small.", "tierod", printed, measured, goal, "N*m", "in 24 drives")
+
+
+@pytest.mark.parametrize(
+    ("goal", "inside", "outside", "text"),
+    [
+        (at_most(0.3), (0.3, -5.0), (0.31, math.inf), "<= 0.3"),
+        (at_least(0.999), (0.999, 1.0), (0.9989,), ">= 0.999"),
+        (between(1.5, 2.2), (1.5, 2.2), (1.49, 2.21), "1.5 to 2.2"),
+        (between(-2.0, -0.5), (-1.0,), (0.0,), "-2 to -0.5"),
+        (exactly(0.0), (0.0,), (1.0, -1.0), "= 0"),
+    ],
+)
+def test_a_goal_holds_within_its_ends_and_reads_back(goal, inside, outside, text):
+    assert all(goal.holds(value) for value in inside)
+    assert not any(goal.holds(value) for value in outside)
+    assert str(goal) == text
+    assert Goal.read(text) == goal
+
+
+@pytest.mark.parametrize("text", ["", "0.3", "< 0.3", "<= much", "1 to", "2 to 1", "nan to 1", "= nan"])
+def test_what_is_no_goal_is_refused(text):
+    with pytest.raises(ParameterError, match="goal"):
+        Goal.read(text)
+
+
+def test_a_goal_without_ends_is_none():
+    with pytest.raises(ParameterError, match="is none"):
+        Goal()
+
+
+@given(measured=st.floats(allow_nan=True, allow_infinity=True), limit=st.integers(-1000, 1000))
+def test_whether_a_claim_is_met_follows_from_its_row(measured, limit):
+    row = claim(measured=measured, goal=at_most(limit)).row()
+    if math.isfinite(measured):
+        assert row["met"] is Goal.read(row["goal"]).holds(row["measured"])
+    else:
+        assert (row["measured"], row["met"]) == (None, False)
+
+
+def test_nothing_is_said_without_a_goal_or_a_measurement():
+    assert claim(goal=None).met is None
+    assert claim(measured=None).met is None
+
+
+def test_met_cannot_be_typed():
+    with pytest.raises(TypeError, match="met"):
+        Claim("paper.bias", "c", "s", None, 1.0, at_most(0.3), "", met=True)
+
+
+def test_the_document_keeps_to_its_schema():
+    claims = [
+        claim("paper.a", printed="1.5 to 2.2", goal=between(1.5, 2.2)),
+        claim("paper.b", printed=0.36, measured=math.nan, goal=exactly(-1e-7)),
+        claim("goal.c-1.5", measured=None, goal=None),
+    ]
+    document = json.loads(claims_document(claims))
+    jsonschema.validate(document, SCHEMA)
+    assert [row["met"] for row in document] == [False, False, None]
+    assert list(document[0]) == ["id", "claim", "source", "printed", "measured", "goal", "unit", "met", "note"]
+
+
+def test_two_claims_of_one_name_are_refused():
+    with pytest.raises(ParameterError, match="two claims are named 'paper.bias'"):
+        claims_document([claim(), claim()])
+
+
+@pytest.mark.parametrize("name", ["bias", "Paper.bias", "paper.", "paper.two words"])
+def test_a_name_of_a_claim_has_a_group(name):
+    with pytest.raises(ParameterError, match="no name of a claim"):
+        claim(name)

@@ -1,0 +1,189 @@
+"""Campaign files as a whole: what they become, and what is refused before anything is driven."""
+
+import dataclasses
+from pathlib import Path
+
+import pytest
+
+from tierod.core.errors import ParameterError
+from tierod.core.toml import Document
+from tierod.experiments.campaign import from_document, load, shipped
+from tierod.proving_ground import scenarios
+
+BASE = """name = "country"
+description = "A country road."
+car = "midsize-eps-light"
+course = "country"
+seconds = 20.0
+"""
+FILE = """name = "steps"
+description = "Steps of friction."
+scenario = "base.toml"
+seeds = [1, 2]
+same_car = ["seed"]
+
+[changes]
+seconds = 30.0
+
+[axes.friction]
+set = "car.parameters.steering.friction.level"
+values = [3.0, "4 N*m"]
+
+[faults.step]
+element = "steering.friction.level"
+behaviour = "step"
+start = "10 s"
+sizes = [6.0, 8.0]
+
+[[monitors]]
+monitor = "friction"
+vehicle = "midsize-eps"
+own_level = "first sound drive"
+
+[[gates]]
+figure = "missed_share"
+goal = "<= 0.1"
+where = { size = 8.0 }
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "base.toml").write_text(BASE)
+    return tmp_path
+
+
+def campaign(folder, text=FILE):
+    return from_document(Document.parse(text, folder / "c.toml", "campaign"))
+
+
+def refusal(folder, text):
+    with pytest.raises(ParameterError) as refused:
+        campaign(folder, text)
+    return str(refused.value).removeprefix(f"{folder / 'c.toml'}, ")
+
+
+def test_every_point_becomes_a_scenario_with_its_changes_faults_and_seed(folder):
+    made = campaign(folder)
+    assert made.axes == {
+        "friction": ["3", "4 N*m"], "fault": ["sound", "step"], "size": ["", "6", "8"], "seed": ["1", "2"],
+    }  # fmt: skip
+    assert made.hours == pytest.approx(12 * 30.0 / 3600.0)
+    cells = {tuple(cell.point.place.values()): cell for cell in made.plan.cells}
+    cell = cells["4 N*m", "step", "6", "2"]
+    assert (cell.scenario.seed, cell.scenario.duration) == (2, 30.0)
+    assert cell.scenario.car.steering.friction.level == 4.0
+    assert [fault.name for fault in cell.scenario.faults] == ["step"]
+    assert cells["3", "sound", "", "1"].scenario.car.steering.friction.level == 3.0
+    assert len({cell.key for cell in made.plan.cells}) == 12
+
+
+def test_the_text_of_a_drive_is_a_scenario_of_its_own(folder):
+    cell = campaign(folder).plan.cells[-1]
+    again = scenarios.from_document(Document.parse(cell.scenario.document.text, folder / "again.toml"))
+    again = again.with_run(seed=cell.scenario.seed)
+    for name in ("car", "course", "duration", "sensors", "faults", "scatter", "seed"):
+        assert getattr(again, name) == getattr(cell.scenario, name)
+
+
+def test_teachers_are_the_first_sound_drives_of_the_same_car(folder):
+    made = campaign(folder)
+    taught = {tuple(cell.point.place.values()): cell.teacher for cell in made.plan.cells}
+    numbers = {place: number for number, place in enumerate(taught)}
+    assert taught["3", "sound", "", "1"] is None
+    assert taught["4 N*m", "step", "8", "2"] == numbers["3", "sound", "", "2"]
+    assert taught["4 N*m", "sound", "", "1"] == numbers["3", "sound", "", "1"]
+
+
+def test_keys_know_all_that_decides(folder):
+    one = campaign(folder)
+    other = campaign(folder, FILE.replace("8.0", "9.0"))
+    same = {cell.key for cell in one.plan.cells} & {cell.key for cell in other.plan.cells}
+    assert len(same) == 8
+    named = campaign(folder, FILE.replace('name = "steps"', 'name = "other"'))
+    assert [cell.key for cell in named.plan.cells] == [cell.key for cell in one.plan.cells]
+    settling = campaign(folder, FILE.replace("seeds =", 'settling = "20 s"\nseeds ='))
+    cells = one.plan.cells[0], settling.plan.cells[0]
+    assert cells[0].key == cells[1].key
+    judge = one.plan.judges[0]
+    assert one.plan.verdict_key(cells[0], judge) != settling.plan.verdict_key(cells[1], judge)
+    believing = dataclasses.replace(judge, belief=dataclasses.replace(judge.belief, parameters={}))
+    assert one.plan.verdict_key(cells[0], judge) != one.plan.verdict_key(cells[0], believing)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "message"),
+    [
+        ('"base.toml"', '"bse.toml"', 3, "there is no scenario file"),
+        ('"base.toml"', '"mixd"', 3, "no scenario is called 'mixd'"),
+        ("seconds = 30.0", 'secnds = "1 s"', 8, "'secnds' is not known here; did you mean 'seconds'"),
+        ("friction.level\"\nvalues", "friction.leve\"\nvalues", 12, "did you mean 'steering.friction.level'"),
+        ('"4 N*m"]', '"4 m"]', 12, "friction '4 m': "),
+        ('"4 N*m"]', "-1]", 12, "has to be at least 0"),
+        ('element = "steering', 'element = "stering', 15, "did you mean 'steering.friction.level'"),
+        ('start = "10 s"', 'start = "50 s"', 17, "50 s"),
+        ('start = "10 s"', 'start = "10 s"\nend = "5 s"', 18, "before it begins"),
+        ('"friction"\nvehicle', '"fricton"\nvehicle', 21, "no monitor 'fricton'; did you mean 'friction'?"),
+        ('vehicle = "midsize-eps"', 'vehicle = "midsize"', 22, "did you mean 'midsize-eps'?"),
+        ('vehicle = "midsize-eps"', 'vehicle = "midsize-eps"\nvariant = "refind"', 23, "did you mean 'refined'"),
+        ('own_level = "first sound drive"', 'own_level = "learnt"', 23, "not among none, first sound drive"),
+        ('same_car = ["seed"]', 'same_car = ["sed"]', 5, "'sed' is no axis of cars; did you mean 'seed'?"),
+        ('same_car = ["seed"]', 'same_car = ["seed"]\nexclude = [{ fault = "sound", seed = 2 }]', 5,
+         "no sound drive of the same car (seed 2)"),
+        ('same_car = ["seed"]\n', "", None, "'same_car' is missing"),
+        ('"missed_share"', '"missed_shar"', 26, "no figure is called 'missed_shar'; did you mean 'missed_share'"),
+        ('"<= 0.1"', '"< 0.1"', 27, "'< 0.1' is no goal"),
+        ("{ size = 8.0 }", "{ siz = 8 }", 28, "no axis is called 'siz'; did you mean 'size'?"),
+        ("{ size = 8.0 }", '{ size = 8.0, fault = "sound" }', 28, "no cell of the matrix is there"),
+        ("{ size = 8.0 }", '{ size = 8.0 }\nmonitor = "other"', 29, "no monitor is called 'other'"),
+    ],
+)  # fmt: skip
+def test_slips_and_contradictions_are_refused_with_their_line(folder, old, new, line, message):
+    assert old in FILE
+    told = refusal(folder, FILE.replace(old, new, 1))
+    assert message in told
+    if line is not None:
+        assert told.startswith(f"line {line}: ")
+
+
+def test_a_scenario_that_scatters_needs_the_seed_to_tell_cars_apart(folder):
+    text = FILE.replace('same_car = ["seed"]', 'same_car = ["friction"]') + "\n"
+    told = refusal(folder, text.replace("seconds = 30.0", "seconds = 30.0\nscatter = {}"))
+    assert "'seed' belongs to same_car" in told
+
+
+def test_a_base_scenario_with_faults_is_refused(folder):
+    fault = '[[faults]]\nelement = "yaw_rate"\nbehaviour = "total-loss"\n'
+    (folder / "base.toml").write_text(BASE + fault)
+    assert "has faults itself" in refusal(folder, FILE)
+
+
+def test_two_monitors_of_one_label_are_refused(folder):
+    text = FILE + '[[monitors]]\nmonitor = "friction"\nvehicle = "midsize-eps"\nown_level = "none"\n'
+    assert "two monitors are called 'friction, pre-sliding'" in refusal(folder, text)
+
+
+def test_unknown_campaigns_name_the_nearest():
+    with pytest.raises(ParameterError, match="no campaign is called 'nothing'"):
+        load("nothing")
+    with pytest.raises(ParameterError, match="cannot be read"):
+        load("./nothing.toml")
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_shipped_campaigns_fit_together(name):
+    made = load(name)
+    assert made.gates
+    assert len(made.file.description.split()) > 4
+    assert made.file.description[-1] in ".?"
+
+
+def test_the_file_of_the_documentation_is_a_campaign(tmp_path):
+    page = Path(__file__).parents[2] / "docs" / "campaigns.md"
+    text = page.read_text(encoding="utf-8").partition("```toml\n")[2].partition("```")[0]
+    made = from_document(Document.parse(text, tmp_path / "c.toml"))
+    places = [cell.point.place for cell in made.plan.cells]
+    assert list(places[0]) == ["car", "route", "tyres", "fault", "size", "seed"]
+    # Two cars, routes, tyres; five seeds: sound, three sizes, the lost signal of one car; twenty more seeds of sound.
+    assert len(places) == 8 * 5 * 4 + 4 * 5 + 8 * 20
+    assert len({cell.key for cell in made.plan.cells}) == len(places)

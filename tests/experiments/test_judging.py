@@ -1,0 +1,154 @@
+"""What becomes of a monitor's verdict when it is held against the truth."""
+
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+
+from tierod.core.findings import Finding, Status
+from tierod.core.recording import Channel, Recording
+from tierod.experiments.alarms import Window
+from tierod.experiments.judged import Judged, from_plain, plain
+from tierod.experiments.judging import judge
+from tierod.monitors.harness.session import Conclusion, Monitor, StatusChange, Variant
+from tierod.monitors.run import find
+from tierod.proving_ground import FrictionCourse, drive
+from tierod.vehicles import load
+
+NOT_READY, HEALTHY, RISING, FAULT = Status.NOT_READY, Status.HEALTHY, Status.RISING, Status.FAULT
+
+
+class Scripted:
+    """A session that says what the test wants, and is enabled every second second."""
+
+    signals = ("vehicle_speed",)
+    traces = {"x": "", "x_standard_deviation": "", "enabled": ""}  # noqa: RUF012
+
+    def __init__(self, course, final):
+        self.course, self.final = tuple(StatusChange(*change) for change in course), final
+
+    def refuse(self, aligned):
+        pass
+
+    def absorb(self, aligned):
+        enabled = (np.floor(aligned.time + 1e-9) % 2 == 0).astype(float)
+        return {
+            "x": 1.0 + 0.1 * np.sin(aligned.time),
+            "x_standard_deviation": np.ones(len(enabled)),
+            "enabled": enabled,
+        }
+
+    def conclude(self):
+        return Conclusion(Finding("scripted", self.final, "As the test wants."), course=self.course)
+
+
+def judged(course, final, fault=None, settling=0.0, truth=1.0):
+    variant = Variant("v", "", "", lambda vehicle, rate, own_level: Scripted(course, final))
+    monitor = Monitor("m", "", "", "", ("vehicle_speed",), (), 10.0, 1.0, 0.5, {"v": variant}, "v")
+    time = np.arange(1000) / 10.0
+    channels = [
+        Channel("vehicle_speed", time, 20.0 + np.sin(time), "m/s"),
+        Channel("truth_x", time, np.where(time < 60.0, truth, truth + 2.0), ""),
+    ]
+    recording = Recording({channel.name: channel for channel in channels})
+    return judge(recording, (monitor, variant), load("midsize-eps"), None, fault, settling)[0]
+
+
+QUIET = [(0.0, NOT_READY), (20.0, HEALTHY)]
+
+
+def test_a_quiet_drive():
+    found = judged(QUIET, HEALTHY)
+    assert (found.status, found.outcome, found.false_alarms) == ("healthy", "quiet", 0)
+    assert found.seconds == pytest.approx(100.0)
+    assert (found.enabled_s, found.judged_s) == pytest.approx((50.0, 80.0))
+    assert (found.sound_s, found.sound_judged_s) == pytest.approx((100.0, 80.0))
+    assert math.isnan(found.detection_s)
+    assert found.errors_faulty.count == 0
+
+
+def test_a_fault_that_is_found():
+    found = judged([*QUIET, (65.0, RISING), (75.0, FAULT)], FAULT, Window(60.0, math.inf))
+    assert found.outcome == "found"
+    assert (found.detection_s, found.fault_s) == pytest.approx((5.0, 15.0))
+    assert found.detection_enabled_s == pytest.approx(3.0, abs=0.11)
+    assert found.false_alarms == 0
+    assert (found.sound_s, found.sound_judged_s) == pytest.approx((60.0, 40.0))
+
+
+def test_an_alarm_before_the_fault_is_false_and_is_no_detection_while_it_stands():
+    fault = Window(60.0, math.inf)
+    stood = judged([*QUIET, (50.0, RISING), (70.0, FAULT)], FAULT, fault)
+    assert (stood.outcome, stood.false_alarms, stood.detection_s) == ("early", 1, math.inf)
+    gone = judged([*QUIET, (30.0, RISING), (40.0, HEALTHY), (70.0, RISING)], RISING, fault)
+    assert (gone.outcome, gone.false_alarms, gone.detection_s) == ("found", 1, pytest.approx(10.0))
+
+
+def test_a_rise_to_fault_is_one_alarm_and_a_fresh_one_is_another():
+    course = [*QUIET, (30.0, RISING), (40.0, FAULT), (45.0, HEALTHY), (50.0, RISING), (51.0, HEALTHY)]
+    found = judged(course, Status.SUSPECT)
+    assert (found.outcome, found.false_alarms) == ("false alarm", 2)
+
+
+def test_a_fault_that_is_missed_or_never_judged():
+    fault = Window(60.0, math.inf)
+    assert judged(QUIET, HEALTHY, fault).outcome == "missed"
+    assert judged(QUIET, HEALTHY, fault).detection_s == math.inf
+    assert judged([(0.0, NOT_READY)], NOT_READY, fault).outcome == "not judged"
+    assert judged([(0.0, NOT_READY)], NOT_READY).outcome == "not judged"
+
+
+def test_an_alarm_after_a_passing_fault_does_not_count():
+    assert judged([*QUIET, (80.0, RISING)], RISING, Window(60.0, 70.0)).outcome == "missed"
+
+
+def test_a_monitor_without_running_verdict_says_it_at_the_end():
+    found = judged([], FAULT, Window(60.0, math.inf))
+    assert (found.outcome, found.detection_s) == ("found", pytest.approx(39.9))
+    assert judged([], FAULT).outcome == "false alarm"
+
+
+def test_errors_are_those_of_settled_estimates_while_the_monitor_judges():
+    found = judged(QUIET, HEALTHY, Window(60.0, math.inf), settling=5.0)
+    time = np.arange(1000) / 10.0
+    estimate = 1.0 + 0.1 * np.sin(time)
+    sound = estimate[(time >= 20.0) & (time < 60.0)] - 1.0
+    assert found.errors_sound.count == 400
+    assert found.errors_sound.mean == pytest.approx(sound.mean())
+    assert found.errors_sound.deviation == pytest.approx(sound.std())
+    # Enabled every second second: five enabled seconds after 60 s are over at 69 s.
+    assert found.errors_faulty.count == pytest.approx(310, abs=1)
+    assert found.errors_faulty.mean == pytest.approx(-2.0, abs=0.05)
+    assert (found.truth_sound, found.truth_faulty) == pytest.approx((1.0, 3.0))
+    assert len(found.estimates_sound) == 8
+
+
+def test_a_judgement_survives_json():
+    found = judged([*QUIET, (50.0, RISING)], RISING, Window(60.0, math.inf), settling=500.0)
+    again = from_plain(json.loads(json.dumps(plain(found), allow_nan=False)))
+    for field in dataclasses.fields(Judged):
+        one, other = getattr(found, field.name), getattr(again, field.name)
+        assert one == other or (one != one and other != other) or repr(one) == repr(other)
+
+
+def test_the_friction_monitor_finds_a_step_and_its_size():
+    recording = drive(minutes=13.0, friction=FrictionCourse.step(4.0, 8.0, at=390.0), seed=1)
+    found, learnt = judge(
+        recording, find("friction"), load("midsize-eps"), None, Window(390.0, math.inf), settling=50.0
+    )
+    assert found.outcome == "found"
+    assert 0.0 < found.detection_enabled_s < found.detection_s < found.fault_s < 200.0
+    assert found.errors_sound.mean == pytest.approx(0.0, abs=0.6)
+    assert found.errors_faulty.mean == pytest.approx(0.0, abs=0.8)
+    assert (found.truth_sound, found.truth_faulty) == pytest.approx((4.0, 8.0), abs=0.01)
+    assert found.area == 1.0
+    assert found.ratio == pytest.approx(found.value / (4.0 + found.errors_sound.mean), rel=0.1)
+    assert learnt is None
+
+
+def test_a_sound_drive_teaches_the_own_level():
+    found, learnt = judge(drive(minutes=8.0, seed=3), find("friction"), load("midsize-eps"), None, None, 50.0)
+    assert (found.outcome, found.status) == ("quiet", "healthy")
+    assert learnt.value == pytest.approx(4.0, abs=0.8)

@@ -1,0 +1,142 @@
+"""The matrix: every combination, less what is excluded, and what is included; slips named with their line."""
+
+import pytest
+
+from tierod.core.errors import ParameterError
+from tierod.core.toml import Document, build
+from tierod.experiments.definition import CampaignFile
+from tierod.experiments.matrix import points, with_changes
+from tierod.proving_ground.faults.triggers import AtTime
+
+HEAD = """name = "steps"
+description = "Steps of friction."
+scenario = "base"
+seeds = { first = 7, count = 2 }
+"""
+MONITORS = """
+[[monitors]]
+monitor = "friction"
+vehicle = "midsize-eps"
+own_level = "none"
+"""
+AXES = """
+[axes.car]
+values = ["small", "large"]
+[axes.tyre.levels]
+summer = {}
+winter = { "parameters.chassis.stiffness" = 0.8 }
+[faults.step]
+element = "steering.friction.level"
+behaviour = "step"
+start = "30 s"
+sizes = [1.5, "4 N*m"]
+"""
+
+
+def matrix(text):
+    document = Document.parse(text, "c.toml", "campaign")
+    return points(build(CampaignFile, document.content, document), document)
+
+
+def places(text):
+    return [" ".join(filter(None, point.place.values())) for point in matrix(text)]
+
+
+def test_the_product_of_all_axes_with_faults_and_seeds_innermost():
+    found = matrix(HEAD + AXES + MONITORS)
+    assert len(found) == 2 * 2 * 3 * 2
+    assert list(found[0].place) == ["car", "tyre", "fault", "size", "seed"]
+    assert [" ".join(p.place.values()) for p in found[:4]] == [
+        "small summer sound  7", "small summer sound  8", "small summer step 1.5 7", "small summer step 1.5 8",
+    ]  # fmt: skip
+    assert [point.seed for point in found[:2]] == [7, 8]
+
+
+def test_levels_change_the_scenario():
+    last = matrix(HEAD + AXES + MONITORS)[-1]
+    assert last.changes({"duration": 60, "car": "other"}) == {
+        "duration": 60,
+        "car": "large",
+        "parameters.chassis.stiffness": 0.8,
+    }
+
+
+def test_faults_come_with_their_sizes_and_with_what_acts_together():
+    point = matrix(HEAD + AXES + MONITORS)[2]
+    (fault,) = point.faults
+    assert (fault.name, fault.element, fault.trigger) == ("step", "steering.friction.level", AtTime(30.0))
+    assert fault == fault.with_size(1.5)
+    together = HEAD + """
+[faults.double]
+element = "yaw_rate"
+behaviour = "offset"
+size = "1 deg/s"
+together = [{ element = "driver_torque", behaviour = "total-loss" }]
+""" + MONITORS  # fmt: skip
+    assert [fault.element for fault in matrix(together)[-1].faults] == ["yaw_rate", "driver_torque"]
+
+
+def test_an_axis_sets_what_it_is_told_to():
+    text = HEAD + '[axes.mass]\nset = "parameters.chassis.mass"\nvalues = [1500.0, 1600.5]\n' + MONITORS
+    assert places(text) == ["1500 sound 7", "1500 sound 8", "1600.5 sound 7", "1600.5 sound 8"]
+    assert matrix(text)[0].changes({}) == {"parameters.chassis.mass": 1500.0}
+
+
+def test_cells_are_excluded_and_included():
+    text = HEAD.replace("seeds = { first = 7, count = 2 }", "seeds = [1]") + """
+exclude = [{ car = "large", tyre = "winter" }, { fault = "step", size = ["1.5"], tyre = "winter" }]
+include = [{ fault = "sound", car = "small", tyre = "summer", seeds = { first = 1, count = 3 } }]
+""" + AXES + MONITORS  # fmt: skip
+    assert places(text) == [
+        "small summer sound 1", "small summer step 1.5 1", "small summer step 4 N*m 1",
+        "small winter sound 1", "small winter step 4 N*m 1",
+        "large summer sound 1", "large summer step 1.5 1", "large summer step 4 N*m 1",
+        "small summer sound 2", "small summer sound 3",
+    ]  # fmt: skip
+
+
+def test_without_faults_all_drives_are_sound():
+    assert places(HEAD + MONITORS) == ["sound 7", "sound 8"]
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        (HEAD + '[axes.seed]\nvalues = [1]\n', 5, "an axis cannot be called 'seed'"),
+        (HEAD + "[axes.mass]\n", 5, "either values or levels"),
+        (HEAD + "[axes.mass]\nvalues = [1]\nlevels = { a = {} }\n", 5, "either values or levels"),
+        (HEAD + "[axes.mass]\nset = 'm'\nlevels = { a = {} }\n", 5, "'set' belongs to values"),
+        (HEAD + "[axes.mass]\nvalues = [1,\n 1]\n", 7, "two levels '1'"),
+        (HEAD + "[faults.sound]\nelement = 'yaw_rate'\n", 5, "cannot be called 'sound'"),
+        (HEAD + "[faults.step]\nsizes = []\n", 5, "'sizes' is a list"),
+        (HEAD + "[faults.step]\nsize = 1\nsizes = [1]\n", 6, "say the same"),
+        (HEAD + "[faults.step]\nelement = 'yaw_rate'\nbehaviour = 'ofset'\n", 7, "did you mean 'offset' or 'noise'?"),
+        (HEAD + "sound = false\n", 5, "the matrix is empty"),
+        (HEAD + "exclude = [{ fault = 'sound' }]\n", 5, "every cell of the matrix is excluded"),
+        (HEAD + "exclude = [{ faul = 'sound' }]\n", 5, "no axis is called 'faul'; did you mean 'fault'?"),
+        (HEAD + "include = [\n{ fault = 'soun' }]\n", 6, "no level 'soun'; did you mean 'sound'?"),
+        (HEAD + "exclude = [{ seed = 7 }, { seed = 7 }]\n", 5, "no cell is left that this excludes"),
+        (HEAD.replace("{ first = 7, count = 2 }", "[1, 1]"), 4, "seeds are whole numbers"),
+        (HEAD.replace("{ first = 7, count = 2 }", "[]"), 4, "seeds are whole numbers"),
+        (HEAD.replace("count = 2", "count = 0"), 4, "has to be above 0"),
+        (HEAD + "include = [{ seeds = [1.5] }]\n", 5, "seeds are whole numbers"),
+        (HEAD + "exlude = []\n", 5, "'exlude' is not known here; did you mean 'exclude' or"),
+    ],
+)  # fmt: skip
+def test_slips_are_named_with_their_line(text, line, message):
+    with pytest.raises(ParameterError) as refused:
+        matrix(text + MONITORS)
+    assert str(refused.value).startswith(f"c.toml, line {line}: ")
+    assert message in str(refused.value)
+
+
+def test_values_are_set_at_dotted_names_however_the_tables_are_written():
+    assert with_changes({}, {"a.b.c": 1}) == {"a": {"b": {"c": 1}}}
+    assert with_changes({"a": {"b.c": 1, "d": 2}}, {"a.b.c": 3}) == {"a": {"b.c": 3, "d": 2}}
+    assert with_changes({"a": {"b": {"c": 1}}}, {"a.b.d": 2, "a.e": 3}) == {"a": {"b": {"c": 1, "d": 2}, "e": 3}}
+    assert with_changes({"a": "text"}, {"a.b": 1}) == {"a": {"name": "text", "b": 1}}
+    assert with_changes({"a": 5}, {"a.b": 1}) == {"a": {"b": 1}}
+    assert with_changes({}, {"car.mass": 1, "car": "small"}) == {"car": {"name": "small", "mass": 1}}
+    before = {"a": {"b": 1}}
+    with_changes(before, {"a.b": 2})
+    assert before == {"a": {"b": 1}}

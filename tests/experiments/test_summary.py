@@ -1,0 +1,132 @@
+"""From rows to gates, document and table."""
+
+import json
+import math
+from importlib.resources import files
+from types import SimpleNamespace
+
+import jsonschema
+import pytest
+
+from experiments.campaign_rows import row
+from tierod.core.claims import Goal
+from tierod.core.errors import InputError, OutputError
+from tierod.core.toml import Document
+from tierod.experiments.gates import Gate, pass_through, pool_at
+from tierod.experiments.pools import Box, Pool
+from tierod.experiments.summary import Summary, document, groups, text
+from tierod.experiments.table import monitors_of, read_table, write_table
+
+SCHEMA = json.loads(files("tierod.experiments").joinpath("campaign.schema.json").read_text(encoding="utf-8"))
+
+STEP = {"fault": "step", "size": 4}
+ROWS = (
+    row(1), row(2, verdict="false alarm", false_alarms=1),
+    row(1, **STEP, detection_s=5.0, detection_enabled_s=2.0), row(2, **STEP, verdict="missed"),
+    row(1, fault="lost", verdict="early", false_alarms=1), row(2, fault="lost", outcome="diverged", reason="gone"),
+)  # fmt: skip
+
+
+def summary(rows=ROWS, gates=()):
+    axes = {}
+    for each in rows:
+        for axis, level in each.place.items():
+            axes.setdefault(axis, {})[level] = None
+    judge = SimpleNamespace(
+        label="friction", monitor="friction", variant="v", belief=SimpleNamespace(name="car"), learns=False
+    )
+    campaign = SimpleNamespace(
+        file=SimpleNamespace(name="test", description="As the test wants."),
+        document=Document.parse('name = "test"'),
+        plan=SimpleNamespace(judges=(judge,)),
+        axes={axis: list(levels) for axis, levels in axes.items()},
+        hours=1.0,
+    )
+    return Summary(campaign, tuple(rows), tuple(pass_through(gate, rows) for gate in gates))
+
+
+def gate(figure, goal, **where):
+    return Gate(figure, Goal.read(goal), where, "friction")
+
+
+def test_gates_are_met_missed_or_not_to_be_judged():
+    sound = pass_through(gate("false_alarms", "<= 1", fault="sound"), ROWS)
+    assert (sound.measured, sound.met) == (1.0, True)
+    assert pass_through(gate("detection_worst_s", "<= 10", fault="step"), ROWS).met is False
+    assert pass_through(gate("detection_median_s", "<= 10", **STEP), ROWS).met is True
+    assert pass_through(gate("area", ">= 0.5", fault="sound"), ROWS).met is None
+
+
+def test_a_gate_over_drives_that_failed_can_be_missed_but_not_met():
+    lost = pass_through(gate("false_alarms", "<= 1", fault="lost"), ROWS)
+    assert (lost.met, lost.note) == (None, "1 of 2 drives failed, so that it cannot be called met")
+    assert pass_through(gate("false_alarms", "= 0", fault="lost"), ROWS).met is False
+
+
+def test_faulty_drives_are_held_against_the_sound_ones_of_their_place():
+    assert pool_at(ROWS, STEP, "friction").area == 1.0
+    assert math.isnan(pool_at(ROWS, {"vehicle": "other"}, "friction").area)
+
+
+@pytest.mark.parametrize(
+    ("gates", "status", "code"),
+    [
+        ([], "no gates", 0),
+        ([gate("false_alarms", "<= 9")], "not judged", 2),
+        ([gate("false_alarms", "<= 9", fault="sound")], "met", 0),
+        ([gate("false_alarms", "<= 9"), gate("missed_share", "= 0", fault="step")], "missed", 1),
+    ],
+)
+def test_the_exit_code_follows_the_gates(gates, status, code):
+    found = summary(gates=gates)
+    assert (found.status, found.exit_code) == (status, code)
+
+
+def test_where_nothing_was_judged_the_exit_code_is_two():
+    assert summary([row(1, outcome="failed", reason="no tyre")]).exit_code == 2
+
+
+def test_groups_are_the_whole_the_levels_and_the_faults_with_their_sizes():
+    assert groups(summary()) == [
+        {}, {"fault": "sound"}, {"fault": "step"}, {"fault": "lost"}, {"fault": "step", "size": "4"},
+    ]  # fmt: skip
+
+
+def test_the_document_keeps_to_its_schema():
+    content = document(summary(gates=[gate("detection_worst_s", "<= 10")]), "tierod campaign test.toml")
+    content = json.loads(text(content))
+    jsonschema.validate(content, SCHEMA)
+    assert content["pools"][0]["figures"]["detection_worst_s"] == "inf"
+    assert content["states"][0]["confusion"]["lost"] == {"fault": 1, "no verdict": 1}
+    assert [cell["outcome"] for cell in content["cells"]] == ["driven"] * 5 + ["diverged"]
+    assert content["cells"][5]["verdicts"] == [{"monitor": "friction", "reason": "gone", "status": None}]
+
+
+def test_the_schema_knows_every_figure():
+    assert tuple(SCHEMA["$defs"]["figures"]["properties"]) == Pool._fields
+    assert tuple(SCHEMA["$defs"]["box"]["properties"]) == Box._fields
+    assert all(entry["description"] for entry in SCHEMA["$defs"]["figures"]["properties"].values())
+
+
+def test_the_table_holds_all_rows(tmp_path):
+    path = tmp_path / "cells.parquet"
+    write_table(ROWS, path)
+    again = read_table(path)
+    assert [each.place for each in again] == [dict(each.place) for each in ROWS]
+    assert [each.given for each in again] == [each.given for each in ROWS]
+    assert [repr(each.judged) for each in again] == [repr(each.judged) for each in ROWS]
+    assert [each.reason for each in again] == [each.reason for each in ROWS]
+    assert monitors_of(again) == ["friction"]
+    before = path.read_bytes()
+    write_table(ROWS, path)
+    assert path.read_bytes() == before
+
+
+def test_tables_that_cannot_be_used_say_what_to_do(tmp_path):
+    with pytest.raises(InputError, match="is not there; name the folder of a campaign"):
+        read_table(tmp_path / "cells.parquet")
+    (tmp_path / "cells.parquet").write_bytes(b"PAR1 no")
+    with pytest.raises(InputError, match="is no table of a campaign"):
+        read_table(tmp_path / "cells.parquet")
+    with pytest.raises(OutputError, match="cannot be written"):
+        write_table(ROWS, tmp_path / "none" / "cells.parquet")

@@ -1,0 +1,49 @@
+"""Tasks for worker processes, which import them by name."""
+
+import errno
+import os
+import signal
+import time
+from pathlib import Path
+
+from tierod.core.errors import InputError, OutputError
+from tierod.experiments.workers import stop_if_orphaned
+
+
+def environment():
+    """In which a process of its own finds these tasks."""
+    paths = [str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
+    return os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
+
+
+def do(task):
+    kind, value = task
+    if kind == "square":
+        return value * value
+    if kind == "late":
+        time.sleep(value)
+        return value
+    if kind == "killed":
+        os.kill(os.getpid(), signal.SIGKILL)
+    if kind == "refused":
+        raise InputError(f"{value} is no square")
+    if kind == "defect":
+        raise ZeroDivisionError("division by zero")
+    if kind == "hungry":
+        raise MemoryError
+    if kind == "full":
+        raise OutputError("the disk is full") if value else OSError(errno.ENOSPC, "No space left on device", "a.json")
+    if kind == "pid":
+        time.sleep(value)
+        return os.getpid()
+    if kind == "threads":
+        return os.environ[value]
+    raise AssertionError(kind)
+
+
+def linger(path):
+    """Write the own process id, then work until the parent is gone."""
+    Path(path).write_text(str(os.getpid()))
+    while True:
+        time.sleep(0.02)
+        stop_if_orphaned()

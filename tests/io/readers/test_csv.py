@@ -1,0 +1,189 @@
+"""Text tables of all makes: delimiters, decimal comma, units in titles and rows, vendor headers, damage."""
+
+import numpy as np
+import pytest
+
+from tierod.core.errors import InputError
+from tierod.io.readers import csv_cells, read
+
+
+def written(tmp_path, text, name="drive.csv", encoding="utf-8"):
+    path = tmp_path / name
+    path.write_bytes(text.encode(encoding))
+    return path
+
+
+def rows(pattern: str, count: int = 50) -> str:
+    return "\n".join(pattern.format(t=0.01 * k, v=10.0 + k, k=k) for k in range(count)) + "\n"
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t", "|"])
+def test_delimiters(tmp_path, delimiter):
+    head = delimiter.join(["time", "yaw_rate [deg/s]", "vehicle_speed [km/h]"])
+    path = written(tmp_path, head + "\n" + rows(delimiter.join(["{t:.2f}", "{k}", "{v}"])))
+    found = read(path)
+    assert found["yaw_rate"].values[3] == pytest.approx(np.radians(3.0))
+    assert found["vehicle_speed"].values[0] == pytest.approx(10.0 / 3.6)
+    assert found["vehicle_speed"].time[5] == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize("text", ["#,0", "#time,1\n#0,1\n#1,2\n", "#1;2\n" * 50])
+def test_comments_are_no_table(tmp_path, text):
+    with pytest.raises(InputError, match="holds no table of numbers"):
+        read(written(tmp_path, text))
+
+
+def test_decimal_comma(tmp_path):
+    text = "Zeit [s];Speed [km/h]\n" + rows("{t:.2f};{v:.1f}").replace(".", ",")
+    found = read(written(tmp_path, text))["vehicle_speed"]
+    assert found.time[1] == pytest.approx(0.01)
+    assert found.values[1] == pytest.approx(11.0 / 3.6)
+    assert found.unit == "m/s"
+
+
+def test_a_row_of_units(tmp_path):
+    found = read(written(tmp_path, "Time,Speed,YawRate\nms,km/h,°/s\n" + rows("{k},{v},1")))
+    assert found["vehicle_speed"].time[2] == pytest.approx(0.002)
+    assert found["yaw_rate"].values[0] == pytest.approx(np.radians(1.0))
+
+
+def test_units_in_the_ending_of_a_name(tmp_path):
+    found = read(written(tmp_path, "time_ms,speed_km_h,yaw_rate_deg_s\n" + rows("{k},{v},1")))
+    assert found["vehicle_speed"].values[0] == pytest.approx(10.0 / 3.6)
+    assert found["yaw_rate"].time[1] == pytest.approx(0.001)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "latin-1"])
+def test_encodings(tmp_path, encoding):
+    found = read(written(tmp_path, "time,yaw_rate [°/s]\n" + rows("{t},1"), encoding=encoding))
+    assert found["yaw_rate"].values[0] == pytest.approx(np.radians(1.0))
+
+
+def test_a_header_of_a_vendor_with_a_clock_per_channel(tmp_path):
+    head = "Timestamp,2020-03-16,Timestamp,2020-03-16\nInterval,0.01,Interval,0.02\n"
+    head += 'Channel name,"Yaw rate",Channel name,"Speed"\nUnit,"deg/s",Unit,"km/h"\n'
+    body = rows("{t},1,{k},36", 20) + "1.0,1,,\n"
+    found = read(written(tmp_path, head + body))
+    assert len(found["yaw_rate"].time) == 21
+    assert len(found["vehicle_speed"].time) == 20
+    assert found["vehicle_speed"].time[1] == pytest.approx(1.0)
+    assert found["vehicle_speed"].values[0] == pytest.approx(10.0)
+
+
+def test_lines_above_the_header_and_text_columns(tmp_path):
+    text = "Recorder 7\nDriver,somebody\n\ntime,comment,speed [m/s]\n" + rows('{t},"a, b",{v}')
+    found = read(written(tmp_path, text))
+    assert found.names == ("vehicle_speed",)
+    assert found["vehicle_speed"].values[0] == 10.0
+
+
+def test_calendar_time(tmp_path):
+    body = "\n".join(f"2024-05-29 13:53:59.{k:03d},{k}" for k in range(100))
+    found = read(written(tmp_path, "timestamp,speed [m/s]\n" + body + "\n"))
+    assert found["vehicle_speed"].time[10] == pytest.approx(0.01, abs=1e-6)
+    assert found.metadata["origin"] == pytest.approx(1716990839.0)
+
+
+@pytest.mark.parametrize("counter", ["number,", "lap_time,"])
+@pytest.mark.parametrize("stamp", ["29.05.2024 13:53:{:02d}", "05/29/2024 13:53:{:02d}", "13:53:{:02d}.5"])
+def test_dates_in_other_notations_are_told_and_nothing_takes_their_place(tmp_path, counter, stamp):
+    body = "\n".join(f"{stamp.format(k)},{k},{2 * k}" for k in range(10, 60))
+    path = written(tmp_path, f"time,{counter}speed [m/s]\n{body}\n")
+    sentence = f"drive.csv: the time column 'time' is written as '{stamp[:6]}.*as a date that reads YYYY-MM-DD hh:mm:ss"
+    with pytest.raises(InputError, match=sentence):
+        read(path)
+
+
+def test_a_date_that_is_none_is_shown(tmp_path):
+    body = "\n".join(f"2024-05-29 13:53:{k},{k}" if k != 40 else "broken,40" for k in range(10, 60))
+    with pytest.raises(InputError, match="the time column 'time' holds 'broken' where dates read YYYY-MM-DD hh:mm:ss"):
+        read(written(tmp_path, f"time,speed [m/s]\n{body}\n"))
+
+
+def test_a_date_in_words_beside_a_time_does_no_harm(tmp_path):
+    text = "date,time zone,lap_time,speed [m/s]\n" + rows("29.05.2024,UTC,{t:.2f},{v}")
+    assert read(written(tmp_path, text))["vehicle_speed"].time[2] == pytest.approx(0.02)
+
+
+def test_missing_cells_and_infinity(tmp_path):
+    text = "time,speed [m/s]\n0.0,1\n0.1,\n0.2,NaN\n0.3,inf\n0.4,n/a\n0.5,6\n0.6,7\n"
+    found = read(written(tmp_path, text))["vehicle_speed"]
+    assert np.isnan(found.values).tolist() == [False, True, True, True, True, False, False]
+    assert "1 infinite values taken as missing" in found.note
+
+
+def test_infinite_values_side_by_side_are_read_without_a_warning(tmp_path):
+    found = read(written(tmp_path, "time,speed [m/s]\n0.0,inf\n0.1,inf\n0.2,3\n0.3,4\n"))["vehicle_speed"]
+    assert np.isnan(found.values).tolist() == [True, True, False, False]
+
+
+def test_half_a_file_gives_its_good_part(tmp_path):
+    text = "time,speed [m/s],yaw_rate [rad/s]\n" + rows("{t:.2f},{v},0.1") + "0.50,1"
+    found = read(written(tmp_path, text))
+    assert len(found["vehicle_speed"].time) == 50
+    assert found.warnings == ("1 of 51 lines are broken and were left out",)
+
+
+def test_cells_of_several_lines(tmp_path):
+    text = "time,speed [m/s],note\n" + rows("{t:.2f},{v},ab", 2000) + rows('2{t:.2f},{v},"a\nb"', 200_000)
+    assert len(read(written(tmp_path, text))["vehicle_speed"].time) == 202_000
+
+
+def test_a_quotation_mark_that_is_not_closed_costs_no_other_line(tmp_path):
+    text = "time,speed [m/s],note\n" + rows("{t:.2f},{v},ab", 300) + '3.00,1,"ab\n' + rows("3{t:.2f},{v},ab", 300)
+    assert len(read(written(tmp_path, text))["vehicle_speed"].time) == 601
+
+
+def test_a_cell_that_is_no_number(tmp_path):
+    text = "time,speed [m/s]\n" + rows("{t:.2f},{v}", 300).replace("0.05,15.0", "0.05,error")
+    found = read(written(tmp_path, text))["vehicle_speed"]
+    assert np.isnan(found.values[5])
+    assert np.isfinite(np.delete(found.values, 5)).all()
+    assert "1 cells are no numbers" in found.note
+
+
+def test_only_the_column_with_the_bad_cell_is_read_as_text(tmp_path, monkeypatch):
+    seen: list[int] = []
+    by_cell = csv_cells._cell_by_cell
+    monkeypatch.setattr(
+        csv_cells, "_cell_by_cell", lambda cells, decimal: seen.append(len(cells)) or by_cell(cells, decimal)
+    )
+    body = rows("{t:.2f};{v:.1f};{k};;{k}", 3000).replace(".", ",")
+    text = "time;speed [m/s];count;empty;other\n" + body.replace(";2999;;2999\n", ";2999;;oops\n")
+    found = read(written(tmp_path, text))
+    assert seen == [3000]
+    assert "1 cells are no numbers" in found["other"].note
+    assert np.isnan(found["other"].values).tolist() == [False] * 2999 + [True]
+    assert np.isnan(found["empty"].values).all()
+    assert found["count"].values.tolist() == list(range(3000))
+    assert found["vehicle_speed"].values[-1] == 3009.0
+    assert found["vehicle_speed"].note == ""
+
+
+def test_without_names_the_counting_column_is_the_time(tmp_path):
+    found = read(written(tmp_path, rows("{t},{v:.0f},1")))
+    assert found.names == ("column 2", "column 3")
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("some words\nand more of them\n", "holds no table of numbers"),
+        ("speed,torque\n1,2\n1,1\n0,3\n", "no column tells the time"),
+        ("time,comment\n0,a\n1,b\n2,c\n", "no other column of numbers|no table"),
+        ("time [N],speed\n0,1\n1,2\n2,3\n", "the unit 'N' cannot become|cannot become 's'"),
+    ],
+)
+def test_what_cannot_be_read_is_said(tmp_path, text, sentence):
+    with pytest.raises(InputError, match=sentence):
+        read(written(tmp_path, text))
+
+
+@pytest.mark.parametrize("broken", [b"0.50,\xfcber,3\n", b"0.50,\xff\xfe\n", b"0.50,\xb0\xb0,\xb5\n"])
+def test_bytes_that_are_no_unicode_do_no_harm(tmp_path, broken):
+    rows = [f"{0.01 * k:.2f},{k},{2 * k}\n".encode() for k in range(60)]
+    path = tmp_path / "drive.csv"
+    path.write_bytes(b"time,yaw_rate [\xb0/s],b\n" + b"".join([*rows[:50], broken, *rows[51:]]))
+    recording = read(path)
+    assert recording["yaw_rate"].values[49] == pytest.approx(np.radians(49.0))
+    assert recording["yaw_rate"].values[-1] == pytest.approx(np.radians(59.0))

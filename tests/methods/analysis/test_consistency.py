@@ -1,0 +1,145 @@
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from example_models import Cart, CartParameters, Two
+from tierod.core.errors import InputError
+from tierod.core.graph import scan
+from tierod.methods.analysis.chi_square import normalised_error_squared
+from tierod.methods.analysis.consistency import ConsistencyAccumulator, consistency
+from tierod.methods.estimators import KalmanFilter
+
+BLOCK = KalmanFilter(
+    Cart,
+    CartParameters(),
+    initial_mean=(0.0, 0.0),
+    initial_variance=(1.0, 1.0),
+    process_noise=(0.02, 0.01),
+    measurement_noise=(0.1, 0.2),
+    full_covariance=True,
+)
+
+
+def run(count=20_000, seed=0, missing=0.2):
+    """Samples of a cart that obeys the filter's own model, and its true states."""
+    rng = np.random.default_rng(seed)
+    state = Two(*rng.normal(size=2).tolist())
+    rows, truth = [], []
+    force = rng.normal(size=count)
+    for k in range(count):
+        state = Cart.transition(state, Cart.Input(float(force[k])), CartParameters())
+        state = Two(*(np.array(state) + rng.normal(size=2) * np.sqrt([0.02, 0.01])).tolist())
+        rows.append([force[k], *(np.array(state) + rng.normal(size=2) * np.sqrt([0.1, 0.2]))])
+        truth.append(state)
+    samples = np.array(rows)
+    samples[:, 1:][rng.random((count, 2)) < missing] = np.nan
+    return samples, np.array(truth)
+
+
+SAMPLES, TRUTH = run()
+RESULT = scan(BLOCK, SAMPLES)
+COVARIANCE = RESULT.values[:, [k for k, name in enumerate(RESULT.names) if name.startswith("covariance")]]
+ERROR = RESULT.values[:, :2] - TRUTH
+
+
+def test_a_right_model_is_consistent_white_and_honest():
+    found = consistency(RESULT)
+    assert found.measurements == np.isfinite(SAMPLES[:, 1:]).sum()
+    assert found.samples == np.isfinite(SAMPLES[:, 1:]).any(axis=1).sum()
+    assert found.consistent
+    assert found.white
+    assert found.outside == pytest.approx(0.05, abs=0.01)
+    accumulator = ConsistencyAccumulator()
+    accumulator.add_error(ERROR, COVARIANCE)
+    assert accumulator.result().nees == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("changes", "above"),
+    [({"measurement_noise": (0.05, 0.1)}, True), ({"measurement_noise": (0.2, 0.4)}, False)],
+)
+def test_wrong_noise_is_seen(changes, above):
+    found = consistency(scan(dataclasses.replace(BLOCK, **changes), SAMPLES))
+    assert found.consistent is False
+    assert (found.nis > found.nis_band[1]) == above
+
+
+def test_a_wrong_model_is_not_white():
+    wrong = dataclasses.replace(BLOCK, parameters=CartParameters(mass=0.4, damping=0.1), process_noise=(0.001, 0.001))
+    assert consistency(scan(wrong, SAMPLES)).white is False
+
+
+def test_chunks_give_the_same_as_the_whole():
+    names = [[f"{what}.{name}" for name in ("position", "speed")] for what in ("innovation", "innovation_variance")]
+    columns = [np.column_stack([RESULT[name] for name in group]) for group in names]
+    accumulator = ConsistencyAccumulator()
+    for part in np.array_split(np.arange(len(RESULT)), 37):
+        accumulator.add(RESULT["nis"][part], RESULT["present"][part], columns[0][part], columns[1][part])
+        accumulator.add_error(ERROR[part], COVARIANCE[part])
+    whole, chunked = consistency(RESULT), accumulator.result()
+    np.testing.assert_allclose(chunked.lags, whole.lags, rtol=1e-9)
+    for field in ("samples", "measurements", "nis", "nis_band", "outside", "whiteness", "whiteness_band"):
+        assert getattr(chunked, field) == pytest.approx(getattr(whole, field), rel=1e-9)
+    assert chunked.nees == pytest.approx(normalised_error_squared(ERROR, COVARIANCE).mean() / 2.0, rel=1e-9)
+
+
+def test_chunks_shorter_than_the_lags():
+    rng = np.random.default_rng(0)
+    innovation = rng.normal(size=(100, 1))
+    whole, small = ConsistencyAccumulator(8), ConsistencyAccumulator(8)
+    one = np.ones(100)
+    whole.add(one, one, innovation, np.ones((100, 1)))
+    for k in range(0, 100, 3):
+        part = slice(k, k + 3)
+        small.add(one[part], one[part], innovation[part], np.ones((100, 1))[part])
+    np.testing.assert_allclose(small.result().lags, whole.result().lags)
+
+
+def test_autocorrelation_is_the_textbook_one():
+    rng = np.random.default_rng(1)
+    white = rng.normal(size=3000)
+    coloured = white[1:] + 0.8 * white[:-1]
+    accumulator = ConsistencyAccumulator(5)
+    ones = np.ones(len(coloured))
+    accumulator.add(ones, ones, coloured[:, None] * 3.0, np.full((len(coloured), 1), 9.0))
+    found = accumulator.result()
+    expected = [np.mean(coloured[k:] * coloured[: len(coloured) - k]) / np.mean(coloured**2) for k in range(1, 6)]
+    np.testing.assert_allclose(found.lags[0], expected, rtol=1e-9)
+    assert found.whiteness == pytest.approx(0.8 / 1.64, abs=0.05)
+    assert found.white is False
+
+
+def test_white_innovations_are_called_white_as_often_as_stated():
+    white = 0
+    for seed in range(200):
+        accumulator = ConsistencyAccumulator(10)
+        innovation = np.random.default_rng(seed).normal(size=(400, 2))
+        accumulator.add(np.ones(400), np.ones(400), innovation, np.ones((400, 2)))
+        white += accumulator.result().white
+    assert 180 <= white <= 200
+
+
+def test_a_run_without_measurements_gives_no_figure():
+    empty = scan(BLOCK, np.full((30, 3), np.nan))
+    found = consistency(empty)
+    assert (found.samples, found.measurements) == (0, 0)
+    assert math.isnan(found.nis)
+    assert found.consistent is None
+    assert found.white is None
+    assert ConsistencyAccumulator().result().white is None
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda a: a.add(np.ones(3), np.ones(4)),
+        lambda a: a.add(np.ones(3), np.ones(3), np.ones((2, 1)), np.ones((2, 1))),
+        lambda a: a.add_error(np.ones((3, 2)), np.ones((3, 4))),
+        lambda a: a.add_error(np.ones((3, 2)), np.ones((4, 2))),
+    ],
+)
+def test_arrays_that_do_not_fit_are_refused(call):
+    with pytest.raises(InputError):
+        call(ConsistencyAccumulator())

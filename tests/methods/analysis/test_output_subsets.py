@@ -1,0 +1,58 @@
+import numpy as np
+import pytest
+
+from methods.analysis.column_sets import TORQUES, column
+from tierod.core.errors import ParameterError
+from tierod.methods.analysis.extended import extended
+from tierod.methods.analysis.output_subsets import Sampling, disagreements, output_subsets, shown_by
+from tierod.models.linear import LinearSystem
+
+SAMPLING = Sampling(
+    {"steering_wheel_angle": 8.7e-4, "motor_angle_mechanical": 3.5e-3, "driver_torque": 0.02}, 1e-3, 0.5
+)
+
+
+def test_every_choice_of_outputs_once():
+    table = output_subsets(column("S3"), SAMPLING)
+    assert len({row.outputs for row in table}) == len(table) == 7
+    assert [row.exact.rank for row in table] == [6, 6, 5, 6, 6, 6, 6]
+    assert [row.unscaled.rank for row in table] == [6, 6, 4, 6, 6, 6, 6]
+
+
+def test_sentences_say_where_methods_disagree_and_why():
+    table = output_subsets(column("S3"), SAMPLING)
+    unscaled, chance = disagreements(table)
+    assert unscaled.startswith("The unscaled matrix says otherwise for driver_torque. ")
+    assert "spread over 17 decades, of which its tolerance leaves 15" in unscaled
+    assert "choice for driver_torque; steering_wheel_angle + driver_torque:" in chance
+    assert disagreements(table[:2]) == []
+
+
+def test_the_bound_of_the_test_by_eigenvectors_is_told():
+    table = output_subsets(extended(column(), TORQUES), SAMPLING)
+    assert any(told.startswith("The PBH test says otherwise for driver_torque:") for told in disagreements(table))
+
+
+def test_bounds_and_conditions_are_better_with_more_outputs():
+    system = extended(column(), TORQUES)
+    two = shown_by(system, ["steering_wheel_angle", "motor_angle_mechanical"], SAMPLING)
+    three = shown_by(system, system.outputs, SAMPLING)
+    assert (three.bound.end < two.bound.end).all()
+    assert three.condition < two.condition
+
+
+def test_one_angle_cannot_tell_the_torques_apart():
+    row = shown_by(extended(column(), TORQUES), ["motor_angle_mechanical"], SAMPLING)
+    assert row.ranks == {
+        "staircase": 7, "PBH": 7, "scaled matrix": 7, "sampled matrix": 7, "unscaled matrix": 5
+    }  # fmt: skip
+    assert np.isinf(row.bound["hand_torque"])
+
+
+def test_no_output_shows_nothing():
+    assert set(shown_by(column(), [], SAMPLING).ranks.values()) == {0}
+
+
+def test_too_many_outputs_are_refused():
+    with pytest.raises(ParameterError, match="too many choices"):
+        output_subsets(LinearSystem.of([[-1.0]], np.ones((9, 1))), SAMPLING)

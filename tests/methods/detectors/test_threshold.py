@@ -1,0 +1,100 @@
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from example_models import assert_floats_equal_scan, with_gaps
+from tierod.core.errors import ParameterError
+from tierod.core.graph import scan
+from tierod.methods.detectors import Condition, Debounce, GatedCounter, Hysteresis
+
+SWITCH = Hysteresis(on=1.0, off=-1.0, hold_time=0.05, sample_time=0.01)
+DEBOUNCE = Debounce(on_time=0.05, off_time=0.1, sample_time=0.01)
+
+
+def test_hysteresis_agrees_with_its_description():
+    rng = np.random.default_rng(0)
+    values = with_gaps(rng, rng.normal(size=400) * 1.2, 0.2)
+    result = assert_floats_equal_scan(SWITCH, values)
+    active, changed, expected = 0.0, -100, []
+    for k, value in enumerate(values):
+        if np.isfinite(value) and k - changed >= 5:
+            wanted = 1.0 if value > 1.0 else 0.0 if value < -1.0 else active
+            changed = k if wanted != active else changed
+            active = wanted
+        expected.append(active)
+    np.testing.assert_array_equal(result["active"], expected)
+    assert 0.1 < np.mean(expected) < 0.9
+
+
+def test_hysteresis_without_hold_time_is_plain():
+    block = dataclasses.replace(SWITCH, hold_time=0.0)
+    result = scan(block, [0.0, 1.1, 0.0, -0.9, -1.1, 0.5, 1.5])["active"]
+    np.testing.assert_array_equal(result, [0, 1, 1, 1, 0, 0, 1])
+    assert block.step(block.init(), 5.0, enabled=0.0)[1].active == 0.0
+
+
+def test_debounce_agrees_with_counting():
+    rng = np.random.default_rng(2)
+    values = np.repeat(rng.integers(0, 2, 150), rng.integers(1, 20, 150)).astype(float)
+    values[rng.random(len(values)) < 0.2] = np.nan
+    result = assert_floats_equal_scan(DEBOUNCE, values)
+    active, run, expected = 0, 0, []
+    for value in values:
+        if np.isfinite(value):
+            run = run + 1 if value != active else 0
+            if run == (10 if active else 5):
+                active, run = 1 - active, 0
+        expected.append(active)
+    np.testing.assert_array_equal(result["active"], expected)
+    assert 0.1 < np.mean(expected) < 0.9
+    assert ((result["progress"] >= 0.0) & (result["progress"] <= 1.0)).all()
+
+
+def test_debounce_at_once_and_disabled():
+    block = Debounce(0.0, 0.0, 0.01)
+    np.testing.assert_array_equal(scan(block, [0.0, 1.0, 1.0, 0.0])["active"], [0, 1, 1, 0])
+    assert block.step(block.init(), Condition(1.0), enabled=0.0)[1].active == 0.0
+
+
+def test_false_alarms_of_debounce_are_as_far_apart_as_documented():
+    rng = np.random.default_rng(0)
+    p, n = 0.3, 3
+    block = Debounce(n * 0.01, 0.0, 0.01)
+    active = scan(block, (rng.random(400_000) < p).astype(float))["active"]
+    starts = np.flatnonzero(np.diff(active, prepend=0.0) > 0.5)
+    ends = np.flatnonzero(np.diff(active, prepend=0.0) < -0.5)
+    waits = starts[1:] - ends[: len(starts) - 1]
+    assert waits.mean() == pytest.approx((1.0 / p**n - 1.0) / (1.0 - p), rel=0.03)
+
+
+def test_enabled_time():
+    block = GatedCounter(0.01)
+    values = [1.0, 0.0, np.nan, 1.0]
+    result = assert_floats_equal_scan(block, values)
+    np.testing.assert_allclose(result["duration"], [0.01, 0.01, 0.01, 0.02])
+    np.testing.assert_allclose(result["share"], [1.0, 0.5, 1.0 / 3.0, 0.5])
+    assert scan(block, np.ones(3_000_000))["duration"][-1] == 30_000.0
+
+
+def test_what_is_not_enabled_counts_on_neither_side():
+    block, state = GatedCounter(0.01), GatedCounter(0.01).init()
+    for condition, enabled in [(1.0, 1.0), (1.0, 0.0), (0.0, 0.0), (math.nan, 1.0)]:
+        state, counted = block.step(state, Condition(condition), enabled)
+    assert (counted.duration, counted.share) == (0.01, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("block", "changes", "words"),
+    [
+        (SWITCH, {"off": 2.0}, "off at or below on"),
+        (SWITCH, {"hold_time": -1.0}, "hold_time is -1.0"),
+        (DEBOUNCE, {"on_time": -1.0}, "on_time is -1.0"),
+        (DEBOUNCE, {"sample_time": 0.0}, "sample_time is 0.0"),
+        (GatedCounter(0.01), {"sample_time": 0.0}, "sample_time is 0.0"),
+    ],
+)
+def test_wrong_tuning_is_refused(block, changes, words):
+    with pytest.raises(ParameterError, match=words):
+        dataclasses.replace(block, **changes)

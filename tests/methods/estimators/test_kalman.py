@@ -1,0 +1,384 @@
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from example_models import (
+    Cart,
+    CartParameters,
+    ContinuousCart,
+    Pendulum,
+    PendulumParameters,
+    Two,
+    assert_floats_equal_scan,
+    random_linear,
+    with_gaps,
+)
+from textbook_filters import kalman_step
+from tierod.core.block import units
+from tierod.core.errors import ParameterError
+from tierod.core.graph import Stream, batch, scan, trace
+from tierod.core.graph.operations import program
+from tierod.methods.estimators import KalmanFilter
+from tierod.methods.estimators.linear_algebra import pack
+from tierod.models.linear import LinearSystem, as_model
+
+cart = KalmanFilter(
+    Cart,
+    CartParameters(),
+    initial_mean=(0.0, 1.0),
+    initial_variance=(1.0, 4.0),
+    process_noise=(None, 0.01),
+    measurement_noise=(0.1, 0.2),
+)
+
+
+def random_filter(rng, n, m, p, maskable=(), update="schmidt"):
+    system, model, parameters = random_linear(rng, n, m, p)
+    fields = {
+        "initial_mean": tuple(rng.normal(size=n).tolist()),
+        "initial_variance": tuple(rng.random(n).tolist()),
+        "process_noise": tuple(rng.random(n).tolist()),
+        "measurement_noise": tuple((0.1 + rng.random(p)).tolist()),
+        "input_noise": tuple(None if k == 0 else float(rng.random()) for k in range(m)),
+        "maskable": maskable,
+        "covariance_update": update,
+        "full_covariance": True,
+    }
+    return system, KalmanFilter(model, parameters, **fields)
+
+
+def oracle(system, block, samples):
+    """The textbook filter over samples (inputs, outputs, masks), as the block's own outputs."""
+    n, m, p = len(system.A), system.B.shape[1], len(system.C)
+    G = system.B
+    w = np.array([0.0 if v is None else v for v in block.input_noise])
+    Q = np.diag(block.process_noise) + G @ np.diag(w) @ G.T
+    R = np.diag(block.measurement_noise)
+    mean, covariance = np.array(block.initial_mean), np.diag(block.initial_variance)
+    rows = []
+    for sample in samples:
+        u, y, given_masks = sample[:m], sample[m : m + p], sample[m + p :]
+        mask = np.ones(n)
+        for name, value in zip(block.maskable, given_masks, strict=True):
+            mask[system.states.index(name)] = np.clip(np.nan_to_num(value), 0.0, 1.0)
+        if not np.isfinite(u).all():
+            covariance = covariance + np.diag(block.process_noise)
+            rows.append(np.concatenate([mean, np.diag(covariance), np.full(2 * p, np.nan), [0, 0], pack(covariance)]))
+            continue
+        mean, covariance, r, s, nis, count = kalman_step(
+            mean,
+            covariance,
+            lambda x, u=u: (system.A @ x + system.B @ u, system.A),
+            lambda x, u=u: (system.C @ x + system.D @ u, system.C),
+            Q,
+            R,
+            y,
+            mask,
+            block.covariance_update,
+        )
+        if block.covariance_update == "printed":
+            covariance = 0.5 * (covariance + covariance.T)
+        rows.append(np.concatenate([mean, np.diag(covariance), r, s, [nis, count], pack(covariance)]))
+    return np.array(rows)
+
+
+@pytest.mark.parametrize(
+    ("n", "m", "p", "masked", "update"),
+    [
+        (1, 0, 1, 0, "schmidt"),
+        (2, 1, 1, 0, "schmidt"),
+        (3, 2, 3, 1, "printed"),
+        (4, 2, 2, 2, "schmidt"),
+        (5, 3, 3, 1, "schmidt"),
+        (5, 3, 3, 5, "schmidt"),
+    ],
+)
+def test_agrees_with_the_textbook(n, m, p, masked, update):
+    rng = np.random.default_rng(10 * n + m)
+    system, block = random_filter(rng, n, m, p, tuple(f"x{k}" for k in range(n - masked, n)), update)
+    samples = np.hstack([rng.normal(size=(60, m)), with_gaps(rng, rng.normal(size=(60, p))), rng.random((60, masked))])
+    if masked:
+        samples[::3, -1], samples[1::3, -1], samples[5::9, -1] = 0.0, 1.0, np.nan
+    if m:
+        samples[20:23, 0] = np.nan
+    result = scan(block, samples)
+    expected = oracle(system, block, samples)
+    compared = np.isfinite(expected)
+    assert compared.all(axis=1).any()
+    np.testing.assert_allclose(result.values[compared], expected[compared], rtol=1e-7, atol=1e-9)
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.integers(0, 10_000), st.integers(1, 4), st.integers(1, 3))
+def test_floats_agree_with_the_textbook_on_random_systems(seed, n, p):
+    rng = np.random.default_rng(seed)
+    system, block = random_filter(rng, n, 1, p, ("x0",))
+    samples = np.hstack([rng.normal(size=(4, 1)), with_gaps(rng, rng.normal(size=(4, p))), rng.random((4, 1))])
+    expected = oracle(system, block, samples)
+    state = block.init()
+    for row, wanted in zip(samples.tolist(), expected, strict=True):
+        u, y, mask = row[:1], row[1 : 1 + p], row[1 + p :]
+        sample = block.Sample(
+            block.model.Input(*u), block.model.Output(*y), block.Sample.__annotations__["enabled"](*mask)
+        )
+        state, estimate = block.step(state, sample)
+        np.testing.assert_allclose(estimate.mean, wanted[:n], rtol=1e-7, atol=1e-9)
+        np.testing.assert_allclose(estimate.variance, wanted[n : 2 * n], rtol=1e-7, atol=1e-9)
+        np.testing.assert_allclose(estimate.nis, wanted[2 * n + 2 * p], rtol=1e-7, atol=1e-9)
+
+
+def pendulum_filter(**changes):
+    block = KalmanFilter(
+        Pendulum,
+        PendulumParameters(),
+        initial_mean=(0.5, 0.0),
+        initial_variance=(0.2, 0.2),
+        process_noise=(None, 1e-4),
+        measurement_noise=(0.01, 0.02),
+        input_noise=(0.3,),
+    )
+    return dataclasses.replace(block, **changes)
+
+
+def pendulum_samples(count=200, seed=0):
+    rng = np.random.default_rng(seed)
+    state, rows = Pendulum.State(0.7, 0.1), []
+    for _ in range(count):
+        torque = float(rng.normal())
+        state = Pendulum.transition(state, Pendulum.Input(torque), PendulumParameters())
+        seen = Pendulum.output(state, None, PendulumParameters())
+        rows.append([torque + 0.5 * rng.normal(), seen.height + 0.1 * rng.normal(), seen.rate + 0.14 * rng.normal()])
+    return np.array(rows)
+
+
+def test_extended_filter_agrees_with_the_textbook_with_numeric_jacobians():
+    block, samples = pendulum_filter(), pendulum_samples()
+    samples[50:70, 1] = np.nan
+    p = block.parameters
+
+    def numeric(function, at):
+        at, h = np.asarray(at, float), 1e-6
+        columns = [
+            (np.array(function(at + h * e)) - np.array(function(at - h * e))) / (2.0 * h) for e in np.eye(len(at))
+        ]
+        return np.array(columns).T
+
+    mean, covariance, expected = np.array(block.initial_mean), np.diag(block.initial_variance), []
+    for row in samples:
+        u = Pendulum.Input(float(row[0]))
+
+        def f(x, u=u):
+            return Pendulum.transition(Pendulum.State(*map(float, x)), u, p)
+
+        def h(x):
+            return Pendulum.output(Pendulum.State(*map(float, x)), None, p)
+
+        G = numeric(lambda v, mean=mean: Pendulum.transition(Pendulum.State(*mean), Pendulum.Input(float(v[0])), p), u)
+        Q = np.diag([0.0, 1e-4]) + 0.3 * G @ G.T
+        mean, covariance, r, s, nis, count = kalman_step(
+            mean,
+            covariance,
+            lambda x, f=f: (np.array(f(x)), numeric(f, x)),
+            lambda x: (np.array(h(x)), numeric(h, x)),
+            Q,
+            np.diag(block.measurement_noise),
+            row[1:],
+        )
+        expected.append([*mean, *np.diag(covariance), *r, *s, nis, count])
+    result = scan(block, samples)
+    np.testing.assert_allclose(result.values, expected, rtol=1e-5, atol=1e-7, equal_nan=True)
+
+
+def test_order_of_the_outputs_does_not_matter():
+    class Turned(Pendulum):
+        @staticmethod
+        def output(x, u, p):
+            seen = Pendulum.output(x, u, p)
+            return Pendulum.Output(seen.rate, seen.height)
+
+    samples = pendulum_samples()
+    forward = scan(pendulum_filter(), samples)
+    turned = scan(pendulum_filter(model=Turned, measurement_noise=(0.02, 0.01)), samples[:, [0, 2, 1]])
+    for name in ("mean.angle", "variance.rate", "nis"):
+        np.testing.assert_allclose(forward[name], turned[name], rtol=1e-9, atol=1e-12)
+
+
+def test_floats_scan_stream_and_lanes_agree():
+    rng = np.random.default_rng(4)
+    block = dataclasses.replace(cart, maskable=("speed",), input_noise=(0.2,))
+    samples = np.hstack([with_gaps(rng, rng.normal(size=(80, 3)), 0.15), rng.random((80, 1))])
+    result = assert_floats_equal_scan(block, samples)
+    stream = Stream(block)
+    for row, values in zip(samples, result.values, strict=True):
+        stream.inputs[:] = row
+        stream.advance()
+        np.testing.assert_array_equal(stream.outputs, values)
+    for lane in batch(block, [samples] * 16):
+        np.testing.assert_array_equal(lane.values, result.values)
+
+
+@pytest.mark.parametrize("update", ["schmidt", "printed"])
+def test_any_pattern_of_missing_values_leaves_the_state_finite(update):
+    block = dataclasses.replace(cart, maskable=("speed",), covariance_update=update)
+    patterns = np.array(list(itertools.product((1.0, np.nan, np.inf, -np.inf), repeat=4)))
+    samples = np.vstack([np.random.default_rng(0).permutation(patterns), np.full((50, 4), np.nan)])
+    result = scan(block, samples)
+    assert np.isfinite(result.state.values).all()
+    figures = ["mean.position", "mean.speed", "variance.position", "variance.speed", "nis", "present"]
+    assert all(np.isfinite(result[name]).all() for name in figures)
+    after = scan(block, np.ones((2000, 4)), state=result.state)
+    fresh = scan(block, np.ones((2000, 4)))
+    np.testing.assert_allclose(after.values[-1], fresh.values[-1], rtol=1e-6)
+
+
+def test_a_missing_input_holds_the_mean_and_widens_the_variance():
+    result = scan(cart, [[1.0, 0.1, 1.0], [np.nan, 5.0, 5.0], [np.nan, 5.0, 5.0]])
+    np.testing.assert_array_equal(result["mean.speed"][1:], result["mean.speed"][0])
+    np.testing.assert_allclose(np.diff(result["variance.speed"]), 0.01)
+    np.testing.assert_array_equal(result["present"], [2.0, 0.0, 0.0])
+
+
+def test_missing_measurements_propagate_the_state():
+    result = scan(cart, [[1.0, np.nan, np.nan]])
+    predicted = Cart.transition(Two(0.0, 1.0), Cart.Input(1.0), CartParameters())
+    np.testing.assert_allclose([result["mean.position"][0], result["mean.speed"][0]], predicted)
+    assert np.isnan(result["innovation.position"][0])
+    assert result["nis"][0] == result["present"][0] == 0.0
+
+
+def test_variance_of_a_masked_state_shrinks_only_as_printed():
+    class Bias:
+        """A speed with a constant bias; both are measured together."""
+
+        State, Input, Output, Parameters = Cart.State, Cart.Input, Cart.Output, CartParameters
+
+        @staticmethod
+        def transition(x, u, p):
+            return Two(0.9 * x.position + x.speed, x.speed)
+
+        @staticmethod
+        def output(x, u, p):
+            return Cart.Output(x.position, x.position + x.speed)
+
+    samples = np.tile([0.0, 1.0, 2.0, 0.0], (100, 1))
+    block = dataclasses.replace(cart, model=Bias, maskable=("speed",), process_noise=(0.1, None))
+    printed = scan(dataclasses.replace(block, covariance_update="printed"), samples)["variance.speed"]
+    schmidt = scan(block, samples)["variance.speed"]
+    np.testing.assert_array_equal(schmidt, 4.0)
+    assert printed[-1] < 0.1
+    np.testing.assert_array_equal(scan(block, samples)["mean.speed"], 1.0)
+
+
+def test_noise_of_one_sample_replaces_the_tuning():
+    sample = cart.Sample(Cart.Input(0.0), Cart.Output(0.3, 0.2))
+    state = cart.init()
+    once = cart.step(state, sample, process_noise=(None, 5.0), measurement_noise=(1.0, 2.0))
+    tuned = dataclasses.replace(cart, process_noise=(None, 5.0), measurement_noise=(1.0, 2.0)).step(state, sample)
+    assert once == tuned
+    assert once != cart.step(state, sample)
+    driven = dataclasses.replace(cart, input_noise=(0.1,))
+    assert driven.step(state, sample, input_noise=(9.0,)) == dataclasses.replace(cart, input_noise=(9.0,)).step(
+        state, sample
+    )
+
+
+def test_many_calibrations_share_one_graph():
+    other = dataclasses.replace(cart, parameters=CartParameters(mass=9.0), measurement_noise=(5.0, 6.0))
+    assert trace(cart) is trace(other)
+
+
+def test_structure_keeps_the_graph_short():
+    """Five states, three outputs: near the hand-written 228 operations, guards and figures included."""
+    A = np.array([[1, 0.01, 0, 0, 0], [0, 0.9, 0, -0.1, 0.2], [0, 0, 1, 0.3, 0], [0, 0, 0, 1, 0], [0, 0, 0, 0, 1]])
+    system = LinearSystem.of(A, np.eye(3, 5), np.ones((5, 1)))
+    _, model, _ = random_linear(np.random.default_rng(0), 5, 1, 3)
+    linear = as_model(system, model.State, model.Input, model.Output)
+    block = KalmanFilter(*linear, (0.0,) * 5, (1.0,) * 5, (None, None, None, 1.0, 1.0), (1.0,) * 3, (0.1,))
+    assert sum(program(trace(block).function).counts().values()) <= 310
+    sparse = dataclasses.replace(block, hold_missing_input=False, input_noise=None)
+    assert sum(program(trace(sparse).function).counts().values()) <= 260
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_covariance_stays_positive_up_to_the_documented_ratio(seed):
+    rng = np.random.default_rng(seed)
+    n, p = int(rng.integers(2, 6)), int(rng.integers(1, 4))
+    _, model, parameters = random_linear(rng, n, 1, p)
+
+    def spread(count, low, high):
+        return tuple((10.0 ** rng.uniform(low, high, count)).tolist())
+
+    noise = (spread(n, 5, 6), spread(n, -10, -4), spread(p, -6, -2))
+    block = KalmanFilter(model, parameters, (0.0,) * n, *noise, full_covariance=True)
+    packed = scan(block, rng.normal(size=(300, 1 + p))).values[:, -n * (n + 1) // 2 :]
+    full = np.zeros((300, n, n))
+    rows, columns = np.triu_indices(n)
+    full[:, rows, columns] = full[:, columns, rows] = packed
+    deviation = np.sqrt(np.einsum("kii->ki", full))
+    assert np.linalg.eigvalsh(full / deviation[:, :, None] / deviation[:, None, :]).min() > -1e-6
+
+
+def test_units_of_the_estimate():
+    assert units(cart.Estimate)[:8] == ["m", "m/s", "(m)**2", "(m/s)**2", "m", "m/s", "(m)**2", "(m/s)**2"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"model": ContinuousCart}, "discretise"),
+        ({"model": CartParameters}, "no function `transition`"),
+        ({"process_noise": (0.1,)}, "process_noise has 1 values; expected 2"),
+        ({"measurement_noise": (0.1, 0.0)}, "greater than zero"),
+        ({"initial_variance": (0.1, -1.0)}, "not negative"),
+        ({"initial_variance": (0.1, 1)}, "expected a float"),
+        ({"initial_mean": (0.1,)}, "initial_mean needs 2 values"),
+        ({"initial_mean": (0.1, float("nan"))}, "initial_mean of .* is nan; expected a finite number"),
+        ({"initial_variance": (0.1, float("inf"))}, "is inf; expected a float that is finite and not negative"),
+        ({"input_noise": (0.1, 0.2)}, "input_noise has 2 values"),
+        ({"maskable": ("sped",)}, "did you mean 'speed'"),
+        ({"covariance_update": "joseph"}, "schmidt or printed"),
+    ],
+)
+def test_wrong_tuning_is_refused(changes, words):
+    with pytest.raises(ParameterError, match=words.replace("(", r"\(")):
+        dataclasses.replace(cart, **changes)
+
+
+def gated(gate):
+    return dataclasses.replace(cart, gate=gate)
+
+
+def test_a_reading_within_the_gate_counts_as_without_one():
+    samples = [cart.Sample(Cart.Input(0.1), Cart.Output(0.1 * k, float("nan"))) for k in range(5)]
+    plain, with_gate = cart.init(), gated(10.83).init()
+    for sample in samples:
+        plain, _ = cart.step(plain, sample)
+        with_gate, _ = gated(10.83).step(with_gate, sample)
+    assert with_gate == plain
+
+
+def test_the_further_a_reading_lies_beyond_the_gate_the_less_it_moves_the_estimate():
+    start, bound = cart.init(), 10.83
+    missing = float("nan")
+    at_rest, _ = cart.step(start, cart.Sample(Cart.Input(0.0), Cart.Output(missing, missing)))
+
+    def moved(reading):
+        after, estimate = gated(bound).step(start, cart.Sample(Cart.Input(0.0), Cart.Output(reading, missing)))
+        return abs(after.mean[0] - at_rest.mean[0]), estimate
+
+    near, far, farther = (moved(reading)[0] for reading in (3.0, 30.0, 300.0))
+    assert near > far > farther > 0.0
+    assert moved(300.0)[1].nis == pytest.approx(bound)
+    ungated, _ = cart.step(start, cart.Sample(Cart.Input(0.0), Cart.Output(300.0, missing)))
+    assert farther < 0.05 * abs(ungated.mean[0] - at_rest.mean[0])
+
+
+def test_a_gated_filter_gives_the_same_numbers_compiled():
+    rng = np.random.default_rng(5)
+    readings = rng.normal(0.0, 1.0, (60, 2)) + np.where(rng.random((60, 2)) > 0.8, 20.0, 0.0)
+    samples = np.column_stack([rng.normal(0.0, 1.0, 60), with_gaps(rng, readings, 0.1)])
+    assert_floats_equal_scan(gated(10.83), samples)

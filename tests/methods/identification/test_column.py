@@ -1,0 +1,134 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from methods.identification.bench import FREE, LOCKED, RAMPS, SINES, TRUTH, changed, recordings, row
+from tierod.core.errors import InputError, ParameterError
+from tierod.methods.identification.column import identify_column, known_free
+from tierod.methods.identification.column_fit import ColumnFit
+from tierod.methods.identification.experiment import Estimate, Free
+from tierod.methods.identification.fit_quality import normalised_error, whiteness
+from tierod.methods.identification.identifiability import blind_directions, refusal
+
+ROUGH = replace(TRUTH, motor_damping=1.3 * TRUTH.motor_damping, motor_friction=0.07, motor_friction_stiffness=1.4)
+
+
+@pytest.fixture(scope="module")
+def result():
+    return identify_column(
+        ROUGH, {name: recordings()[name] for name in (FREE, LOCKED)}, deviations={"motor_damping": 1.0}
+    )
+
+
+def test_it_finds_damping_and_friction(result):
+    found = {each.name: each for each in result.found}
+    assert list(found) == ["steering_wheel_damping", "motor_damping", "motor_friction", "motor_friction_stiffness"]
+    for name, limit in zip(found, (0.005, 0.02, 0.02, 0.05), strict=True):
+        right = getattr(TRUTH, name)
+        assert found[name].value == pytest.approx(right, rel=limit)
+        assert found[name].value == pytest.approx(right, abs=5.0 * found[name].deviation)
+        assert found[name].low < found[name].value < found[name].high
+    assert found["motor_damping"].before_deviation == 1.0
+    assert found["motor_damping"].change == pytest.approx(1.0 / 1.3 - 1.0, abs=0.01)
+    assert [each.method for each in result.found] == ["instruments", *["likelihood"] * 3]
+
+
+def test_what_the_bench_adds_is_nil(result):
+    assert result.estimate["motor_torque_gain"] == pytest.approx(1.0, abs=0.002)
+    assert result.estimate.input_deviation[0] < 1e-3
+    assert result.remarks == ()
+    assert result.explained
+
+
+def test_what_is_in_doubt_is_said_with_its_own_reason(result):
+    assert result.doubt == ""
+    stopped = replace(result, estimate=replace(result.estimate, converged=False))
+    assert stopped.doubt == "the search did not come to an end"
+    assert replace(stopped, explained=False).doubt == "the model does not explain these recordings"
+
+
+def test_every_experiment_is_left_out_once(result):
+    assert [each.name for each in result.left_out] == [FREE, LOCKED]
+    without_free, without_locked = result.left_out
+    assert "steering_wheel_damping" not in without_free.values
+    assert without_locked.values["motor_friction"] == pytest.approx(0.1, rel=0.02)
+    assert without_locked.errors["driver_torque"] < 0.05
+    assert "steering_wheel_angle" not in without_locked.errors
+
+
+def test_simulated_and_measured_agree_and_residuals_are_white(result):
+    assert all(each.errors["driver_torque"] < 0.05 for each in result.shown)
+    assert all(abs(each.largest) < 0.1 for each in result.whiteness.values())
+    assert np.max(np.abs(result.shown[0].friction)) == pytest.approx(0.1, rel=0.02)
+
+
+def test_slow_ramps_alone_do_not_tell_the_damping():
+    with pytest.raises(InputError, match=r"does not excite motor_damping.*sweep or steps with the wheel free"):
+        identify_column(replace(ROUGH, motor_damping=1e-5), {RAMPS: recordings()[RAMPS]}, ("motor_damping",))
+
+
+def test_friction_that_is_held_and_wrong_is_named():
+    wrong = replace(TRUTH, motor_friction=0.25, motor_friction_stiffness=5.0)
+    with pytest.raises(InputError, match=r"motor_friction, held at 0\.25 .* near 0\.(09|1)[0-9]* .*--free"):
+        identify_column(wrong, {SINES: recordings()[SINES]}, ("motor_damping", "gear_stiffness"))
+
+
+def test_a_locked_wheel_tells_nothing_of_the_wheel():
+    with pytest.raises(InputError, match="steering_wheel_damping cannot be told; record a sweep with the wheel free"):
+        identify_column(ROUGH, {LOCKED: recordings()[LOCKED]}, ("steering_wheel_damping",))
+
+
+@pytest.mark.parametrize(("name", "words"), [("motor_ratio", "counted"), ("motor_dampin", "motor_damping")])
+def test_parameters_that_cannot_be_looked_for(name, words):
+    with pytest.raises(ParameterError, match=words):
+        identify_column(ROUGH, {SINES: recordings()[SINES]}, (name,))
+
+
+def test_inertia_and_stiffness_can_be_looked_for():
+    assert {"motor_inertia", "gear_inertia", "gear_stiffness", "torsion_bar_stiffness"} < set(known_free())
+
+
+def estimate(information):
+    count = len(information)
+    free = tuple(Free(name) for name in ("motor_friction", "motor_damping")[:count])
+    return Estimate(free, (1.0,) * count, (1.0,) * count, np.eye(count), information, 0.0, ())
+
+
+def test_a_direction_of_little_information_is_named():
+    along = np.array([1.0, 1.0]) / np.sqrt(2.0)
+    across = np.array([1.0, -1.0]) / np.sqrt(2.0)
+    found = blind_directions(
+        estimate(1e6 * np.outer(along, along) + np.outer(across, across)), ["motor_friction", "motor_damping"]
+    )
+    assert len(found) == 1
+    assert found[0].deviation == pytest.approx(1.0)
+    assert set(found[0].names) == {"motor_friction", "motor_damping"}
+    words = refusal(found, ["drive.mf4"], {"motor_friction": "ramps"})
+    assert "this recording does not excite" in words
+    assert "record ramps instead" in words
+
+
+def test_what_is_unknown_besides_counts():
+    information = np.array([[100.0, 99.9], [99.9, 100.0]])
+    assert blind_directions(estimate(np.array([[100.0]])), ["motor_friction"]) == []
+    found = blind_directions(estimate(information), ["motor_friction"])
+    assert found[0].deviation == pytest.approx(1.0 / np.sqrt(100.0 - 99.9**2 / 100.0))
+
+
+def test_normalised_error_and_whiteness():
+    random = np.random.default_rng(1)
+    white = random.standard_normal(20_000)
+    assert normalised_error(white + 0.1, white) == pytest.approx(0.1, rel=0.02)
+    assert whiteness([white]).outside < 0.25
+    assert whiteness([np.zeros(100)]) == (0.0, 0.0)
+    coloured = np.convolve(white, [1.0, 0.8], "valid")
+    assert whiteness([coloured]).largest == pytest.approx(0.8 / 1.64, abs=0.03)
+
+
+def test_a_gap_does_not_pass_for_motion_of_the_wheel():
+    gap = changed(recordings()[FREE], driver_torque=lambda t, v: (t, np.where((t > 1.3) & (t < 1.8), np.nan, v)))
+    fit = ColumnFit(TRUTH, ("steering_wheel_inertia", "steering_wheel_damping"))
+    values, _ = fit._wheel([row(FREE, gap)])
+    for name, (value, deviation) in values.items():
+        assert value == pytest.approx(getattr(TRUTH, name), abs=4.0 * deviation, rel=0.01)

@@ -1,0 +1,209 @@
+"""Both searches on a system whose answer is known in closed form, for any discrete model."""
+
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
+
+import numpy as np
+import pytest
+
+from tierod.core.errors import ParameterError
+from tierod.core.graph import scan
+from tierod.methods.identification.experiment import Experiment, Free
+from tierod.methods.identification.held import misfit
+from tierod.methods.identification.innovations import Innovations
+from tierod.methods.identification.maximum_likelihood import MaximumLikelihood
+from tierod.papers.column.output_error import OutputError
+
+
+class Level(NamedTuple):
+    """One state."""
+
+    level: Annotated[float, ""]
+
+
+@dataclass(frozen=True)
+class Lag:
+    """Parameters of a lag of first order."""
+
+    decay: float = 0.9
+    gain: float = 1.0
+
+
+class FirstOrder:
+    """x+ = decay x + gain u, y = x."""
+
+    State = Input = Output = Level
+    Parameters = Lag
+
+    @staticmethod
+    def transition(x, u, p):
+        return Level(p.decay * x.level + p.gain * u.level)
+
+    @staticmethod
+    def output(x, u, p):
+        return Level(x.level)
+
+
+NOISE, DRIVE = 0.3, 0.2
+FREE = (Free("decay"), Free("gain", positive=False))
+
+
+def recorded(seed, drive, count=1500, noise=NOISE):
+    random = np.random.default_rng(seed)
+    inputs, state, outputs = np.sign(random.standard_normal(count)).repeat(5)[:count], 0.0, []
+    for given in inputs:
+        outputs.append(state)
+        state = 0.9 * state + given + drive * random.standard_normal()
+    measured = np.array(outputs) + noise * random.standard_normal(count)
+    return Experiment(str(seed), inputs[:, None], measured[:, None], (0.0,), (0.01,))
+
+
+def by_hand(experiment, decay, gain, drive, noise):
+    """Negative log likelihood by a scalar Kalman filter in plain Python."""
+    mean, variance, total = 0.0, 0.01, 0.0
+    for (given,), (told,) in zip(experiment.inputs, experiment.measured, strict=True):
+        spread = variance + noise**2
+        total += 0.5 * (told - mean) ** 2 / spread + 0.5 * np.log(spread)
+        weight = variance / spread
+        mean, variance = mean + weight * (told - mean), variance * (1.0 - weight)
+        mean, variance = decay * mean + gain * given, decay**2 * variance + gain**2 * drive**2
+    return total
+
+
+def search(**changes):
+    return MaximumLikelihood(FirstOrder, Lag(0.8, 0.7), FREE, (0.1,), (0.5,), **changes)
+
+
+def test_the_likelihood_is_that_of_a_filter_written_by_hand():
+    experiment = recorded(1, DRIVE)
+    place = np.array([np.log(0.85), 1.1, np.log(0.15), np.log(0.4)])
+    assert search().cost(place, [experiment]) == pytest.approx(by_hand(experiment, 0.85, 1.1, 0.15, 0.4), rel=1e-10)
+
+
+def test_a_missing_sample_leaves_no_term():
+    experiment = recorded(1, DRIVE)
+    experiment.measured[700] = np.nan
+    block = Innovations(FirstOrder, Lag(), (0.0,), (0.01,), (0.04,), (0.09,))
+    result = scan(block, experiment.samples)
+    assert result.values[700].tolist() == [0.0, 0.0]
+    assert np.isfinite(result.values).all()
+
+
+def test_gradient_and_scores_agree_with_differences_of_the_cost():
+    experiment, place = recorded(2, DRIVE), np.array([np.log(0.88), 1.05, np.log(0.2), np.log(0.3)])
+    found = search().likelihood(place, [experiment], range(4))
+    for k in range(4):
+        step = 1e-5 * np.eye(4)[k]
+        slope = search().cost(place + step, [experiment]) - search().cost(place - step, [experiment])
+        assert found.gradient[k] == pytest.approx(slope / 2e-5, rel=2e-3, abs=0.1)
+    np.testing.assert_allclose(found.scores[0].sum(axis=0), found.gradient, rtol=1e-9)
+
+
+def test_it_finds_parameters_and_both_noises():
+    found = search().fit([recorded(3, DRIVE), recorded(4, DRIVE)])
+    assert found.converged
+    assert found["decay"] == pytest.approx(0.9, abs=4.0 * found.deviation("decay"))
+    assert found["gain"] == pytest.approx(1.0, abs=4.0 * found.deviation("gain"))
+    assert found.input_deviation[0] == pytest.approx(DRIVE, rel=0.15)
+    assert found.output_deviation[0] == pytest.approx(NOISE, rel=0.1)
+    assert np.std(found.residuals[0]) == pytest.approx(1.0, rel=0.05)
+
+
+def test_its_intervals_hold_about_as_often_as_they_say():
+    near = search().place_of(search().fit([recorded(5, DRIVE)]))
+    held = 0
+    for seed in range(100, 140):
+        found = search().fit([recorded(seed, DRIVE, 600)], start=near)
+        low, high = found.interval("decay")
+        held += low < 0.9 < high
+    assert 33 <= held <= 40  # 38 expected; 33 or fewer has a probability of 1.4 %
+
+
+def test_without_unrecorded_drive_both_searches_agree():
+    experiment = recorded(6, 0.0)
+    likely = search().fit([experiment])
+    least = OutputError(FirstOrder, Lag(0.8, 0.7), FREE, (NOISE,)).fit([experiment])
+    assert likely.input_deviation[0] < 0.03
+    for name in ("decay", "gain"):
+        assert least[name] == pytest.approx(likely[name], abs=0.5 * least.deviation(name))
+        assert least.deviation(name) == pytest.approx(likely.deviation(name), rel=0.4)
+
+
+def test_the_first_state_can_be_looked_for():
+    experiment = recorded(7, 0.0)
+    ahead = 0.9 ** np.arange(len(experiment.measured))[:, None]
+    shifted = Experiment("late", experiment.inputs, experiment.measured + 5.0 * ahead, (0.0,), (0.01,))
+    held = OutputError(FirstOrder, Lag(0.8, 0.7), FREE, (NOISE,)).fit([shifted])
+    found = OutputError(FirstOrder, Lag(0.8, 0.7), FREE, (NOISE,), ("level",)).fit([shifted])
+    assert found.cost < held.cost - 10.0
+    assert found["decay"] == pytest.approx(0.9, abs=4.0 * found.deviation("decay"))
+
+
+def test_what_is_known_before_holds_a_parameter():
+    free = (Free("decay"), Free("gain", False, 1e-4))
+    found = MaximumLikelihood(FirstOrder, Lag(0.8, 0.7), free, (0.1,), (0.5,)).fit([recorded(8, DRIVE)])
+    assert found["gain"] == pytest.approx(0.7, abs=1e-3)
+    assert found.deviation("gain") == pytest.approx(1e-4, rel=0.1)
+
+
+def test_a_better_start_is_taken():
+    free = (Free("decay"),)
+    far = MaximumLikelihood(FirstOrder, Lag(0.01, 1.0), free, (0.1,), (0.5,), starts=((4.4,),))
+    assert far._best_start(far.start(), [recorded(9, DRIVE)])[0] == pytest.approx(np.log(0.01) + 4.4)
+
+
+class Stuck(MaximumLikelihood):
+    """Finds no place that is better than the one where it is."""
+
+    def cost(self, place, experiments):
+        return np.inf
+
+
+def test_a_search_that_is_stuck_far_off_has_not_converged():
+    recordings = [recorded(3, DRIVE)]
+    stuck = Stuck(FirstOrder, Lag(0.8, 0.7), FREE, (0.1,), (0.5,))
+    assert not stuck.fit(recordings, start=stuck.start()).converged
+    end = search().place_of(search().fit(recordings))
+    assert stuck.fit(recordings, start=end).converged
+
+
+class Stumbling(MaximumLikelihood):
+    """Runs out of steps on its way from the large noise."""
+
+    def _descend(self, place, experiments, moving, enough):
+        end = super()._descend(place, experiments, moving, enough)
+        descents = self.__dict__.setdefault("descents", [])
+        descents.append(end)
+        return end._replace(converged=False, found=end.found._replace(cost=np.inf)) if len(descents) <= 3 else end
+
+
+def test_a_search_that_stops_on_its_way_begins_again():
+    recordings = [recorded(3, DRIVE)]
+    straight, stumbled = search().fit(recordings), Stumbling(FirstOrder, Lag(0.8, 0.7), FREE, (0.1,), (0.5,))
+    found = stumbled.fit(recordings)
+    assert found.converged
+    assert found.values == pytest.approx(straight.values, rel=1e-3)
+    assert found.cost == pytest.approx(straight.cost, abs=0.02)
+
+
+@pytest.mark.parametrize(("decay", "named"), [(0.6, True), (0.9, False)])
+def test_a_held_parameter_that_does_not_fit_is_named(decay, named):
+    recordings = [recorded(11, 0.0), recorded(12, 0.0)]
+    held = MaximumLikelihood(FirstOrder, Lag(decay, 0.7), (Free("gain"),), (0.1,), (0.5,))
+    found = misfit(held, held.fit(recordings), recordings, ("gain", "decay"))
+    if not named:
+        assert found is None
+        return
+    assert (found.name, found.held) == ("decay", 0.6)
+    assert found.likelier == pytest.approx(0.9, rel=0.1)
+
+
+def test_a_positive_parameter_cannot_start_at_zero():
+    with pytest.raises(ParameterError, match="above zero"):
+        Free("decay").coordinate(0.0)
+
+
+def test_an_unknown_parameter_is_named_with_the_nearest():
+    found = search().fit([recorded(3, DRIVE)])
+    with pytest.raises(ParameterError, match="'gain'"):
+        found.deviation("gian")

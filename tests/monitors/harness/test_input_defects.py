@@ -1,0 +1,181 @@
+"""Which signal of a drive is late, of another scale or clipped, by its name; and what that does to a verdict."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import tracemalloc
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from shared_data import shared_data
+from tierod.core.findings import Status
+from tierod.core.recording import Recording
+from tierod.io.derive import complete
+from tierod.io.readers import read
+from tierod.monitors.harness.input_defects import InputDefects
+from tierod.monitors.registry import MONITORS
+from tierod.monitors.run import Run, diagnose, find
+from tierod.proving_ground import FrictionCourse, drive
+from tierod.vehicles import load
+
+SIGNALS = MONITORS["friction"].required
+
+
+@pytest.fixture(scope="module")
+def healthy() -> Recording:
+    return drive(minutes=8.0, seed=3)
+
+
+def altered(recording: Recording, name: str, change: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Recording:
+    channel = recording[name]
+    return recording.with_channels([dataclasses.replace(channel, values=change(channel.time, channel.values))])
+
+
+def late(seconds: float) -> Callable:
+    return lambda time, values: np.interp(time - seconds, time, values)
+
+
+def times(factor: float) -> Callable:
+    return lambda _time, values: factor * values
+
+
+def clipped(_time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return np.clip(values, *np.quantile(values, [0.1, 0.9]))
+
+
+def sentences(recording: Recording) -> list[str]:
+    defects = InputDefects(SIGNALS)
+    defects.add(recording, *recording.span)
+    return [defect.sentence for defect in defects.found()]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "steering_wheel_angle",
+        "steering_wheel_rate",
+        "driver_torque",
+        "motor_torque",
+        "yaw_rate",
+        "lateral_acceleration",
+    ],
+)
+def test_a_late_signal_is_named_with_its_delay(healthy, name):
+    (sentence,) = sentences(altered(healthy, name, late(0.5)))
+    assert sentence.startswith(f"{name} is late against ")
+    assert 0.33 < float(sentence.split(" by ")[1].split()[0]) < 0.56
+
+
+@pytest.mark.parametrize("name", ["steering_wheel_rate", "steering_wheel_angle", "yaw_rate", "lateral_acceleration"])
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+def test_a_wrong_scale_is_named_with_those_that_it_may_be(healthy, name, factor):
+    (sentence,) = sentences(altered(healthy, name, times(factor)))
+    assert "has a wrong scale" in sentence
+    assert name in sentence.split(" has ")[0]
+
+
+@pytest.mark.parametrize("name", ["driver_torque", "motor_torque", "yaw_rate", "lateral_acceleration"])
+def test_a_clipped_signal_is_named(healthy, name):
+    found = sentences(altered(healthy, name, clipped))
+    assert found[0].startswith(f"{name} is clipped at its ")
+
+
+def test_a_healthy_drive_has_none(healthy):
+    assert sentences(healthy) == []
+
+
+@pytest.mark.parametrize("parts", [("rav4_highway_minute", "can.log"), ("ferrari_250lm_race", "laps.parquet")])
+def test_a_real_recording_has_none(parts):
+    path, rav4 = shared_data(*parts), load("rav4")
+    given = {"dbc": rav4.database, "channel_map": rav4.channel_map} if parts[0].startswith("rav4") else {}
+    assert sentences(complete(read(path, **given))) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "beginning"),
+    [
+        ("driver_torque", times(2.0), "driver_torque has "),
+        ("driver_torque", times(0.5), "driver_torque has "),
+        ("motor_torque", times(2.0), "motor_torque has "),
+        ("motor_torque", times(0.5), "motor_torque has "),
+        ("motor_torque", clipped, "motor_torque is clipped at "),
+        ("lateral_acceleration", late(0.5), "lateral_acceleration is late against yaw_rate"),
+        ("motor_torque", late(0.5), "motor_torque is late against driver_torque"),
+    ],
+)
+@pytest.mark.parametrize("friction", [4.0, 8.0])
+def test_friction_is_suspect_and_the_right_signal_comes_first(name, change, beginning, friction):
+    recording = drive(minutes=8.0, seed=3, friction=FrictionCourse.constant(friction))
+    finding = diagnose(altered(recording, name, change), "midsize-eps").findings[0]
+    assert finding.status in (Status.SUSPECT, Status.NOT_IDENTIFIABLE)
+    assert finding.warnings[0].startswith(beginning)
+    if finding.status is Status.SUSPECT:
+        assert finding.cause.startswith(beginning)
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "beginning"),
+    [
+        ("steering_wheel_angle", late(0.5), "steering_wheel_angle is late against steering_wheel_rate"),
+        ("steering_wheel_angle", times(-1.0), "steering_wheel_angle has probably the wrong sign"),
+        ("lateral_acceleration", times(-1.0), "lateral_acceleration has probably the wrong sign"),
+        ("steering_wheel_rate", times(2.0), "steering_wheel_rate or steering_wheel_angle has a wrong scale"),
+    ],
+)
+def test_what_is_not_identifiable_names_the_wrong_signal_first(healthy, name, change, beginning):
+    finding = diagnose(altered(healthy, name, change), "midsize-eps").findings[0]
+    assert finding.status is Status.NOT_IDENTIFIABLE
+    assert finding.headline.startswith(f"Friction of the steering: not identifiable; {beginning}")
+    assert finding.cause.startswith(beginning)
+    assert finding.action.startswith("repair the signal, or its entry in channel map")
+
+
+def test_a_clipped_signal_is_named_in_the_units_of_the_tables(healthy):
+    defects = InputDefects(SIGNALS)
+    defects.add(altered(healthy, "yaw_rate", clipped), *healthy.span)
+    (sentence, *_) = [each.sentence for each in defects.found({"yaw_rate": "rad/s"})]
+    assert " °/s for " in sentence
+
+
+def test_both_torques_of_another_gain_are_named_by_the_bend_of_the_assist(healthy):
+    twice = altered(altered(healthy, "driver_torque", times(2.0)), "motor_torque", times(2.0))
+    finding = diagnose(twice, "midsize-eps").findings[0]
+    assert finding.status is Status.SUSPECT
+    assert finding.cause.startswith("driver_torque and motor_torque have ")
+
+
+def test_friction_below_what_any_steering_has_is_implausible(healthy):
+    vehicle = load("midsize-eps")
+    known = {name: each for name, each in vehicle.parameters.items() if not name.startswith("assist_")}
+    finding = diagnose(altered(healthy, "motor_torque", times(0.2)), dataclasses.replace(vehicle, parameters=known))
+    assert finding.findings[0].status is Status.SUSPECT
+    assert "implausible, below 0.5 times nominal" in finding.findings[0].headline
+    assert "motor_torque or driver_torque is clipped" in finding.findings[0].cause
+
+
+def test_what_is_found_does_not_depend_on_how_the_recording_is_cut(healthy):
+    changed = altered(altered(healthy, "lateral_acceleration", late(0.5)), "driver_torque", times(2.0))
+    whole = diagnose(changed, "midsize-eps").findings[0]
+    run = Run(*find("friction"), load("midsize-eps"))
+    for start, stop in itertools.pairwise([0.0, 37.43, 120.0, 120.5, 333.331, 500.0]):
+        run.add(changed.slice(start, stop))
+    assert run.finish().findings[0] == whole
+
+
+def test_a_pause_of_many_hours_takes_no_memory(healthy):
+    half = healthy.span[0] + 0.5 * (healthy.span[1] - healthy.span[0])
+    channels = {
+        name: dataclasses.replace(each, time=np.where(each.time > half, each.time + 72000.0, each.time))
+        for name, each in healthy.channels.items()
+    }
+    paused = Recording(channels)
+    defects = InputDefects(tuple(channels))
+    tracemalloc.start()
+    defects.add(paused, paused.span[0], paused.span[1])
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert defects.found() == ()
+    assert most < 50e6

@@ -1,0 +1,98 @@
+"""What inspection says of a recording is what a diagnosis then does."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tierod.cli import main
+from tierod.core.errors import TierodError
+from tierod.io.readers import read
+from tierod.monitors.harness.inspection import refusals, taken
+from tierod.monitors.registry import MONITORS
+from tierod.monitors.run import diagnose
+from tierod.vehicles import load
+
+RECORDINGS = {
+    "drive": ("step-steer", "8", "midsize-eps"),
+    "column": ("column-bench-multisine", "4", "column-bench"),
+    "motor": ("motor-bench-sweep", "2", "motor-bench"),
+    "by wire": ("steer-by-wire-lane-change", "8", "steer-by-wire"),
+}
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    folder, driven = tmp_path_factory.mktemp("drives"), {}
+
+    def of(name):
+        if name not in driven:
+            path = folder / f"{name}.parquet"
+            scenario, seconds, _ = RECORDINGS[name]
+            assert main(["simulate", scenario, "-o", str(path), "--seconds", seconds, "--json"]) == 0
+            driven[name] = read(path)
+        return driven[name]
+
+    return of
+
+
+def slower(recording, rate):
+    """Every channel at a lower rate [Hz]."""
+    return replace(
+        recording,
+        channels={
+            name: replace(each, time=each.time[::step], values=each.values[::step])
+            for name, each in recording.channels.items()
+            if (step := max(round((len(each.time) - 1) / (each.time[-1] - each.time[0]) / rate), 1))
+        },
+    )
+
+
+CHANGES = {
+    "as it is": lambda whole: whole,
+    "at 15 Hz": lambda whole: slower(whole, 15.0),
+    "at 600 Hz": lambda whole: slower(whole, 600.0),
+    "angle constant": lambda whole: changed(whole, "steering_wheel_angle", lambda x: 0.0 * x + 1.0),
+    "angle missing": lambda whole: changed(whole, "motor_angle_mechanical", lambda x: np.nan * x),
+    "raw counts": lambda whole: whole.with_channels(
+        [replace(whole[name], unit="count") for name in ("driver_torque", "motor_torque") if name in whole]
+    ),
+}
+
+
+def changed(whole, name, change):
+    if name not in whole:
+        return whole
+    return whole.with_channels([replace(whole[name], values=change(whole[name].values))])
+
+
+CASES = [
+    *((name, change) for name in ("drive", "motor") for change in CHANGES),
+    *((name, change) for name in ("column", "by wire") for change in ("as it is", "raw counts")),
+]
+
+
+@pytest.mark.parametrize(("name", "change"), CASES)
+def test_inspection_refuses_what_a_diagnosis_refuses(recorded, name, change):
+    whole, car = CHANGES[change](recorded(name)), load(RECORDINGS[name][2])
+    for monitor in MONITORS.values():
+        for variant, reason in refusals(monitor, car, whole).items():
+            refused = refusal_of(whole, car, monitor.name, variant)
+            known = reason if reason != "the recording has none of its signals" else refused
+            assert bool(known) == bool(refused), f"{monitor.name}, {variant}: '{reason}' but '{refused}'"
+
+
+def refusal_of(*asked):
+    """Why a diagnosis refuses; "" where it runs."""
+    try:
+        diagnose(*asked)
+    except TierodError as error:
+        return str(error)
+    return ""
+
+
+def test_without_a_vehicle_signals_alone_are_looked_at(recorded):
+    reasons = refusals(MONITORS["driver-torque"], None, recorded("column"))
+    assert set(reasons.values()) == {""}
+    assert taken(MONITORS["driver-torque"], reasons)[0] == "interacting"
+    assert all(refusals(MONITORS["motor-angle"], None, recorded("column")).values())

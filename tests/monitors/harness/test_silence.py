@@ -1,0 +1,78 @@
+"""Pauses: short ones are judged whole, long ones in part, and nothing depends on how a recording is cut."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from tierod.core.errors import InputError
+from tierod.monitors.harness.silence import LONGEST, MOST, PAUSE, Silence
+
+STEP = 0.01
+
+
+def judged(signals, cuts=()):
+    """Seconds of a recording that are judged, as (from, until), joined where they touch."""
+    silence, parts, at = Silence(), [], min(each[0] for each in signals)
+    edges = [-np.inf, *cuts, np.inf]
+    for low, high in itertools.pairwise(edges):
+        piece = [each[(each >= low) & (each < high)] for each in signals]
+        held = [each for each in piece if len(each)]
+        if not held:
+            continue
+        begin, last = min(each[0] for each in held), max(each[-1] for each in held)
+        for skip_to, stop in silence.stretches(piece, begin, last + 0.5 * STEP):
+            at = max(at, skip_to)
+            if stop > at:
+                parts.append((at, stop))
+                at = stop
+    joined = [parts[0]]
+    for begin, stop in parts[1:]:
+        if begin == joined[-1][1]:
+            joined[-1] = (joined[-1][0], stop)
+        else:
+            joined.append((begin, stop))
+    return joined
+
+
+def drive(begin, seconds):
+    return begin + STEP * np.arange(round(seconds / STEP))
+
+
+def test_a_recording_without_long_pauses_is_judged_as_a_whole():
+    time = np.concatenate([drive(0.0, 30.0), drive(35.0, 30.0), drive(60.0 + LONGEST, 30.0)])
+    assert judged([time]) == [(0.0, time[-1] + 0.5 * STEP)]
+
+
+def test_of_a_long_pause_so_much_is_judged_as_verdicts_need():
+    time = np.concatenate([drive(0.0, 30.0), drive(7200.0, 30.0)])
+    assert judged([time]) == [(0.0, pytest.approx(29.99 + LONGEST)), (7200.0, pytest.approx(7230.0, abs=STEP))]
+
+
+def test_a_pause_is_where_no_signal_has_a_sample():
+    fast, slow = np.concatenate([drive(0.0, 30.0), drive(7200.0, 30.0)]), np.arange(0.0, 7300.0, 1.5)
+    assert judged([fast, slow]) == [(0.0, pytest.approx(slow[-1], abs=STEP))]
+    ends_early = drive(0.0, 10.0)
+    assert judged([fast, ends_early])[0] == (0.0, pytest.approx(29.99 + LONGEST))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_result_does_not_depend_on_how_the_recording_is_cut(seed):
+    random = np.random.default_rng(seed)
+    begins = np.cumsum(random.choice([40.0, 300.0, 700.0, 4000.0], 30))
+    signals = [np.concatenate([drive(begin, random.uniform(1.0, 30.0)) for begin in begins]) for _ in range(2)]
+    span = max(each[-1] for each in signals)
+    whole = judged(signals)
+    assert judged(signals, np.sort(random.uniform(0.0, span, 12))) == whole
+    assert judged(signals, np.arange(600.0, span, 600.0)) == whole
+
+
+def test_many_pauses_cost_no_more_than_their_samples():
+    stamps = np.concatenate([drive(0.0, 30.0), 3600.0 * np.arange(1.0, 1001.0)])
+    seconds = sum(stop - begin for begin, stop in judged([stamps]))
+    assert seconds < 30.0 + MOST + LONGEST + 1000 * (PAUSE + STEP)
+
+
+def test_a_clock_that_was_set_is_refused():
+    with pytest.raises(InputError, match="leaps ahead from about 29.99 s by 11.6 days"):
+        judged([np.concatenate([drive(0.0, 30.0), drive(1e6, 30.0)])])

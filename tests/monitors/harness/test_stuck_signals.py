@@ -1,0 +1,124 @@
+"""What is stuck is found, and what rests by itself is left alone."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from shared_data import shared_data
+from tierod.core.errors import ParameterError
+from tierod.core.graph import scan
+from tierod.core.recording import Aligned, Recording
+from tierod.io.derive import complete
+from tierod.io.readers import read
+from tierod.monitors.harness.stuck_over_drive import StuckOverDrive
+from tierod.monitors.harness.stuck_signals import StuckSignals, hold_back
+from tierod.monitors.registry import MONITORS
+from tierod.proving_ground import drive
+from tierod.vehicles import load
+
+SIGNALS = MONITORS["friction"].required
+
+
+@pytest.fixture(scope="module")
+def driven() -> Aligned:
+    return drive(minutes=8.0, seed=3).align(SIGNALS, 100.0)
+
+
+def watched(aligned: Aligned) -> dict[str, float]:
+    """Since when [s] each signal is stuck at the end."""
+    block = StuckSignals(aligned.names, (), 0.05)
+    seconds = scan(block, aligned.values[::5]).values
+    since = aligned.time[::5][:, None] - seconds
+    return {name: since[-1, at] for at, name in enumerate(aligned.names) if seconds[-1, at] > 0.0}
+
+
+def ever_stuck(recording: Recording, names: tuple[str, ...], rate: float = 100.0) -> tuple:
+    over = StuckOverDrive(names, rate)
+    over.without(recording.align(names, rate), recording)
+    return over.spans()
+
+
+@pytest.mark.parametrize("name", SIGNALS)
+@pytest.mark.parametrize("value", [None, 0.0])
+def test_a_signal_that_freezes_is_stuck_from_then_on_and_no_other(driven, name, value):
+    values, at = driven.values.copy(), driven.names.index(name)
+    values[26000:, at] = values[26000, at] if value is None else value
+    found = watched(Aligned(driven.time, values, driven.names))
+    assert found == {name: pytest.approx(260.0, abs=0.06)}
+
+
+def test_nothing_is_stuck_while_all_is_well(driven):
+    assert not scan(StuckSignals(driven.names, (), 0.05), driven.values[::5]).values.any()
+
+
+@pytest.mark.parametrize(("name", "step"), [("driver_torque", 0.5), ("yaw_rate", 0.004), ("vehicle_speed", 0.3)])
+def test_a_coarse_signal_rests_by_itself(driven, name, step):
+    values, at = driven.values.copy(), driven.names.index(name)
+    values[:, at] = step * np.round(values[:, at] / step)
+    assert watched(Aligned(driven.time, values, driven.names)) == {}
+    assert not scan(StuckSignals(driven.names, (), 0.05), values[::5]).values.any()
+
+
+@pytest.mark.parametrize(("name", "step"), [("steering_wheel_rate", math.radians(1.0)), ("yaw_rate", 0.004)])
+def test_a_coarse_signal_that_freezes_is_contradicted_by_another(driven, name, step):
+    values, at = driven.values.copy(), driven.names.index(name)
+    values[:, at] = step * np.round(values[:, at] / step)
+    values[26000:, at] = values[26000, at]
+    assert list(watched(Aligned(driven.time, values, driven.names))) == [name]
+
+
+def test_missing_samples_are_no_equal_ones(driven):
+    values = driven.values.copy()
+    values[26000:] = np.nan
+    assert watched(Aligned(driven.time, values, driven.names)) == {}
+
+
+def test_a_signal_that_moves_again_is_used_again(driven):
+    values, at = driven.values.copy(), driven.names.index("yaw_rate")
+    values[26000:30000, at] = values[26000, at]
+    over, whole = StuckOverDrive(SIGNALS, 100.0), drive(minutes=8.0, seed=3)
+    again = whole.with_channels([type(whole["yaw_rate"])("yaw_rate", driven.time, values[:, at], "rad/s")])
+    usable = over.without(Aligned(driven.time, values, driven.names), again)
+    (span,) = over.spans()
+    assert (span.start, span.end) == (pytest.approx(260.0, abs=0.06), pytest.approx(300.0, abs=0.06))
+    missing = np.isnan(usable.values[:, at])
+    assert not missing[:26000].any()
+    assert missing[26110:30000].all()
+    assert not missing[30010:].any()
+    (sentence,) = over.warnings({"yaw_rate": "rad/s"})
+    assert sentence.startswith("yaw_rate is stuck at ")
+    assert "from 260.0 s to 300.0 s" in sentence
+
+
+def test_what_is_held_back_is_missing():
+    block = StuckSignals(("yaw_rate", "vehicle_speed"), (), 0.05)
+    sample = block.Sample(0.1, 20.0)
+    assert hold_back(sample, block.Output(0.0, 3.0)) == (0.1, math.inf)
+
+
+def test_names_are_checked():
+    with pytest.raises(ParameterError, match="each once"):
+        StuckSignals(("yaw_rate",), ("yaw_rate",), 0.05)
+    with pytest.raises(ParameterError, match="sample_time"):
+        StuckSignals(("yaw_rate",), (), 0.0)
+
+
+@pytest.mark.parametrize("monitor", MONITORS.values(), ids=list(MONITORS))
+@pytest.mark.parametrize(
+    "parts",
+    [
+        ("rav4_highway_minute", "can.log"),
+        ("revsted_slip_angle", "obd.csv"),
+        ("ferrari_250lm_race", "laps.parquet"),
+        ("pmsm_drive", "SigRecSaveE.mat"),
+    ],
+    ids=lambda parts: parts[0],
+)
+def test_no_signal_of_a_real_recording_is_stuck(parts, monitor):
+    path, rav4 = shared_data(*parts), load("rav4")
+    given = {"dbc": rav4.database, "channel_map": rav4.channel_map} if parts[0].startswith("rav4") else {}
+    names = (*monitor.required, *monitor.optional)
+    assert ever_stuck(complete(read(path, **given), names), names) == ()

@@ -1,0 +1,111 @@
+"""The part of the column study on the torque of the hands."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from tierod.core.claims import Claim
+from tierod.core.content import Chart, Table
+from tierod.experiments.effort import Effort
+from tierod.methods.filters.delay import Delay
+from tierod.monitors.driver_torque.starting import ColumnSample
+from tierod.papers.column.driver_torque import items
+from tierod.papers.column.observer_runs import SIGNALS, drive, errors, samples
+from tierod.papers.column.observer_sensitivity import SENSORS
+from tierod.papers.column.swept_bench import AMPLITUDE, HANDS, NOISE, demands, swept
+
+QUICK = Effort(quick=True)
+
+
+def test_the_bench_follows_its_sweep_whatever_the_hands_do():
+    for hands in HANDS:
+        run, wanted = swept(hands, 20.0, 1), demands(hands, 20.0, seed=1)
+        np.testing.assert_allclose(run["motor_angle_mechanical"] / 18.0, wanted[:, 0], atol=0.1 * AMPLITUDE)
+        np.testing.assert_allclose(run["hand_torque"], wanted[:, 3], atol=1e-12)
+        assert np.abs(run["disturbance_torque"]).max() == pytest.approx(0.1, rel=1e-3)
+
+
+@pytest.mark.parametrize("pace", ["octaves", "linear"])
+def test_demands_are_derivatives_of_each_other(pace):
+    wanted = demands("free", 10.0, 1e-4, pace=pace)
+    for k in range(2):
+        slope = np.gradient(wanted[:, k], 1e-4)
+        away = np.abs(slope - wanted[:, k + 1])[20_000:-10]
+        assert away.max() < 1e-3 * np.abs(wanted[:, k + 1]).max()
+
+
+def test_noise_is_that_of_the_sensors_and_of_the_seed():
+    run, again, other = swept("free", 5.0, 1), swept("free", 5.0, 1), swept("free", 5.0, 2)
+    np.testing.assert_array_equal(run["driver_torque"], again["driver_torque"])
+    difference = run["driver_torque"] - other["driver_torque"]
+    assert np.std(difference) == pytest.approx(math.sqrt(2.0) * NOISE["driver_torque"], rel=0.05)
+
+
+def test_hands_pull_twice_for_a_tenth_of_the_run():
+    torque = demands("steps", 40.0, seed=3)[:, 3]
+    assert np.count_nonzero(torque == 2.0) == pytest.approx(4_000, abs=2)
+    assert np.count_nonzero(torque == -2.0) == pytest.approx(4_000, abs=2)
+    assert np.abs(np.diff(demands("ramps", 40.0, seed=3)[:, 3])).max() <= 2.0 / 100 + 1e-9
+
+
+class Told(NamedTuple):
+    """Output of `LateBar`."""
+
+    hand_torque: float
+
+
+@dataclass(frozen=True)
+class LateBar:
+    """Takes the torque of the bar of some samples ago for that of the hands."""
+
+    delay: Delay
+
+    Sample = ColumnSample
+
+    def init(self):
+        return self.delay.init()
+
+    def step(self, state, sample):
+        state, late = self.delay.step(state, sample)
+        return state, Told(late.driver_torque)
+
+
+def test_errors_take_the_lag_into_account():
+    true = drive("ramps", 11)["hand_torque"]
+
+    def with_hands(given):
+        changed = given.copy()
+        changed[:, 3] = true
+        return changed
+
+    block = LateBar(Delay(ColumnSample, 3))
+    found = errors(block, "ramps", QUICK, 3, with_hands)
+    assert found.hand_torque == 0.0
+    assert math.isnan(found.nis)
+    assert math.isnan(found.disturbance_torque)
+    assert errors(block, "ramps", QUICK, 0, with_hands).hand_torque > 0.0
+
+
+@pytest.mark.slow
+def test_the_part_is_whole_and_its_goals_are_met():
+    found = list(items(QUICK))
+    claims = [item for item in found if isinstance(item, Claim)]
+    assert {claim.group for claim in claims} == {"torque"}
+    assert all(claim.met is not False for claim in claims)
+    assert sum(isinstance(item, Table) for item in found) == 5
+    assert sum(isinstance(item, Chart) for item in found) == 1
+
+
+def test_sensors_that_are_not_as_believed_change_their_own_column():
+    given = drive("free", 11)
+    before = samples(given)
+    for what, change in SENSORS.items():
+        after = change(before)
+        column = SIGNALS.index("driver_torque" if "bar" in what else "motor_torque")
+        np.testing.assert_array_equal(np.delete(after, column, 1), np.delete(before, column, 1))
+        assert np.any(after[:, column] != before[:, column])
+    late = SENSORS["bar's torque 1 ms late"](before)[:, 3]
+    np.testing.assert_array_equal(late[1:], before[:-1, 3])

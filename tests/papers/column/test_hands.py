@@ -1,0 +1,62 @@
+"""Scores are checked on states made up by hand; the parts themselves run in their quick form."""
+
+import numpy as np
+import pytest
+
+from tierod.core.claims import Claim, claims_document
+from tierod.experiments.effort import Effort
+from tierod.papers.column import hands, natural_drives
+from tierod.papers.column.handled_bench import STEP, _score, drawn, together
+from tierod.proving_ground.courses.bench_hands import BenchHands
+
+COURSE = BenchHands(time=60.0, seed=8)
+
+
+def perfect(delay):
+    """States of a monitor that is late by the same in every change [s]."""
+    time = np.arange(0.0, 60.0, STEP)
+    return (np.searchsorted(COURSE.switches, time - delay, side="right") % 2).astype(float)
+
+
+def test_a_late_monitor_is_late_by_what_it_is():
+    score = _score(perfect(0.2), COURSE)
+    assert score.grabs == pytest.approx(0.2, abs=2 * STEP)
+    assert score.releases == pytest.approx(0.2, abs=2 * STEP)
+    assert (score.false_on, score.false_off) == (0, 0)
+    assert len(score.firmness) == len(score.grabs)
+
+
+def test_flickers_count_as_false_and_doubts_do_not():
+    hands_ = perfect(0.2)
+    start, end = COURSE.switches[:2]
+    middle = round(0.5 * (start + end) / STEP)
+    hands_[middle : middle + 50] = 0.5
+    assert _score(hands_, COURSE).false_off == 0
+    hands_[middle : middle + 50] = 0.0
+    assert (_score(hands_, COURSE).false_on, _score(hands_, COURSE).false_off) == (0, 1)
+
+
+def test_hands_that_are_never_found_are_late_for_ever():
+    score = _score(np.zeros(60_000), COURSE)
+    assert np.all(np.isinf(score.grabs))
+
+
+def test_scores_add_up():
+    one = _score(perfect(0.1), COURSE)
+    both = together([one, one])
+    assert len(both.grabs) == 2 * len(one.grabs)
+    assert both.seconds == 2.0 * one.seconds
+
+
+def test_benches_differ_from_the_vehicle_file_by_the_share():
+    bench = drawn(5, 0.1, 60.0)
+    assert abs(bench.plant.wheel_inertia / 0.035 - 1.0) == pytest.approx(0.1)
+    assert abs(bench.gain - 1.0) == pytest.approx(0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("part", [hands, natural_drives])
+def test_the_part_runs_quickly(part):
+    claims = [item for item in part.items(Effort(quick=True)) if isinstance(item, Claim)]
+    assert claims
+    assert claims_document(claims)

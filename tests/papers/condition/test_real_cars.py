@@ -1,0 +1,66 @@
+"""Faults in recordings of real cars: found and named by the bank of their motion, silence without them."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from shared_data import shared_data
+from tierod.monitors.condition.rolling_bank import OTHERS, SLOW, WHEELS
+from tierod.monitors.condition.substitutes import ON_CARS
+from tierod.papers.condition.real_bank import SETTLED, accuracy, healthy_ratios
+from tierod.papers.condition.real_cars import at_other_instants, judged
+from tierod.papers.condition.real_recordings import CARS, DATA, SENSORS
+from tierod.papers.condition.real_rules import RULES
+from tierod.papers.condition.summary import isolated, summary
+
+
+@pytest.fixture(params=CARS, ids=["rav4", "passenger-car"])
+def car(request, monkeypatch):
+    if request.param.dbc:
+        pytest.importorskip("cantools")
+    monkeypatch.setenv(DATA, os.fspath(shared_data(*request.param.file).parents[1]))
+    return request.param
+
+
+def test_the_bank_finds_what_shows_names_nobody_else_and_is_silent_where_nothing_is_wrong(car):
+    found = judged(car, car.recording())
+    assert found.quiet.false_alarms == 0
+    assert found.quiet.healthy_hours * 3600.0 > 10.0
+    known, told = summary(found.found), isolated(found.found)
+    assert (known.missed, known.wrong, known.false_alarms) == (0, 0.0, 0)
+    assert told.right == 1.0
+    assert max(known.delays_shown) <= 0.2
+    assert summary(found.asked).missed <= 2
+
+
+def test_the_rules_stay_beside_it(car):
+    found = judged(car, car.recording(), RULES, quick=True)
+    assert found.quiet.false_alarms == 0
+    assert isolated(found.found).wrong == 0.0
+    assert summary(found.found).wrong < 0.02
+
+
+def test_limits_are_designed_on_the_beginnings_and_hold_on_the_rest(car):
+    recording = car.recording()
+    limits = (WHEELS, OTHERS, SLOW)
+    learnt = healthy_ratios(car, recording, SETTLED, car.learning)
+    later = healthy_ratios(car, recording, car.learning, recording.span[1])
+    for ratio, above, limit in zip(learnt, (2.0, 2.0, 1.0), limits, strict=True):
+        assert 1.5 * (ratio + above) <= limit + 0.05
+    assert all(ratio < limit for ratio, limit in zip(later, limits, strict=True))
+
+
+def test_substitutes_of_cars_err_as_their_table_says(car):
+    measured = accuracy(car, car.recording())
+    assert all(measured[name] <= 1.05 * ON_CARS[name] for name in SENSORS)
+
+
+@pytest.mark.slow
+def test_what_shows_is_found_and_named_at_other_instants_too(car):
+    table = at_other_instants({car: car.recording()})
+    (row,) = table.rows
+    of = dict(zip(table.header, row, strict=True))
+    assert int(of["faults"]) == 16 * int(of["instants"]) > 100
+    assert (of["missed"], of["named rightly"], of["accused afterwards"]) == ("0", "1.000", "0")

@@ -1,0 +1,122 @@
+import math
+
+import numpy as np
+import pytest
+
+from tierod.core.claims import Claim
+from tierod.core.content import Table
+from tierod.experiments.effort import Effort
+from tierod.monitors.motor_angle.signals import MotorAngleSample
+from tierod.papers.motor_angle.fault_drives import RATE, drive
+from tierod.papers.motor_angle.fault_kinds import (
+    DEGREE,
+    FAULTS,
+    FIVE_DEGREES,
+    STUCK,
+    coarse,
+    drift,
+    gain,
+    intermittent,
+    offset,
+)
+from tierod.papers.motor_angle.fault_trials import Found, Trial, anywhere, begin, found, found_in, target
+from tierod.papers.motor_angle.sensor_faults import Delays, items
+
+ANGLE = MotorAngleSample._fields.index("motor_angle_mechanical")
+BEGUN = begin(Trial(11, 60.0))
+
+
+def test_a_fault_changes_nothing_before_it_begins_and_then_what_it_says():
+    sound, faulty = drive(1, 0.6), drive(1, 0.6, offset(5.0), 0.5)
+    np.testing.assert_array_equal(sound.samples[:5000], faulty.samples[:5000])
+    jump = faulty.samples[5000, ANGLE] - sound.samples[5000, ANGLE]
+    assert jump == pytest.approx(FIVE_DEGREES)
+    assert pytest.approx(math.radians(5.0) / 4.0) == FIVE_DEGREES
+
+
+def test_a_stuck_sensor_reads_what_it_read_last():
+    faulty = drive(1, 0.6, STUCK, 0.5)
+    late = faulty.samples[5000:, ANGLE]
+    assert late.std() < 6e-4
+    assert late.mean() == pytest.approx(faulty.samples[4999, ANGLE], abs=0.003)
+
+
+def test_a_gain_begins_without_a_jump_and_then_grows():
+    sound, faulty = drive(1, 1.0), drive(1, 1.0, gain(10.0), 0.5)
+    difference = faulty.samples[:, ANGLE] - sound.samples[:, ANGLE]
+    assert abs(difference[5000]) < 0.02
+    assert np.abs(difference).max() > 0.1
+
+
+def test_steps_are_in_the_recording_from_their_begin_on():
+    faulty = drive(1, 0.6, coarse(20.0), 0.5)
+    off = faulty.samples[:, ANGLE] / (20.0 * DEGREE)
+    assert np.std(off[5000:] - np.round(off[5000:])) < 0.01
+    assert np.std(off[4000:5000] - np.round(off[4000:5000])) > 0.05
+
+
+def test_an_intermittent_offset_is_there_for_a_twentieth_of_the_time():
+    time = np.arange(1000) * 1e-3
+    assert np.mean(intermittent(20.0).offset(time) > 0.0) == pytest.approx(0.05)
+
+
+def test_delays_count_from_when_a_drift_is_as_large_as_five_degrees():
+    grown = drift(20.0)
+    assert grown.offset(np.array([grown.size]))[0] == pytest.approx(FIVE_DEGREES)
+
+
+def test_the_motor_turns_at_the_speed_that_is_asked_for():
+    rate = np.diff(target(Trial(3, 30.0), 7000)) * 1e3
+    assert np.median(np.abs(rate[1000:])) == pytest.approx(30.0, rel=0.01)
+    assert rate[1000:].min() == pytest.approx(-30.0, rel=0.01)
+
+
+def test_a_trial_goes_on_where_its_sound_part_ended():
+    assert BEGUN is not None
+    five, two = found(BEGUN, offset(5.0)), found(BEGUN, offset(2.0))
+    assert 10.0 < five.turning <= five.delay < 200.0
+    assert two == Found(math.inf, math.inf, "")
+    assert found(BEGUN, STUCK).delay < 10.0
+
+
+def test_a_trial_and_a_whole_drive_with_the_same_fault_tell_the_same():
+    assert BEGUN is not None
+    again = begin(Trial(11, 60.0))
+    assert again is not None
+    assert again.step == BEGUN.step
+    np.testing.assert_array_equal(again.monitor.values, BEGUN.monitor.values)
+
+
+def test_processes_change_nothing():
+    trials = [Trial(11, 60.0), Trial(12, 60.0)]
+    assert found_in(trials, 2) == found_in(trials, 1)
+
+
+def test_a_stuck_sensor_is_found_from_any_instant():
+    assert math.isfinite(anywhere(STUCK, 7).delay)
+
+
+def test_quantiles_of_what_was_not_found_are_infinite():
+    delays = Delays((Found(10.0, 5.0, "angle"), Found(math.inf, math.inf, "")))
+    assert delays.share == 0.5
+    assert (delays.quantile(0.0, turning=True), delays.quantile(0.95)) == (5.0, math.inf)
+    assert delays.first == "angle 1"
+
+
+def test_the_quick_study_names_every_fault():
+    told = list(items(Effort(quick=True, processes=1)))
+    table = next(item for item in told if isinstance(item, Table))
+    assert [row[0] for row in table.rows] == [fault.name for fault in FAULTS]
+    claims = {item.id: item for item in told if isinstance(item, Claim)}
+    assert claims["faults.offset-median"].met
+
+
+@pytest.mark.slow
+def test_the_study_meets_what_it_claims():
+    claims = [item for item in items(Effort()) if isinstance(item, Claim)]
+    assert [claim.id for claim in claims if claim.met is False] == []
+
+
+def test_times_are_in_samples_of_the_modulation():
+    assert RATE == 1e4
+    assert len(drive(1, 0.2).samples) == 2000

@@ -1,0 +1,37 @@
+import numpy as np
+import pytest
+
+from tierod.papers.motor_angle.drawn_motors import Errors, drawn, ramped
+from tierod.papers.motor_angle.observer_drives import to_and_fro
+from tierod.papers.motor_angle.temperature import COLD, HOT, RAMP, ZERO, alarmed, judged, ramp
+
+
+def test_a_hot_motor_is_learnt():
+    found = judged("hot", HOT, [to_and_fro(900, 10.0, ZERO + HOT)])
+    assert found.resistance == pytest.approx(1.39, abs=0.01)
+    assert found.told_resistance == pytest.approx(found.resistance, rel=0.05)
+    assert found.told_flux == pytest.approx(found.flux, rel=0.02)
+    assert found.rms < 0.006
+    assert found.alarms == 0
+
+
+def test_a_ramp_warms_the_motor_through_the_whole_range():
+    seen = ramp(900, COLD, HOT)
+    found = judged("ramp", HOT, [seen])
+    assert seen.time[-1] == pytest.approx(RAMP, abs=0.01)
+    assert found.told_resistance == pytest.approx(1.39, rel=0.05)
+    assert not alarmed(seen)
+
+
+def test_a_sensor_that_leaps_would_be_seen():
+    seen = to_and_fro(900, 10.0, ZERO + HOT)
+    samples = seen.samples.copy()
+    samples[70_000:, 4] += 0.2
+    assert alarmed(type(seen)(**{**vars(seen), "samples": samples}))
+
+
+def test_motors_that_differ_are_followed():
+    for found in (drawn(650), ramped(650)):
+        assert isinstance(found, Errors)
+        assert 0.0 < found.rms < 0.01
+        assert np.isfinite(found.most)

@@ -1,0 +1,27 @@
+"""The combined estimator's part of the study."""
+
+from __future__ import annotations
+
+import pytest
+
+from tierod.core.claims import Claim
+from tierod.experiments.effort import Effort
+from tierod.papers.sideslip.combined import items
+from tierod.papers.sideslip.combined_drives import FRONT, REAR, both_stiff, from_file, general
+
+
+def test_beliefs_change_what_they_say_and_nothing_else():
+    car = from_file()
+    wrong = both_stiff(car)
+    changed = {name for name in type(car).__dataclass_fields__ if getattr(car, name) != getattr(wrong, name)}
+    assert changed == {FRONT, REAR}
+    assert getattr(wrong, FRONT) == pytest.approx(1.2 * getattr(car, FRONT))
+    assert general(car).mass == car.mass
+    assert general(car).front_force_shape != car.front_force_shape
+
+
+@pytest.mark.slow
+def test_every_goal_is_met_on_one_drive_each():
+    claims = [item for item in items(Effort(quick=True)) if isinstance(item, Claim)]
+    assert len(claims) > 12
+    assert [claim.id for claim in claims if claim.met is False] == []
