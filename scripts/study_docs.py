@@ -1,36 +1,176 @@
-"""Put what a study prints into its page, between its two marks.
+"""Write what a study prints as pages of docs/reference/studies.
 
 tierod study column | python scripts/study_docs.py column
+
+A page holds the claims, group by group; further pages hold the tables, by topic. With `-o FOLDER` of the study as a
+second argument the claims come from its claims.json, with their sentences and sources.
 """
 
 from __future__ import annotations
 
+import json
+import re
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
-DOCS = Path(__file__).resolve().parent.parent / "docs"
-CLAIMS = "**Claims**"
-WHOLE = {"friction": True, "column": False, "sideslip": False, "condition": True, "motor-angle": True}
-"""Whether a page shows all that its study prints, or its claims alone."""
+from docs_text import table
+
+from tierod.core.shown import written
+from tierod.papers.registry import STUDIES
+
+STUDY_PAGES = Path(__file__).resolve().parent.parent / "docs" / "reference" / "studies"
+TITLE = re.compile(r"^\*\*(.+)\*\*$")
+CLAIMS = "Claims"
 
 
-def main(name: str) -> int:
-    """Replace what stands between the marks by standard input; nothing happens without a list of claims."""
-    if name not in WHOLE:
-        print(f"there is no page of a study '{name}'; known: {', '.join(WHOLE)}", file=sys.stderr)
+@dataclass(frozen=True)
+class Topic:
+    """A page of tables.
+
+    Args:
+        name: end of the page's name
+        title: of the page
+        first: beginning of the title of its first table; the topic ends where the next one begins
+    """
+
+    name: str
+    title: str
+    first: str
+
+
+TOPICS = {
+    "friction": (
+        Topic("paper", "The paper's estimators", ""),
+        Topic("search", "Search for the paper's conditions", "Search: overlap"),
+        Topic("default", "The default estimator", "Scatter of cars and sensors"),
+    ),
+    "column": (
+        Topic("model", "Modes, observability, reduction, identification", ""),
+        Topic("driver-torque", "Driver torque, hands, natural drives", "Root mean square errors"),
+        Topic("position", "Position control", "Sines of 30"),
+    ),
+    "sideslip": (
+        Topic("observers", "The observers of the paper", ""),
+        Topic("combined", "The combined estimator, and real cars", "Combined estimator"),
+    ),
+    "motor-angle": (
+        Topic("observers", "Observers", ""),
+        Topic("monitoring", "Monitoring and identification", "Delay from a fault"),
+    ),
+    "condition": (
+        Topic("residuals", "Residuals", ""),
+        Topic("sensors", "Tests of the sensors", "The tests, vehicles driven"),
+        Topic("actuators", "Tests of the actuators", "All torque lost"),
+        Topic("beyond", "Substitutes, kinds of fault, two faults at once", "Errors of the substitutes"),
+        Topic("structure", "Structure and measurement", "Single faults by structure"),
+        Topic("healthy", "Fault-free drives, odd recordings, real cars", "False alarms"),
+    ),
+}
+"""Study -> topics of its tables, in the order in which it prints them."""
+
+
+def sections(printed: str) -> list[tuple[str, str]]:
+    """(title, text below it) of everything that a study printed."""
+    found: list[tuple[str, list[str]]] = []
+    for line in printed.splitlines():
+        if title := TITLE.match(line):
+            found.append((title[1], []))
+        elif found:
+            found[-1][1].append(line)
+    return [(title, "\n".join(lines).strip()) for title, lines in found]
+
+
+def pages(name: str, printed: str, claims: list[dict] | None = None) -> dict[str, str]:
+    """File name -> text of all pages of a study."""
+    every = sections(printed)
+    listed = dict(every)[CLAIMS]
+    topics = TOPICS[name]
+    texts: dict[str, list[str]] = {topic.name: [] for topic in topics}
+    current = topics[0]
+    for title, text in every:
+        if title == CLAIMS:
+            continue
+        current = next((topic for topic in topics if topic.first and title.startswith(topic.first)), current)
+        texts[current.name].append(f"## {title}\n\n{text}")
+    made = f"<!-- Written by scripts/study_docs.py from what `tierod study {name}` prints; do not edit. -->"
+    found = {
+        f"{name}-{topic.name}.md": "\n\n".join((f"# {STUDIES[name].title}: {topic.title}", made, *texts[topic.name]))
+        for topic in topics
+        if texts[topic.name]
+    }
+    links = [f"- [{topic.title}]({name}-{topic.name}.md)" for topic in topics if texts[topic.name]]
+    head = (
+        f"# {STUDIES[name].title}: claims",
+        made,
+        STUDIES[name].summary,
+        f"`tierod study {name}` measures these figures. [What the columns mean](../../how-to/run-studies.md).",
+        "\n".join(links),
+    )
+    groups = _groups(name, listed) if claims is None else _groups_with_sentences(name, claims)
+    count = listed.splitlines()[-1]
+    return {f"{name}.md": "\n\n".join((*head, *groups, count)), **found}
+
+
+def _groups(name: str, listed: str) -> list[str]:
+    """The printed table of claims, cut into its groups."""
+    header, rule, *rows = [line for line in listed.splitlines() if line.startswith("|")]
+    by_group: dict[str, list[str]] = {}
+    for row in rows:
+        by_group.setdefault(row.removeprefix("| ").partition(".")[0], []).append(row)
+    return [
+        f"## {STUDIES[name].groups.get(group, group)}\n\n" + "\n".join((header, rule, *members))
+        for group, members in by_group.items()
+    ]
+
+
+def _groups_with_sentences(name: str, claims: list[dict]) -> list[str]:
+    by_group: dict[str, list[dict]] = {}
+    for claim in claims:
+        by_group.setdefault(claim["id"].partition(".")[0], []).append(claim)
+    words = {True: "yes", False: "**no**", None: ""}
+    header = ("claim", "id", "printed", "ours", "goal", "unit", "holds")
+    return [
+        f"## {STUDIES[name].groups.get(group, group)}\n\n"
+        + table(
+            header,
+            [
+                (
+                    each["claim"],
+                    f"`{each['id'].partition('.')[2]}`",
+                    _figure(each["printed"]),
+                    _figure(each["measured"]),
+                    each["goal"] or "",
+                    written(each["unit"]),
+                    words[each["met"]],
+                )
+                for each in members
+            ],
+        )
+        for group, members in by_group.items()
+    ]
+
+
+def _figure(value: float | str | None) -> str:
+    return value if isinstance(value, str) else "" if value is None else f"{value:.4g}"
+
+
+def main(name: str, folder: str = "") -> int:
+    """Write the pages; nothing happens without a list of claims."""
+    if name not in TOPICS:
+        print(f"there is no page of a study '{name}'; known: {', '.join(TOPICS)}", file=sys.stderr)
         return 1
-    printed = sys.stdin.read().strip()
-    if CLAIMS not in printed:
+    printed = sys.stdin.read()
+    if CLAIMS not in dict(sections(printed)):
         print(f"standard input holds no list of claims; give what 'tierod study {name}' prints", file=sys.stderr)
         return 1
-    told = printed if WHOLE[name] else printed[printed.index(CLAIMS) :]
-    page = DOCS / f"{name}.md"
-    begin, end = (f"<!-- tierod study {name}: {edge} -->" for edge in ("begin", "end"))
-    before, rest = page.read_text(encoding="utf-8").split(begin)
-    _, after = rest.split(end)
-    page.write_text(f"{before}{begin}\n\n{told}\n\n{end}{after}", encoding="utf-8")
+    claims = json.loads((Path(folder) / "claims.json").read_text(encoding="utf-8")) if folder else None
+    STUDY_PAGES.mkdir(parents=True, exist_ok=True)
+    for file, text in pages(name, printed, claims).items():
+        (STUDY_PAGES / file).write_text(text.rstrip() + "\n", encoding="utf-8")
+        print(f"wrote docs/reference/studies/{file}")
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1] if len(sys.argv) > 1 else ""))
+    sys.exit(main(*sys.argv[1:3]))

@@ -1,0 +1,167 @@
+"""Reference pages of what tierod ships: signals, parameters, vehicles, residuals, trouble codes, faults, scenarios."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import io
+import json
+from collections.abc import Callable
+from typing import Any
+
+from docs_text import names, page, table, unit
+
+from tierod.cli import main
+from tierod.core.nomenclature import nomenclature
+from tierod.diagnosis.trouble_codes import load_trouble_codes
+from tierod.monitors.condition.residuals.catalogue import RESIDUALS
+from tierod.vehicles import QUANTITIES, load, shipped
+
+
+def pages() -> dict[str, Callable[[], str]]:
+    """Path below docs/ -> function that gives the text."""
+    return {
+        "reference/signals.md": nomenclature,
+        "reference/parameters.md": parameters,
+        "reference/vehicles.md": vehicles,
+        "reference/residuals.md": residuals,
+        "reference/trouble-codes.md": trouble_codes,
+        "reference/faults.md": faults,
+        "reference/scenarios.md": scenarios,
+        "reference/cars-and-courses.md": cars_and_courses,
+    }
+
+
+@functools.cache
+def printed(*arguments: str) -> Any:
+    """The JSON document that a command prints."""
+    text = io.StringIO()
+    with contextlib.redirect_stdout(text):
+        assert main([*arguments, "--json"]) == 0
+    return json.loads(text.getvalue())
+
+
+def parameters() -> str:
+    """The names that a vehicle file may hold."""
+    rows = []
+    for each in QUANTITIES.values():
+        measure = unit(each.unit) + (" or count" if each.torque else "")
+        rows.append((f"`{each.name}`", measure, each.meaning, f"{each.plausible[0]:g} to {each.plausible[1]:g}"))
+    return page(
+        "Parameters of a vehicle",
+        "The names that a [vehicle file](vehicle-file.md) may hold. A value outside the plausible range is an error. "
+        "[Each monitor's page](monitors/index.md) lists the parameters that it needs and can use.",
+        table(("parameter", "unit", "meaning", "plausible"), rows),
+    )
+
+
+def vehicles() -> str:
+    """The vehicles that are shipped."""
+    parts = []
+    for name in shipped():
+        vehicle = load(name)
+        assumed = sum(each.assumed for each in vehicle.parameters.values())
+        parts += [f"## {name}", f"{vehicle.description}. {vehicle.source}"]
+        parts.append(
+            f"{len(vehicle.parameters)} parameters, {assumed} of them assumed; torques in "
+            + ("N·m." if vehicle.calibrated else "raw counts.")
+            + (f" Judged by `{vehicle.monitor}` where no monitor is named." if vehicle.monitor else "")
+            + (f" Reads its bus by `{vehicle.channel_map.name}`." if vehicle.channel_map else "")
+        )
+        parts.append("Good for:\n\n" + "\n".join(f"- {line}" for line in vehicle.good_for))
+        parts.append("Not good for:\n\n" + "\n".join(f"- {line}" for line in vehicle.not_good_for))
+    return page("Shipped vehicles", "`tierod vehicles NAME` prints one with the source of every value.", *parts)
+
+
+def residuals() -> str:
+    """The residuals of the condition monitor."""
+    rows = []
+    for each in RESIDUALS.values():
+        equation = each.equation.removeprefix("Li, Frey, Gauterin, ")
+        rows.append((f"`{each.name}`", each.meaning, equation, names(each.signals), unit(each.unit), each.correction))
+    return page(
+        "Residuals of the condition monitor",
+        "A residual is an estimate less a measurement, or a target less an actual value. `signals` are those that "
+        "decide its value. A residual is judged only where all of its signals are present and, for most, above walking "
+        "speed; those of the single-track model below 6 m/s² of lateral acceleration; those of the requested torque "
+        "where it does not jump. Equations are those of [the paper](../explanation/papers/condition.md).",
+        table(("name", "what", "equation", "signals", "unit", "corrected"), rows),
+    )
+
+
+def trouble_codes() -> str:
+    """The table of trouble codes."""
+    rows = []
+    for name, code in load_trouble_codes().codes.items():
+        lamp = "yes" if code.lamp else ""
+        causes = names(code.consequence_of)
+        statuses = f"{', '.join(code.failed_by)} / {', '.join(code.passed_by)}"
+        cycles = f"{code.confirmation_cycles} / {code.healing_cycles} / {code.aging_cycles}"
+        words = (code.meaning, f"`{code.monitor}`", statuses, str(code.priority), cycles, lamp, code.reaction, causes)
+        rows.append((f"`{code.code}`", f"`{name}`", *words))
+    header = ("code", "name", "meaning", "monitor", "failed / passed by", "priority", "cycles", "lamp", "reaction")
+    return page(
+        "Trouble codes",
+        "Letter and digits of ISO 15031-6, type of failure of SAE J2012-DA. A status that is neither failed nor passed "
+        "gives no result. Cycles: failed ones until confirmation, passed ones until healing, further ones until aging. "
+        "A code is not raised while one that it is a consequence of has failed. "
+        "[How the fault memory uses them](../how-to/fault-memory.md).",
+        table((*header, "consequence of"), rows),
+    )
+
+
+def faults() -> str:
+    """Shipped faults, and the behaviours that elements can have."""
+    rows = []
+    for each in printed("faults")["faults"]:
+        effects = "; ".join(f"`{one['element']}` {one['behaviour']['kind']}" for one in each["effects"])
+        rows.append((f"`{each['name']}`", each["description"], effects))
+    kinds = [
+        (f"`{each['name']}`", each["description"], each["fields"], each["elements"])
+        for each in printed("faults", "--behaviours")["behaviours"]
+    ]
+    return page(
+        "Faults",
+        "Faults that can be injected into a simulation. `tierod faults NAME` prints one; "
+        "[how to use them](../how-to/inject-faults.md).",
+        "## Shipped faults",
+        table(("fault", "what happens", "effects"), rows),
+        "## Behaviours",
+        "Fields in brackets have a default.",
+        table(("behaviour", "what it does", "fields", "elements"), kinds),
+    )
+
+
+def scenarios() -> str:
+    """Shipped scenarios."""
+    rows = []
+    for each in printed("scenarios")["scenarios"]:
+        found = printed("scenarios", each["name"])
+        facts = (f"`{found['car']}`", f"`{found['course']}`", f"{found['seconds']:g} s", "; ".join(found["faults"]))
+        rows.append((f"`{each['name']}`", each["description"], *facts))
+    return page(
+        "Scenarios",
+        "`tierod simulate NAME -o drive.mf4` drives one; `tierod scenarios NAME` prints it. "
+        "[How to write one](../how-to/simulate.md), [virtual cars and courses](cars-and-courses.md).",
+        table(("scenario", "what it is", "car", "course", "duration", "faults"), rows),
+    )
+
+
+def cars_and_courses() -> str:
+    """Shipped virtual cars and courses."""
+    cars = []
+    for each in printed("scenarios", "--cars")["cars"]:
+        found = printed("scenarios", each["name"], "--cars")
+        parts = ", ".join(part for place, part in found["parts"].items() if "." not in place)
+        vehicle = f"`{found['vehicle']}`" if found["vehicle"] else ""
+        cars.append((f"`{each['name']}`", each["description"], found["kind"], parts, vehicle))
+    courses = [(f"`{each['name']}`", each["description"]) for each in printed("scenarios", "--courses")["courses"]]
+    return page(
+        "Virtual cars and courses",
+        "`tierod scenarios NAME` prints one with every parameter; `--toml` prints its file.",
+        "## Cars",
+        "The last column names the vehicle file that monitors use for the recordings of the car.",
+        table(("car", "what it is", "kind", "parts", "vehicle"), cars),
+        "## Courses",
+        table(("course", "what it is"), courses),
+    )

@@ -1,0 +1,264 @@
+"""The reference of the monitors, from the monitors themselves: signals, parameters, variants, decisions, trouble codes.
+
+The parameters are found by opening every variant with every shipped vehicle and recording what it reads.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import functools
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from docs_text import names, page, table, unit
+
+from tierod.core.errors import TierodError
+from tierod.core.signals import SIGNALS
+from tierod.diagnosis.trouble_codes import load_trouble_codes
+from tierod.monitors.harness.session import Monitor, Variant
+from tierod.monitors.registry import MONITORS
+from tierod.vehicles import QUANTITIES, Parameter, Vehicle, load, shipped
+
+EXPLANATION = {name: f"../../explanation/{name}.md" for name in MONITORS}
+"""Page with the equations of each monitor."""
+
+
+def pages() -> dict[str, Callable[[], str]]:
+    """Path below docs/ -> function that gives the text."""
+    every = {f"reference/monitors/{name}.md": functools.partial(monitor_page, name) for name in MONITORS}
+    return {"reference/monitors/index.md": index, **every}
+
+
+@dataclass
+class Reading:
+    """What a session reads of a vehicle.
+
+    Args:
+        needed: parameters without which it cannot be opened
+        optional: parameters that it uses where the vehicle file gives them
+        unclear: parameters that it asks for without a default, but may do without
+    """
+
+    needed: set[str] = field(default_factory=set)
+    optional: set[str] = field(default_factory=set)
+    unclear: set[str] = field(default_factory=set)
+
+
+class _Parameters(Mapping[str, Parameter]):
+    """The parameters of a vehicle; names that are looked up are recorded as optional."""
+
+    def __init__(self, known: Mapping[str, Parameter], reading: Reading):
+        self.known, self.reading = known, reading
+
+    def __getitem__(self, name: str) -> Parameter:
+        self.reading.optional.add(name)
+        return self.known[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.known)
+
+    def __len__(self) -> int:
+        return len(self.known)
+
+
+@dataclass(frozen=True)
+class _ReadVehicle(Vehicle):
+    """A vehicle that records which parameters are read, and which of them have no default."""
+
+    reading: Reading = field(default_factory=Reading)
+
+    def __getitem__(self, name: str) -> float:
+        self.reading.unclear.add(name)
+        return super().__getitem__(name)
+
+    def parameters_for(self, wanted: type[Any]) -> Any:
+        fields = [each for each in dataclasses.fields(wanted) if each.init]
+        missing = dataclasses.MISSING
+        self._asked({each.name for each in fields if each.default is missing and each.default_factory is missing})
+        return super().parameters_for(wanted)
+
+    def _asked(self, names: set[str]) -> None:
+        """Record names that are asked for without a default."""
+        looked_for = names & self.reading.optional
+        self.reading.unclear |= looked_for
+        self.reading.needed |= names - looked_for
+
+
+@functools.cache
+def readings(monitor: str) -> dict[str, dict[str, Reading]]:
+    """Variant -> shipped vehicle with which it opens -> what it reads."""
+    found: dict[str, dict[str, Reading]] = {}
+    for variant in MONITORS[monitor].variants.values():
+        found[variant.name] = {}
+        for name in shipped():
+            with contextlib.suppress(TierodError):
+                found[variant.name][name] = _reading(variant, load(name), MONITORS[monitor].rate)
+    return found
+
+
+def _reading(variant: Variant, vehicle: Vehicle, rate: float) -> Reading:
+    reading = Reading()
+    fields = {each.name: getattr(vehicle, each.name) for each in dataclasses.fields(Vehicle)}
+    fields["parameters"] = _Parameters(vehicle.parameters, reading)
+    session = variant.open(_ReadVehicle(**fields, reading=reading), rate, None)
+    # Some parameters are read for the conclusion alone, and a session without a recording may have none.
+    with contextlib.suppress(Exception):
+        session.conclude()
+    reading.needed &= vehicle.parameters.keys()
+    for name in (reading.unclear & vehicle.parameters.keys()) - reading.needed:
+        without = {key: value for key, value in vehicle.parameters.items() if key != name}
+        try:
+            variant.open(dataclasses.replace(vehicle, parameters=without), rate, None)
+        except TierodError:
+            reading.needed.add(name)
+    reading.optional = (reading.optional | reading.unclear) - reading.needed
+    return reading
+
+
+def index() -> str:
+    """All monitors, and which shipped vehicle has the parameters of which."""
+    rows = [
+        (f"[`{each.name}`]({each.name}.md)", each.summary, f"`{each.default}`" if each.default else "to be chosen")
+        for each in MONITORS.values()
+    ]
+    suited = []
+    for vehicle in shipped():
+        cells = []
+        for monitor in MONITORS:
+            variants = [name for name, found in readings(monitor).items() if vehicle in found]
+            cells.append("" if not variants else "all" if len(variants) == len(readings(monitor)) else names(variants))
+        suited.append((f"[`{vehicle}`](../vehicles.md#{vehicle})", *cells))
+    return page(
+        "Monitors",
+        "`tierod diagnose RECORDING --monitor NAME` runs one of them. Without `--monitor` the vehicle file names it; "
+        "else `friction` runs. `tierod inspect RECORDING` lists those that a recording can run with.",
+        table(("monitor", "what it does", "default variant"), rows),
+        "## Shipped vehicles",
+        "Variants that a vehicle file has all needed parameters for. `sideslip` and `condition` also fit other cars "
+        "than those that their papers describe; their pages say what is then left out.",
+        table(("vehicle", *(f"`{name}`" for name in MONITORS)), suited),
+    )
+
+
+def monitor_page(name: str) -> str:
+    """Everything that a user of one monitor looks up."""
+    monitor = MONITORS[name]
+    return page(
+        name,
+        f"**{monitor.title}.** {monitor.summary}",
+        f"Source: {monitor.source}. [Equations and limits]({EXPLANATION[name]}).",
+        f"```text\ntierod diagnose RECORDING --vehicle VEHICLE --monitor {name}\n```",
+        "## Signals",
+        _signals(monitor),
+        "## Variants",
+        _variants(monitor),
+        "## Parameters",
+        _parameters(monitor),
+        "## Decisions",
+        _decisions(monitor),
+        _codes(name),
+    )
+
+
+def _signals(monitor: Monitor) -> str:
+    rows = []
+    for use, group in (("needed", monitor.required), ("optional", monitor.optional)):
+        rows += [
+            (f"`{name}`", use, unit(SIGNALS[name].unit), SIGNALS[name].meaning) for name in group if name in SIGNALS
+        ]
+    slower = f", or slower for slow recordings ({', '.join(f'{rate:g}' for rate in monitor.slower)} Hz)"
+    parts = [
+        table(("signal", "use", "unit", "meaning"), rows),
+        f"Needed signals come at {monitor.minimum_rate:g} Hz or faster. The monitor runs at {monitor.rate:g} Hz"
+        f"{slower if monitor.slower else ''}; a sample older than {monitor.maximum_age:g} s is missing."
+        + (f" It runs only if {monitor.condition}." if monitor.condition else "")
+        + (" It learns a baseline of the vehicle (`--own-level`)." if monitor.learns else "")
+        + " [All signals](../signals.md).",
+    ]
+    others = [each for each in monitor.variants.values() if each.required is not None]
+    if others:
+        parts.append(table(("variant", "needs"), [(f"`{each.name}`", names(each.required or ())) for each in others]))
+    return "\n\n".join(parts)
+
+
+def _variants(monitor: Monitor) -> str:
+    rows = [
+        (f"`{each.name}`" + (" (default)" if each.name == monitor.default else ""), each.summary, each.source)
+        for each in monitor.variants.values()
+    ]
+    return table(("variant", "what it does", "source"), rows)
+
+
+def _parameters(monitor: Monitor) -> str:
+    found = {variant: cars for variant, cars in readings(monitor.name).items() if cars}
+    uses: dict[str, dict[str, str]] = {}
+    for variant, cars in found.items():
+        common = set.intersection(*(reading.needed for reading in cars.values()))
+        for name in QUANTITIES:
+            if name in common:
+                uses.setdefault(name, {})[variant] = "needed"
+            elif any(name in reading.needed | reading.optional for reading in cars.values()):
+                uses.setdefault(name, {})[variant] = _in_some(name, cars)
+    order = sorted(uses, key=lambda name: (set(uses[name].values()) != {"needed"}, list(QUANTITIES).index(name)))
+    rows = [(f"`{name}`", _use(uses[name], found), unit(QUANTITIES[name].unit), _meaning(name)) for name in order]
+    return (
+        "Of the [vehicle file](../vehicle-file.md). A needed parameter that is missing is an error that names it; an "
+        "optional one has a default or switches a part of the monitor on.\n\n"
+        + table(("parameter", "use", "unit", "meaning"), rows)
+    )
+
+
+def _in_some(name: str, cars: Mapping[str, Reading]) -> str:
+    """Use of a parameter that some kinds of car need, and others do not."""
+    needing = [car for car, reading in cars.items() if name in reading.needed]
+    return f"needed in a car such as {names(needing)}" if needing else "optional"
+
+
+def _use(by_variant: Mapping[str, str], every: Collection[str]) -> str:
+    """The use of a parameter in words, by variant where variants differ."""
+    kinds: dict[str, list[str]] = {}
+    for variant in every:
+        kinds.setdefault(by_variant.get(variant, ""), []).append(variant)
+    if len(kinds) == 1:
+        return next(iter(kinds))
+    unused = kinds.pop("", [])
+    if len(kinds) == 1 and len(unused) < len(every) / 2:
+        return f"{next(iter(kinds))}; not used by {names(unused)}"
+    parts = [f"{use}: {names(which)}" for use, which in kinds.items()]
+    if not unused:
+        largest = max(kinds, key=lambda use: len(kinds[use]))
+        parts = [f"{use}: {names(which)}" for use, which in kinds.items() if use != largest] + [f"{largest}: others"]
+    return "; ".join(parts)
+
+
+def _meaning(name: str) -> str:
+    quantity = QUANTITIES[name]
+    return quantity.meaning + ("; in counts where the torques are raw" if quantity.torque else "")
+
+
+def _decisions(monitor: Monitor) -> str:
+    told: list[Any] = []
+    rows = []
+    for variant in monitor.variants.values():
+        for each in variant.decisions:
+            if each in told:
+                continue
+            told.append(each)
+            sharing = [other.name for other in monitor.variants.values() if each in other.decisions]
+            which = "all" if len(sharing) == len(monitor.variants) else names(sharing)
+            rows.append((each.name, each.distance, each.rule_told, each.false_alarms_told, which, each.source))
+    header = ("decision", "statistic", "stopping rule", "false alarms", "variants", "from")
+    return (
+        "How each number becomes a statement, and how often it does so falsely; "
+        "[what the words mean](../../explanation/stopping-rules.md).\n\n" + table(header, rows)
+    )
+
+
+def _codes(name: str) -> str:
+    codes = load_trouble_codes().of_monitor(name).values()
+    if not codes:
+        return ""
+    rows = [(f"`{each.code}`", each.meaning) for each in codes]
+    return "## Trouble codes\n\n" + table(("code", "meaning"), rows) + "\n\n[All trouble codes](../trouble-codes.md)."
