@@ -8,13 +8,17 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable
-from typing import Any, Protocol, TypeVar, overload
+from typing import Any, Protocol, TypeAlias, overload
 
 import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import TypeVar
 
 from tierod.core.block import Scalar, Truth
 
-Number = TypeVar("Number", Scalar, np.ndarray)
+Array: TypeAlias = NDArray[np.float64]
+
+Number = TypeVar("Number", Scalar, Array, default=Scalar)
 """A scalar, or an array of them: for formulas that serve blocks and whole recordings alike."""
 
 
@@ -24,7 +28,7 @@ class OfOne(Protocol):
     @overload
     def __call__(self, value: Scalar, /) -> Scalar: ...
     @overload
-    def __call__(self, value: np.ndarray, /) -> np.ndarray: ...
+    def __call__(self, value: Array, /) -> Array: ...
 
 
 class OfTwo(Protocol):
@@ -33,9 +37,9 @@ class OfTwo(Protocol):
     @overload
     def __call__(self, a: Scalar, b: Scalar, /) -> Scalar: ...
     @overload
-    def __call__(self, a: np.ndarray, b: Scalar | np.ndarray, /) -> np.ndarray: ...
+    def __call__(self, a: Array, b: Scalar | Array, /) -> Array: ...
     @overload
-    def __call__(self, a: Scalar, b: np.ndarray, /) -> np.ndarray: ...
+    def __call__(self, a: Scalar, b: Array, /) -> Array: ...
 
 
 class Where(Protocol):
@@ -44,11 +48,11 @@ class Where(Protocol):
     @overload
     def __call__(self, condition: Truth, a: Scalar, b: Scalar, /) -> Scalar: ...
     @overload
-    def __call__(self, condition: np.ndarray, a: Scalar | np.ndarray, b: Scalar | np.ndarray, /) -> np.ndarray: ...
+    def __call__(self, condition: np.ndarray, a: Scalar | Array, b: Scalar | Array, /) -> Array: ...
     @overload
-    def __call__(self, condition: Truth, a: np.ndarray, b: Scalar | np.ndarray, /) -> np.ndarray: ...
+    def __call__(self, condition: Truth, a: Array, b: Scalar | Array, /) -> Array: ...
     @overload
-    def __call__(self, condition: Truth, a: Scalar, b: np.ndarray, /) -> np.ndarray: ...
+    def __call__(self, condition: Truth, a: Scalar, b: Array, /) -> Array: ...
 
 
 def is_symbol(value: object) -> bool:
@@ -130,20 +134,26 @@ floor: OfOne = _dispatch(
 power: OfTwo = _dispatch(
     "power", _quiet(np.power), np.power, "power", "base ** exponent; NaN for a negative base and a broken exponent"
 )
-both: OfTwo = _dispatch("both", lambda a, b: float(bool(a) and bool(b)), np.logical_and, "logic_and", "Whether a and b")
-either: OfTwo = _dispatch("either", lambda a, b: float(bool(a) or bool(b)), np.logical_or, "logic_or", "Whether a or b")
-negated: OfOne = _dispatch("negated", lambda a: float(not a), np.logical_not, "logic_not", "Whether not a")
+both: Callable[[Truth, Truth], Truth] = _dispatch(
+    "both", lambda a, b: float(bool(a) and bool(b)), np.logical_and, "logic_and", "Whether a and b"
+)
+either: Callable[[Truth, Truth], Truth] = _dispatch(
+    "either", lambda a, b: float(bool(a) or bool(b)), np.logical_or, "logic_or", "Whether a or b"
+)
+negated: Callable[[Truth], Truth] = _dispatch(
+    "negated", lambda a: float(not a), np.logical_not, "logic_not", "Whether not a"
+)
 where: Where = _dispatch(
     "where", lambda c, a, b: a if c else b, np.where, "if_else", "a where the condition holds, else b"
 )
 
 
-def minimum(a: Number, b: Number) -> Number:
+def minimum(a: Number, b: Number | Scalar) -> Number:
     """The smaller; the first where one is NaN (everywhere alike, unlike the fmin of C)."""
     return where(b < a, b, a)
 
 
-def maximum(a: Number, b: Number) -> Number:
+def maximum(a: Number, b: Number | Scalar) -> Number:
     """The larger; the first where one is NaN (everywhere alike, unlike the fmax of C)."""
     return where(a < b, b, a)
 
@@ -174,6 +184,6 @@ def present(value: Scalar) -> Truth:
     return absolute(value) < math.inf
 
 
-def limit(value: Number, lower: Number, upper: Number) -> Number:
+def limit(value: Number, lower: Number | Scalar, upper: Number | Scalar) -> Number:
     """The value, held between two limits."""
     return minimum(maximum(value, lower), upper)
