@@ -23,7 +23,7 @@ _SHOWN = 40
 
 def inspect(
     recording: Annotated[
-        Path, typer.Argument(help="MF4, Parquet, CSV, MATLAB 5, or a CAN log (candump, ASC, BLF, TRC).")
+        Path, typer.Argument(help="A recording: MF4, Parquet, CSV, a CAN log and others (see 'tierod formats').")
     ],
     dbc: Annotated[list[Path] | None, typer.Option(help="CAN database; may be given more than once.")] = None,
     channel_map: Annotated[
