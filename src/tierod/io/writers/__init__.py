@@ -55,7 +55,8 @@ def require_writable(path: str | Path) -> None:
         MissingExtra: the library for this format is not installed
     """
     path = expanded(path)
-    _writer(path).require()
+    if require := _writer(path).require:
+        require()
     if not path.parent.is_dir():
         raise OutputError(f"{path} cannot be written: there is no folder {path.parent}; create it first")
     if path.is_dir():

@@ -21,12 +21,12 @@ class Writer:
     Args:
         title: for people
         write: takes a recording and the path of the file; it appears whole or not at all
-        require: raises MissingExtra where a library is not installed
+        require: raises MissingExtra where a library is not installed; None where none is needed
     """
 
     title: str
     write: Callable[[Recording, str | Path], None]
-    require: Callable[[], None] = lambda: None
+    require: Callable[[], None] | None = None
 
 
 @dataclass(frozen=True)
