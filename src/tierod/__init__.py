@@ -18,53 +18,72 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from tierod.core.errors import TierodError
-    from tierod.core.findings import Diagnosis, Finding, Status
-    from tierod.core.graph import Stream, batch, scan
+    from tierod.core.errors import InputError, TierodError
+    from tierod.core.findings import Diagnosis, Estimate, Finding, Status
+    from tierod.core.graph import Stream, batch, maths, scan
     from tierod.core.recording import Channel, Recording
     from tierod.io.readers import read
     from tierod.io.writers import write
+    from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Variant
     from tierod.monitors.run import diagnose
+    from tierod.proving_ground.scenarios import simulate
     from tierod.report import to_json, write_html
     from tierod.report.plot import plot
     from tierod.vehicles import Vehicle
     from tierod.vehicles import load as vehicle
 
 _HOMES = {
+    "BlockSession": "tierod.monitors.harness.session",
     "Channel": "tierod.core.recording",
+    "Conclusion": "tierod.monitors.harness.session",
     "Diagnosis": "tierod.core.findings",
+    "Estimate": "tierod.core.findings",
     "Finding": "tierod.core.findings",
+    "InputError": "tierod.core.errors",
+    "Monitor": "tierod.monitors.harness.session",
     "Recording": "tierod.core.recording",
     "Status": "tierod.core.findings",
     "Stream": "tierod.core.graph",
     "TierodError": "tierod.core.errors",
+    "Variant": "tierod.monitors.harness.session",
     "Vehicle": "tierod.vehicles",
     "batch": "tierod.core.graph",
     "diagnose": "tierod.monitors.run",
+    "maths": "tierod.core.graph.maths:",
     "plot": "tierod.report.plot",
     "read": "tierod.io.readers",
     "scan": "tierod.core.graph",
+    "simulate": "tierod.proving_ground.scenarios",
     "to_json": "tierod.report",
     "vehicle": "tierod.vehicles:load",
     "write": "tierod.io.writers",
     "write_html": "tierod.report",
 }
+"""Module of each name; after a colon its name there, nothing where it is the module itself."""
 
 __all__ = [
+    "BlockSession",
     "Channel",
+    "Conclusion",
     "Diagnosis",
+    "Estimate",
     "Finding",
+    "InputError",
+    "Monitor",
     "Recording",
     "Status",
     "Stream",
     "TierodError",
+    "Variant",
     "Vehicle",
     "__version__",
     "batch",
     "diagnose",
+    "maths",
     "plot",
     "read",
     "scan",
+    "simulate",
     "to_json",
     "vehicle",
     "write",
@@ -75,8 +94,9 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module 'tierod' has no attribute '{name}'")
-    module, _, attribute = _HOMES[name].partition(":")
-    value = getattr(importlib.import_module(module), attribute or name)
+    place, colon, attribute = _HOMES[name].partition(":")
+    module = importlib.import_module(place)
+    value = module if colon and not attribute else getattr(module, attribute or name)
     globals()[name] = value
     return value
 

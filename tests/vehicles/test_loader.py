@@ -208,8 +208,8 @@ def test_an_unknown_name_names_the_nearest():
         load("midsise-eps")
 
 
-def test_an_absent_file_names_the_shipped_ones(tmp_path):
-    with pytest.raises(ParameterError, match="shipped vehicles: .*midsize-eps, .*rav4"):
+def test_an_absent_file_is_named(tmp_path):
+    with pytest.raises(ParameterError, match="there is no vehicle file .*car.toml; 'tierod vehicles' lists"):
         load(tmp_path / "car.toml")
 
 

@@ -18,7 +18,7 @@ from types import ModuleType
 from typing import TextIO
 
 from tierod.cli.visible import spell_what_cannot_be_shown, visible
-from tierod.core.errors import KernelWarning, TierodError, nearest
+from tierod.core.errors import KernelWarning, PluginWarning, TierodError, nearest
 
 HEALTHY, FAULT, NOT_JUDGED, BAD_INPUT, DEFECT, INTERRUPTED, UNHEARD = 0, 1, 2, 3, 4, 130, 141
 """Exit codes; DEFECT means that tierod itself is wrong, INTERRUPTED that the user stopped it, UNHEARD (128 + SIGPIPE)
@@ -83,7 +83,7 @@ def _warn(
     line: str | None = None,
 ) -> None:
     """A warning of tierod in a sentence, without the place in the code; another library's as Python writes it."""
-    ours = issubclass(category, KernelWarning)
+    ours = issubclass(category, KernelWarning | PluginWarning)
     text = " ".join(str(message).split())
     print(f"tierod: {text}" if ours else f"{filename}:{lineno}: {category.__name__}: {text}", file=sys.stderr)
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 RecordingPath = Annotated[
-    Path, typer.Argument(help="MF4, Parquet, CSV, MATLAB 5, or a CAN log (candump, ASC, BLF, TRC).")
+    Path, typer.Argument(help="A recording: MF4, Parquet, CSV, a CAN log and others (see 'tierod formats').")
 ]
 VehicleName = Annotated[
     str | None,

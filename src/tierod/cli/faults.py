@@ -34,7 +34,7 @@ def faults(
     toml: Annotated[bool, typer.Option("--toml", help="print the file, to begin one of your own")] = False,
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
 ) -> None:
-    """List the faults that are shipped, or show one; read, clear a fault memory, or show a freeze frame of it.
+    """List the faults that are known, or show one; read, clear a fault memory, or show a freeze frame of it.
 
     tierod faults                            the faults that can be injected into a simulation
     tierod faults read memory.json           the trouble codes that a memory holds
@@ -50,7 +50,7 @@ def faults(
         return
     if memory is not None or uds is not None:
         raise ParameterError(f"a memory is given, but '{name}' is none of {', '.join(MEMORY_VERBS)}; name one of them")
-    from tierod.proving_ground.faults import load, shipped
+    from tierod.proving_ground.faults import FAULTS, load
 
     if toml and json:
         raise ParameterError("--toml and --json exclude each other; give one of them")
@@ -61,7 +61,7 @@ def faults(
             raise ParameterError(f"--behaviours lists all of them; leave '{name}' out")
         _behaviours(json)
     elif name is None:
-        found = [load(each) for each in shipped()]
+        found = [load(each) for each in FAULTS]
         print_json({"faults": [_document(each) for each in found]}) if json else _list(found)
     elif toml:
         say(read_text(load(name).path, "the fault file", ParameterError), end="")
@@ -98,14 +98,14 @@ def _list(found: list[FaultFile]) -> None:
 def _show(file: FaultFile) -> None:
     from rich.text import Text
 
-    from tierod.proving_ground.faults import shipped, wording
+    from tierod.proving_ground.faults import FAULTS, wording
 
     console, fault = output(), file.fault
     console.print(Text.assemble((file.name, "bold"), f": {file.description}"), Text(file.source), sep="\n")
     console.print()
     console.print(rows(("element", "behaviour"), [(each.element, wording.of_effect(each)) for each in fault.effects]))
     console.print(Text(f"\nBegins {wording.of_beginning(fault)}, lasts {wording.of_duration(fault)}."))
-    use = f'use = "{file.name if file.name in shipped() else file.path}"'
+    use = f'use = "{file.name if file.name in FAULTS else file.path}"'
     console.print(Text(f"\nIn a scenario; element, behaviour, size, start, duration may follow:\n[[faults]]\n{use}"))
 
 

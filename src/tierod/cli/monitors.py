@@ -20,12 +20,9 @@ def monitors(
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
 ) -> None:
     """List the monitors, or show one: the signals it needs, its variants, and where they come from."""
-    from tierod.core.errors import ParameterError, nearest
     from tierod.monitors.registry import MONITORS
 
-    if name is not None and name not in MONITORS:
-        raise ParameterError(f"there is no monitor '{name}'{nearest(name, MONITORS)}")
-    chosen = list(MONITORS.values()) if name is None else [MONITORS[name]]
+    chosen = list(MONITORS.values()) if name is None else [MONITORS.required(name)]
     if json:
         print_json({"monitors": [_document(monitor) for monitor in chosen]})
         return
@@ -34,8 +31,11 @@ def monitors(
 
 
 def _document(monitor: Monitor) -> dict[str, Any]:
+    from tierod.monitors.registry import MONITORS
+
     return {
         "name": monitor.name,
+        "package": MONITORS.package_of(monitor.name),
         "title": monitor.title,
         "summary": monitor.summary,
         "source": monitor.source,
@@ -72,11 +72,13 @@ def _decision(decision: Decision) -> dict[str, Any]:
 
 def _show(monitor: Monitor) -> None:
     from tierod.core.signals import SIGNALS
+    from tierod.monitors.registry import MONITORS
 
     console = output()
     console.print(
         f"[bold]{monitor.name}[/bold]: {monitor.title}", monitor.summary, f"Source: {monitor.source}", sep="\n"
     )
+    console.print(f"Package: {MONITORS.package_of(monitor.name)}", markup=False)
     console.print("\n[bold]Signals[/bold]")
     signals = [
         (name, use, written(SIGNALS[name].unit), SIGNALS[name].meaning)

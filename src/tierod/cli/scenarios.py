@@ -45,7 +45,7 @@ def _names() -> dict[str, tuple[str, ...]]:
     from tierod.proving_ground import courses, scenarios
     from tierod.proving_ground.cars import catalogue
 
-    return {"scenarios": scenarios.shipped(), "cars": catalogue.shipped(), "courses": courses.shipped()}
+    return {"scenarios": tuple(scenarios.SCENARIOS), "cars": catalogue.shipped(), "courses": courses.shipped()}
 
 
 def _kind_of(name: str, wanted: tuple[str, ...]) -> str:
@@ -68,9 +68,9 @@ def _kind_of(name: str, wanted: tuple[str, ...]) -> str:
 def _path(kind: str, name: str) -> Path:
     from tierod.proving_ground.cars import catalogue as cars
     from tierod.proving_ground.courses import catalogue as courses
-    from tierod.proving_ground.scenarios import reader
+    from tierod.proving_ground.scenarios import SCENARIOS
 
-    return {"scenarios": reader.find, "cars": cars.find, "courses": courses.find}[kind](name)
+    return {"scenarios": SCENARIOS.find, "cars": cars.find, "courses": courses.find}[kind](name)
 
 
 def _to_begin_with(kind: str, name: str) -> str:

@@ -1,4 +1,4 @@
-"""List the vehicles that are shipped, or show one with the source of every value."""
+"""List the vehicles that are known, or show one with the source of every value."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ def vehicles(
 ) -> None:
     """List the vehicles that are shipped, or show one: values, units, spread, sources, and what it is not good for."""
     from tierod.core.errors import ParameterError
-    from tierod.vehicles import load, shipped
+    from tierod.vehicles import VEHICLES, load
 
     if toml and json:
         raise ParameterError("--toml and --json exclude each other; give one of them")
     if toml and name is None:
-        raise ParameterError(f"--toml needs a vehicle: {', '.join(shipped())}")
+        raise ParameterError(f"--toml needs a vehicle: {', '.join(VEHICLES)}")
     if name is None:
-        found = [load(each) for each in shipped()]
+        found = [load(each) for each in VEHICLES]
         print_json({"vehicles": [_document(each) for each in found]}) if json else _list(found)
         return
     vehicle = load(name)

@@ -41,6 +41,10 @@ class KernelWarning(UserWarning):
     """Compiled kernels are not kept where they belong, or a block runs on the virtual machine though it should not."""
 
 
+class PluginWarning(UserWarning):
+    """What an installed package adds to tierod cannot be used, and is left out."""
+
+
 class OutputError(TierodError):
     """A result cannot be written."""
 

@@ -1,36 +1,51 @@
-"""Every monitor there is, by name."""
+"""Every monitor by name: tierod's own, and those of installed packages."""
 
 from __future__ import annotations
 
-import importlib
-from collections.abc import Iterator, Mapping
+from typing import Any
 
-from tierod.monitors.harness.session import Monitor
+from tierod.core.plugins import Registry
+from tierod.monitors.harness.session import Monitor, Variant
 
-_PLACES = {
-    "friction": "friction.definition:FRICTION",
-    "hysteresis": "hysteresis.definition:HYSTERESIS",
-    "sideslip": "sideslip.definition:SIDESLIP",
-    "driver-torque": "driver_torque.definition:DRIVER_TORQUE",
-    "motor-angle": "motor_angle.definition:MOTOR_ANGLE",
-    "condition": "condition.definition:CONDITION",
+_OWN = {
+    "friction": "tierod.monitors.friction.definition:FRICTION",
+    "hysteresis": "tierod.monitors.hysteresis.definition:HYSTERESIS",
+    "sideslip": "tierod.monitors.sideslip.definition:SIDESLIP",
+    "driver-torque": "tierod.monitors.driver_torque.definition:DRIVER_TORQUE",
+    "motor-angle": "tierod.monitors.motor_angle.definition:MOTOR_ANGLE",
+    "condition": "tierod.monitors.condition.definition:CONDITION",
 }
-"""Where each is defined, in this package."""
 
 
-class _Monitors(Mapping[str, Monitor]):
-    """Loads a monitor when it is asked for: one that is not run costs no time."""
+def obstacle(monitor: Any) -> str:
+    """Why an object cannot be run as a monitor, as a half-sentence; "" where it can.
 
-    def __getitem__(self, name: str) -> Monitor:
-        module, _, monitor = _PLACES[name].partition(":")
-        return getattr(importlib.import_module(f"tierod.monitors.{module}"), monitor)
+    Args:
+        monitor: anything that was given as one
+    """
+    if not isinstance(monitor, Monitor):
+        kind = getattr(type(monitor), "__name__", "")
+        return f"is of the type '{kind}'; expected a tierod.Monitor with name, required signals, rate and variants"
+    if not monitor.variants:
+        return "has no variant; give it variants={'name': tierod.Variant(...)}"
+    for name, variant in monitor.variants.items():
+        if not isinstance(variant, Variant) or not callable(variant.open):
+            return f"has a variant '{name}' that lacks 'open', which builds its session; make it a tierod.Variant"
+        if variant.name != name:
+            return f"has a variant '{variant.name}' under the name '{name}'; use one name"
+    if monitor.default is not None and monitor.default not in monitor.variants:
+        return f"has no variant '{monitor.default}', which is its default; it has {', '.join(monitor.variants)}"
+    if not monitor.rate > 0.0 or not monitor.maximum_age > 0.0:
+        return f"needs a positive rate and maximum age, not {monitor.rate} Hz and {monitor.maximum_age} s"
+    return ""
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(_PLACES)
 
-    def __len__(self) -> int:
-        return len(_PLACES)
+def _registered_obstacle(name: str, monitor: Any) -> str:
+    """The same for an object that a package registers under a name."""
+    if not (why := obstacle(monitor)) and monitor.name != name:
+        return f"calls itself '{monitor.name}'; register it under that name"
+    return why
 
 
-MONITORS: Mapping[str, Monitor] = _Monitors()
-"""By name, as given on the command line."""
+MONITORS: Registry[Monitor] = Registry("tierod.monitors", "monitor", _OWN, _registered_obstacle)
+"""By name, as given on the command line; a monitor that is not run is not imported."""

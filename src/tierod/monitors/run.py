@@ -18,14 +18,15 @@ from tierod.monitors.harness.own_level import OwnLevel, keep_first, load_own_lev
 from tierod.monitors.harness.pieces import pieces_of, share_read
 from tierod.monitors.harness.running import Run
 from tierod.monitors.harness.session import Monitor, Variant
+from tierod.monitors.registry import MONITORS, obstacle
 from tierod.vehicles import Vehicle, load
 
 
 def diagnose(
     source: Recording | str | Path,
     vehicle: Vehicle | str | Path | None = None,
-    monitor: str | None = None,
-    variant: str | None = None,
+    monitor: str | Monitor | Variant | None = None,
+    variant: str | Variant | None = None,
     *,
     dbc: Any = None,
     channel_map: Any = None,
@@ -40,14 +41,15 @@ def diagnose(
     Args:
         source: a recording, or the path of one; a file is read and judged piece by piece
         vehicle: parameter set, its name, or the path of its file; None takes the one that the recording names
-        monitor: name of the monitor; that of the vehicle file where not given, and friction where it names none
-        variant: name of the variant; the monitor's default where not given, if it has one
+        monitor: name of a registered monitor, a monitor, or a variant of a registered one; that of the vehicle file
+            where not given, and friction where it names none
+        variant: name of the variant, or a variant; the monitor's default where not given, if it has one
         dbc: path(s) of CAN databases; the vehicle's own where not given
         channel_map: path of a channel map; the vehicle's own where not given
         own_level: what was learnt of this vehicle from earlier recordings. A path of a file that does not exist yet is
-            written where the vehicle is healthy; an existing one is never changed, lest a slow fault creep into it
+            written where the vehicle is healthy; an existing one is never changed, or a slow fault became part of it
         memory: path of a fault memory, which takes the recording as one operation cycle; written anew if there is none
-        signals: path of a recording that takes what the monitor reads and tells over time, at its own rate: estimates,
+        signals: path of a recording that takes what the monitor reads and estimates over time, at its own rate:
             states, what replaces a sensor; .parquet, .csv or .mf4
         command: what the user typed, for the report
         progress: called with the share done, 0 to 1
@@ -64,12 +66,13 @@ def diagnose(
         vehicle = vehicle_named_in(source, dbc, channel_map)
     car = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)
     definition, chosen = find(monitor or usual_monitor(car), variant)
+    asked = variant is not None or isinstance(monitor, Variant)
     known = own_level if isinstance(own_level, OwnLevel) else _stored(own_level)
     kept = None if signals is None else OverTime()
     run = Run(definition, chosen, car, known, memory, kept)
     for place, piece in enumerate(pieces_of(source, run.needs, car, dbc, channel_map)):
         if place == 0:
-            suited, picked = _suited(definition, chosen if variant else None, piece)
+            suited, picked = _suited(definition, chosen if asked else None, piece)
             if (suited, picked) != (definition, None):
                 run = Run(suited, picked or chosen, car, known, memory, kept)
         run.add(piece)
@@ -123,28 +126,46 @@ def usual_monitor(vehicle: Vehicle) -> str:
     return vehicle.monitor or "friction"
 
 
-def find(monitor: str, variant: str | None = None) -> tuple[Monitor, Variant]:
-    """The monitor and variant of these names.
+def find(monitor: str | Monitor | Variant, variant: str | Variant | None = None) -> tuple[Monitor, Variant]:
+    """The monitor and variant of these names, or the objects themselves.
+
+    Args:
+        monitor: name, a monitor, or a variant of a registered monitor
+        variant: name, or a variant, which need not be one of those that the monitor lists; the monitor's default where
+            None
 
     Raises:
-        ParameterError: there is none, and the message names the nearest; or none is given where the user must choose
+        ParameterError: there is none, and the message names the nearest; none is given where the user must choose; or
+            an object lacks a part
     """
-    from tierod.monitors.registry import MONITORS
+    if isinstance(monitor, Variant):
+        monitor, variant = _monitor_of(monitor), variant or monitor
+    definition = MONITORS.required(monitor) if isinstance(monitor, str) else monitor
+    if why := obstacle(definition):
+        raise ParameterError(f"the monitor '{getattr(definition, 'name', definition)}' {why}")
+    chosen = variant if isinstance(variant, Variant) else _variant_of(definition, variant)
+    return definition.needing(chosen), chosen
 
-    if monitor not in MONITORS:
-        raise ParameterError(f"there is no monitor '{monitor}'{nearest(monitor, MONITORS)}")
-    definition = MONITORS[monitor]
-    if variant is None:
-        variant = definition.default
-    if variant is None:
-        choices = " or ".join(f"'{each.name}' ({each.summary.rstrip('.')})" for each in definition.variants.values())
+
+def _variant_of(monitor: Monitor, name: str | None) -> Variant:
+    name = monitor.default if name is None else name
+    if name is None:
+        choices = " or ".join(f"'{each.name}' ({each.summary.rstrip('.')})" for each in monitor.variants.values())
         raise ParameterError(
-            f"the monitor '{monitor}' has no default variant, since the wrong one gives a wrong verdict; "
+            f"the monitor '{monitor.name}' has no default variant, since the wrong one gives a wrong verdict; "
             f"choose with --variant (in Python: variant=...) {choices}"
         )
-    if variant not in definition.variants:
-        raise ParameterError(
-            f"the monitor '{monitor}' has no variant '{variant}'{nearest(variant, definition.variants)}"
-        )
-    chosen = definition.variants[variant]
-    return definition.needing(chosen), chosen
+    if name not in monitor.variants:
+        raise ParameterError(f"the monitor '{monitor.name}' has no variant '{name}'{nearest(name, monitor.variants)}")
+    return monitor.variants[name]
+
+
+def _monitor_of(variant: Variant) -> Monitor:
+    """The registered monitor that a variant belongs to."""
+    for monitor in MONITORS.values():
+        if monitor.variants.get(variant.name) is variant:
+            return monitor
+    raise ParameterError(
+        f"the variant '{variant.name}' belongs to no registered monitor, which says on what grid it runs; "
+        "give monitor=tierod.Monitor(...) with it in its variants, or the name of a monitor and variant=..."
+    )

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tierod.core.errors import InputError, ParameterError, nearest
-from tierod.core.files import expanded
+from tierod.core.plugins import FileRegistry
 from tierod.core.toml_lines import line_of
 from tierod.core.units import COUNT, Scale, scale
 from tierod.core.user_files import read_text, toml
@@ -20,35 +20,28 @@ if TYPE_CHECKING:
     from tierod.vehicles.schema import ParameterEntry, VehicleFile
 
 
+VEHICLES = FileRegistry("tierod.vehicles", "vehicle", SHIPPED)
+"""The vehicle files that tierod ships, and those of installed packages."""
+
+
 def shipped() -> tuple[str, ...]:
     """The names of the vehicles that tierod ships, in alphabetical order."""
-    return tuple(sorted(path.stem for path in SHIPPED.glob("*.toml") if not path.name.endswith(".channels.toml")))
+    return tuple(VEHICLES.own)
 
 
 def load(name_or_path: str | Path) -> Vehicle:
     """The vehicle of a shipped name or of a file.
 
     Args:
-        name_or_path: a name that `shipped` lists, or the path of a vehicle file (.toml)
+        name_or_path: a name in `VEHICLES`, or the path of a vehicle file (.toml)
 
     Raises:
         ParameterError: no such vehicle, or a file with a slip in it; the message names the line and the nearest names
     """
-    path = _find(str(name_or_path))
+    path = VEHICLES.find(str(name_or_path))
     text = read_text(path, "the vehicle file", ParameterError, "give a TOML file")
     content = toml(text, path, ParameterError, "'tierod vehicles midsize-eps --toml' prints a whole one")
     return _Reader(path, text).vehicle(content)
-
-
-def _find(given: str) -> Path:
-    if given in shipped():
-        return SHIPPED / f"{given}.toml"
-    path = expanded(given)
-    if path.exists() and not path.is_dir():
-        return path
-    if path.suffix == ".toml" or path.parent != Path():
-        raise ParameterError(f"there is no vehicle file {path}; shipped vehicles: {', '.join(shipped())}")
-    raise ParameterError(f"no vehicle is called '{given}'{nearest(given, shipped())} A file is named by its path")
 
 
 class _Reader:

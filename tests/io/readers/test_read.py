@@ -180,7 +180,7 @@ def test_the_content_counts_not_the_ending(tmp_path, ending):
     wrong = path.rename(tmp_path / ("drive.csv" if ending != "csv" else "drive.mf4"))
     recording = read(wrong)
     assert recording.names == drive().names
-    assert "promises" in recording.warnings[0]
+    assert "is that of" in recording.warnings[0]
 
 
 def test_packed_text(tmp_path):

@@ -6,22 +6,31 @@ recording = read("can.log", dbc="car.dbc", channel_map="car.channels.toml")
 
 from __future__ import annotations
 
-from tierod.io.readers.channel_map import ChannelMap, load_channel_map, parse_channel_map
+from tierod.io.readers.channel_map import ChannelMap, TimeEntry, load_channel_map, parse_channel_map
+from tierod.io.readers.content import Content
+from tierod.io.readers.formats import READERS
 from tierod.io.readers.frames import Frames
 from tierod.io.readers.opening import open_source
-from tierod.io.readers.source import Column, Source
+from tierod.io.readers.source import Column, Format, Piece, Source, begins_with, source_of
 from tierod.io.readers.streaming import SHARE_READ, open_chunks
 from tierod.io.readers.whole import read
 
 __all__ = [
+    "READERS",
     "SHARE_READ",
     "ChannelMap",
     "Column",
+    "Content",
+    "Format",
     "Frames",
+    "Piece",
     "Source",
+    "TimeEntry",
+    "begins_with",
     "load_channel_map",
     "open_chunks",
     "open_source",
     "parse_channel_map",
     "read",
+    "source_of",
 ]

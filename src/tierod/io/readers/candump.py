@@ -14,7 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from tierod.core.errors import InputError
+from tierod.io.readers.content import whole_lines
 from tierod.io.readers.frames import EXTENDED, Frames, bus_number, taken
+from tierod.io.readers.log import Log
+from tierod.io.readers.source import Format, text_begin
 
 LINE = re.compile(rb"^\(\d+\.\d+\) +\S+ +[0-9A-Fa-f]{3,8}#", re.MULTILINE)
 """How a line of `candump -L` begins."""
@@ -228,3 +231,13 @@ def _frames(part: Part, first: tuple[float, float], buses: tuple[str, ...]) -> F
     """The frames of a block, their time counted from the seconds and the fraction of the first of all."""
     time = (part.seconds - first[0]) + (part.fraction - first[1])
     return Frames(time, part.identifier, part.bus, part.payload, part.length, buses, first[0] + first[1])
+
+
+FORMAT = Format(
+    "candump",
+    "candump -L (.log)",
+    (".log",),
+    lambda content, time: Log(content.path.name, lambda: [frames_of(whole_lines(content.blocks(), content.path))]),
+    lambda head, ending: LINE.search(text_begin(head)) is not None,
+    text=True,
+)

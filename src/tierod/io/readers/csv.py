@@ -16,7 +16,7 @@ from tierod.io.readers.content import Content
 from tierod.io.readers.csv_cells import Rows, calendar, numbers
 from tierod.io.readers.csv_layout import Layout, find_layout
 from tierod.io.readers.csv_table import Table, counted, head_of
-from tierod.io.readers.source import Column, Lane, Piece, Source
+from tierod.io.readers.source import Column, Format, Lane, Piece, Source
 
 
 def open_csv(content: Content, time: TimeEntry = GUESSED) -> Source:
@@ -164,3 +164,14 @@ def _beginning(head: bytes, table: Table) -> dict[str, np.ndarray]:
     part = part[: part.rfind(table.end) + 1] if len(part) < len(head) else part
     part = part[table.layout.begin :]
     return numbers(part, table, table.layout.numeric)[1] if part else {}
+
+
+FORMAT = Format(
+    "csv",
+    "CSV (.csv, .txt, .tsv)",
+    (".csv", ".txt", ".tsv"),
+    open_csv,
+    lambda head, ending: False,
+    text=True,
+)
+"""No beginning is that of a text table: any text that is nothing else is taken for one."""

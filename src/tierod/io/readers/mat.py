@@ -19,7 +19,7 @@ from tierod.io.readers.clocks import seconds as to_seconds
 from tierod.io.readers.content import BLOCK, Kept
 from tierod.io.readers.limits import Allowance
 from tierod.io.readers.reader_process import MatProcess
-from tierod.io.readers.source import Column, Lane, Piece, Source
+from tierod.io.readers.source import Column, Format, Lane, Piece, Source, begins_with
 
 _PERIODS = ("Ts", "ts", "dt", "Dt", "SampleTime", "sample_time")
 
@@ -214,3 +214,13 @@ def _timed(
     for name, value in vectors.items():
         if value.count == count:
             yield Signal(prefix, f"{prefix}.{name}" if prefix else name, value, clock, unit)
+
+
+FORMAT = Format(
+    "mat",
+    "MATLAB 5 (.mat)",
+    (".mat",),
+    lambda content, time: open_mat(content.path, time),
+    begins_with(b"MATLAB 5.0"),
+    whole=True,
+)

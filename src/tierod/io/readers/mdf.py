@@ -17,7 +17,7 @@ from tierod.core.user_files import json_document
 from tierod.io.readers.frames import EXTENDED, Frames, taken
 from tierod.io.readers.log import Log
 from tierod.io.readers.reader_process import MdfProcess
-from tierod.io.readers.source import Column, Lane, Piece, Source
+from tierod.io.readers.source import Column, Format, Lane, Piece, Source, begins_with
 from tierod.io.readers.written import metadata_in
 
 
@@ -119,3 +119,13 @@ def _frames(blocks: Iterator[dict[str, np.ndarray]], origin: float, records: int
     if frames is not None and done < records:
         lost = f"the file is damaged: {records - done} of {records} frames are lost"
         yield replace(taken(frames, slice(0, 0)), notes=(lost,))
+
+
+FORMAT = Format(
+    "mdf",
+    "MDF 3 or 4 (.mf4, .mdf, .dat)",
+    (".mf4", ".mdf", ".dat"),
+    lambda content, time: open_mdf(content.path),
+    begins_with(b"MDF ", b"UnFinMF "),
+    whole=True,
+)

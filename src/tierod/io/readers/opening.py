@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from tierod.core.errors import InputError, nearest
+from tierod.core.errors import InputError, TierodError, nearest
 from tierod.io.readers.channel_map import GUESSED, TimeEntry, maps_beside
-from tierod.io.readers.content import whole_lines
-from tierod.io.readers.detect import Kind, detect
+from tierod.io.readers.formats import READERS, Kind, detect
 from tierod.io.readers.frames import identifier_text
-from tierod.io.readers.log import Heard, Log, Remembered, heard
-from tierod.io.readers.source import Source
+from tierod.io.readers.log import Heard, Log, heard
+from tierod.io.readers.source import Lane, Source
 
 Paths = str | Path | Sequence[str | Path] | None
 
@@ -31,23 +31,48 @@ def open_source(path: str | Path, dbc: Paths = None, time: TimeEntry | None = No
     """
     path = Path(path)
     kind = detect(path)
-    if kind.name in ("mdf", "parquet", "mat"):
-        if kind.content.piped:
-            raise InputError(f"{path} is a pipe, through which only text and CAN logs can come; give the file itself")
-        if kind.content.packed:
-            raise InputError(
-                f"{path} is packed, which only text and CAN logs may be; unpack it first: gunzip -k {path}"
-            )
-    if kind.name in _TABLES:
-        opened: Source | Log = _TABLES[kind.name](path, kind, time or GUESSED)
-    else:
-        opened = _OPENERS[kind.name](path, kind)
+    if kind.format.whole and kind.content.piped:
+        raise InputError(f"{path} is a pipe, through which only text and CAN logs can come; give the file itself")
+    if kind.format.whole and kind.content.packed:
+        raise InputError(f"{path} is packed, which only text and CAN logs may be; unpack it first: gunzip -k {path}")
+    opened = _opened(kind, time or GUESSED)
     if isinstance(opened, Source):
         for entry in [dbc] if isinstance(dbc, str | Path) else dbc or ():
             if not shipped(entry, ".dbc").is_file():
                 raise InputError(f"there is no CAN database {entry}; check the path, or leave it out for this file")
         return replace(opened, size=kind.content.size), kind
     return replace(_decoded(path, opened, dbc, kind), size=kind.content.size), kind
+
+
+def _opened(kind: Kind, time: TimeEntry) -> Source | Log:
+    """The file as its reader opens it; what fails in that of another package is a sentence about that package."""
+    if kind.name in READERS.own:
+        return kind.format.open(kind.content, time)
+    with _blaming(kind):
+        opened = kind.format.open(kind.content, time)
+    if isinstance(opened, Log):
+        return opened
+    return replace(opened, lanes=lambda names: [_watched(kind, lane) for lane in opened.lanes(names)])
+
+
+def _watched(kind: Kind, lane: Lane) -> Lane:
+    with _blaming(kind):
+        yield from lane
+
+
+@contextmanager
+def _blaming(kind: Kind) -> Iterator[None]:
+    try:
+        yield
+    except TierodError:
+        raise
+    except Exception as error:
+        reason = " ".join(str(error).split())[:120]
+        raise InputError(
+            f"{kind.content.path} cannot be read by the reader '{kind.name}' of the package "
+            f"{READERS.package_of(kind.name)} ({type(error).__name__}: {reason}); update that package, or export the "
+            "file in another format"
+        ) from error
 
 
 def _decoded(path: Path, log: Log, dbc: Paths, kind: Kind) -> Source:
@@ -88,54 +113,3 @@ def shipped(name: str | Path, ending: str) -> Path:
             f"there is no file {path}, and tierod ships no '{path.name}{ending}'{nearest(path.name, shipped)}"
         )
     return shipped[path.name]
-
-
-def _open_mdf(path: Path, kind: Kind) -> Source | Log:
-    from tierod.io.readers.mdf import open_mdf
-
-    return open_mdf(path)
-
-
-def _open_parquet(path: Path, kind: Kind, time: TimeEntry) -> Source:
-    from tierod.io.readers.parquet import open_parquet
-
-    return open_parquet(path, time)
-
-
-def _open_mat(path: Path, kind: Kind, time: TimeEntry) -> Source:
-    from tierod.io.readers.mat import open_mat
-
-    return open_mat(path, time)
-
-
-def _open_csv(path: Path, kind: Kind, time: TimeEntry) -> Source:
-    from tierod.io.readers.csv import open_csv
-
-    return open_csv(kind.content, time)
-
-
-def _open_candump(path: Path, kind: Kind) -> Log:
-    from tierod.io.readers.candump import frames_of
-
-    return Log(path.name, lambda: [frames_of(whole_lines(kind.content.blocks(), path))])
-
-
-def _open_vendor(path: Path, kind: Kind) -> Log:
-    from tierod.io.readers.vendor_can import frames_of
-
-    return Log(path.name, Remembered(lambda: frames_of(kind.content, kind.name)))
-
-
-_TABLES: dict[str, Callable[[Path, Kind, TimeEntry], Source]] = {
-    "parquet": _open_parquet,
-    "mat": _open_mat,
-    "csv": _open_csv,
-}
-
-_OPENERS: dict[str, Callable[[Path, Kind], Source | Log]] = {
-    "mdf": _open_mdf,
-    "candump": _open_candump,
-    "asc": _open_vendor,
-    "blf": _open_vendor,
-    "trc": _open_vendor,
-}

@@ -14,7 +14,7 @@ from tierod.core.recording import Channel
 from tierod.io.readers.channel_map import GUESSED, TimeEntry
 from tierod.io.readers.clocks import Clock, find_clocks, require_plausible_rate, seconds, unit_of, unread_clock
 from tierod.io.readers.limits import Allowance
-from tierod.io.readers.source import Column, Lane, Piece, Source
+from tierod.io.readers.source import Column, Format, Lane, Piece, Source, begins_with
 from tierod.io.readers.written import description_in
 
 LAYOUT = b"tierod"
@@ -229,3 +229,13 @@ def _stamps(column: Any, unit: str, name: str) -> tuple[np.ndarray, np.ndarray |
         return time, None, guess
     kept = np.isfinite(time)
     return time[kept], kept, guess
+
+
+FORMAT = Format(
+    "parquet",
+    "Parquet (.parquet, .pq)",
+    (".parquet", ".pq"),
+    lambda content, time: open_parquet(content.path, time),
+    begins_with(b"PAR1"),
+    whole=True,
+)

@@ -1,4 +1,4 @@
-"""What every reader of a format gives: the columns of a file, and the samples of some of them piece by piece."""
+"""A file format and an opened file: its columns, and the samples of some of them piece by piece."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tierod.core.recording import Channel
+from tierod.io.readers.channel_map import TimeEntry
+from tierod.io.readers.content import Content
+from tierod.io.readers.log import Log
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ class Source:
         found: what came to light while the lanes were read
         size: bytes that the file takes where it lies
         maps: channel maps that lie beside the databases of a bus log
-        silent: columns that the databases of a bus log tell of, and that never came in it
+        silent: columns that the databases of a bus log describe, and that never came in it
     """
 
     columns: tuple[Column, ...]
@@ -68,3 +71,55 @@ class Source:
     size: int = 0
     maps: tuple[Path, ...] = ()
     silent: tuple[str, ...] = ()
+
+
+def source_of(channels: Sequence[Channel], metadata: dict[str, Any] | None = None) -> Source:
+    """An opened file whose channels are in memory, for a format whose files are small.
+
+    Args:
+        channels: as recorded, under their names and with the units of the file; "" where it gives none
+        metadata: of the recording
+    """
+    by_name = {channel.name: channel for channel in channels}
+
+    def lanes(names: Sequence[str]) -> list[Lane]:
+        return [iter([Piece([by_name[name]], 1.0)]) for name in names]
+
+    return Source(tuple(Column(each.name, each.unit) for each in channels), lanes, metadata or {})
+
+
+@dataclass(frozen=True)
+class Format:
+    """A file format that can be read.
+
+    Args:
+        name: short, as in messages and metadata
+        title: for people, with the endings that are usual
+        endings: of file names, in lower case, with their point
+        open: gives the columns of a file, or the frames of a CAN log; takes its content and which column is the time
+        recognises: whether a file that begins so (64 kB) is of this format; takes its ending too, "" without one
+        text: whether it is taken by the ending too, where no format recognises the beginning of a text
+        whole: whether a file must lie on the disk unpacked: neither gzip nor a pipe
+    """
+
+    name: str
+    title: str
+    endings: tuple[str, ...]
+    open: Callable[[Content, TimeEntry], Source | Log]
+    recognises: Callable[[bytes, str], bool]
+    text: bool = False
+    whole: bool = False
+
+
+def text_begin(head: bytes) -> bytes:
+    """The beginning of a text without byte order mark and white space in front."""
+    return head.removeprefix(b"\xef\xbb\xbf").lstrip()
+
+
+def begins_with(*beginnings: bytes) -> Callable[[bytes, str], bool]:
+    """A test of a format by the first bytes of its files.
+
+    Args:
+        beginnings: any of which they have
+    """
+    return lambda head, ending: head.startswith(beginnings)

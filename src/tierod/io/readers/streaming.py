@@ -14,7 +14,7 @@ from tierod.core.timestamps import CALENDAR
 from tierod.io.derive import RECIPES, complete
 from tierod.io.readers.channel_map import ChannelMap, load_channel_map, load_maps_beside
 from tierod.io.readers.chunks import slices
-from tierod.io.readers.detect import Kind
+from tierod.io.readers.formats import Kind
 from tierod.io.readers.limits import Allowance
 from tierod.io.readers.making import Doubts, made_from, shifted
 from tierod.io.readers.mapping import Plan, plan

@@ -6,8 +6,9 @@ import contextlib
 import io
 import logging
 import math
+import re
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from itertools import islice
 from typing import Any
@@ -18,6 +19,11 @@ from tierod.core.errors import InputError, MissingExtra, TierodError
 from tierod.io.readers.blf import cut_off, unpacked
 from tierod.io.readers.content import Content, Stream, whole_lines
 from tierod.io.readers.frames import EXTENDED, IDENTIFIERS, Frames, bus_number, taken
+from tierod.io.readers.log import Log, Remembered
+from tierod.io.readers.source import Format, begins_with, text_begin
+
+_ASC = re.compile(rb"^\s*(//.*\s+)?(date .*\s+)?base\s+(hex|dec)\b", re.IGNORECASE)
+_TRC = re.compile(rb"^;(\$FILEVERSION|#{10})|^;.*PCAN", re.IGNORECASE)
 
 BLOCK = 10_000
 """Frames that are Python objects at a time: each takes 0.5 to 1 kB until it stands in arrays of 30 bytes."""
@@ -118,3 +124,19 @@ def _frames(rows: list[Any], buses: dict[str, int], origin: float | None) -> Fra
         tuple(buses),
         origin,
     )
+
+
+def _format(name: str, recognises: Callable[[bytes, str], bool], text: bool) -> Format:
+    return Format(
+        name,
+        f"{name.upper()} (.{name})",
+        (f".{name}",),
+        lambda content, time: Log(content.path.name, Remembered(lambda: frames_of(content, name))),
+        recognises,
+        text,
+    )
+
+
+BLF = _format("blf", begins_with(b"LOGG"), text=False)
+ASC = _format("asc", lambda head, ending: _ASC.match(text_begin(head)) is not None, text=True)
+TRC = _format("trc", lambda head, ending: _TRC.match(text_begin(head)) is not None, text=True)

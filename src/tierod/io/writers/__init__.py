@@ -3,14 +3,31 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from tierod.core.errors import OutputError, nearest
 from tierod.core.files import expanded
+from tierod.core.plugins import Registry
 from tierod.core.recording import Recording
+from tierod.io.writers.layout import Writer
 
-__all__ = ["require_writable", "write"]
+__all__ = ["WRITERS", "Writer", "require_writable", "write"]
 
-_ENDINGS = (".parquet", ".pq", ".csv", ".mf4")
+_OWN = {
+    "parquet": "tierod.io.writers.parquet:WRITER",
+    "pq": "tierod.io.writers.parquet:WRITER",
+    "csv": "tierod.io.writers.csv:WRITER",
+    "mf4": "tierod.io.writers.mf4:WRITER",
+}
+
+
+def _obstacle(ending: str, given: Any) -> str:
+    """Why what a package registers cannot write files."""
+    return "" if isinstance(given, Writer) else f"is of the type '{type(given).__name__}'; expected a tierod.io.Writer"
+
+
+WRITERS: Registry[Writer] = Registry("tierod.writers", "writer", _OWN, _obstacle)
+"""Every format that can be written by the ending of its files, tierod's own and those of installed packages."""
 
 
 def write(recording: Recording, path: str | Path) -> None:
@@ -18,25 +35,13 @@ def write(recording: Recording, path: str | Path) -> None:
 
     Args:
         recording: with at least one channel
-        path: ends in .parquet, .csv or .mf4; the file appears whole or not at all
+        path: ends in .parquet, .csv, .mf4, or as a plug-in says; the file appears whole or not at all
 
     Raises:
         OutputError: an ending that is not known, nothing to write, no such folder, no permission, disk full
         MissingExtra: the library for this format is not installed
     """
-    ending = _ending(path)
-    if ending in (".parquet", ".pq"):
-        from tierod.io.writers.parquet import write_parquet
-
-        write_parquet(recording, path)
-    elif ending == ".csv":
-        from tierod.io.writers.csv import write_csv
-
-        write_csv(recording, path)
-    else:
-        from tierod.io.writers.mf4 import write_mf4
-
-        write_mf4(recording, path)
+    _writer(path).write(recording, path)
 
 
 def require_writable(path: str | Path) -> None:
@@ -50,18 +55,17 @@ def require_writable(path: str | Path) -> None:
         MissingExtra: the library for this format is not installed
     """
     path = expanded(path)
-    if _ending(path) == ".mf4":
-        from tierod.io.writers.mf4 import require_asammdf
-
-        require_asammdf()
+    if require := _writer(path).require:
+        require()
     if not path.parent.is_dir():
         raise OutputError(f"{path} cannot be written: there is no folder {path.parent}; create it first")
     if path.is_dir():
         raise OutputError(f"{path} cannot be written: it is a folder; name a file")
 
 
-def _ending(path: str | Path) -> str:
+def _writer(path: str | Path) -> Writer:
     ending = Path(path).suffix.lower()
-    if ending not in _ENDINGS:
-        raise OutputError(f"{path} has no ending that can be written{nearest(ending, _ENDINGS)}")
-    return ending
+    if ending.removeprefix(".") not in WRITERS:
+        known = [f".{name}" for name in WRITERS]
+        raise OutputError(f"{path} has no ending that can be written{nearest(ending, known)}")
+    return WRITERS[ending.removeprefix(".")]

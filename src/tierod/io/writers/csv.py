@@ -12,7 +12,7 @@ from tierod.core.arrow import column_of
 from tierod.core.errors import OutputError
 from tierod.core.files import replacing
 from tierod.core.recording import Recording
-from tierod.io.writers.layout import Group, description, groups
+from tierod.io.writers.layout import Group, Writer, description, groups
 
 
 def write_csv(recording: Recording, path: str | Path) -> None:
@@ -63,3 +63,6 @@ def _named(found: tuple[Group, ...]) -> list[tuple[str, str]]:
 def _quoted(title: str) -> str:
     escaped = title.replace('"', '""')
     return f'"{escaped}"' if any(sign in title for sign in ',"\n\r;\t') else title
+
+
+WRITER = Writer("CSV", write_csv)

@@ -3,14 +3,30 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tierod.core.errors import OutputError
 from tierod.core.recording import Channel, Recording
+
+
+@dataclass(frozen=True)
+class Writer:
+    """A file format that can be written.
+
+    Args:
+        title: for people
+        write: takes a recording and the path of the file; it appears whole or not at all
+        require: raises MissingExtra where a library is not installed; None where none is needed
+    """
+
+    title: str
+    write: Callable[[Recording, str | Path], None]
+    require: Callable[[], None] | None = None
 
 
 @dataclass(frozen=True)

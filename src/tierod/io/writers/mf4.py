@@ -14,7 +14,7 @@ import numpy as np
 from tierod.core.errors import MissingExtra, OutputError
 from tierod.core.files import replacing
 from tierod.core.recording import Channel, Recording
-from tierod.io.writers.layout import description, groups
+from tierod.io.writers.layout import Writer, description, groups
 
 
 def write_mf4(recording: Recording, path: str | Path) -> None:
@@ -82,3 +82,6 @@ def _signal(kind: Any, channel: Channel, time: np.ndarray) -> Any:
         name=channel.name,
         comment=comment,
     )
+
+
+WRITER = Writer("MF4", write_mf4, require_asammdf)

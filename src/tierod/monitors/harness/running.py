@@ -286,6 +286,14 @@ def opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: OwnL
         ParameterError: the variant cannot run with this vehicle
     """
     try:
-        return variant.open(vehicle, monitor.rate, own_level)
+        session = variant.open(vehicle, monitor.rate, own_level)
     except ParameterError as error:
         raise ParameterError(f"the monitor '{monitor.name}' cannot run as '{variant.name}': {error}") from None
+    if lacking := [
+        name for name in ("signals", "traces", "refuse", "absorb", "conclude") if not hasattr(session, name)
+    ]:
+        raise ParameterError(
+            f"the session of the monitor '{monitor.name}', variant '{variant.name}', lacks {', '.join(lacking)}; "
+            "derive it from tierod.BlockSession"
+        )
+    return session

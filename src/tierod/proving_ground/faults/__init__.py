@@ -24,12 +24,13 @@ from tierod.proving_ground.faults.behaviours import (
 )
 from tierod.proving_ground.faults.fault import Effect, Fault
 from tierod.proving_ground.faults.injection import injected
-from tierod.proving_ground.faults.reading import FaultFile, fault_of, load, shipped
+from tierod.proving_ground.faults.reading import FAULTS, FaultFile, fault_of, load, shipped
 from tierod.proving_ground.faults.schedule import Schedule
 from tierod.proving_ground.faults.triggers import Always, AtDistance, AtTime, When, Within, trigger_of
 
 __all__ = [
     "BEHAVIOURS",
+    "FAULTS",
     "Always",
     "AtDistance",
     "AtTime",

@@ -9,7 +9,7 @@ from typing import Any
 
 from tierod.core.errors import ParameterError, TierodError, nearest
 from tierod.core.fields import Meaning, hints, meaning
-from tierod.core.files import expanded
+from tierod.core.plugins import FileRegistry
 from tierod.core.ranges import NOT_NEGATIVE, POSITIVE, Range
 from tierod.core.toml import Document, Location, build
 from tierod.core.toml_builder import Builder, kind_name
@@ -18,8 +18,8 @@ from tierod.proving_ground.faults.elements import unit_without_car
 from tierod.proving_ground.faults.fault import Effect, Fault, Origin
 from tierod.proving_ground.faults.triggers import Always, AnyTrigger, AtTime, trigger_of
 
-SHIPPED = Path(__file__).parent / "shipped"
-"""Where the files are."""
+FAULTS = FileRegistry("tierod.faults", "fault", Path(__file__).parent / "shipped")
+"""The fault files that tierod ships, and those of installed packages."""
 
 
 @dataclass(frozen=True)
@@ -43,20 +43,20 @@ class FaultFile:
 
 def shipped() -> tuple[str, ...]:
     """The names of the faults that tierod ships, in alphabetical order."""
-    return tuple(sorted(path.stem for path in SHIPPED.glob("*.toml")))
+    return tuple(FAULTS.own)
 
 
 def load(name_or_path: str | Path, within: Document | None = None) -> FaultFile:
     """The fault of a shipped name or of a file.
 
     Args:
-        name_or_path: a name that `shipped` lists, or the path of a fault file (.toml)
+        name_or_path: a name in `FAULTS`, or the path of a fault file (.toml)
         within: document that names it, from whose folder a relative path counts; the working directory where None
 
     Raises:
         ParameterError: no such fault, or a file with a slip in it; the message names the line and the nearest names
     """
-    path = _find(str(name_or_path), Path() if within is None else within.path.parent)
+    path = FAULTS.find(str(name_or_path), None if within is None else within.path.parent)
     document = Document.read(path, "fault") if within is None else within.beside(path.absolute(), "fault")
     table = dict(document.content)
     texts = {}
@@ -227,14 +227,3 @@ def _as_table(behaviour: Any) -> Any:
     if isinstance(behaviour, dict) and "behaviour" in behaviour:
         return behaviour | {"behaviour": _as_table(behaviour["behaviour"])}
     return behaviour
-
-
-def _find(given: str, beside: Path) -> Path:
-    if given in shipped():
-        return SHIPPED / f"{given}.toml"
-    path = beside / expanded(given)
-    if path.exists() and not path.is_dir():
-        return path
-    if path.suffix == ".toml" or Path(given).parent != Path():
-        raise ParameterError(f"there is no fault file {path}; 'tierod faults' lists those that are shipped")
-    raise ParameterError(f"no fault is called '{given}'{nearest(given, shipped())} A file is named by its path")

@@ -3,7 +3,7 @@
 outcome = load("country-friction-step").run()
 """
 
-from tierod.proving_ground.scenarios.reader import from_document, load, shipped
+from tierod.proving_ground.scenarios.reader import SCENARIOS, from_document, load, shipped, simulate
 from tierod.proving_ground.scenarios.scenario import Scenario
 
-__all__ = ["Scenario", "from_document", "load", "shipped"]
+__all__ = ["SCENARIOS", "Scenario", "from_document", "load", "shipped", "simulate"]

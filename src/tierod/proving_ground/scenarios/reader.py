@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from tierod.core.errors import ParameterError, nearest
-from tierod.core.files import expanded
+from tierod.core.errors import ParameterError
+from tierod.core.plugins import FileRegistry
 from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.core.toml import Document, build
 from tierod.proving_ground import courses
 from tierod.proving_ground.cars import catalogue
 from tierod.proving_ground.faults import fault_of
+from tierod.proving_ground.run import Outcome
 from tierod.proving_ground.scatter import Scatter
 from tierod.proving_ground.scenarios.check import require_sound
 from tierod.proving_ground.scenarios.files import named_files
 from tierod.proving_ground.scenarios.scenario import Scenario, lengthened, require_duration
 from tierod.proving_ground.sensors import SensorSet
 
-SHIPPED = Path(__file__).parent
-"""Where the scenarios are that tierod ships."""
+SCENARIOS = FileRegistry("tierod.scenarios", "scenario", Path(__file__).parent)
+"""The scenario files that tierod ships, and those of installed packages."""
 
 
 @dataclass(frozen=True)
@@ -62,31 +63,40 @@ class ScenarioFile:
 
 def shipped() -> tuple[str, ...]:
     """The names of the scenarios that tierod ships, in alphabetical order."""
-    return tuple(sorted(path.stem for path in SHIPPED.glob("*.toml")))
+    return tuple(SCENARIOS.own)
 
 
 def load(name_or_path: str | Path) -> Scenario:
     """The scenario of a shipped name or of a file.
 
     Args:
-        name_or_path: a name that `shipped` lists, or the path of a scenario file (.toml)
+        name_or_path: a name in `SCENARIOS`, or the path of a scenario file (.toml)
 
     Raises:
         ParameterError: no such scenario, or one with a slip or a contradiction; file, line and nearest name are told
     """
-    return from_document(Document.read(find(str(name_or_path)), "scenario"))
+    return from_document(Document.read(SCENARIOS.find(str(name_or_path)), "scenario"))
 
 
-def find(given: str) -> Path:
-    """The file of a scenario; arguments and errors as of `load`."""
-    if given in shipped():
-        return SHIPPED / f"{given}.toml"
-    path = expanded(given)
-    if path.exists() and not path.is_dir():
-        return path
-    if path.suffix == ".toml" or path.parent != Path():
-        raise ParameterError(f"there is no scenario file {path}; 'tierod scenarios' lists those that are shipped")
-    raise ParameterError(f"no scenario is called '{given}'{nearest(given, shipped())} A file is named by its path")
+def simulate(
+    scenario: str | Path | Scenario,
+    seconds: float | None = None,
+    seed: int | None = None,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Outcome:
+    """Drive a scenario once: what the sensors recorded, beside the truth (channels named truth_...).
+
+    Args:
+        scenario: a name that `tierod scenarios` lists, the path of a scenario file, or a loaded scenario
+        seconds: duration [s]; the scenario's own where not given
+        seed: of all chance; the scenario's own where not given
+        progress: called with the share done, 0 to 1
+
+    Raises:
+        ParameterError: no such scenario, or one with a slip
+    """
+    whole = scenario if isinstance(scenario, Scenario) else load(scenario)
+    return whole.with_run(seconds, seed).run(progress)
 
 
 def from_document(document: Document) -> Scenario:

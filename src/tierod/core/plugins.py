@@ -1,0 +1,207 @@
+"""Registries of monitors, readers, writers, vehicles, faults and scenarios: tierod's own and those of other packages.
+
+An installed package adds to tierod by an entry point:
+
+    [project.entry-points."tierod.monitors"]
+    wheel-imbalance = "my_package.monitor:MONITOR"
+
+Installed packages are searched only where a name is not one of tierod's own, or where a list is asked for: reading
+their metadata takes some 10 ms, and importing what reads it 50 ms more.
+"""
+
+from __future__ import annotations
+
+import importlib
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from tierod.core.errors import ParameterError, PluginWarning, nearest
+from tierod.core.files import expanded
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+T = TypeVar("T")
+
+OWN_PACKAGE = "tierod"
+
+
+class Registry(Mapping[str, T], Generic[T]):
+    """Everything of one kind by name; what is not used is not imported.
+
+    Iterating gives tierod's own names, then those of plug-ins that can be used; a `PluginWarning` names the others.
+
+    Args:
+        group: of the entry points ("tierod.monitors")
+        kind: what one of them is called in messages ("monitor")
+        own: by name, where tierod's own are defined: "module:attribute"
+        obstacle: why a loaded object cannot be used, as a half-sentence ("has no variant"); "" where it can
+    """
+
+    def __init__(self, group: str, kind: str, own: Mapping[str, str], obstacle: Callable[[str, Any], str]):
+        self.group, self.kind, self.own = group, kind, own
+        self._obstacle = obstacle
+        self._loaded: dict[str, T] = {}
+        self._warned: set[str] = set()
+
+    def __getitem__(self, name: str) -> T:
+        """The object of a name.
+
+        Raises:
+            KeyError: neither tierod nor an installed package has this name
+            ParameterError: a package has it, and it cannot be used
+        """
+        if name not in self._loaded:
+            if name in self.own:
+                self._loaded[name] = self._load_own(name)
+            else:
+                self._loaded[name] = self._load_plugin(name, self._plugins[name])
+        return self._loaded[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.own or name in self._plugins
+
+    def __iter__(self) -> Iterator[str]:
+        yield from self.own
+        yield from self.plugin_names()
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def plugin_names(self) -> tuple[str, ...]:
+        """The names of plug-ins that can be used; a `PluginWarning` names each of the others once."""
+        usable = []
+        for name, points in self._plugins.items():
+            try:
+                if name in self.own:
+                    raise ParameterError(self._shadowed(name, points))
+                self[name]
+                usable.append(name)
+            except ParameterError as error:
+                if name not in self._warned:
+                    self._warned.add(name)
+                    warnings.warn(f"{error}", PluginWarning, stacklevel=2)
+        return tuple(usable)
+
+    def required(self, name: str) -> T:
+        """The object of a name.
+
+        Raises:
+            ParameterError: there is none, and the message names the nearest; or it cannot be used
+        """
+        if name not in self:
+            raise ParameterError(f"there is no {self.kind} '{name}'{nearest(name, self)}")
+        return self[name]
+
+    def package_of(self, name: str) -> str:
+        """The package that a name comes from, with its version where it is another one than tierod."""
+        return OWN_PACKAGE if name in self.own else " and ".join(map(_package, self._plugins[name]))
+
+    @cached_property
+    def _plugins(self) -> dict[str, list[EntryPoint]]:
+        """Entry points of installed packages by name; several where packages use the same name."""
+        from importlib.metadata import entry_points
+
+        found: dict[str, list[EntryPoint]] = {}
+        for point in sorted(entry_points(group=self.group), key=lambda point: (point.name, _package(point))):
+            found.setdefault(point.name, []).append(point)
+        return found
+
+    def _load_own(self, name: str) -> T:
+        module, _, attribute = self.own[name].partition(":")
+        value: T = getattr(importlib.import_module(module), attribute)
+        return value
+
+    def _load_plugin(self, name: str, points: list[EntryPoint]) -> T:
+        who = f"the {self.kind} '{name}' of the package {_package(points[0])}"
+        if len(points) > 1:
+            packages = " and ".join(map(_package, points))
+            raise ParameterError(
+                f"the packages {packages} both register a {self.kind} '{name}'; uninstall one of them: "
+                f"pip uninstall {_distribution(points[-1])}"
+            )
+        remedy = f"update or uninstall it: pip uninstall {_distribution(points[0])}"
+        try:
+            value = points[0].load()
+        except (Exception, SystemExit) as error:
+            reason = " ".join(str(error).split())[:200]
+            raise ParameterError(f"{who} cannot be imported ({type(error).__name__}: {reason}); {remedy}") from error
+        if why := self._obstacle(name, value):
+            raise ParameterError(f"{who} {why}; {remedy}")
+        loaded: T = self._converted(name, value)
+        return loaded
+
+    def _converted(self, name: str, value: Any) -> Any:
+        """What is kept of a plug-in's object."""
+        return value
+
+    def _shadowed(self, name: str, points: list[EntryPoint]) -> str:
+        packages = " and ".join(map(_package, points))
+        return (
+            f"the {self.kind} '{name}' of the package {packages} is not used, since tierod has one of this name; "
+            f"rename it there, or uninstall it: pip uninstall {_distribution(points[0])}"
+        )
+
+
+class FileRegistry(Registry[Path]):
+    """Files of one kind by name; the entry point of a plug-in names the package in whose folder NAME.toml lies.
+
+    Args:
+        group, kind: as of `Registry`
+        folder: of the files that tierod ships
+        without: end of the names of files there that are something else
+    """
+
+    def __init__(self, group: str, kind: str, folder: Path, without: str = ".channels.toml"):
+        files = sorted(path for path in folder.glob("*.toml") if not path.name.endswith(without))
+        super().__init__(group, kind, {path.stem: str(path) for path in files}, self._missing_file)
+
+    def find(self, given: str, beside: Path | None = None) -> Path:
+        """The file of a name, or a user's own.
+
+        Args:
+            given: a name, or the path of a file
+            beside: folder from which a relative path counts; the working directory where None
+
+        Raises:
+            ParameterError: there is none, or it is a plug-in's that cannot be used
+        """
+        path = (beside or Path()) / expanded(given)
+        if given not in self.own and path.exists() and not path.is_dir():
+            return path
+        if given in self:
+            return self[given]
+        if path.suffix == ".toml" or expanded(given).parent != Path():
+            raise ParameterError(
+                f"there is no {self.kind} file {path}; 'tierod {self.kind}s' lists those that are shipped"
+            )
+        raise ParameterError(f"no {self.kind} is called '{given}'{nearest(given, self)} A file is named by its path")
+
+    def _load_own(self, name: str) -> Path:
+        return Path(self.own[name])
+
+    def _converted(self, name: str, value: Any) -> Path:
+        return _file_beside(value, name)
+
+    def _missing_file(self, name: str, value: Any) -> str:
+        if not isinstance(value, ModuleType):
+            return f"names {type(value).__name__} where a package is expected, in whose folder {name}.toml lies"
+        path = _file_beside(value, name)
+        return "" if path.is_file() else f"lacks its file {path}"
+
+
+def _file_beside(package: ModuleType, name: str) -> Path:
+    folders = list(getattr(package, "__path__", [])) or [str(Path(str(package.__file__)).parent)]
+    return Path(folders[0]) / f"{name}.toml"
+
+
+def _package(point: EntryPoint) -> str:
+    return f"{_distribution(point)} {point.dist.version}" if point.dist else _distribution(point)
+
+
+def _distribution(point: EntryPoint) -> str:
+    return point.dist.name if point.dist else point.value.partition(".")[0]

@@ -1,0 +1,133 @@
+"""What a recording holds, and which monitors could judge it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tierod.core.errors import TierodError
+from tierod.core.findings import ChannelQuality
+from tierod.core.recording import Recording
+from tierod.io.derive import complete
+from tierod.io.quality import channel_quality
+from tierod.io.readers import ChannelMap, read
+from tierod.io.signs import sign_warnings
+from tierod.io.turns import turn_warnings
+from tierod.io.writers.layout import plain
+from tierod.monitors.harness.inspection import refusals, taken
+from tierod.monitors.harness.named_vehicle import vehicle_named_in
+from tierod.monitors.harness.session import Monitor
+from tierod.monitors.registry import MONITORS
+from tierod.vehicles import Vehicle, load
+
+
+@dataclass(frozen=True)
+class Readiness:
+    """Whether a monitor could judge a recording.
+
+    Args:
+        monitor: that is asked for
+        reasons: by the name of every variant, why it would refuse the recording; "" where it would run
+    """
+
+    monitor: Monitor
+    reasons: Mapping[str, str]
+
+    @property
+    def variants(self) -> tuple[str, ...]:
+        """The variants that would run: the default first, where the monitor has one."""
+        return taken(self.monitor, self.reasons)
+
+    @property
+    def obstacles(self) -> tuple[str, ...]:
+        """Why no variant runs, the default's reason first and each reason once; empty where one would."""
+        if self.variants:
+            return ()
+        ordered = sorted(self.reasons, key=lambda name: name != self.monitor.default)
+        return tuple(dict.fromkeys(self.reasons[name] for name in ordered))
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What a recording holds.
+
+    Args:
+        recording: with the signals that can be derived
+        vehicle: as which it would be judged; None where none is given or named, so that only signals were looked at
+        quality: one per channel
+        warnings: of the reader, on signs and on turns that contradict each other
+        monitors: whether each could judge it
+    """
+
+    recording: Recording
+    vehicle: Vehicle | None
+    quality: tuple[ChannelQuality, ...]
+    warnings: tuple[str, ...]
+    monitors: tuple[Readiness, ...]
+
+    def document(self) -> dict[str, Any]:
+        """The same as data for JSON."""
+        return {
+            "schema": "tierod.inspection/2",
+            "metadata": plain(self.recording.metadata),
+            "start": self.recording.span[0],
+            "end": self.recording.span[1],
+            "channels": [dataclasses.asdict(row) for row in self.quality],
+            "warnings": list(self.warnings),
+            "monitors": [
+                {
+                    "name": each.monitor.name,
+                    "can_run": bool(each.variants),
+                    "condition": each.monitor.condition,
+                    "obstacles": list(each.obstacles),
+                    "variants": [{"name": name, "obstacle": reason} for name, reason in each.reasons.items()],
+                }
+                for each in self.monitors
+            ],
+        }
+
+
+def inspect(
+    source: Recording | str | Path,
+    vehicle: Vehicle | str | Path | None = None,
+    *,
+    dbc: str | Path | Sequence[str | Path] | None = None,
+    channel_map: str | Path | ChannelMap | None = None,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Inspection:
+    """The channels of a recording with their quality, and for each monitor what it lacks.
+
+    Args:
+        source: a recording, or the path of one
+        vehicle: parameter set, its name, or the path of its file; the one that the recording names where not given
+        dbc: path(s) of CAN databases; the vehicle's own where not given
+        channel_map: path of a channel map; the vehicle's own where not given
+        progress: called with 1 once the recording is read
+
+    Raises:
+        InputError: the recording cannot be read
+        ParameterError: no such vehicle
+    """
+    car = vehicle if isinstance(vehicle, Vehicle) or vehicle is None else load(vehicle)
+    if isinstance(source, Recording):
+        whole = source
+    else:
+        databases = dbc or ([car.database] if car and car.database else None)
+        whole = read(source, dbc=databases, channel_map=channel_map or (car.channel_map if car else None))
+    progress(1.0)
+    car = car or _named_in(whole)
+    monitors = tuple(Readiness(each, refusals(each, car, whole)) for each in MONITORS.values())
+    whole = complete(whole)
+    quality = tuple(channel_quality(channel) for channel in whole.channels.values())
+    warnings = (*whole.warnings, *sign_warnings(whole), *turn_warnings(whole))
+    return Inspection(whole, car, quality, warnings, monitors)
+
+
+def _named_in(whole: Recording) -> Vehicle | None:
+    try:
+        return load(vehicle_named_in(whole, None, None))
+    except TierodError:
+        return None
