@@ -31,7 +31,7 @@ attack: COUNT ?= 2000
 attack: SECONDS ?= 3600
 attack: SEED ?= 20261123
 attack: SHARE ?= 1
-attack: $(ENVIRONMENT)  ## open thousands of damaged files, kill what writes, write docs/reliability.md (an hour)
+attack: $(ENVIRONMENT)  ## open thousands of damaged files, kill what writes, write docs/explanation/reliability.md (an hour)
 	.venv/bin/python -m tests.attack all --count $(COUNT) --seconds $(SECONDS) --seed $(SEED) --share $(SHARE)
 
 lint: $(ENVIRONMENT)  ## check style and types
@@ -39,10 +39,12 @@ lint: $(ENVIRONMENT)  ## check style and types
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
 
-docs: $(ENVIRONMENT)  ## write the generated pages of docs/ anew
+docs: $(ENVIRONMENT)  ## write the generated pages of docs/ anew, and build the site into site/
 	.venv/bin/python scripts/docs.py
 	.venv/bin/python -m benchmarks.readme
+	.venv/bin/python -m pip install -qq --disable-pip-version-check -c constraints.txt -e '.[docs]'
+	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --strict --quiet
 
 clean:  ## remove .venv and what tools left behind
-	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist out src/*.egg-info bench.json attack.json .coverage
+	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist out site src/*.egg-info bench.json attack.json .coverage
 	find src tests benchmarks scripts -name __pycache__ -prune -exec rm -rf {} +

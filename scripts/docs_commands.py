@@ -30,7 +30,9 @@ EXIT_CODES = (
 def pages() -> dict[str, Callable[[], str]]:
     """Path below docs/ -> function that gives the text."""
     every: dict[str, Callable[[], str]] = {f"reference/cli/{verb}.md": _page_of(verb) for verb in commands()}
-    return {"reference/cli/index.md": index, **every, "reference/python/index.md": python_index}
+    packages = {f"reference/python/{target}": _package_page_of(package) for package, target in PAGE_OF.items()}
+    own = {"reference/python/index.md": python_index, "reference/python/tierod.md": tierod_page}
+    return {"reference/cli/index.md": index, **every, **own, **packages}
 
 
 def _module(verb: str) -> Any:
@@ -145,14 +147,15 @@ def python_index() -> str:
         if name.startswith("__"):
             continue
         value = getattr(tierod, name)
-        rows.append((f"[`tierod.{name}`](tierod.md)", f"`{value.__module__}`", first_sentence(value.__doc__)))
+        home = getattr(value, "__module__", None) or value.__name__
+        rows.append((f"[`tierod.{name}`](tierod.md)", f"`{home}`", first_sentence(value.__doc__)))
     return page(
         "Python API",
         "`import tierod` gives these names; each is imported when it is first used. The pages of this section hold the "
         "docstrings of every public module, class and function.",
         table(("name", "module", "what it is"), rows),
         "## Packages",
-        table(("package", "page", "what lives there"), _packages()),
+        table(("package", "what lives there"), _packages()),
     )
 
 
@@ -163,20 +166,50 @@ PAGE_OF = {
     "models": "models.md",
     "methods": "methods.md",
     "io": "io.md",
-    "diagnosis": "diagnosis.md",
     "vehicles": "vehicles.md",
-    "monitors": "monitors.md",
+    "diagnosis": "diagnosis.md",
+    "monitors.harness": "monitors.md",
     "proving_ground": "proving-ground.md",
     "experiments": "experiments.md",
     "report": "report.md",
 }
+"""Package below tierod -> page with the docstrings of all its modules."""
+
+WITHOUT = {"core": '\n    options:\n      filters: ["!^_", "!^graph$"]'}
+"""Package -> option that leaves a part of it to another page."""
 
 
-def _packages() -> list[tuple[str, str, str]]:
+def _packages() -> list[tuple[str, str]]:
     rows = []
     for package, target in PAGE_OF.items():
         module = importlib.import_module(f"tierod.{package}")
-        rows.append(
-            (f"`tierod.{package}`", f"[{target.removesuffix('.md')}]({target})", first_sentence(module.__doc__))
-        )
+        rows.append((f"[`tierod.{package}`]({target})", first_sentence(module.__doc__)))
     return rows
+
+
+def _package_page_of(package: str) -> Callable[[], str]:
+    return lambda: package_page(package)
+
+
+def package_page(package: str) -> str:
+    """The docstrings of a package, which mkdocstrings puts in place of the last line."""
+    module = importlib.import_module(f"tierod.{package}")
+    return page(
+        f"tierod.{package}",
+        first_sentence(module.__doc__),
+        "The site shows here the docstrings of every module; in a terminal "
+        f"`python -c \"help('tierod.{package}')\"` does.",
+        f"::: tierod.{package}" + WITHOUT.get(package, ""),
+    )
+
+
+def tierod_page() -> str:
+    """The docstrings of the names of `tierod`."""
+    homes = []
+    for name in tierod.__all__:
+        value = getattr(tierod, name)
+        if inspect.isclass(value) or inspect.isfunction(value):
+            # The pages of the packages are where links to these objects lead.
+            home = f"{value.__module__}.{value.__qualname__}"
+            homes.append(f"::: {home}\n    options:\n      skip_local_inventory: true\n      show_root_toc_entry: true")
+    return page("tierod", "Docstrings of what `import tierod` gives.", *homes)

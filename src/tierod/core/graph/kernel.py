@@ -56,7 +56,7 @@ class CompiledKernel:
 
 
 class LaneKernel:
-    """Up to 64 blocks of one structure side by side; arrays are laid out [time][signal][lane]."""
+    """Up to 64 blocks of one structure side by side; arrays are laid out `[time][signal][lane]`."""
 
     def __init__(self, blocks: list[Block]):
         self.graph = trace(blocks[0])

@@ -29,7 +29,8 @@ class BankState(NamedTuple):
 def flat_memory(state: Tree) -> np.ndarray:
     """A state tree as one flat array, delay lines (filled with their initial value) at the end.
 
-    The lanes of a bank come first, [group][number][lane of the group]; the last group is filled up with the first lane.
+    The lanes of a bank come first, as `[group][number][lane of the group]`; the last group is filled up with the first
+    lane.
     """
     if not isinstance(state, BankState):
         plain, delayed = _plain_and_delayed(state)
@@ -40,7 +41,7 @@ def flat_memory(state: Tree) -> np.ndarray:
 
 
 def grouped(rows: np.ndarray) -> np.ndarray:
-    """Rows, one per lane, as they lie in memory: [group][number][lane of the group], flat."""
+    """Rows, one per lane, as they lie in memory: `[group][number][lane of the group]`, flat."""
     missing = -len(rows) % GROUP
     filled = np.concatenate([rows, np.repeat(rows[:1], missing, axis=0)])
     return filled.reshape(-1, GROUP, rows.shape[1]).transpose(0, 2, 1).ravel()

@@ -44,7 +44,7 @@ def print_scalar(graph: Graph) -> str:
 
 
 def print_lanes(graph: Graph, own_tuning: bool) -> str:
-    """C99 for 64 vehicles at once, arrays laid out [time][signal][lane].
+    """C99 for 64 vehicles at once, arrays laid out `[time][signal][lane]`.
 
     Args:
         graph: of the block
