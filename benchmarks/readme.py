@@ -1,4 +1,4 @@
-"""Put the figures of bench.json into the README, between its two marks: part of `make docs`."""
+"""Put the figures of bench.json into the page on performance and the README, between marks: part of `make docs`."""
 
 from __future__ import annotations
 
@@ -51,23 +51,26 @@ def _number(value: float) -> str:
     return f"{value:,.0f}".replace(",", " ") if value >= 1000.0 else f"{value:.3g}"
 
 
+SHORT = ("filter-single", "filter-lanes", "push-bound", "can-decode", "diagnose-1h", "simulate-eps-car")
+"""Rows that the README shows; the page on performance shows all."""
+
+
+def put(page: Path, text: str) -> None:
+    """Replace what stands between the marks of a page."""
+    before, rest = page.read_text(encoding="utf-8").split(BEGIN)
+    _, after = rest.split(END)
+    page.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")
+    print(f"wrote the figures of {page.relative_to(ROOT)}")
+
+
 def main() -> int:
-    """Replace what stands between the marks; nothing happens without bench.json."""
+    """Write the figures; nothing happens without bench.json."""
     measured = ROOT / "bench.json"
     if not measured.exists():
         return 0
-    readme = ROOT / "README.md"
-    before, rest = readme.read_text(encoding="utf-8").split(BEGIN)
-    _, after = rest.split(END)
     rows = json.loads(measured.read_text(encoding="utf-8"))
-    said = (
-        "Measured by `make bench` on one core of a virtual machine, each against its peer in the same run;\n"
-        "`make study` measures what papers and tierod claim, claim by claim: see [friction](docs/friction.md),\n"
-        "[column](docs/column.md), [sideslip](docs/sideslip.md), [motor angle](docs/motor-angle.md) and\n"
-        "[condition](docs/condition.md)."
-    )
-    readme.write_text(f"{before}{BEGIN}\n{said}\n\n{table(rows)}\n{END}{after}", encoding="utf-8")
-    print("wrote the figures of README.md")
+    put(ROOT / "docs" / "explanation" / "performance.md", table(rows))
+    put(ROOT / "README.md", table([row for row in rows if row["name"] in SHORT]))
     return 0
 
 

@@ -1,6 +1,7 @@
 """Attacks tierod: python -m tests.attack VERB.
 
-all                                 everything for an hour, with the table for docs/reliability.md: `make attack`
+all                                 everything for an hour, and the table of docs/explanation/reliability.md:
+                                    `make attack`
 fuzz [TARGET ...]                   mutated files of some targets
 replay TARGET SEED NUMBER           one case again, with what it printed
 show TARGET SEED NUMBER FOLDER      the file of a case, and the command that opens it
@@ -25,7 +26,7 @@ def main() -> int:
     """Run what the arguments ask for."""
     parser = argparse.ArgumentParser(prog="python -m tests.attack")
     verbs = parser.add_subparsers(dest="verb", required=True)
-    every = verbs.add_parser("all", help="run every attack and write the table of docs/reliability.md")
+    every = verbs.add_parser("all", help="run every attack and write the table of docs/explanation/reliability.md")
     every.add_argument("--share", type=float, default=1.0, help="of the changed signals and kills")
     fuzz = verbs.add_parser("fuzz", help="mutate files of all targets and open them")
     fuzz.add_argument("targets", nargs="*", default=list(TARGETS))

@@ -21,7 +21,7 @@ from .targets import READERS, TARGETS
 
 ROOT = Path(__file__).resolve().parents[2]
 FIGURES = ROOT / "attack.json"
-PAGE = ROOT / "docs" / "reliability.md"
+PAGE = ROOT / "docs" / "explanation" / "reliability.md"
 MARKS = ("<!-- figures: begin; made by make attack -->\n", "<!-- figures: end -->\n")
 
 OTHERS = (("signals", "semantic", 2500, True), ("crowd of two", "crowds", 2, False),

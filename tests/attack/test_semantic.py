@@ -96,7 +96,9 @@ def test_a_swap_exchanges_two_signals_and_a_drop_takes_one(folder):
 
 
 def test_what_cannot_be_observed_stands_in_the_documentation():
-    page = " ".join((Path(__file__).parents[2] / "docs" / "reliability.md").read_text(encoding="utf-8").split())
+    page = " ".join(
+        (Path(__file__).parents[2] / "docs" / "explanation" / "reliability.md").read_text(encoding="utf-8").split()
+    )
     for sentence in UNOBSERVABLE:
         assert sentence in page.replace("`", "")
 

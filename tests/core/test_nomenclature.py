@@ -5,11 +5,11 @@ from pathlib import Path
 from tierod.core.nomenclature import nomenclature
 from tierod.core.signals import SIGNALS
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "nomenclature.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "reference" / "signals.md"
 
 
 def test_the_page_is_up_to_date():
-    remedy = "run: python -m tierod.core.nomenclature > docs/nomenclature.md"
+    remedy = "run: python -m tierod.core.nomenclature > docs/reference/signals.md"
     assert PAGE.read_text(encoding="utf-8") == nomenclature(), remedy
 
 

@@ -6,7 +6,6 @@
 
 import doctest
 import importlib
-import importlib.util
 import json
 import pkgutil
 import re
@@ -23,12 +22,16 @@ from tierod.cli import main
 from tierod.cli.app import commands
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
 SCHEMA = json.loads((ROOT / "src/tierod/report/diagnosis.schema.json").read_text(encoding="utf-8"))
 MODULES = sorted(
     module.name for module in pkgutil.walk_packages(tierod.__path__, "tierod.") if not module.name.endswith("__main__")
 )
 BLOCK = re.compile(r"(<!-- run -->\n)?```(\w+)\n(.*?)```", re.DOTALL)
+
+
+def name_of(page):
+    return page.relative_to(ROOT).as_posix()
 
 
 def blocks(text, language):
@@ -69,7 +72,7 @@ def folder(drives, tmp_path, monkeypatch):
 WITH_PYTHON = [page for page in PAGES if list(blocks(page.read_text(encoding="utf-8"), "python"))]
 
 
-@pytest.mark.parametrize("page", WITH_PYTHON, ids=lambda path: path.name)
+@pytest.mark.parametrize("page", WITH_PYTHON, ids=name_of)
 def test_python_of_a_page_runs(page, folder):
     run_page(page.read_text(encoding="utf-8"), str(page))
 
@@ -97,7 +100,7 @@ COMMANDS = [(page, *each) for page in PAGES for each in commands_of(page)]
 
 
 @pytest.mark.parametrize(
-    ("page", "line", "command", "marked"), COMMANDS, ids=[f"{page.name}:{line}" for page, line, _, _ in COMMANDS]
+    ("page", "line", "command", "marked"), COMMANDS, ids=[f"{name_of(page)}:{line}" for page, line, _, _ in COMMANDS]
 )
 def test_commands_of_a_page_exist_and_run_where_marked(page, line, command, marked, folder, capsys):
     verb, *arguments = shlex.split(command)[1:]
@@ -115,13 +118,13 @@ def test_commands_of_a_page_exist_and_run_where_marked(page, line, command, mark
         jsonschema.validate(json.loads(printed), SCHEMA)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_toml_of_a_page_is_valid(page):
     for _, code, _ in blocks(page.read_text(encoding="utf-8"), "toml"):
         tomllib.loads(code)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_links_of_a_page_lead_somewhere(page):
     text = page.read_text(encoding="utf-8")
     for target in re.findall(r"\]\(([^)\s]+)\)", text):
@@ -154,11 +157,3 @@ def test_examples_in_docstrings_run(name, folder):
     for value in [module, *vars(module).values()]:
         if getattr(value, "__module__", name) == name and isinstance(getattr(value, "__doc__", None), str):
             run_page(value.__doc__, name)
-
-
-def test_generated_pages_are_up_to_date():
-    path = ROOT / "scripts" / "docs.py"
-    specification = importlib.util.spec_from_file_location("generated_docs", path)
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    assert module.stale() == [], "run: make docs"

@@ -179,7 +179,7 @@ def test_shipped_campaigns_fit_together(name):
 
 
 def test_the_file_of_the_documentation_is_a_campaign(tmp_path):
-    page = Path(__file__).parents[2] / "docs" / "campaigns.md"
+    page = Path(__file__).parents[2] / "docs" / "how-to" / "campaigns.md"
     text = page.read_text(encoding="utf-8").partition("```toml\n")[2].partition("```")[0]
     made = from_document(Document.parse(text, tmp_path / "c.toml"))
     places = [cell.point.place for cell in made.plan.cells]

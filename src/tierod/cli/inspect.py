@@ -76,7 +76,9 @@ def _show(found: Inspection, every: bool) -> None:
         for obstacle in dict.fromkeys(map(_short, lack[:1] if each.monitor.default else lack)):
             console.print(Text(f"    - {obstacle}"))
     if any(each.obstacles for each in found.monitors):
-        messages().print("Signals under other names need a channel map: --map map.toml; see docs/recordings.md")
+        messages().print(
+            "Signals under other names need a channel map: --map map.toml; see docs/how-to/read-recordings.md"
+        )
 
 
 def _short(reason: str) -> str:

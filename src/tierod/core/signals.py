@@ -1,6 +1,6 @@
 """The catalogue of canonical signals: name in words, SI unit, meaning, direction (ISO 8855: left positive).
 
-Every reader, monitor, plant and report speaks these names. `docs/nomenclature.md` is generated from here.
+Every reader, monitor, plant and report speaks these names. `docs/reference/signals.md` is generated from here.
 """
 
 from __future__ import annotations

@@ -3,7 +3,6 @@
 import json
 from importlib import import_module
 from importlib.resources import files
-from pathlib import Path
 
 import jsonschema
 import pytest
@@ -15,19 +14,11 @@ from tierod.papers.motor_angle.study import PARTS
 from tierod.papers.registry import STUDIES
 
 SCHEMA = json.loads(files("tierod.core").joinpath("claims.schema.json").read_text(encoding="utf-8"))
-PAGE = Path(__file__).resolve().parents[3] / "docs" / "motor-angle.md"
 
 
 @pytest.mark.parametrize("name", PARTS)
 def test_every_part_says_what_it_finds(name):
     assert import_module(f"tierod.papers.motor_angle.{name}").items.__doc__
-
-
-def test_the_page_has_a_place_for_what_the_study_prints():
-    text = PAGE.read_text(encoding="utf-8")
-    begin, end = (f"<!-- tierod study motor-angle: {edge} -->" for edge in ("begin", "end"))
-    assert text.count(begin) == text.count(end) == 1
-    assert text.index(begin) < text.index(end)
 
 
 @pytest.mark.slow

@@ -354,7 +354,7 @@ def test_amounts_without_a_car_are_checked_as_far_as_they_go():
 
 
 def test_what_the_documentation_shows_can_be_read():
-    page = Path(__file__).parents[3] / "docs" / "faults.md"
+    page = Path(__file__).parents[3] / "docs" / "how-to" / "inject-faults.md"
     text = "\n".join(re.findall(r"```toml\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL))
     document = Document.parse(text, page)
     content, car = document.content, EpsCar()

@@ -9,7 +9,7 @@ from tierod.core.toml import Document
 from tierod.proving_ground.cars import catalogue
 from tierod.proving_ground.scenarios import from_document
 
-GUIDE = (Path(__file__).parents[3] / "docs" / "virtual-vehicle.md").read_text(encoding="utf-8")
+GUIDE = (Path(__file__).parents[3] / "docs" / "how-to" / "simulate.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```(toml|text)\n(.*?)```", GUIDE, re.DOTALL)
 
 

@@ -166,7 +166,8 @@ def consider(before: Vector, after: Vector, mask: Vector) -> tuple[Any, ...]:
         after: packed (I - K C) P after the full update
         mask: e of each state, True or 0..1
 
-    Source: Mohtat et al., Table 3, corrected: printed with P = (I - K C) P for every mask, see docs/friction.md.
+    Source: Mohtat et al., Table 3, corrected: printed with P = (I - K C) P for every mask; see
+    docs/explanation/papers/friction.md.
     """
     entries = []
     for old, new, (i, j) in zip(before, after, upper(len(mask)), strict=True):

@@ -117,7 +117,8 @@ _RULE_DECISIONS = (
         place="block.rules",
         mean_time_between_false_alarms=None,
         demonstrated=None,
-        source="thresholds 1.15 times the largest residual of an hour of healthy driving; docs/condition.md",
+        source="thresholds 1.15 times the largest residual of an hour of healthy driving; "
+        "docs/explanation/papers/condition.md",
         statistic=EVIDENCE,
         levels=(1.0,),
     ),
@@ -140,7 +141,7 @@ CONDITION = Monitor(
         "bank": Variant(
             "bank",
             "Some fifty Kalman filters, each leaving out what it suspects, weighed by their likelihood.",
-            f"beyond {PAPER}; docs/condition.md",
+            f"beyond {PAPER}; docs/explanation/condition.md",
             _bank,
             decisions=_BANK_DECISIONS,
         ),

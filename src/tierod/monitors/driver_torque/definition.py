@@ -97,14 +97,14 @@ _VARIANTS = (
     Variant(
         "interacting",
         "Three filters side by side, for hands whose torque has a rate, hands that jump, and friction that reverses.",
-        f"beyond {PAPER}; docs/column.md",
+        f"beyond {PAPER}; docs/explanation/driver-torque.md",
         _opener("interacting", _default),
         DECISIONS,
     ),
     Variant(
         "fixed-lag",
         "The torque of the hands 20 ms ago, from all samples until now: smoother and closer, for whoever may wait.",
-        f"beyond {PAPER}; docs/column.md",
+        f"beyond {PAPER}; docs/explanation/driver-torque.md",
         _opener("fixed-lag", _delayed, _DELAYED, DELAY),
         DECISIONS,
     ),

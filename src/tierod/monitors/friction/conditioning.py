@@ -52,10 +52,10 @@ class AngleObserver:
         correction_time: how fast the integral follows the measured angle [s]; 0.2 is a gain of 0.05 per
             sample of 10 ms. Shorter lets the steps of a coarse angle through, longer the noise of the rate
         half_width: of the play [rad]; zero, since one of 3e-4 delays each reversal, cost 0.1 to 0.3 N*m of 12.5
-            at a Dahl angle of 3 degrees on the plant of the tuning (docs/friction.md), and won nothing. A rate noisier
-            than 0.05 rad/s may need it
+            at a Dahl angle of 3 degrees on the plant of the tuning (docs/explanation/friction.md), and won nothing. A
+            rate noisier than 0.05 rad/s may need it
 
-    Source: docs/friction.md, the default estimator.
+    Source: docs/explanation/friction.md, the default estimator.
     """
 
     correction_time: Annotated[float, "s"] = 0.2
@@ -98,8 +98,8 @@ class SteeringConditioning:
     Args:
         sample_time: time between two samples [s]
         cutoff: of the low-pass on every signal [Hz]. Friction is no linear function of the angle, so what is cut from
-            the angle is lost to it. On the plant of the tuning (docs/friction.md) 5 Hz cost 0.3 N*m of 12.5 at a Dahl
-            angle of 3 degrees and 12 Hz 0.1, while above 15 Hz a rate noise of 0.05 rad/s cost 0.2
+            the angle is lost to it. On the plant of the tuning (docs/explanation/friction.md) 5 Hz cost 0.3 N*m of 12.5
+            at a Dahl angle of 3 degrees and 12 Hz 0.1, while above 15 Hz a rate noise of 0.05 rad/s cost 0.2
         bridged_gap: missing samples bridged with the last value [s]; one lost message of a bus at 20 ms and its jitter
         settling_time: the estimator rests that long after a longer gap [s]: ten correction times of the angle observer
         angle: observer of the angle

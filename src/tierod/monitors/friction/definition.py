@@ -67,7 +67,7 @@ _VARIANTS = (
     Variant(
         "pre-sliding",
         "Regression on friction as it builds up over an angle that is learnt: no bias from pre-sliding.",
-        f"beyond {PAPER}; docs/friction.md",
+        f"beyond {PAPER}; docs/explanation/friction.md",
         _presliding,
         DECISIONS,
     ),

@@ -64,8 +64,8 @@ class PreslidingFrictionFilter:
 
     Validity: torques calibrated together: a common factor on both scales everything learnt and is seen by no signal.
     The driver's torque is that in the bar, so that inertia and damping are without the steering wheel's.
-    Source: docs/friction.md; grown from the "single-law estimator" there: the low-pass after the law, three laws in
-    place of one, friction that depends on load, a trail that drops, no play, no influence of single outliers, the
+    Source: docs/explanation/friction.md; grown from the "single-law estimator" there: the low-pass after the law, three
+    laws in place of one, friction that depends on load, a trail that drops, no play, no influence of single outliers, the
     elastic bar, weight, turn slip, steered drive force. What each one brings is measured there.
     """
 
@@ -103,7 +103,7 @@ class PreslidingFrictionFilter:
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = SAMPLE_TIME) -> PreslidingFrictionFilter:
-        """The filter for a car, with every tuning as measured in docs/friction.md.
+        """The filter for a car, with every tuning as measured in docs/explanation/friction.md.
 
         Args:
             vehicle: its parameters

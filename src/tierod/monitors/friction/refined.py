@@ -37,7 +37,7 @@ class Sticking:
         torque_deviation: standard deviation of the static friction that takes the place of the dynamic one [N m]; the
             healthy friction of the paper's car
 
-    Source: an addition to Table 3 of Mohtat et al., see docs/friction.md.
+    Source: an addition to Table 3 of Mohtat et al., see docs/explanation/papers/friction.md.
     """
 
     rate: Annotated[float, "rad/s"] = 0.05

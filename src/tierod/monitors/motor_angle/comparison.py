@@ -11,10 +11,10 @@ from tierod.monitors.motor_angle.residual import Observed, ResidualGate
 from tierod.monitors.motor_angle.second_tests import Backwards, Increments, Stuck, Turning
 
 ANGLE_DRIFT, ANGLE_THRESHOLD = 0.044, 0.9
-"""Of the electrical angle's sum, one value a millisecond [rad]: see docs/motor-angle.md, Monitoring."""
+"""Of the electrical angle's sum, one value a millisecond [rad]: see docs/explanation/motor-angle.md, Monitoring."""
 
 SPEED_DRIFT, SPEED_THRESHOLD = 0.5, 2.0
-"""Of the speed's sum, one value in 10 ms [rad/s]: see docs/motor-angle.md, Monitoring."""
+"""Of the speed's sum, one value in 10 ms [rad/s]: see docs/explanation/motor-angle.md, Monitoring."""
 
 
 @dataclass(frozen=True)

@@ -26,14 +26,14 @@ ANGLE_DESIGN = RuleDesign(
     line=RunLengthLine(start=7.794, slope=14.55 * BORNE, observed=0.69 * 3.6e6),
 )
 """Counted on residuals that were made two and a half times as large, 239 and 13 alarms at 0.1 and 0.3 rad in 0.69 h of
-turning (docs/motor-angle.md), and carried on to 0.9 rad."""
+turning (docs/explanation/motor-angle.md), and carried on to 0.9 rad."""
 
 TURNING, DRIVEN = Demonstrated(10.4), Demonstrated(15.0)
-"""Hours of 900 sound drives with parameters astray, turning and in all; docs/motor-angle.md, Monitoring."""
+"""Hours of 900 sound drives with parameters astray, turning and in all; docs/explanation/motor-angle.md, Monitoring."""
 
 _SOURCE = (
-    "sound drives on the bench, voltages measured, with resistance, flux and inductance astray (docs/motor-angle.md); "
-    "hours of turning"
+    "sound drives on the bench, voltages measured, with resistance, flux and inductance astray "
+    "(docs/explanation/motor-angle.md); hours of turning"
 )
 
 

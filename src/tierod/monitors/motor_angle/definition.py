@@ -41,7 +41,7 @@ def _required(voltages: str) -> tuple[str, ...]:
 
 
 def _variant(voltages: str, summary: str) -> Variant:
-    source = f"beyond {PAPER}; docs/motor-angle.md"
+    source = f"beyond {PAPER}; docs/explanation/motor-angle.md"
     opener = partial(_open, voltages)
     return Variant(VARIANTS[voltages], summary, source, opener, DECISIONS, required=_required(voltages))
 

@@ -77,7 +77,7 @@ _VARIANTS = (
         "combined",
         "All that the car measures in one filter; stiffness, friction and bank are followed. Needs no steering torque. "
         "From 33 Hz on in a car steered by wire.",
-        f"beyond {PAPER}; docs/sideslip.md",
+        f"beyond {PAPER}; docs/explanation/sideslip.md",
         _combined,
         COMBINED_DECISIONS,
     ),

@@ -118,7 +118,8 @@ def _remarks(faults: Collection[str]) -> tuple[str, ...]:
     )
     return (
         "Structure looks at what stands in which equation, not at how large it is: a fault that is isolable here can "
-        "still be too small, or the drive too quiet, to be told. What drives have shown stands in docs/condition.md.",
+        "still be too small, or the drive too quiet, to be told. What drives have shown stands in "
+        "docs/explanation/condition.md.",
         *(motors if MOTORS[0] in faults else ()),
     )
 
