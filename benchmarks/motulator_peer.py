@@ -1,7 +1,7 @@
 """The default observer of a motor's angle beside motulator's sensorless one, on motulator's own 2.2 kW machine.
 
-`python -m benchmarks.motulator_peer` prints the table of docs/explanation/motor-angle.md; it takes half a minute, and is no
-part of `make bench`.
+`python -m benchmarks.motulator_peer` prints the table of docs/explanation/motor-angle.md; it takes half a minute and is
+no part of `make bench`.
 """
 
 from __future__ import annotations

@@ -129,7 +129,7 @@ def _groups_with_sentences(name: str, claims: list[dict]) -> list[str]:
     for claim in claims:
         by_group.setdefault(claim["id"].partition(".")[0], []).append(claim)
     words = {True: "yes", False: "**no**", None: ""}
-    header = ("claim", "id", "printed", "ours", "goal", "unit", "holds")
+    header = ("claim", "printed", "ours", "goal", "unit", "holds", "id")
     return [
         f"## {STUDIES[name].groups.get(group, group)}\n\n"
         + table(
@@ -137,12 +137,12 @@ def _groups_with_sentences(name: str, claims: list[dict]) -> list[str]:
             [
                 (
                     each["claim"],
-                    f"`{each['id'].partition('.')[2]}`",
                     _figure(each["printed"]),
                     _figure(each["measured"]),
-                    each["goal"] or "",
+                    (each["goal"] or "").replace(" ", "\N{NO-BREAK SPACE}"),
                     written(each["unit"]),
                     words[each["met"]],
+                    f"`{each['id'].partition('.')[2]}`",
                 )
                 for each in members
             ],

@@ -65,8 +65,8 @@ class PreslidingFrictionFilter:
     Validity: torques calibrated together: a common factor on both scales everything learnt and is seen by no signal.
     The driver's torque is that in the bar, so that inertia and damping are without the steering wheel's.
     Source: docs/explanation/friction.md; grown from the "single-law estimator" there: the low-pass after the law, three
-    laws in place of one, friction that depends on load, a trail that drops, no play, no influence of single outliers, the
-    elastic bar, weight, turn slip, steered drive force. What each one brings is measured there.
+    laws in place of one, friction that depends on load, a trail that drops, no play, no influence of single outliers,
+    the elastic bar, weight, turn slip, steered drive force. What each one brings is measured there.
     """
 
     parameters: FrictionParameters
