@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, Any, NamedTuple, get_type_hints
+from typing import Annotated, NamedTuple, get_type_hints
 
-from tierod.core.block import Tree, named_tuple, rebuild, skeleton
+from tierod.core.block import Scalar, Tree, Truth, named_tuple, rebuild, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import log, present, where
+from tierod.core.model import Model
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.kernels import correct, held_covariance, usable
 from tierod.methods.estimators.linear_algebra import Matrix, Vector, add, diagonal, dot, minus, plus, product, unpack
@@ -25,9 +26,8 @@ from tierod.methods.estimators.mixing import (
 )
 from tierod.methods.estimators.shapes import (
     Belief,
-    class_of_innovation_variance,
-    class_of_variance,
     estimate_class,
+    filled,
     leaf_names,
     leaf_values,
     sample_class,
@@ -37,11 +37,11 @@ from tierod.methods.estimators.shapes import (
 class Likely(NamedTuple):
     """A correction with its likelihood: mean, packed covariance, normalised innovation squared, number, logarithm."""
 
-    mean: tuple[Any, ...]
-    covariance: tuple[Any, ...]
-    nis: Any
-    present: Any
-    log_likelihood: Any
+    mean: tuple[Scalar, ...]
+    covariance: tuple[Scalar, ...]
+    nis: Scalar
+    present: Scalar
+    log_likelihood: Scalar
 
 
 def correct_with_likelihood(mean: Vector, covariance: Vector, rows: Matrix, residuals: Vector, noise: Vector) -> Likely:
@@ -50,9 +50,9 @@ def correct_with_likelihood(mean: Vector, covariance: Vector, rows: Matrix, resi
     The constant of the Gaussian density is left out: models that are compared see the same outputs.
     """
     shift: Vector = [0.0] * len(mean)
-    nis: Any = 0.0
-    count: Any = 0.0
-    log_determinant: Any = 0.0
+    nis: Scalar = 0.0
+    count: Scalar = 0.0
+    log_determinant: Scalar = 0.0
     for row, residual, variance in zip(rows, residuals, noise, strict=True):
         spread = plus(dot(row, product(unpack(covariance), row)), variance)
         done = correct(covariance, (row,), (minus(residual, dot(row, shift)),), (variance,), shift)
@@ -65,8 +65,8 @@ def correct_with_likelihood(mean: Vector, covariance: Vector, rows: Matrix, resi
 class InteractingState(NamedTuple):
     """Belief of every filter, and the probability that its model is the right one."""
 
-    beliefs: tuple[Any, ...]
-    probabilities: tuple[Any, ...]
+    beliefs: tuple[Belief, ...]
+    probabilities: tuple[Scalar, ...]
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ class InteractingFilter:
         """The beliefs before the first sample."""
         return InteractingState(tuple(f.init() for f in self.filters), tuple(self.initial_probabilities))
 
-    def step(self, state: InteractingState, sample: Any) -> tuple[InteractingState, Any]:
+    def step(self, state: InteractingState, sample: Tree) -> tuple[InteractingState, Tree]:
         """One sample on: mix, let every filter predict and correct, weigh."""
         origin = mixing(state.probabilities, self.switching)
         means = [leaf_values(belief.mean) for belief in state.beliefs]
@@ -133,7 +133,9 @@ class InteractingFilter:
         held = self._held(state, probabilities, done, sample)
         return held, self._estimate(held, origin.predicted, done, innovations, spreads, self._whole(sample))
 
-    def _held(self, state: InteractingState, probabilities: Vector, done: list[Likely], sample: Any) -> Any:
+    def _held(
+        self, state: InteractingState, probabilities: Vector, done: list[Likely], sample: Tree
+    ) -> InteractingState:
         """The next state; a missing input holds means and probabilities and lets the covariances grow."""
         whole = self._whole(sample)
         beliefs = []
@@ -149,7 +151,7 @@ class InteractingFilter:
             shares = tuple(where(whole, a, b) for a, b in zip(shares, state.probabilities, strict=True))
         return InteractingState(tuple(beliefs), shares)
 
-    def _whole(self, sample: Any) -> Any:
+    def _whole(self, sample: Tree) -> Truth:
         return usable(leaf_values(sample.input)) if self.filters[0].hold_missing_input else True
 
     def _estimate(
@@ -159,35 +161,22 @@ class InteractingFilter:
         done: list[Likely],
         innovations: Matrix,
         spreads: Matrix,
-        whole: Any,
-    ) -> Any:
-        model = self.filters[0].model
+        whole: Truth,
+    ) -> Tree:
         means = [leaf_values(belief.mean) for belief in state.beliefs]
         mean = weighed(state.probabilities, means)
-        covariance = mixture_covariance(
-            state.probabilities, mean, means, [belief.covariance for belief in state.beliefs]
-        )
+        covariances = [belief.covariance for belief in state.beliefs]
+        variance = diagonal(mixture_covariance(state.probabilities, mean, means, covariances))
         expected = weighed(predicted, innovations)
-        outputs = skeleton(model.Output)
+        spread = mixture_variance(predicted, expected, innovations, spreads)
         nis, count = dot(state.probabilities, [each.nis for each in done]), done[0].present
         if whole is not True:
             nis, count = where(whole, nis, 0.0), where(whole, count, 0.0)
-        return self.Estimate(
-            rebuild(state.beliefs[0].mean, mean),
-            rebuild(skeleton(class_of_variance(model)), diagonal(covariance)),
-            rebuild(outputs, expected),
-            rebuild(
-                skeleton(class_of_innovation_variance(model)),
-                mixture_variance(predicted, expected, innovations, spreads),
-            ),
-            nis,
-            count,
-            state.probabilities,
-        )
+        return filled(self.Estimate, mean, variance, expected, spread, (nis, count), state.probabilities)
 
 
 @lru_cache(maxsize=64)
-def interacting_estimate_class(model: type, count: int) -> type:
+def interacting_estimate_class(model: Model, count: int) -> type:
     """Output of a bank: that of one filter, and the probability of each model."""
     single = estimate_class(model, False)
     hints = get_type_hints(single, include_extras=True)
@@ -196,7 +185,9 @@ def interacting_estimate_class(model: type, count: int) -> type:
     return named_tuple("InteractingEstimate", [*fields, ("probabilities", shares)])
 
 
-def _filtered(filter_: KalmanFilter, start: Belief, sample: Any) -> tuple[Likely, tuple[Any, ...], tuple[Any, ...]]:
+def _filtered(
+    filter_: KalmanFilter, start: Belief, sample: Tree
+) -> tuple[Likely, tuple[Scalar, ...], tuple[Scalar, ...]]:
     """One filter's step from a mixed belief: its correction, innovations, and their variances."""
     entering = leaf_values(filter_.input_noise)
     predicted = filter_._predict(start, sample.input, leaf_values(filter_.process_noise), entering)

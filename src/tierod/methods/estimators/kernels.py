@@ -6,11 +6,14 @@ They know models only as Jacobians and residuals, so monitors with structure of 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
+from tierod.core.block import Scalar, Truth
 from tierod.core.graph.maths import maximum, minimum, present, where
 from tierod.methods.estimators.linear_algebra import (
     Matrix,
+    Noise,
     Vector,
     add,
     congruence,
@@ -36,20 +39,20 @@ class Correction(NamedTuple):
         present: how many measurements were present
     """
 
-    shift: tuple[Any, ...]
-    covariance: tuple[Any, ...]
-    nis: Any
-    present: Any
+    shift: tuple[Scalar, ...]
+    covariance: tuple[Scalar, ...]
+    nis: Scalar
+    present: Scalar
 
 
-def known_variances(values: Vector) -> tuple[Any, ...]:
+def known_variances(values: Noise) -> tuple[Scalar, ...]:
     """Variances with None (no noise there) as the structural zero."""
     return tuple(0.0 if value is None else value for value in values)
 
 
 def predict_covariance(
-    transition: Matrix, covariance: Vector, process_noise: Vector, noise_input: Matrix = (), input_noise: Vector = ()
-) -> tuple[Any, ...]:
+    transition: Matrix, covariance: Vector, process_noise: Noise, noise_input: Matrix = (), input_noise: Noise = ()
+) -> tuple[Scalar, ...]:
     """F P F' + diag(q) + G diag(w) G', packed.
 
     Args:
@@ -81,10 +84,10 @@ def correct(
     """
     after = unpack(covariance)
     n = len(after)
-    shift: list[Any] = [0.0] * n if start is None else list(start)
+    shift: list[Scalar] = [0.0] * n if start is None else list(start)
     open_residuals = list(residuals)
-    nis: Any = 0.0
-    count: Any = 0.0
+    nis: Scalar = 0.0
+    count: Scalar = 0.0
     for k, (row, variance) in enumerate(zip(rows, noise, strict=True)):
         there = present(residuals[k])
         cross = [dot(row, column) for column in after]
@@ -119,9 +122,9 @@ def correct_jointly(
     outputs = unpack(spread)
     after = [[*row, *(line[i] for line in cross)] for i, row in enumerate(full)]
     after += [[*line, *outputs[k]] for k, line in enumerate(cross)]
-    shift: list[Any] = [*([0.0] * n if start is None else start), *[0.0] * m]
-    nis: Any = 0.0
-    count: Any = 0.0
+    shift: list[Scalar] = [*([0.0] * n if start is None else start), *[0.0] * m]
+    nis: Scalar = 0.0
+    count: Scalar = 0.0
     for k in range(n, n + m):
         there = present(residuals[k - n])
         inverse = 1.0 / where(there, after[k][k], math.inf)
@@ -139,23 +142,23 @@ def correct_jointly(
     return Correction(tuple(shift[:n]), tuple(after[i][j] for i, j in upper(n)), nis, count)
 
 
-def clean_mask(mask: Vector) -> tuple[Any, ...]:
+def clean_mask(mask: Sequence[Truth]) -> tuple[Truth, ...]:
     """Masks held to 0..1, a missing one counted as 0; the Python value True stays structure."""
     return tuple(True if value is True else minimum(maximum(0.0, value), 1.0) for value in mask)
 
 
-def unmasked_start(mean: Vector, mask: Vector) -> tuple[Any, ...]:
+def unmasked_start(mean: Vector, mask: Sequence[Truth]) -> tuple[Scalar, ...]:
     """What a correction is added to: the mean of unmasked states; zero for masked ones, whose correction is scaled."""
     return tuple(value if share is True else 0.0 for value, share in zip(mean, mask, strict=True))
 
 
-def masked_mean(mean: Vector, moved: Vector, mask: Vector) -> tuple[Any, ...]:
+def masked_mean(mean: Vector, moved: Vector, mask: Sequence[Truth]) -> tuple[Scalar, ...]:
     """x + E K (y - C x), from a correction that started at `unmasked_start`."""
     triples = zip(mean, moved, mask, strict=True)
     return tuple(new if share is True else value + share * new for value, new, share in triples)
 
 
-def consider(before: Vector, after: Vector, mask: Vector) -> tuple[Any, ...]:
+def consider(before: Vector, after: Vector, mask: Sequence[Truth]) -> tuple[Scalar, ...]:
     """Covariance of the estimate corrected with the masked gain Ke = E K: consistent (Schmidt, Joseph).
 
     With the optimal K of the joint update, (I - Ke C) P (I - Ke C)' + Ke R Ke' reduces entry by entry to
@@ -178,11 +181,11 @@ def consider(before: Vector, after: Vector, mask: Vector) -> tuple[Any, ...]:
     return tuple(entries)
 
 
-def usable(inputs: Vector) -> Any:
+def usable(inputs: Vector) -> Truth:
     """Whether every input is present; the Python value True where there is none."""
     return present(sum(inputs[1:], start=inputs[0])) if inputs else True
 
 
-def held_covariance(covariance: Vector, process_noise: Vector) -> tuple[Any, ...]:
+def held_covariance(covariance: Vector, process_noise: Noise) -> tuple[Scalar, ...]:
     """Covariance of a state that is held for one sample: it grows by the process noise."""
     return add(covariance, from_diagonal(known_variances(process_noise)))
