@@ -261,7 +261,7 @@ class LateralMotion:
 
         def rate(share: Scalar, inertia: Scalar) -> Scalar:
             impulse: Scalar = step * (driving - level * share)
-            moving = (car.road_wheel_inertia * steering.road_wheel_rate + impulse) / inertia
+            moving: Scalar = (car.road_wheel_inertia * steering.road_wheel_rate + impulse) / inertia
             return where(u.torque_known > 0.5, moving, steering.road_wheel_rate)
 
         held = step * rate(steering.friction_share, stopped)
