@@ -20,7 +20,7 @@ from tierod.methods.detectors.moments import BatchMoments, ExponentialMoments, M
 from tierod.methods.detectors.sequential_test import SequentialTest, TwoSided
 from tierod.methods.detectors.threshold import Debounce, GatedCounter, Hysteresis
 from tierod.methods.estimators.fixed_lag import FixedLag
-from tierod.methods.estimators.interacting import InteractingFilter
+from tierod.methods.estimators.imm import ImmFilter
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.luenberger import Luenberger
 from tierod.methods.estimators.mixing import switching_of
@@ -202,7 +202,7 @@ def examples() -> dict[type, Callable[[], Any]]:
         BaselineFrictionMonitor: lambda: BaselineFrictionMonitor(
             load("midsize-eps").parameters_for(BaselineParameters), threshold=1000.0, gate=None
         ),
-        InteractingFilter: lambda: InteractingFilter(
+        ImmFilter: lambda: ImmFilter(
             tuple(replace(consistent(CAR).filter, maskable=(), hold_missing_input=True) for _ in range(2)),
             switching_of((1.0, 0.1), DT),
             (0.5, 0.5),

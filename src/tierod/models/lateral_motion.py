@@ -261,8 +261,9 @@ class LateralMotion:
 
         def rate(share: Scalar, inertia: Scalar) -> Scalar:
             impulse: Scalar = step * (driving - level * share)
-            moving: Scalar = (car.road_wheel_inertia * steering.road_wheel_rate + impulse) / inertia
-            return where(u.torque_known > 0.5, moving, steering.road_wheel_rate)
+            moving = (car.road_wheel_inertia * steering.road_wheel_rate + impulse) / inertia
+            after: Scalar = where(u.torque_known > 0.5, moving, steering.road_wheel_rate)
+            return after
 
         held = step * rate(steering.friction_share, stopped)
         share = limit(steering.friction_share + held / car.road_wheel_friction_angle, -1.0, 1.0)

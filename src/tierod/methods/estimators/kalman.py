@@ -10,7 +10,7 @@ from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import maximum, present, where
 from tierod.methods.estimators.gaussian import GaussianFilter, Prediction
 from tierod.methods.estimators.kernels import Correction, correct, predict_covariance
-from tierod.methods.estimators.linear_algebra import Noise, Vector, dot, plus, product, unpack
+from tierod.methods.estimators.linear_algebra import Noise, Vector, plus, quadratic
 from tierod.methods.estimators.shapes import Belief, leaf_values
 
 
@@ -56,8 +56,7 @@ class KalmanFilter(GaussianFilter):
         rows = jacobian(output, at)
         pairs = zip(leaf_values(sample.measured), leaf_values(output(at)), strict=True)
         innovation = tuple(measured - expected for measured, expected in pairs)
-        full = unpack(predicted.covariance)
-        known = [dot(row, product(full, row)) for row in rows]
+        known = [quadratic(row, predicted.covariance) for row in rows]
         if self.gate is not None:
             noise = tuple(_widened(self.gate, *each) for each in zip(noise, known, innovation, strict=True))
         spread = tuple(plus(each, value) for each, value in zip(known, noise, strict=True))

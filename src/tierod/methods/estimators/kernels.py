@@ -18,10 +18,13 @@ from tierod.methods.estimators.linear_algebra import (
     add,
     congruence,
     dot,
+    downdate,
     from_diagonal,
     minus,
+    order,
     pack,
     plus,
+    quadratic,
     scaled_congruence,
     times,
     unpack,
@@ -94,12 +97,10 @@ def correct(
         inverse = 1.0 / where(there, plus(dot(row, cross), variance), math.inf)
         innovation = where(there, open_residuals[k], 1.0)  # any number: its weight 1 / inf is 0
         weighted = innovation * inverse
-        gain = [times(value, inverse) for value in cross]
         shift = [plus(done, times(value, weighted)) for done, value in zip(shift, cross, strict=True)]
         for later in range(k + 1, len(rows)):
             open_residuals[later] = minus(open_residuals[later], times(dot(rows[later], cross), weighted))
-        for i, j in upper(n):
-            after[i][j] = after[j][i] = minus(after[i][j], times(gain[i], cross[j]))
+        downdate(after, cross, inverse)
         nis = plus(nis, innovation * weighted)
         count = plus(count, where(there, 1.0, 0.0))
     return Correction(tuple(shift), pack(after), nis, count)
@@ -131,15 +132,40 @@ def correct_jointly(
         innovation = where(there, minus(residuals[k - n], shift[k]), 1.0)
         weighted = innovation * inverse
         column = [row[k] for row in after]
-        rest = [*range(n), *range(k + 1, n + m)]
-        gain = {i: times(column[i], inverse) for i in rest}
-        for i in rest:
-            shift[i] = plus(shift[i], times(column[i], weighted))
-        for i, j in ((i, j) for i in rest for j in rest if i <= j):
-            after[i][j] = after[j][i] = minus(after[i][j], times(gain[i], column[j]))
+        shift = [plus(value, times(entry, weighted)) for value, entry in zip(shift, column, strict=True)]
+        downdate(after, column, inverse)
         nis = plus(nis, innovation * weighted)
         count = plus(count, where(there, 1.0, 0.0))
     return Correction(tuple(shift[:n]), tuple(after[i][j] for i, j in upper(n)), nis, count)
+
+
+class InTurn(NamedTuple):
+    """A correction by one measurement after the other.
+
+    Args:
+        correction: by all of them
+        residuals: each given the measurements before it, (m,)
+        spreads: variance of each residual, (m,)
+    """
+
+    correction: Correction
+    residuals: tuple[Scalar, ...]
+    spreads: tuple[Scalar, ...]
+
+
+def correct_in_turn(covariance: Vector, rows: Matrix, residuals: Vector, noise: Vector) -> InTurn:
+    """`correct`, with what each measurement says beyond those before it: the factors of the joint likelihood."""
+    shift: Vector = [0.0] * order(covariance)
+    nis: Scalar = 0.0
+    count: Scalar = 0.0
+    left, spreads = [], []
+    for row, residual, variance in zip(rows, residuals, noise, strict=True):
+        left.append(minus(residual, dot(row, shift)))
+        spreads.append(plus(quadratic(row, covariance), variance))
+        done = correct(covariance, (row,), (left[-1],), (variance,), shift)
+        nis, count = plus(nis, done.nis), plus(count, done.present)
+        shift, covariance = done.shift, done.covariance
+    return InTurn(Correction(tuple(shift), tuple(covariance), nis, count), tuple(left), tuple(spreads))
 
 
 def clean_mask(mask: Sequence[Truth]) -> tuple[Truth, ...]:

@@ -98,6 +98,24 @@ def product(matrix: Matrix, vector: Vector) -> tuple[Scalar, ...]:
     return tuple(dot(row, vector) for row in matrix)
 
 
+def quadratic(row: Vector, packed: Vector) -> Scalar:
+    """c P c', the variance of what a row c makes of a state with the covariance P, packed."""
+    return dot(row, product(unpack(packed), row))
+
+
+def downdate(rows: list[list[Scalar]], cross: Vector, inverse: Scalar) -> None:
+    """P - c c' / s in place: the covariance after one scalar measurement.
+
+    Args:
+        rows: P, all rows
+        cross: c, covariance of the state with the measurement
+        inverse: 1 / s, of the variance of the innovation
+    """
+    gain = [times(value, inverse) for value in cross]
+    for i, j in upper(len(cross)):
+        rows[i][j] = rows[j][i] = minus(rows[i][j], times(gain[i], cross[j]))
+
+
 def congruence(matrix: Matrix, packed: Vector) -> tuple[Scalar, ...]:
     """M P M', packed, by way of W = M P: symmetric by construction.
 

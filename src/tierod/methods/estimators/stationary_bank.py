@@ -12,7 +12,7 @@ from tierod.core.block import Scalar, Tree, rebuild, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import all_of, present, where
 from tierod.core.model import Model, require_discrete
-from tierod.methods.estimators.interacting import interacting_estimate_class
+from tierod.methods.estimators.imm import imm_estimate_class
 from tierod.methods.estimators.kernels import usable
 from tierod.methods.estimators.linear_algebra import Matrix, Vector, add, diagonal, dot, pack, product, unpack
 from tierod.methods.estimators.luenberger import check_gain
@@ -67,7 +67,7 @@ class StationaryBank:
         noises: of each filter; `design` works them out
         switching: between the filters, see `mixing.switching_of`
 
-    A sample is `input` and `measured`. The estimate is that of `InteractingFilter`. A missing output (NaN) corrects
+    A sample is `input` and `measured`. The estimate is that of `ImmFilter`. A missing output (NaN) corrects
     nothing, and a sample with one says nothing about the models; a missing input holds the state.
 
     Source: Blom and Bar-Shalom, IEEE Trans. Automatic Control 33 (1988) 780, doi 10.1109/9.1299, with the covariances
@@ -121,7 +121,7 @@ class StationaryBank:
     @property
     def Estimate(self) -> type:
         """NamedTuple class of the output."""
-        return interacting_estimate_class(self.model, len(self.noises))
+        return imm_estimate_class(self.model, len(self.noises))
 
     def at(self, mean: Tree) -> BankState:
         """The state of a bank that begins at a mean, all filters equally likely.

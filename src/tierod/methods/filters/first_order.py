@@ -8,7 +8,6 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar, derived
 from tierod.core.errors import ParameterError
-from tierod.core.graph.maths import expm1
 from tierod.methods.filters.each import EachSignal
 from tierod.physics.lag import share_reached
 
@@ -38,7 +37,7 @@ class FirstOrderLowPass(EachSignal):
         return value
 
     def _advance(self, memory: Scalar, value: Scalar) -> tuple[Scalar, Scalar]:
-        output = memory - expm1(-self.sample_time / self.time_constant) * (value - memory)
+        output = memory + share_reached(self.sample_time / self.time_constant) * (value - memory)
         return output, output
 
 
