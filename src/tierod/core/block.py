@@ -133,7 +133,7 @@ def units(annotation: Any) -> list[str]:
 
 def named_tuple(name: str, fields: list[tuple[str, Any]]) -> type:
     """A NamedTuple class made at run time, from (field, annotation) pairs."""
-    return NamedTuple(name, fields)  # type: ignore[misc, return-value]
+    return NamedTuple(name, fields)  # type: ignore[return-value]  # a call of NamedTuple gives a class
 
 
 def derived(annotation: Any, name: str, unit: str) -> Any:

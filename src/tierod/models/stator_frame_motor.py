@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import exp, where
 from tierod.physics.clarke_park import StatorVector, direction, electrical_angle, park
 from tierod.physics.pm_motor import electromagnetic_torque, rotor_acceleration, stator_current_rate
@@ -94,7 +95,9 @@ class StatorFrameMotor:
         return StatorFrameMotor.Output(x.current_alpha, x.current_beta, x.speed)
 
 
-def _slope(x: Any, u: Any, p: SampledMotorParameters) -> tuple[Any, Any, Any, Any]:
+def _slope(
+    x: StatorFrameMotor.State, u: StatorFrameMotor.Input, p: SampledMotorParameters
+) -> tuple[Scalar, Scalar, Scalar, Scalar]:
     """Rates of currents, speed and angle."""
     current, rotor = (
         StatorVector(x.current_alpha, x.current_beta),
@@ -117,7 +120,9 @@ def _slope(x: Any, u: Any, p: SampledMotorParameters) -> tuple[Any, Any, Any, An
     return (currents.alpha, currents.beta, acceleration, x.speed)
 
 
-def _ahead(x: Any, slope: tuple[Any, Any, Any, Any], time: Any) -> Any:
+def _ahead(
+    x: StatorFrameMotor.State, slope: tuple[Scalar, Scalar, Scalar, Scalar], time: Scalar
+) -> StatorFrameMotor.State:
     alpha, beta, acceleration, speed = slope
     return x._replace(
         current_alpha=x.current_alpha + time * alpha,

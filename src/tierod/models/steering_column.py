@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from tierod.core.graph.maths import sign
 from tierod.physics.friction import dahl_slope
@@ -154,5 +154,5 @@ class RubbingColumn:
         return SteeringColumn.output(_column(x), u, p)
 
 
-def _column(x: Any) -> SteeringColumn.State:
+def _column(x: RubbingColumn.State) -> SteeringColumn.State:
     return SteeringColumn.State(*x[:6])

@@ -32,7 +32,7 @@ def road_wheel_angle(steering_wheel_angle: Scalar, centre_ratio: Scalar, growth:
     return centre_ratio * steering_wheel_angle * (1.0 + growth / 3.0 * steering_wheel_angle * steering_wheel_angle)
 
 
-def torque_at_steering_wheel(kingpin_torque: Scalar, ratio: Scalar) -> Scalar:
+def torque_at_steering_wheel(kingpin_torque: Number, ratio: Scalar) -> Number:
     """Torque [N*m] felt at the steering wheel for a torque about the kingpins, without losses.
 
     Args:

@@ -76,7 +76,8 @@ class Bank:
     @property
     def Sample(self) -> type:
         """That of the lanes."""
-        return self.lanes[0].Sample
+        sample: type = self.lanes[0].Sample
+        return sample
 
     def init(self) -> BankState:
         """The states of all lanes and of the judge."""

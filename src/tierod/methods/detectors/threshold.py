@@ -1,13 +1,14 @@
-"""Threshold with hysteresis, and debouncing of a condition."""
+"""Threshold with hysteresis, debouncing of a condition, and the time that it has held."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar, Truth
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import any_of, both, maximum, minimum, negated, where
-from tierod.methods.detectors.value import Value, counts, number
+from tierod.methods.detectors.value import Condition, Value, counts, number
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class Hysteresis:
         """Off, free to switch."""
         return self.State(0.0, self.hold_time)
 
-    def step(self, state: State, sample: Any, enabled: Any = True) -> tuple[State, Output]:
+    def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
         """One value on; `enabled` (logic) says whether it counts."""
         value = number(sample)
         since = minimum(state.since + self.sample_time, self.hold_time)
@@ -64,12 +65,6 @@ class Hysteresis:
         active = where(free, wanted, state.active)
         since = where(active > state.active, 0.0, where(active < state.active, 0.0, since))
         return self.State(active, since), self.Output(active, since)
-
-
-class Condition(NamedTuple):
-    """A logic value: 1.0 or 0.0; NaN where it is not known."""
-
-    condition: Annotated[float, ""]
 
 
 @dataclass(frozen=True)
@@ -114,7 +109,7 @@ class Debounce:
         """Off."""
         return self.State(0.0, 0.0)
 
-    def step(self, state: State, sample: Any, enabled: Any = True) -> tuple[State, Output]:
+    def step(self, state: State, sample: Condition | Scalar, enabled: Truth = True) -> tuple[State, Output]:
         """One sample of the condition on; `enabled` (logic) says whether it counts."""
         condition = number(sample)
         use = counts(condition, enabled)
@@ -126,6 +121,48 @@ class Debounce:
         active = where(switch, 1.0 - state.active, state.active)
         progress = where(switch, 0.0, minimum(against / maximum(needed, self.sample_time), 1.0))
         return self.State(active, where(switch, 0.0, against)), self.Output(active, progress)
+
+
+@dataclass(frozen=True)
+class GatedCounter:
+    """How long a condition has held in all, and which share of the enabled time that is.
+
+    Args:
+        sample_time: time between two samples [s]
+
+    An unknown condition (NaN) counts as false: it is time in which the condition was not seen to hold. What is not
+    enabled counts on neither side. Samples are counted, so that the time stays exact over hours.
+    """
+
+    sample_time: Annotated[float, "s"]
+
+    Sample = Condition
+
+    class State(NamedTuple):
+        """Enabled samples in which the condition held, and all enabled samples."""
+
+        held: float
+        all: float
+
+    class Output(NamedTuple):
+        """Time [s] in which the condition held, and its share of the enabled time (0 to 1)."""
+
+        duration: Annotated[float, "s"]
+        share: Annotated[float, ""]
+
+    def __post_init__(self) -> None:
+        _require_sample_time(self.sample_time)
+
+    def init(self) -> State:
+        """Nothing counted."""
+        return self.State(0.0, 0.0)
+
+    def step(self, state: State, sample: Condition | Scalar, enabled: Truth = True) -> tuple[State, Output]:
+        """One sample of the condition on; `enabled` (logic) says whether it counts."""
+        use = counts(0.0, enabled)
+        held = both(use, number(sample) > 0.5)
+        after = self.State(state.held + where(held, 1.0, 0.0), state.all + where(use, 1.0, 0.0))
+        return after, self.Output(after.held * self.sample_time, after.held / maximum(after.all, 1.0))
 
 
 def _require_times(**times: float) -> None:

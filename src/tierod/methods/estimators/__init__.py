@@ -2,7 +2,7 @@
 
 from tierod.methods.estimators.augment import augment
 from tierod.methods.estimators.fixed_lag import FixedLag
-from tierod.methods.estimators.interacting import InteractingFilter
+from tierod.methods.estimators.imm import ImmFilter
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.luenberger import Luenberger
 from tierod.methods.estimators.mixing import switching_of
@@ -15,7 +15,7 @@ from tierod.methods.estimators.unscented import UnscentedFilter
 
 __all__ = [
     "FixedLag",
-    "InteractingFilter",
+    "ImmFilter",
     "KalmanFilter",
     "Luenberger",
     "StationaryBank",

@@ -7,12 +7,13 @@ import dataclasses
 from functools import lru_cache
 from typing import Any, get_type_hints
 
-from tierod.core.block import leaves, named_tuple
+from tierod.core.block import Scalar, Tree, leaves, named_tuple
 from tierod.core.errors import ParameterError, nearest
+from tierod.core.model import Model, model_like
 
 
 @lru_cache(maxsize=256)
-def augment(model: Any, *parameters: str) -> Any:
+def augment(model: Model, *parameters: str) -> Model:
     """A model whose state holds the named parameters too, as constants that process noise turns into random walks.
 
     Args:
@@ -39,39 +40,36 @@ def augment(model: Any, *parameters: str) -> Any:
     return _make(model, parameters, named_tuple("State", fields))
 
 
-def _make(model: Any, parameters: tuple[str, ...], state_class: Any) -> Any:
+def _make(model: Model, parameters: tuple[str, ...], state_class: type) -> Model:
     count = len(model.State._fields)
 
-    def split(x: Any, p: Any) -> tuple[Any, Any, tuple[Any, ...]]:
+    def split(x: Tree, p: Tree) -> tuple[Tree, Tree, tuple[Scalar, ...]]:
         estimated = tuple(x[count:])
         for path, value in zip(parameters, estimated, strict=True):
             p = _with(p, path, value)
         return model.State(*x[:count]), p, estimated
 
-    def output(x: Any, u: Any, p: Any) -> Any:
+    def output(x: Tree, u: Tree, p: Tree) -> Tree:
         base, p, _ = split(x, p)
         return model.output(base, u, p)
 
-    def transition(x: Any, u: Any, p: Any) -> Any:
+    def transition(x: Tree, u: Tree, p: Tree) -> Tree:
         base, p, estimated = split(x, p)
         return state_class(*model.transition(base, u, p), *estimated)
 
-    def derivative(x: Any, u: Any, p: Any) -> Any:
+    def derivative(x: Tree, u: Tree, p: Tree) -> Tree:
         base, p, estimated = split(x, p)
         return state_class(*model.derivative(base, u, p), *(0.0 for _ in estimated))
 
     equation = transition if hasattr(model, "transition") else derivative
-    members = {
-        "__doc__": f"{model.__name__} with {', '.join(parameters)} as states.",
-        "__module__": model.__module__,
-        "State": state_class,
-        "Input": model.Input,
-        "Output": model.Output,
-        "Parameters": model.Parameters,
-        "output": staticmethod(output),
-        equation.__name__: staticmethod(equation),
-    }
-    return type(f"{model.__name__}With{''.join(_title(path) for path in parameters)}", (), members)
+    return model_like(
+        model,
+        f"{model.__name__}With{''.join(_title(path) for path in parameters)}",
+        f"{model.__name__} with {', '.join(parameters)} as states.",
+        State=state_class,
+        output=output,
+        **{equation.__name__: equation},
+    )
 
 
 def _title(path: str) -> str:
@@ -96,20 +94,21 @@ def _annotation(parameters: Any, path: str) -> Any:
     return annotation
 
 
-def _with(p: Any, path: str, value: Any) -> Any:
+def _with(p: Tree, path: str, value: Scalar) -> Tree:
     first, _, rest = path.partition(".")
     changed = copy.copy(p)
     object.__setattr__(changed, first, _with(getattr(p, first), rest, value) if rest else value)
     return changed
 
 
-def parameter_value(p: Any, path: str) -> float:
+def parameter_value(p: Tree, path: str) -> Scalar:
     """The value of a (dotted) parameter: the usual start of its state."""
     for name in path.split("."):
         p = getattr(p, name)
-    return p
+    value: Scalar = p
+    return value
 
 
-def start_of(model_state: Any, p: Any, *parameters: str) -> tuple[float, ...]:
+def start_of(model_state: Tree, p: Tree, *parameters: str) -> tuple[float, ...]:
     """Initial mean of an augmented model: the base model's state and the present values of the parameters."""
     return (*(leaf for _, leaf in leaves(model_state)), *(parameter_value(p, path) for path in parameters))

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any, get_type_hints
+from typing import get_type_hints
 
-from tierod.core.block import named_tuple
+from tierod.core.block import Tree, named_tuple
 from tierod.core.errors import ParameterError, nearest
-from tierod.methods.estimators.shapes import check_model
+from tierod.core.model import Model, model_like, require_discrete
 
 
 @lru_cache(maxsize=64)
-def remember(model: Any, lag: int, *states: str) -> Any:
+def remember(model: Model, lag: int, *states: str) -> Model:
     """A model whose state also holds what some of its states were, sample by sample back to the lag.
 
     A filter of it, extended, unscented or one of a bank, estimates the states of the past from all measurements until
@@ -32,7 +32,7 @@ def remember(model: Any, lag: int, *states: str) -> Any:
 
     Source: B. D. O. Anderson and J. B. Moore, Optimal Filtering, 1979, section 7.3.
     """
-    check_model(model)
+    require_discrete(model)
     known = model.State._fields
     if lag < 1:
         raise ParameterError(f"lag is {lag}; expected at least 1 sample")
@@ -47,30 +47,27 @@ def remember(model: Any, lag: int, *states: str) -> Any:
     return _make(model, lag, states, named_tuple("State", fields))
 
 
-def _make(model: Any, lag: int, states: tuple[str, ...], state_class: Any) -> Any:
+def _make(model: Model, lag: int, states: tuple[str, ...], state_class: type) -> Model:
     count = len(model.State._fields)
 
-    def present(x: Any) -> Any:
+    def present(x: Tree) -> Tree:
         return model.State(*x[:count])
 
-    def transition(x: Any, u: Any, p: Any) -> Any:
+    def transition(x: Tree, u: Tree, p: Tree) -> Tree:
         past = []
         for k, name in enumerate(states):
             start = count + k * lag
             past += [getattr(x, name), *x[start : start + lag - 1]]
         return state_class(*model.transition(present(x), u, p), *past)
 
-    def output(x: Any, u: Any, p: Any) -> Any:
+    def output(x: Tree, u: Tree, p: Tree) -> Tree:
         return model.output(present(x), u, p)
 
-    members = {
-        "__doc__": f"{model.__name__}, remembering {', '.join(states)} for {lag} samples.",
-        "__module__": model.__module__,
-        "State": state_class,
-        "Input": model.Input,
-        "Output": model.Output,
-        "Parameters": model.Parameters,
-        "transition": staticmethod(transition),
-        "output": staticmethod(output),
-    }
-    return type(f"{model.__name__}Remembering", (), members)
+    return model_like(
+        model,
+        f"{model.__name__}Remembering",
+        f"{model.__name__}, remembering {', '.join(states)} for {lag} samples.",
+        State=state_class,
+        transition=transition,
+        output=output,
+    )

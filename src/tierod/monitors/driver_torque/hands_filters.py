@@ -14,6 +14,7 @@ from tierod.methods.estimators.linear_algebra import unpack, upper
 from tierod.methods.estimators.shapes import Belief
 from tierod.models.discretise import discretise
 from tierod.models.steering_wheel import SteeringWheel, SteeringWheelParameters
+from tierod.physics.lag import gauss_markov_noise
 
 LEARNT = ("inertia_error", "steering_wheel_damping", "torque_offset")
 """Parameters that the filter of a wheel without hands learns."""
@@ -99,7 +100,12 @@ def hands_off_filter(
         model.Parameters(replace(wheel, correlation_time=hands.rest_time), sample_time),
         (0.0, 0.0, 0.0, wheel.inertia_error, wheel.steering_wheel_damping, wheel.torque_offset),
         (_ANYWHERE, _ANY_RATE, hands.rest_torque**2, *known),
-        (None, None, _entering(hands.rest_torque, hands.rest_time, sample_time), *(wandering * each for each in known)),
+        (
+            None,
+            None,
+            gauss_markov_noise(hands.rest_torque, hands.rest_time, sample_time),
+            *(wandering * each for each in known),
+        ),
         (noise.angle**2,),
         (noise.torque**2, None),
         LEARNT,
@@ -123,7 +129,7 @@ def hands_on_filter(
         model.Parameters(held, sample_time),
         (0.0, 0.0, 0.0),
         (_ANYWHERE, _ANY_RATE, hands.torque**2),
-        (None, None, _entering(hands.torque, hands.correlation_time, sample_time)),
+        (None, None, gauss_markov_noise(hands.torque, hands.correlation_time, sample_time)),
         (noise.angle**2,),
         (noise.torque**2, None),
         hold_missing_input=False,
@@ -134,11 +140,6 @@ _ANYWHERE = 100.0
 """Variance of a wheel's angle of which nothing is known [rad^2]."""
 _ANY_RATE = 25.0
 """Variance of its rate [rad^2/s^2]."""
-
-
-def _entering(deviation: float, time: float, sample_time: float) -> float:
-    """Variance that a Gauss-Markov process of this standard deviation gains per sample."""
-    return -deviation * deviation * math.expm1(-2.0 * sample_time / time)
 
 
 def log_likelihood(estimate: Any) -> Any:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
 from tierod.core.graph.maths import maximum, where
-from tierod.methods.detectors.cusum import Cusum
+from tierod.methods.detectors.control_charts import Cusum
 from tierod.monitors.motor_angle.residual import Observed, ResidualGate
 from tierod.monitors.motor_angle.second_tests import Backwards, Increments, Stuck, Turning
 

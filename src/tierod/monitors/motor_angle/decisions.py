@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from tierod.methods.detectors.cusum import Cusum
+from tierod.methods.detectors.control_charts import Cusum
 from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine
 from tierod.methods.detectors.stopping_rules import CusumRule
 from tierod.monitors.harness.decision import Decision, Demonstrated, OwnRule

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
 from tierod.core.graph.maths import any_of, where
-from tierod.methods.detectors.cusum import Cusum
+from tierod.methods.detectors.control_charts import Cusum
 from tierod.monitors.motor_angle.comparison import SensorComparison
 from tierod.monitors.motor_angle.electrical import (
     ElectricalAlarms,

@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 from tierod.core.fields import check_ranges
 from tierod.core.graph.maths import absolute, all_of, both, minimum, present, sign, where
 from tierod.core.ranges import POSITIVE
-from tierod.methods.detectors.cusum import Cusum
+from tierod.methods.detectors.control_charts import Cusum
 from tierod.methods.detectors.threshold import Debounce
 from tierod.physics.angle import wrapped
 

@@ -1,20 +1,21 @@
-"""Gate against jumps: a signal that leaps further than it can move is held until it may have got there."""
+"""Filters with a threshold: a gate against jumps, and play (backlash)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
-from tierod.core.graph.maths import maximum, where
+from tierod.core.graph.maths import limit, maximum, where
 from tierod.methods.filters.each import EachSignal
 
 
 class Accepted(NamedTuple):
     """The last value that passed, and how many samples ago that was."""
 
-    value: Any
-    age: Any
+    value: Scalar
+    age: Scalar
 
 
 @dataclass(frozen=True)
@@ -45,13 +46,40 @@ class JumpGate(EachSignal):
         if not self.interval >= 0.0:
             raise ParameterError(f"interval is {self.interval}; expected a time that is not negative [s]")
 
-    def _settled(self, value: Any) -> Accepted:
+    def _settled(self, value: Scalar) -> Accepted:
         return Accepted(value, 0.0)
 
-    def _advance(self, memory: Accepted, value: Any) -> tuple[Accepted, Any]:
+    def _advance(self, memory: Accepted, value: Scalar) -> tuple[Accepted, Scalar]:
         age = memory.age + 1.0
         since = maximum(age * self.sample_time, self.interval)
         way, moved = value - memory.value, since * self.deviation_per_second
         passes = way * way <= self.gate * moved * moved
         now = Accepted(where(passes, value, memory.value), where(passes, 0.0, age))
         return now, now.value
+
+
+@dataclass(frozen=True)
+class Play(EachSignal):
+    """The output stays until the input pushes it: reversals smaller than the play are swallowed.
+
+    Args:
+        half_width: half of the play [unit of the signals]; wider swallows more noise, and loses as much at each turn
+
+    The other arguments are those of `EachSignal`.
+
+    Source: A. Visintin, Differential Models of Hysteresis, 1994, section III.2.
+    """
+
+    half_width: Annotated[float, "unit of the signal"]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.half_width >= 0.0:
+            raise ParameterError(f"half_width is {self.half_width}; expected a number that is not negative")
+
+    def _settled(self, value: Scalar) -> Scalar:
+        return value
+
+    def _advance(self, memory: Scalar, value: Scalar) -> tuple[Scalar, Scalar]:
+        output = limit(memory, value - self.half_width, value + self.half_width)
+        return output, output
