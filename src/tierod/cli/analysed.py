@@ -36,13 +36,10 @@ def origin() -> Origin:
     """How what the running command makes came about: when, by which version, by which command."""
     import shlex
     import sys
-    from datetime import UTC, datetime
 
-    from tierod import __version__
     from tierod.report.analysis.page import Origin
 
-    created = datetime.now(UTC).isoformat(timespec="seconds")
-    return Origin(created, __version__, shlex.join(["tierod", *sys.argv[1:]]))
+    return Origin.now(shlex.join(["tierod", *sys.argv[1:]]))
 
 
 def write_page(

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 
+from tierod import __version__
 from tierod.report.analysis.analysis import Analysis
 from tierod.report.html import chart_script, library, looks, moment, template
 from tierod.report.study_page import sections
@@ -25,6 +27,11 @@ class Origin:
     created: str = ""
     version: str = ""
     command: str = ""
+
+    @classmethod
+    def now(cls, command: str = "") -> Origin:
+        """Of what is made at this moment by this version."""
+        return cls(datetime.now(UTC).isoformat(timespec="seconds"), __version__, command)
 
 
 def facts_of(vehicle: Vehicle, recording: str = "") -> Facts:
