@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tierod.cli.visible import say
+from tierod.cli.terminal import say
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -36,9 +36,8 @@ def identify(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
     """Fit parameters to recordings and write them back: done (0), values of no use (2), bad input (3)."""
-    from tierod.cli.analysed import origin
     from tierod.cli.app import HEALTHY, NOT_JUDGED
-    from tierod.cli.terminal import messages, print_json, progress
+    from tierod.cli.terminal import messages, origin, print_json, progress
     from tierod.report.identification import identify as run
     from tierod.report.identification import subject_of
     from tierod.vehicles import load
@@ -106,7 +105,7 @@ def _require_places(
     report: Path | None,
 ) -> None:
     """See, before the search, that vehicle file and page can be written and write over nothing that was given."""
-    from tierod.cli.analysed import refuse_to_overwrite
+    from tierod.cli.terminal import refuse_to_overwrite
     from tierod.core.files import require_folder
 
     given = [*recordings, channel_map]

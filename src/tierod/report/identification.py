@@ -14,7 +14,7 @@ from tierod.core.files import holding, write_text
 from tierod.core.recording import Recording
 from tierod.core.user_files import read_text
 from tierod.io.readers import ChannelMap, read
-from tierod.report.analysis.page import Origin
+from tierod.report.analysis.analysis import Origin
 from tierod.vehicles import QUANTITIES, Vehicle, load
 from tierod.vehicles.writer import Change, changed, with_thresholds
 

@@ -12,18 +12,14 @@ from tierod.core.findings import Diagnosis, Finding
 from tierod.core.shown import shown, written
 from tierod.core.timestamps import CALENDAR
 from tierod.report.charts.decisions import decision_figure, design_figures, looks_figure, quiet_figure
+from tierod.report.charts.distributions import histogram_figure, loop_figure
 from tierod.report.charts.elements import state_figure, substitute_figures
 from tierod.report.charts.figure import Figure, drawn_from
-from tierod.report.charts.histograms import histogram_figure
-from tierod.report.charts.loops import loop_figure
 from tierod.report.charts.over_time import estimate_figures, innovation_figure, result_figure, signal_figure
-from tierod.report.deciding import deciding
 from tierod.report.display import date, duration, evidence, instant, interval, number, share, words
-from tierod.report.elements import COLUMNS, rows
 from tierod.report.gauge import gauge
-from tierod.report.html import chart_script, library, looks, moment, template
-from tierod.report.series import packed_series, series_script
-from tierod.report.status import appearance, overall
+from tierod.report.html import chart_script, library, looks, moment, packed_series, series_script, template
+from tierod.report.verdict import COLUMNS, appearance, deciding, overall, rows
 
 LATEST = 2.5e11
 """Calendar times [s] beyond this are of no year that a calendar has."""

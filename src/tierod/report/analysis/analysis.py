@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from typing import Any
 
+from tierod import __version__
 from tierod.core.content import Chart, Heading, Table
+from tierod.report.html import chart_script, library, looks, moment, template
+from tierod.report.study_page import sections
+from tierod.vehicles import Vehicle
 
 Shown = Heading | Table | Chart
 
@@ -30,3 +35,64 @@ class Analysis:
     document: Mapping[str, Any]
     remarks: tuple[str, ...] = field(default=())
     fits: bool = True
+
+
+Facts = Sequence[tuple[str, str]]
+"""What an analysis rests on, (name, text) each."""
+
+
+@dataclass(frozen=True)
+class Origin:
+    """How a page came about.
+
+    Args:
+        created, version, command: when, by which version, and how
+    """
+
+    created: str = ""
+    version: str = ""
+    command: str = ""
+
+    @classmethod
+    def now(cls, command: str = "") -> Origin:
+        """Of what is made at this moment by this version."""
+        return cls(datetime.now(UTC).isoformat(timespec="seconds"), __version__, command)
+
+
+def facts_of(vehicle: Vehicle, recording: str = "") -> Facts:
+    """What an analysis of a vehicle rests on.
+
+    Args:
+        vehicle: whose parameters they are
+        recording: file that was measured; empty where there was none
+    """
+    facts = [("vehicle", vehicle.name), ("described as", vehicle.description), ("source", vehicle.source)]
+    return facts + ([("recording", recording)] if recording else [])
+
+
+def render_analysis(
+    analysis: Analysis, facts: Facts, origin: Origin, not_good_for: Sequence[str] = (), kind: str = "analysis"
+) -> str:
+    """The page as text.
+
+    Args:
+        analysis: what was found
+        facts: what it rests on
+        origin: how the page came about
+        not_good_for: what the parameters are not good for
+        kind: of the page, in a word
+    """
+    parts = sections(analysis.items)
+    charts = [part for section in parts for what, part in section.parts if what == "chart"]
+    return template("analysis.html.j2").render(
+        analysis=analysis,
+        kind=kind,
+        origin=origin,
+        created=moment(origin.created),
+        facts_of=facts,
+        not_good_for=not_good_for,
+        sections=parts,
+        charts=[chart_script(figure) for figure in charts],
+        library=library() if charts else "",
+        **looks(),
+    )

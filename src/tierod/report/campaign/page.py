@@ -7,13 +7,12 @@ from typing import Any
 
 from tierod.core.findings import Status
 from tierod.core.shown import shown
-from tierod.report.campaign.charts import box_figure, detection_figure
-from tierod.report.campaign.grid import grid
+from tierod.report.campaign.charts import box_figure, detection_figure, grid
 from tierod.report.campaign.words import count, false_alarms, found, place, rate, seconds, shared, spread, value
 from tierod.report.charts.figure import Figure
 from tierod.report.display import number
 from tierod.report.html import TEMPLATES, chart_script, library, looks, moment, template
-from tierod.report.status import appearance
+from tierod.report.verdict import appearance
 
 _GATES = {True: ("✓", "met", "good"), False: ("✕", "missed", "bad"), None: ("?", "not judged", "open")}
 _STATUSES = {
