@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from tierod.report.analysis.analysis import Analysis, Facts, Origin
+    from tierod.report.analysis.analysis import Analysis, Facts
+    from tierod.report.html import Origin
 
 
 UNSHOWN = "tierod.unshown"
@@ -189,7 +190,7 @@ def origin() -> Origin:
     import shlex
     import sys
 
-    from tierod.report.analysis.analysis import Origin
+    from tierod.report.html import Origin
 
     return Origin.now(shlex.join(["tierod", *sys.argv[1:]]))
 

@@ -6,16 +6,20 @@ import base64
 import heapq
 import json
 import re
-from collections.abc import Collection, Iterable, Mapping
-from datetime import datetime
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from tierod import __version__
+from tierod.core.content import Chart, Heading, Item, Table
 from tierod.core.decimation import Packed, coarser, pack
 from tierod.core.findings import Trace
 from tierod.core.signals import SIGNALS
 from tierod.report.charts.figure import Figure, drawn_from
+from tierod.report.charts.study import study_figure
 
 TEMPLATES = Path(__file__).parent / "templates"
 
@@ -36,12 +40,82 @@ def template(name: str) -> Any:
     return environment.get_template(name)
 
 
-def looks() -> dict[str, str]:
-    """Style and script of every page, as its template takes them."""
-    return {
-        "style": (TEMPLATES / "report.css").read_text(encoding="utf-8"),
-        "script": "".join((TEMPLATES / name).read_text(encoding="utf-8") for name in ("series.js", "report.js")),
-    }
+@dataclass(frozen=True)
+class Origin:
+    """How a page came about.
+
+    Args:
+        created, version, command: when, by which version, and how
+    """
+
+    created: str = ""
+    version: str = ""
+    command: str = ""
+
+    @classmethod
+    def now(cls, command: str = "") -> Origin:
+        """Of what is made at this moment by this version."""
+        return cls(datetime.now(UTC).isoformat(timespec="seconds"), __version__, command)
+
+
+@dataclass
+class Section:
+    """A part of a page: heading, paragraphs, and the tables and charts below it, each with its kind."""
+
+    title: str
+    text: tuple[str, ...]
+    parts: list[tuple[str, Any]] = field(default_factory=list)
+
+
+def rendered(
+    name: str,
+    origin: Origin,
+    figures: Sequence[Figure] = (),
+    packed: Mapping[str, Packed] | None = None,
+    /,
+    *,
+    sections: Sequence[Section] = (),
+    **content: Any,
+) -> str:
+    """A page as text, all in one file.
+
+    Args:
+        name: of its template
+        origin: how it came about
+        figures: its charts, in the order of the page
+        packed: series that it holds packed, from which its script draws
+        sections: parts with further charts
+        content: what else the template takes
+    """
+    charts = [*figures, *(part for section in sections for kind, part in section.parts if kind == "chart")]
+    text: str = template(name).render(
+        {
+            "style": (TEMPLATES / "report.css").read_text(encoding="utf-8"),
+            "script": "".join((TEMPLATES / name).read_text(encoding="utf-8") for name in ("series.js", "report.js")),
+            "origin": origin,
+            "created": moment(origin.created),
+            "sections": sections,
+            "charts": [chart_script(figure, packed or {}) for figure in charts],
+            "series": series_script(packed or {}),
+            "library": library() if charts else "",
+        }
+        | content
+    )
+    return text
+
+
+def sections(items: Sequence[Item]) -> list[Section]:
+    """The items after their headings; claims stand elsewhere."""
+    found = [Section("", ())]
+    for item in items:
+        if isinstance(item, Heading):
+            found.append(Section(item.title, item.text))
+        elif isinstance(item, Table):
+            found[-1].parts.append(("table", item))
+        elif isinstance(item, Chart):
+            figure: Figure = study_figure(item)
+            found[-1].parts.append(("chart", figure))
+    return [section for section in found if section.title or section.parts]
 
 
 def library() -> str:

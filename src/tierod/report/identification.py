@@ -14,7 +14,8 @@ from tierod.core.files import holding, write_text
 from tierod.core.recording import Recording
 from tierod.core.user_files import read_text
 from tierod.io.readers import ChannelMap, read
-from tierod.report.analysis.analysis import Origin
+from tierod.report.analysis.analysis import Analysis, render_analysis
+from tierod.report.html import Origin
 from tierod.vehicles import QUANTITIES, Vehicle, load
 from tierod.vehicles.writer import Change, changed, with_thresholds
 
@@ -372,21 +373,17 @@ class Identification:
             path: of the page
             origin: how it came about
         """
-        from tierod.report.identification_page import IdentificationPage, render_identification
-
         origin, car = origin or Origin.now(), self.vehicle
         facts = (("vehicle", car.name), ("vehicle file", str(car.path)), ("recordings", ", ".join(self.sources)))
         warnings = (f"{name}: {text}" for name, each in self.recordings.items() for text in each.warnings)
-        page = IdentificationPage(
+        page = Analysis(
             f"{self.subject.title} of {car.name}, identified",
             (self.subject.summary,),
+            list(self.subject.items(self.result)),
+            {},
             (*self.remarks, *warnings),
-            facts,
-            origin.created,
-            origin.version,
-            origin.command,
         )
-        return write_text(path, render_identification(page, list(self.subject.items(self.result))))
+        return write_text(path, render_analysis(page, facts, origin, kind="identification"))
 
 
 def subject_of(name: str) -> Subject:

@@ -18,7 +18,7 @@ from tierod.report.charts.figure import Figure, drawn_from
 from tierod.report.charts.over_time import estimate_figures, innovation_figure, result_figure, signal_figure
 from tierod.report.display import date, duration, evidence, instant, interval, number, share, words
 from tierod.report.gauge import gauge
-from tierod.report.html import chart_script, library, looks, moment, packed_series, series_script, template
+from tierod.report.html import Origin, packed_series, rendered
 from tierod.report.verdict import COLUMNS, appearance, deciding, overall, rows
 
 LATEST = 2.5e11
@@ -58,15 +58,17 @@ def render(diagnosis: Diagnosis) -> str:
     }
     drawn = _all(figures)
     packed = packed_series(diagnosis.traces, sorted(set().union(*(drawn_from(m) for f in drawn for m in f.data))))
-    return template("report.html.j2").render(
+    return rendered(
+        "report.html.j2",
+        Origin(diagnosis.created, diagnosis.version, diagnosis.command),
+        drawn,
+        packed,
         diagnosis=diagnosis,
         status=overall(diagnosis),
         verdicts=[verdict(diagnosis, finding) for finding in diagnosis.findings],
         elements=[row for element in diagnosis.elements for row in rows(element)],
         element_columns=COLUMNS,
         figures=figures,
-        charts=[chart_script(figure, packed) for figure in drawn],
-        series=series_script(packed),
         quality=[_quality_row(row) for row in diagnosis.quality],
         parameters=[_parameter_row(row) for row in diagnosis.parameters if not _is_tuning(row)],
         tuning=[_parameter_row(row) for row in diagnosis.parameters if _is_tuning(row)],
@@ -76,12 +78,9 @@ def render(diagnosis: Diagnosis) -> str:
         ],
         consistency=[evidence(name, value) for name, value in diagnosis.consistency.items()],
         name=_name(diagnosis),
-        created=moment(diagnosis.created),
         recording=_facts(diagnosis.recording),
         details=[row for key, value in diagnosis.recording.items() if _is_nested(value) for row in _flat(key, value)],
         vehicle=_facts(diagnosis.vehicle),
-        library=library() if drawn else "",
-        **looks(),
     )
 
 

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from typing import Any
 
-from tierod import __version__
 from tierod.core.content import Chart, Heading, Table
-from tierod.report.html import chart_script, library, looks, moment, template
-from tierod.report.study_page import sections
+from tierod.report.html import Origin, rendered, sections
 from tierod.vehicles import Vehicle
 
 Shown = Heading | Table | Chart
@@ -41,24 +38,6 @@ Facts = Sequence[tuple[str, str]]
 """What an analysis rests on, (name, text) each."""
 
 
-@dataclass(frozen=True)
-class Origin:
-    """How a page came about.
-
-    Args:
-        created, version, command: when, by which version, and how
-    """
-
-    created: str = ""
-    version: str = ""
-    command: str = ""
-
-    @classmethod
-    def now(cls, command: str = "") -> Origin:
-        """Of what is made at this moment by this version."""
-        return cls(datetime.now(UTC).isoformat(timespec="seconds"), __version__, command)
-
-
 def facts_of(vehicle: Vehicle, recording: str = "") -> Facts:
     """What an analysis of a vehicle rests on.
 
@@ -82,17 +61,12 @@ def render_analysis(
         not_good_for: what the parameters are not good for
         kind: of the page, in a word
     """
-    parts = sections(analysis.items)
-    charts = [part for section in parts for what, part in section.parts if what == "chart"]
-    return template("analysis.html.j2").render(
+    return rendered(
+        "analysis.html.j2",
+        origin,
+        sections=sections(analysis.items),
         analysis=analysis,
         kind=kind,
-        origin=origin,
-        created=moment(origin.created),
         facts_of=facts,
         not_good_for=not_good_for,
-        sections=parts,
-        charts=[chart_script(figure) for figure in charts],
-        library=library() if charts else "",
-        **looks(),
     )

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tierod.core.shown import shown
-from tierod.report.campaign.page import with_own_style
+from tierod.report.campaign.page import campaign_style
 from tierod.report.campaign.words import TITLES, amount, count, place, value
 from tierod.report.charts.figure import BLUE, GREY, RED, Figure, axis, layout, rounded, strip_title
 from tierod.report.display import bracketed, number
-from tierod.report.html import chart_script, library, looks, moment, template
+from tierod.report.html import Origin, rendered
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -100,14 +100,14 @@ def render_comparison(content: Mapping[str, Any]) -> str:
     """
     views = [_view(index, monitor) for index, monitor in enumerate(content["monitors"])]
     figures = [view["figure"] for view in views if view["figure"] is not None]
-    return template("comparison.html.j2").render(
+    return rendered(
+        "comparison.html.j2",
+        Origin(content["created"], content["version"], content["command"]),
+        figures,
         page=content,
-        created=moment(content["created"]),
         columns=COLUMNS,
         views=views,
-        charts=[chart_script(figure) for figure in figures],
-        library=library() if figures else "",
-        **with_own_style(looks()),
+        style=campaign_style(),
     )
 
 
