@@ -25,9 +25,13 @@ if TYPE_CHECKING:
     from tierod.io.readers import read
     from tierod.io.writers import write
     from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Variant
+    from tierod.monitors.inspection import inspect
     from tierod.monitors.run import diagnose
     from tierod.proving_ground.scenarios import simulate
     from tierod.report import to_json, write_html
+    from tierod.report.analysis.isolability import analyse as isolability
+    from tierod.report.campaign.running import campaign, compare
+    from tierod.report.identification import identify
     from tierod.report.plot import plot
     from tierod.vehicles import Vehicle
     from tierod.vehicles import load as vehicle
@@ -48,7 +52,12 @@ _HOMES = {
     "Variant": "tierod.monitors.harness.session",
     "Vehicle": "tierod.vehicles",
     "batch": "tierod.core.graph",
+    "campaign": "tierod.report.campaign.running",
+    "compare": "tierod.report.campaign.running",
     "diagnose": "tierod.monitors.run",
+    "identify": "tierod.report.identification",
+    "inspect": "tierod.monitors.inspection",
+    "isolability": "tierod.report.analysis.isolability:analyse",
     "maths": "tierod.core.graph.maths:",
     "plot": "tierod.report.plot",
     "read": "tierod.io.readers",
@@ -78,7 +87,12 @@ __all__ = [
     "Vehicle",
     "__version__",
     "batch",
+    "campaign",
+    "compare",
     "diagnose",
+    "identify",
+    "inspect",
+    "isolability",
     "maths",
     "plot",
     "read",

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tierod.cli.app import run
-from tierod.cli.visible import console, spell_what_cannot_be_shown, visible
+from tierod.cli.terminal import console, spell_what_cannot_be_shown, visible
 
 EVIL = "\x1b[31m\x1b]0;owned\x07\x9b2J\x7f\x85\u202eevil\u2066[bold]x[/bold][/nothing][link=http://a]\u2028"
 STEERING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")

@@ -16,9 +16,9 @@ from tierod.monitors.harness.own_level import OwnLevel
 from tierod.monitors.registry import MONITORS
 from tierod.monitors.run import diagnose
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
-from tierod.report.deciding import deciding
 from tierod.report.display import number, time_scale
 from tierod.report.page import render
+from tierod.report.verdict import deciding
 from tierod.vehicles import load
 
 SCENARIOS = {

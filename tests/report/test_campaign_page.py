@@ -15,8 +15,7 @@ from tierod.experiments.compare import compare
 from tierod.experiments.compare import document as comparison_document
 from tierod.experiments.summary import document, text
 from tierod.report.campaign import render_campaign, render_comparison, show, show_comparison
-from tierod.report.campaign.charts import box_figure, detection_figure
-from tierod.report.campaign.grid import grid
+from tierod.report.campaign.charts import box_figure, detection_figure, grid
 from tierod.report.campaign.words import NEVER, amount, count, place, seconds, value
 
 GATES = (gate("detection_worst_s", "<= 10"), gate("false_alarms", "<= 9", fault="sound"))

@@ -14,8 +14,8 @@ from tierod.report.charts.decisions import (
     quiet_figure,
     statistics,
 )
-from tierod.report.deciding import deciding
 from tierod.report.page import render
+from tierod.report.verdict import deciding
 
 TIME = np.arange(0.0, 100.0)
 COST = Curve((1.0, 10.0, 100.0), (0.1, 0.2, 0.3), "between false alarms [h]", "delay [s]", (10.0, 0.2))

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tierod.report.charts.first_range import first_range
+from tierod.report.charts.figure import first_range
 
 
 def test_what_has_both_signs_is_shown_whole():

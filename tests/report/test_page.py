@@ -13,7 +13,7 @@ from tierod.report.charts.over_time import signal_figure
 from tierod.report.display import words
 from tierod.report.html import breakable
 from tierod.report.page import render
-from tierod.report.status import appearance
+from tierod.report.verdict import appearance
 
 
 @pytest.fixture(scope="module")

@@ -15,9 +15,8 @@ from diagnosis_examples import friction_fault
 from tierod.core.findings import Trace
 from tierod.report import write_html
 from tierod.report.charts.over_time import estimate_figures, signal_figure
-from tierod.report.html import LIBRARY, TEMPLATES
+from tierod.report.html import BUDGET, LEAST, LIBRARY, TEMPLATES, packed_series, series_script
 from tierod.report.page import render
-from tierod.report.series import BUDGET, LEAST, packed_series, series_script
 
 DRAWN = """
 const fs = require("fs");

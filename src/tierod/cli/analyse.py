@@ -31,12 +31,11 @@ def analyse(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
     """Analyse a part of a vehicle, in tables and charts: done (0), the recording does not fit (2), bad input (3)."""
-    from tierod.cli.analysed import refuse_to_overwrite, show, write_page
     from tierod.cli.app import HEALTHY, NOT_JUDGED
-    from tierod.cli.terminal import messages, print_json
+    from tierod.cli.terminal import messages, print_json, refuse_to_overwrite, show, write_page
     from tierod.cli.terminal import output as console
     from tierod.core.errors import ParameterError, nearest
-    from tierod.report.analysis.page import facts_of
+    from tierod.report.analysis.analysis import facts_of
     from tierod.report.analysis.subjects import SUBJECTS
     from tierod.vehicles import load
 

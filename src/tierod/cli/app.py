@@ -17,7 +17,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TextIO
 
-from tierod.cli.visible import spell_what_cannot_be_shown, visible
+from tierod.cli.terminal import spell_what_cannot_be_shown, visible
 from tierod.core.errors import KernelWarning, PluginWarning, TierodError, nearest
 
 HEALTHY, FAULT, NOT_JUDGED, BAD_INPUT, DEFECT, INTERRUPTED, UNHEARD = 0, 1, 2, 3, 4, 130, 141
@@ -30,7 +30,7 @@ LONGEST_SENTENCE = 1200
 _LOOP = "Symlink loop from "
 """How the error begins that Python before 3.13 raises where it resolves such a link."""
 
-_NOT_COMMANDS = {"analysed", "app", "fault_memory", "identified", "terminal", "visible"}
+_NOT_COMMANDS = {"app", "terminal"}
 
 _HEADER = """\
 Estimate what cannot be measured in a steering system, and find what is going wrong in it.

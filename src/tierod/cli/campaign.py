@@ -6,20 +6,21 @@ import shlex
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tierod.cli.visible import say
+from tierod.cli.terminal import say
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from tierod.experiments.campaign import Campaign
     from tierod.experiments.running import Progress
-    from tierod.experiments.store import Store
-    from tierod.experiments.summary import Summary
+    from tierod.report.campaign.running import Outcome
 
 QUIET_SECONDS = 10.0
 """Without a terminal one line at the most in this time, beside those of drives that failed."""
@@ -56,20 +57,16 @@ def campaign(
     if file is None:
         _list(shipped())
         return 0
+    from tierod.report.campaign.running import cores
+
     chosen = load(file)
     if toml:
         say(chosen.document.text, end="")
         return 0
-    processes = workers or _cores()
+    processes = workers or cores()
     if dry_run:
         return _dry(chosen, output, processes, as_json)
     return _run(chosen, output, processes, summary_only, as_json)
-
-
-def _cores() -> int:
-    import os
-
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _list(names: tuple[str, ...]) -> None:
@@ -113,38 +110,36 @@ def _dry(chosen: Campaign, folder: Path, processes: int, as_json: bool) -> int:
 
 
 def _run(chosen: Campaign, folder: Path, processes: int, summary_only: bool, as_json: bool) -> int:
+    from tierod.core.errors import OutputError
+    from tierod.report.campaign import show
+    from tierod.report.campaign.running import campaign as run
+
+    command = shlex.join(["tierod", *sys.argv[1:]])
+    if summary_only:
+        found = run(chosen, folder, summary_only=True, command=command)
+    else:
+        with _told(chosen.file.name, len(chosen.plan.cells)) as progress, _stopped_by_sigterm():
+            try:
+                found = run(chosen, folder, processes, command=command, progress=progress)
+            except (KeyboardInterrupt, OSError, OutputError):
+                _say_what_is_kept(chosen, folder)
+                raise
+    _show(found, show, as_json)
+    return found.exit_code
+
+
+def _say_what_is_kept(chosen: Campaign, folder: Path) -> None:
     from tierod.cli.terminal import messages
-    from tierod.core.errors import InputError, OutputError
-    from tierod.experiments.running import run
     from tierod.experiments.store import Store
-    from tierod.experiments.summary import document, summarise
 
     store = Store(folder)
-    store.prepare()
-    with store.alone():
-        if not summary_only:
-            with _told(chosen.file.name, len(chosen.plan.cells)) as progress, _stopped_by_sigterm():
-                try:
-                    run(chosen.plan, store, processes, progress)
-                except (KeyboardInterrupt, OSError, OutputError):
-                    done = sum(chosen.plan.done(cell, store) for cell in chosen.plan.cells)
-                    messages().print(
-                        f"{done} of {len(chosen.plan.cells)} drives are finished and kept in {folder}; the same "
-                        "command goes on from there",
-                        soft_wrap=True,
-                        markup=False,
-                    )
-                    raise
-        summary = summarise(chosen, store)
-        if summary_only and not any(row.judged for row in summary.rows):
-            raise InputError(
-                f"{folder} holds no verdict of this campaign as it stands now (file, tierod and its code count); "
-                "run it first, without --summary-only"
-            )
-        content = document(summary, shlex.join(["tierod", *sys.argv[1:]]))
-        page = _write(summary, store, content)
-    _show(content, page, as_json)
-    return summary.exit_code
+    done = sum(chosen.plan.done(cell, store) for cell in chosen.plan.cells)
+    messages().print(
+        f"{done} of {len(chosen.plan.cells)} drives are finished and kept in {folder}; the same command goes on "
+        "from there",
+        soft_wrap=True,
+        markup=False,
+    )
 
 
 @contextmanager
@@ -201,43 +196,20 @@ class _Lines:
         self.console.print(f"{self.name}: {progress.done} of {progress.total} drives", soft_wrap=True, markup=False)
 
 
-def _write(summary: Summary, store: Store, content: dict[str, Any]) -> Path:
-    """Table, document and page; where the page is, which comes last since it links to the others."""
-    from tierod.core.files import write_text
-    from tierod.experiments.summary import text
-    from tierod.experiments.table import write_table
-    from tierod.report.campaign import render_campaign
-
-    write_table(summary.rows, store.folder / "cells.parquet")
-    write_text(store.folder / "campaign.json", text(content))
-    return write_text(store.folder / "report.html", render_campaign(content))
-
-
-def _show(content: dict[str, Any], page: Path, as_json: bool) -> None:
+def _show(found: Outcome, show: Callable[[Mapping[str, Any], Console], None], as_json: bool) -> None:
     from tierod.cli.terminal import messages, output, print_json
-    from tierod.report.campaign import show
 
     if as_json:
-        print_json(content)
+        print_json(found.content)
     else:
-        show(content, output())
-    (messages() if as_json else output()).print(f"report: {page}", soft_wrap=True, markup=False)
+        show(found.content, output())
+    (messages() if as_json else output()).print(f"report: {found.page}", soft_wrap=True, markup=False)
 
 
 def _compare(folders: tuple[Path, Path], target: Path, as_json: bool) -> int:
-    from tierod.cli.terminal import messages, output, print_json
-    from tierod.core.files import write_text
-    from tierod.experiments.compare import compare, document
-    from tierod.experiments.summary import text
-    from tierod.report.campaign import render_comparison, show_comparison
+    from tierod.report.campaign import show_comparison
+    from tierod.report.campaign.running import compare
 
-    content = document(compare(*folders), folders, shlex.join(["tierod", *sys.argv[1:]]))
-    target.mkdir(parents=True, exist_ok=True)
-    write_text(target / "comparison.json", text(content))
-    page = write_text(target / "comparison.html", render_comparison(content))
-    if as_json:
-        print_json(content)
-    else:
-        show_comparison(content, output())
-    (messages() if as_json else output()).print(f"report: {page}", soft_wrap=True, markup=False)
-    return 0
+    found = compare(*folders, target, command=shlex.join(["tierod", *sys.argv[1:]]))
+    _show(found, show_comparison, as_json)
+    return found.exit_code

@@ -13,9 +13,8 @@ from tierod.core.errors import InputError, ParameterError, nearest
 if TYPE_CHECKING:
     import numpy as np
 
-    from tierod.report.analysis.analysis import Analysis
-    from tierod.report.analysis.page import Facts
-    from tierod.report.detector.wish import Wish
+    from tierod.report.analysis.analysis import Analysis, Facts
+    from tierod.report.analysis.detector_tables import Wish
 
 SUBJECTS = ("detector",)
 _SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
@@ -49,10 +48,9 @@ def design(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
     """Design a stopping rule: threshold, expected delay, and the curve of delay against false alarms."""
-    from tierod.cli.analysed import refuse_to_overwrite, show, write_page
-    from tierod.cli.terminal import messages, print_json
+    from tierod.cli.terminal import messages, print_json, refuse_to_overwrite, show, write_page
     from tierod.cli.terminal import output as console
-    from tierod.report.detector.wish import Wish
+    from tierod.report.analysis.detector_tables import Wish
 
     if subject not in SUBJECTS:
         raise ParameterError(f"'{subject}' cannot be designed{nearest(subject, SUBJECTS)}")
@@ -99,7 +97,7 @@ def seconds_between(text: str) -> float:
 
 def _found(wish: Wish, rule: str | None, paths: list[Path], signal: str | None) -> tuple[Analysis, Facts]:
     """The design, and what it rests on."""
-    from tierod.report.detector.analysis import ALL_RULES, LIKELIHOOD_RATIO, Measured, drawn, of_measured, of_white
+    from tierod.report.analysis.detector import ALL_RULES, LIKELIHOOD_RATIO, Measured, drawn, of_measured, of_white
 
     if rule is not None and rule not in ALL_RULES:
         raise ParameterError(f"there is no rule '{rule}'{nearest(rule, ALL_RULES)}")
@@ -114,7 +112,7 @@ def _found(wish: Wish, rule: str | None, paths: list[Path], signal: str | None) 
 
 
 def _facts(wish: Wish, residual: str) -> Facts:
-    from tierod.report.detector.tables import time_in_words
+    from tierod.report.analysis.detector_tables import time_in_words
 
     sides = {"both": "increases and decreases", "upper": "increases", "lower": "decreases"}
     return [

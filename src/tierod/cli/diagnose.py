@@ -129,7 +129,7 @@ def _refuse_what_cannot_be_written(
     report: Path | None, signals: Path | None, own_level: Path | None, given: Sequence[Path | str | None]
 ) -> None:
     """Before the memory takes the recording: judged once more, it would count twice."""
-    from tierod.cli.analysed import refuse_to_overwrite
+    from tierod.cli.terminal import refuse_to_overwrite
     from tierod.core.files import require_folder
 
     refuse_to_overwrite(report, given)

@@ -22,12 +22,11 @@ def isolability(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
     """Tell detectable and isolable faults of sensors and actuators: done (0), bad input (3)."""
-    from tierod.cli.analysed import refuse_to_overwrite, show, write_page
     from tierod.cli.app import HEALTHY
-    from tierod.cli.terminal import messages, print_json
+    from tierod.cli.terminal import messages, print_json, refuse_to_overwrite, show, write_page
     from tierod.cli.terminal import output as console
+    from tierod.report.analysis.analysis import facts_of
     from tierod.report.analysis.isolability import analyse
-    from tierod.report.analysis.page import facts_of
     from tierod.vehicles import load
 
     car = load(vehicle)

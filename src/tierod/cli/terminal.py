@@ -1,20 +1,83 @@
-"""What commands share: the two consoles, JSON on stdout, and progress on anything longer than a second."""
+"""What commands share: consoles that print control characters as escapes, JSON, progress, pages of analyses."""
 
 from __future__ import annotations
 
+import codecs
+import contextlib
 import json
 import math
+import re
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from tierod.cli.visible import console, say, visible
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
+
+    from tierod.report.analysis.analysis import Analysis, Facts
+    from tierod.report.html import Origin
+
+
+UNSHOWN = "tierod.unshown"
+"""Name of the way in which streams spell out letters that their encoding lacks."""
+
+_STEERING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+
+
+def visible(text: str) -> str:
+    """The text with control characters, turns of the writing direction and half characters spelt out as \\u001b.
+
+    Line ends and tabs stay. JSON reads what is spelt out as the characters themselves.
+    """
+    return _STEERING.sub(lambda found: _spelt(found[0]), text)
+
+
+def say(text: str, end: str = "\n") -> None:
+    """Print a text to stdout, with control characters as escapes."""
+    print(visible(text), end=end)
+
+
+def spell_what_cannot_be_shown() -> None:
+    """Let stdout and stderr spell out the letters that their encoding lacks; else printing them would be an error."""
+    codecs.register_error(UNSHOWN, _spell)
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(AttributeError, ValueError):  # replaced by another object
+            stream.reconfigure(errors=UNSHOWN)  # type: ignore[union-attr]
+
+
+def console(stderr: bool, width: int | None) -> Console:
+    """A console that prints control characters of texts as escapes.
+
+    Args:
+        stderr: whether it prints there
+        width: in characters; None for that of the terminal
+    """
+    from rich.console import Console
+    from rich.segment import Segment
+
+    class _Console(Console):
+        # Every way of printing ends here, also those of libraries.
+        def _render_buffer(self, buffer):  # type: ignore[no-untyped-def]
+            shown = (part if part.control else Segment(visible(part.text), part.style) for part in buffer)
+            return super()._render_buffer(shown)
+
+    return _Console(stderr=stderr, highlight=False, width=width)
+
+
+def _spell(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return "".join(map(_spelt, error.object[error.start : error.end])), error.end
+
+
+def _spelt(letter: str) -> str:
+    units = letter.encode("utf-16-be", "surrogatepass")
+    return "".join(f"\\u{units[place : place + 2].hex()}" for place in range(0, len(units), 2))
+
 
 PATIENCE = 1.0
 """Seconds of silence before a progress bar appears."""
@@ -99,3 +162,66 @@ def progress(description: str) -> Iterator[Callable[[float], None]]:
     finally:
         if bar is not None:
             bar.stop()
+
+
+def refuse_to_overwrite(
+    target: Path | None, given: Iterable[Path | str | None], what: str = "page", cure: str = "--output"
+) -> None:
+    """See that an output does not go where something lies, or will be written, that was given.
+
+    Args:
+        target: of the output
+        given: what must stay
+        what: the output is
+        cure: option that names another place
+
+    Raises:
+        OutputError: it would
+    """
+    from tierod.core.errors import OutputError
+
+    for path in given:
+        if path and target is not None and Path(path).resolve() == target.resolve():
+            raise OutputError(f"the {what} would overwrite {path}, which was given; name another place with {cure}")
+
+
+def origin() -> Origin:
+    """How what the running command makes came about: when, by which version, by which command."""
+    import shlex
+    import sys
+
+    from tierod.report.html import Origin
+
+    return Origin.now(shlex.join(["tierod", *sys.argv[1:]]))
+
+
+def write_page(
+    found: Analysis, facts: Facts, target: Path, not_good_for: Sequence[str] = (), kind: str = "analysis"
+) -> None:
+    """Write the page of an analysis; for its arguments see `tierod.report.analysis.analysis.render_analysis`.
+
+    Raises:
+        OutputError: it cannot be written
+    """
+    from tierod.core.files import write_text
+    from tierod.report.analysis.analysis import render_analysis
+
+    write_text(target, render_analysis(found, facts, origin(), not_good_for, kind))
+
+
+def show(found: Analysis) -> None:
+    """Summary and tables in the terminal."""
+    from rich.text import Text
+
+    from tierod.core.content import Table
+
+    console = output()
+    console.print(Text(found.title, style="bold"))
+    for paragraph in (*found.summary, *(f"To know: {remark}" for remark in found.remarks)):
+        console.print(Text(paragraph))
+    for item in found.items:
+        if isinstance(item, Table):
+            console.print(Text(f"\n{item.title}", style="bold"))
+            console.print(rows(item.header, item.rows, right=item.numeric))
+            if item.note:
+                console.print(Text(item.note))

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tierod.cli.terminal import output, print_json, rows
-from tierod.cli.visible import say
+from tierod.cli.terminal import output, print_json, rows, say
 from tierod.core.shown import written
 
 if TYPE_CHECKING:

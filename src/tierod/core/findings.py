@@ -6,6 +6,9 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any
 
+from tierod.core.screen import Screen
+from tierod.core.shown import in_words
+
 
 class Status(StrEnum):
     """The state of what is monitored, or why it could not be judged."""
@@ -87,6 +90,28 @@ class Finding:
     action: str = ""
     warnings: tuple[str, ...] = ()
     decided_by: tuple[str, ...] = ()
+
+    def screen(self) -> Screen:
+        """What is shown of the finding in a terminal or a notebook."""
+        estimate = self.estimate
+        lines = (
+            self.headline,
+            "" if self.since is None else f"since {self.since:.6g} s",
+            ""
+            if estimate is None
+            else f"{estimate.quantity}: {in_words(estimate.value, estimate.unit, 4)} "
+            f"(± {in_words(estimate.standard_deviation, estimate.unit, 2)})",
+            f"cause: {self.cause}" if self.cause else "",
+            f"what to do: {self.action}" if self.action else "",
+            *(f"warning: {warning}" for warning in self.warnings[:3]),
+        )
+        return Screen(f"Finding of {self.monitor}: {self.status}", lines)
+
+    def __repr__(self) -> str:
+        return self.screen().text()
+
+    def _repr_html_(self) -> str:
+        return self.screen().html()
 
 
 @dataclass(frozen=True)
@@ -246,6 +271,22 @@ class Diagnosis:
     version: str = ""
     command: str = ""
     created: str = ""
+
+    def screen(self) -> Screen:
+        """What is shown of the diagnosis in a terminal or a notebook."""
+        about = f" of {self.recording['path']}" if self.recording.get("path") else ""
+        lines = [line for each in self.findings for line in (each.screen().title, *each.screen().lines)]
+        rows = [(each.name, each.role, str(each.status), each.cause) for each in self.elements]
+        vehicle = f" as {self.vehicle['name']}" if self.vehicle.get("name") else ""
+        return Screen(
+            f"Diagnosis{about}{vehicle}", tuple(lines), ("sensor or actuator", "role", "status", "cause"), rows
+        )
+
+    def __repr__(self) -> str:
+        return self.screen().text()
+
+    def _repr_html_(self) -> str:
+        return self.screen().html()
 
     def remarked(self, name: str, remark: str) -> Diagnosis:
         """The diagnosis with a remark added.

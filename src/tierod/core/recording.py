@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from tierod.core import frames
 from tierod.core.errors import InputError, nearest
+from tierod.core.screen import Screen
 from tierod.core.timestamps import Order, finite_or_missing, infinite_note, order, paced
+
+if TYPE_CHECKING:
+    import pandas
+    import polars
+    import pyarrow as pa
+    import xarray
 
 Method = Literal["hold", "linear"]
 
@@ -156,6 +164,88 @@ class Recording:
             self, channels={**self.channels, **{channel.name: channel for channel in checked_together(channels)}}
         )
 
+    def screen(self) -> Screen:
+        """What is shown of the recording in a terminal or a notebook."""
+        channels = list(self.channels.values())
+        lengths = [float(each.time[-1] - each.time[0]) for each in channels if len(each.time)]
+        span = f", {max(lengths):.6g} s" if lengths else ""
+        return Screen(
+            f"Recording {self.metadata.get('path', '')}".rstrip() + f": {len(channels)} channels{span}",
+            self.warnings[:3],
+            ("channel", "unit", "samples", "lowest", "highest"),
+            [(each.name, each.unit, str(len(each.values)), *_extremes(each.values)) for each in channels],
+        )
+
+    def __repr__(self) -> str:
+        return self.screen().text()
+
+    def _repr_html_(self) -> str:
+        return self.screen().html()
+
+    def __arrow_c_stream__(self, requested_schema: object = None) -> object:
+        """The recording as a stream of the Arrow PyCapsule interface, for any library that reads one."""
+        return self.to_arrow().__arrow_c_stream__(requested_schema)
+
+    def to_arrow(self) -> pa.Table:
+        """A pyarrow Table over all time stamps; null where a channel has no sample, NaN where its sample is missing."""
+        return frames.to_arrow(self.channels.values())
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A pandas DataFrame over all time stamps [s]; NaN where a channel has no sample or a missing one."""
+        return frames.to_pandas(self.channels.values())
+
+    def to_polars(self) -> polars.DataFrame:
+        """A Polars DataFrame with a column "time" [s]; null where a channel has no sample."""
+        return frames.to_polars(self.channels.values())
+
+    def to_xarray(self) -> xarray.Dataset:
+        """An xarray Dataset over "time" [s]; unit, source and note are attributes of its variables."""
+        return frames.to_xarray(self.channels.values())
+
+    @classmethod
+    def from_arrow(cls, table: object, time: str = frames.TIME, units: Mapping[str, str] | None = None) -> Recording:
+        """The recording in any table with the Arrow PyCapsule interface (pyarrow, Polars, pandas, DuckDB).
+
+        Args:
+            table: a column of time stamps and one of numbers for every channel; a null is no sample
+            time: name of the time column [s]
+            units: by channel, where the table does not say them; names and units are those of `tierod.core.signals`
+
+        Raises:
+            InputError: it has no such column, or a column that holds no numbers
+        """
+        return cls({})._with(frames.from_arrow(table, time, units))
+
+    @classmethod
+    def from_polars(
+        cls, frame: polars.DataFrame, time: str = frames.TIME, units: Mapping[str, str] | None = None
+    ) -> Recording:
+        """The recording in a Polars DataFrame; arguments and errors as of `from_arrow`."""
+        return cls.from_arrow(frame, time, units)
+
+    @classmethod
+    def from_pandas(
+        cls, frame: pandas.DataFrame, units: Mapping[str, str] | None = None, sparse: bool | None = None
+    ) -> Recording:
+        """The recording in a pandas DataFrame whose index, or column "time", is the time.
+
+        Args:
+            frame: of numbers; NaN is a missing sample
+            units: by channel; what `to_pandas` left where not given
+            sparse: whether NaN is no sample at all, as where channels of different rates were joined
+        """
+        return cls({})._with(frames.from_pandas(frame, units, sparse))
+
+    @classmethod
+    def from_xarray(
+        cls, data: xarray.Dataset, units: Mapping[str, str] | None = None, sparse: bool | None = None
+    ) -> Recording:
+        """The recording in an xarray Dataset over "time"; arguments as of `from_pandas`."""
+        return cls({})._with(frames.from_xarray(data, units, sparse))
+
+    def _with(self, columns: Iterable[frames.Column]) -> Recording:
+        return self.with_channels(Channel(*column) for column in columns)
+
     def slice(self, start: float = float("-inf"), stop: float = float("inf")) -> Recording:
         """The samples of all channels with start <= time < stop [s]; time stamps stay as they are."""
         return replace(self, channels={name: channel.sliced(start, stop) for name, channel in self.channels.items()})
@@ -231,6 +321,11 @@ class Recording:
             if name in self.channels and len(self.channels[name].time):
                 values[:, column] = _sample(self.channels[name], grid, method, maximum_age, 0.5 / rate)
         return Aligned(grid, values, names)
+
+
+def _extremes(values: np.ndarray) -> tuple[str, str]:
+    seen = values[np.isfinite(values)]
+    return (f"{seen.min():.6g}", f"{seen.max():.6g}") if len(seen) else ("", "")
 
 
 def _sample(channel: Channel, grid: np.ndarray, method: Method, maximum_age: float, tolerance: float) -> np.ndarray:

@@ -12,11 +12,10 @@ from tierod.core.errors import TierodError
 from tierod.core.findings import ChannelQuality
 from tierod.core.recording import Recording
 from tierod.io.derive import complete
+from tierod.io.layout import plain
 from tierod.io.quality import channel_quality
 from tierod.io.readers import ChannelMap, read
-from tierod.io.signs import sign_warnings
-from tierod.io.turns import turn_warnings
-from tierod.io.writers.layout import plain
+from tierod.io.signs import sign_warnings, turn_warnings
 from tierod.monitors.harness.inspection import refusals, taken
 from tierod.monitors.harness.named_vehicle import vehicle_named_in
 from tierod.monitors.harness.session import Monitor

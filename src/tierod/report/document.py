@@ -12,7 +12,7 @@ import numpy as np
 from tierod.core.decimation import merged
 from tierod.core.findings import ChannelQuality, Diagnosis, Element, Estimate, Finding, Trace
 from tierod.report.display import INTERVAL
-from tierod.report.status import overall
+from tierod.report.verdict import overall
 
 SCHEMA = "tierod.diagnosis/2"
 """Name and version of the JSON document."""

@@ -1,9 +1,8 @@
-"""The page of an identification: what was found, how well it fits, and how it holds where an experiment is left out."""
+"""Tables and charts of an identified column: values found, how well they fit, how they hold without an experiment."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,8 +11,6 @@ from tierod.core.shown import written
 from tierod.methods.identification.bench_recording import OUTPUTS
 from tierod.methods.identification.column_result import ColumnIdentification, Found, Shown
 from tierod.report.display import number
-from tierod.report.html import chart_script, library, looks, moment, template
-from tierod.report.study_page import sections
 from tierod.vehicles.catalogue import QUANTITIES
 
 _POINTS = 4000
@@ -27,42 +24,6 @@ _TITLES = {
     "motor_angle_mechanical": ("angle of the motor", "°", 180.0 / np.pi),
     "driver_torque": ("torque of the bar", "N·m", 1.0),
 }
-
-
-@dataclass(frozen=True)
-class IdentificationPage:
-    """All that the page tells beside the items.
-
-    Args:
-        title: a few words
-        summary: paragraphs
-        remarks: what one has to know
-        facts: (name, value) of vehicle and recordings
-        created, version, command: how the page came about
-    """
-
-    title: str
-    summary: tuple[str, ...]
-    remarks: tuple[str, ...]
-    facts: tuple[tuple[str, str], ...]
-    created: str
-    version: str
-    command: str
-
-
-def render_identification(page: IdentificationPage, items: Sequence[Item]) -> str:
-    """The page as text."""
-    parts = sections(items)
-    charts = [part for section in parts for kind, part in section.parts if kind == "chart"]
-    return template("identification.html.j2").render(
-        page=page,
-        created=moment(page.created),
-        facts_of=page.facts,
-        sections=parts,
-        charts=[chart_script(figure) for figure in charts],
-        library=library() if charts else "",
-        **looks(),
-    )
 
 
 def found_table(found: Sequence[Found], beyond: str = "") -> Table:

@@ -12,18 +12,14 @@ from tierod.core.findings import Diagnosis, Finding
 from tierod.core.shown import shown, written
 from tierod.core.timestamps import CALENDAR
 from tierod.report.charts.decisions import decision_figure, design_figures, looks_figure, quiet_figure
+from tierod.report.charts.distributions import histogram_figure, loop_figure
 from tierod.report.charts.elements import state_figure, substitute_figures
 from tierod.report.charts.figure import Figure, drawn_from
-from tierod.report.charts.histograms import histogram_figure
-from tierod.report.charts.loops import loop_figure
 from tierod.report.charts.over_time import estimate_figures, innovation_figure, result_figure, signal_figure
-from tierod.report.deciding import deciding
 from tierod.report.display import date, duration, evidence, instant, interval, number, share, words
-from tierod.report.elements import COLUMNS, rows
 from tierod.report.gauge import gauge
-from tierod.report.html import chart_script, library, looks, moment, template
-from tierod.report.series import packed_series, series_script
-from tierod.report.status import appearance, overall
+from tierod.report.html import Origin, packed_series, rendered
+from tierod.report.verdict import COLUMNS, appearance, deciding, overall, rows
 
 LATEST = 2.5e11
 """Calendar times [s] beyond this are of no year that a calendar has."""
@@ -62,15 +58,17 @@ def render(diagnosis: Diagnosis) -> str:
     }
     drawn = _all(figures)
     packed = packed_series(diagnosis.traces, sorted(set().union(*(drawn_from(m) for f in drawn for m in f.data))))
-    return template("report.html.j2").render(
+    return rendered(
+        "report.html.j2",
+        Origin(diagnosis.created, diagnosis.version, diagnosis.command),
+        drawn,
+        packed,
         diagnosis=diagnosis,
         status=overall(diagnosis),
         verdicts=[verdict(diagnosis, finding) for finding in diagnosis.findings],
         elements=[row for element in diagnosis.elements for row in rows(element)],
         element_columns=COLUMNS,
         figures=figures,
-        charts=[chart_script(figure, packed) for figure in drawn],
-        series=series_script(packed),
         quality=[_quality_row(row) for row in diagnosis.quality],
         parameters=[_parameter_row(row) for row in diagnosis.parameters if not _is_tuning(row)],
         tuning=[_parameter_row(row) for row in diagnosis.parameters if _is_tuning(row)],
@@ -80,12 +78,9 @@ def render(diagnosis: Diagnosis) -> str:
         ],
         consistency=[evidence(name, value) for name, value in diagnosis.consistency.items()],
         name=_name(diagnosis),
-        created=moment(diagnosis.created),
         recording=_facts(diagnosis.recording),
         details=[row for key, value in diagnosis.recording.items() if _is_nested(value) for row in _flat(key, value)],
         vehicle=_facts(diagnosis.vehicle),
-        library=library() if drawn else "",
-        **looks(),
     )
 
 

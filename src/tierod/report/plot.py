@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 
 from tierod.core.errors import InputError
 from tierod.core.findings import Diagnosis
+from tierod.report.charts.distributions import histogram_figure, loop_figure
 from tierod.report.charts.figure import Figure
-from tierod.report.charts.histograms import histogram_figure
-from tierod.report.charts.loops import loop_figure
 from tierod.report.charts.over_time import estimate_figures, innovation_figure, signal_figure
 
 if TYPE_CHECKING:

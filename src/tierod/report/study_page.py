@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from tierod.core.claims import Claim
-from tierod.core.content import Chart, Heading, Item, Table
+from tierod.core.content import Item
 from tierod.core.shown import written
-from tierod.report.charts.figure import Figure
-from tierod.report.charts.study import study_figure
 from tierod.report.display import number
-from tierod.report.html import chart_script, library, looks, moment, template
+from tierod.report.html import Origin, rendered, sections
 
 
 @dataclass(frozen=True)
@@ -38,15 +36,6 @@ class StudyPage:
     remark: str = ""
 
 
-@dataclass
-class Section:
-    """A part of a page: heading, paragraphs, and the tables and charts below it, each with its kind."""
-
-    title: str
-    text: tuple[str, ...]
-    parts: list[tuple[str, Any]] = field(default_factory=list)
-
-
 _PLURAL = {"holds": "hold", "does not hold": "do not hold", "not judged": "not judged"}
 _VERDICTS = {True: ("✓", "holds", "good"), False: ("✕", "does not hold", "bad"), None: ("–", "not judged", "open")}
 
@@ -54,18 +43,14 @@ _VERDICTS = {True: ("✓", "holds", "good"), False: ("✕", "does not hold", "ba
 def render_study(page: StudyPage) -> str:
     """The page as text."""
     claims = [item for item in page.items if isinstance(item, Claim)]
-    parts = sections(page.items)
-    charts = [part for section in parts for kind, part in section.parts if kind == "chart"]
-    return template("study.html.j2").render(
+    return rendered(
+        "study.html.j2",
+        Origin(page.created, page.version, page.command),
+        sections=sections(page.items),
         page=page,
-        created=moment(page.created),
         counts=[(*_VERDICTS[met], sum(claim.met is met for claim in claims)) for met in (True, False, None)],
         plural=_PLURAL,
         groups=[(title, rows) for title, rows in _groups(page.groups, claims) if rows],
-        sections=parts,
-        charts=[chart_script(figure) for figure in charts],
-        library=library() if charts else "",
-        **looks(),
     )
 
 
@@ -95,17 +80,3 @@ def _row(claim: Claim) -> dict[str, Any]:
 
 def _figure(value: float | str | None) -> str:
     return value if isinstance(value, str) else number(value, 4)
-
-
-def sections(items: Sequence[Item]) -> list[Section]:
-    """The items after their headings; claims stand elsewhere."""
-    found = [Section("", ())]
-    for item in items:
-        if isinstance(item, Heading):
-            found.append(Section(item.title, item.text))
-        elif isinstance(item, Table):
-            found[-1].parts.append(("table", item))
-        elif isinstance(item, Chart):
-            figure: Figure = study_figure(item)
-            found[-1].parts.append(("chart", figure))
-    return [section for section in found if section.title or section.parts]

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from tierod.core.errors import ParameterError, nearest
+from tierod.core.screen import Screen
 
 Parameters = TypeVar("Parameters")
 
@@ -114,6 +115,21 @@ class Vehicle:
             return f"Add {tables} to {self.path}"
         own = f"tierod vehicles {self.name} --toml > car.toml"
         return f"Begin a vehicle file of your own ({own}), add {tables} to it, and give --vehicle car.toml"
+
+    def screen(self) -> Screen:
+        """What is shown of the vehicle in a terminal or a notebook."""
+        lines = (self.description, *(f"good for {each}" for each in self.good_for))
+        rows = [
+            (p.name, f"{p.value:.6g}", "" if p.standard_deviation is None else f"{p.standard_deviation:.6g}", p.unit)
+            for p in self.parameters.values()
+        ]
+        return Screen(f"Vehicle {self.name}", lines, ("parameter", "value", "±", "unit"), rows)
+
+    def __repr__(self) -> str:
+        return self.screen().text()
+
+    def _repr_html_(self) -> str:
+        return self.screen().html()
 
     def rows(self) -> tuple[tuple[str, float, str, float | None, str], ...]:
         """(name, value, unit, standard deviation, source) of every parameter, as a diagnosis reports them."""

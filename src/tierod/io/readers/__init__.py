@@ -12,8 +12,7 @@ from tierod.io.readers.formats import READERS
 from tierod.io.readers.frames import Frames
 from tierod.io.readers.opening import open_source
 from tierod.io.readers.source import Column, Format, Piece, Source, begins_with, source_of
-from tierod.io.readers.streaming import SHARE_READ, open_chunks
-from tierod.io.readers.whole import read
+from tierod.io.readers.streaming import SHARE_READ, open_chunks, read
 
 __all__ = [
     "READERS",

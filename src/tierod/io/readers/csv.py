@@ -13,9 +13,8 @@ from tierod.core.recording import Channel
 from tierod.io.readers.channel_map import GUESSED, TimeEntry
 from tierod.io.readers.clocks import DATES, Clock, find_clocks, require_plausible_rate, seconds, unit_of, unread_clock
 from tierod.io.readers.content import Content
-from tierod.io.readers.csv_cells import Rows, calendar, numbers
+from tierod.io.readers.csv_cells import Rows, Table, calendar, counted, head_of, numbers
 from tierod.io.readers.csv_layout import Layout, find_layout
-from tierod.io.readers.csv_table import Table, counted, head_of
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source
 
 

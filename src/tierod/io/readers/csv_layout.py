@@ -10,9 +10,9 @@ from typing import Any
 
 from tierod.core.errors import InputError
 from tierod.core.units import known, split_name, tidy
+from tierod.io.layout import DAMAGED, description_in
 from tierod.io.readers.clocks import is_time
 from tierod.io.readers.source import Column
-from tierod.io.readers.written import DAMAGED, description_in
 
 SAMPLE = 1 << 17
 """Bytes from the beginning that are looked at."""

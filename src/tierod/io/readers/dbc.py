@@ -17,8 +17,7 @@ from tierod.core.errors import InputError, MissingExtra
 from tierod.core.recording import Channel
 from tierod.core.user_files import MOST_DATA_BYTES, read_bytes
 from tierod.io.readers.bits import Payloads, span
-from tierod.io.readers.frames import EXTENDED, Frames, identifier_text, messages
-from tierod.io.readers.j1939 import parameter_group, without_value
+from tierod.io.readers.frames import EXTENDED, Frames, identifier_text, messages, parameter_group, without_value
 from tierod.io.readers.log import Heard, InOrder, Log
 from tierod.io.readers.source import Column, Lane, Piece, Source
 

@@ -14,11 +14,11 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel
 from tierod.core.user_files import json_document
+from tierod.io.layout import metadata_in
 from tierod.io.readers.frames import EXTENDED, Frames, taken
 from tierod.io.readers.log import Log
 from tierod.io.readers.reader_process import MdfProcess
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source, begins_with
-from tierod.io.readers.written import metadata_in
 
 
 def open_mdf(path: Path) -> Source | Log:

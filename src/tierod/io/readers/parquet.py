@@ -11,11 +11,11 @@ import numpy as np
 from tierod.core.arrow import calendar_seconds, floats, is_number
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel
+from tierod.io.layout import description_in
 from tierod.io.readers.channel_map import GUESSED, TimeEntry
 from tierod.io.readers.clocks import Clock, find_clocks, require_plausible_rate, seconds, unit_of, unread_clock
 from tierod.io.readers.limits import Allowance
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source, begins_with
-from tierod.io.readers.written import description_in
 
 LAYOUT = b"tierod"
 """Key of the schema metadata that holds clocks, units, sources and notes of tierod's own layout, as JSON."""

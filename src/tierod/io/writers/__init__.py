@@ -9,7 +9,7 @@ from tierod.core.errors import OutputError, nearest
 from tierod.core.files import expanded
 from tierod.core.plugins import Registry
 from tierod.core.recording import Recording
-from tierod.io.writers.layout import Writer
+from tierod.io.layout import Writer
 
 __all__ = ["WRITERS", "Writer", "require_writable", "write"]
 

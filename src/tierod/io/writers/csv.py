@@ -12,7 +12,7 @@ from tierod.core.arrow import column_of
 from tierod.core.errors import OutputError
 from tierod.core.files import replacing
 from tierod.core.recording import Recording
-from tierod.io.writers.layout import Group, Writer, description, groups
+from tierod.io.layout import Group, Writer, description, groups
 
 
 def write_csv(recording: Recording, path: str | Path) -> None:

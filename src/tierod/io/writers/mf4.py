@@ -14,7 +14,7 @@ import numpy as np
 from tierod.core.errors import MissingExtra, OutputError
 from tierod.core.files import replacing
 from tierod.core.recording import Channel, Recording
-from tierod.io.writers.layout import Writer, description, groups
+from tierod.io.layout import Writer, description, groups
 
 
 def write_mf4(recording: Recording, path: str | Path) -> None:

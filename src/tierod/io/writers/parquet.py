@@ -17,7 +17,7 @@ from tierod.core.arrow import column_of
 from tierod.core.errors import OutputError
 from tierod.core.files import replacing
 from tierod.core.recording import Recording
-from tierod.io.writers.layout import Group, Writer, description, groups
+from tierod.io.layout import Group, Writer, description, groups
 
 SLICE = 60.0
 """Time that one row group covers [s]: small enough for memory, large enough for the file to be read at full speed."""

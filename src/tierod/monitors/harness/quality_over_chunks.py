@@ -19,8 +19,7 @@ from tierod.io.quality import (
     tells_of_implausible_values,
     too_slow,
 )
-from tierod.io.signs import COMPARED, sign_warnings
-from tierod.io.turns import turn_warnings
+from tierod.io.signs import COMPARED, sign_warnings, turn_warnings
 
 REDUCED_RATE = 10.0
 """Rate [Hz] at which signals are kept to compare their signs."""

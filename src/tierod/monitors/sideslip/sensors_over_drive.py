@@ -8,7 +8,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.io.turns import TurnLimits
+from tierod.io.signs import TurnLimits
 from tierod.methods.detectors.rule_design import alarms_at
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.sideslip.decisions import USUAL_OFFSET, offset_rule

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tierod.core.content import Chart, Heading, Table
+from tierod.report.html import Origin, rendered, sections
+from tierod.vehicles import Vehicle
 
 Shown = Heading | Table | Chart
 
@@ -30,3 +32,41 @@ class Analysis:
     document: Mapping[str, Any]
     remarks: tuple[str, ...] = field(default=())
     fits: bool = True
+
+
+Facts = Sequence[tuple[str, str]]
+"""What an analysis rests on, (name, text) each."""
+
+
+def facts_of(vehicle: Vehicle, recording: str = "") -> Facts:
+    """What an analysis of a vehicle rests on.
+
+    Args:
+        vehicle: whose parameters they are
+        recording: file that was measured; empty where there was none
+    """
+    facts = [("vehicle", vehicle.name), ("described as", vehicle.description), ("source", vehicle.source)]
+    return facts + ([("recording", recording)] if recording else [])
+
+
+def render_analysis(
+    analysis: Analysis, facts: Facts, origin: Origin, not_good_for: Sequence[str] = (), kind: str = "analysis"
+) -> str:
+    """The page as text.
+
+    Args:
+        analysis: what was found
+        facts: what it rests on
+        origin: how the page came about
+        not_good_for: what the parameters are not good for
+        kind: of the page, in a word
+    """
+    return rendered(
+        "analysis.html.j2",
+        origin,
+        sections=sections(analysis.items),
+        analysis=analysis,
+        kind=kind,
+        facts_of=facts,
+        not_good_for=not_good_for,
+    )

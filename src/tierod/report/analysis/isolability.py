@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ from tierod.monitors.condition.structure import (
 )
 from tierod.report.analysis.analysis import Analysis, Shown
 from tierod.report.display import words
-from tierod.vehicles import Vehicle
+from tierod.vehicles import Vehicle, load
 
 SHOWN_SETS = 20
 """Minimal test sets that the page lists; the document holds all."""
@@ -40,16 +41,18 @@ ANYHOW = "the car turning anyhow"
 """Views of a vehicle, and of a car whose torques nobody knows: what tyres do is known, or may be anything."""
 
 
-def analyse(vehicle: Vehicle, without: Collection[str] = ()) -> Analysis:
+def analyse(vehicle: Vehicle | str | Path = "smartload", without: Collection[str] = ()) -> Analysis:
     """Detectable and isolable faults of a vehicle's sensors and actuators, one and two at once.
 
     Args:
-        vehicle: with the parameters of `AutomatedVehicle`, or else those of `RollingCar`
+        vehicle: a parameter set, its name, or the path of its file; with the parameters of `AutomatedVehicle`, or else
+            those of `RollingCar`
         without: sensors that it does not have
 
     Raises:
         ParameterError: parameters that are missing, or no such sensor
     """
+    vehicle = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)
     known, view = (AS_STEERED, ANYHOW) if rolls(vehicle) else (WITH_FORCES, WITHOUT_FORCES)
     models = {
         known: vehicle_structure(vehicle, without),

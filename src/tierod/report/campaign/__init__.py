@@ -2,6 +2,6 @@
 
 from tierod.report.campaign.comparison import render_comparison, show_comparison
 from tierod.report.campaign.page import render_campaign
-from tierod.report.campaign.terminal import show
+from tierod.report.campaign.words import show
 
 __all__ = ["render_campaign", "render_comparison", "show", "show_comparison"]

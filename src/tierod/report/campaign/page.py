@@ -7,13 +7,12 @@ from typing import Any
 
 from tierod.core.findings import Status
 from tierod.core.shown import shown
-from tierod.report.campaign.charts import box_figure, detection_figure
-from tierod.report.campaign.grid import grid
+from tierod.report.campaign.charts import box_figure, detection_figure, grid
 from tierod.report.campaign.words import count, false_alarms, found, place, rate, seconds, shared, spread, value
 from tierod.report.charts.figure import Figure
 from tierod.report.display import number
-from tierod.report.html import TEMPLATES, chart_script, library, looks, moment, template
-from tierod.report.status import appearance
+from tierod.report.html import TEMPLATES, Origin, rendered
+from tierod.report.verdict import appearance
 
 _GATES = {True: ("✓", "met", "good"), False: ("✕", "missed", "bad"), None: ("?", "not judged", "open")}
 _STATUSES = {
@@ -39,27 +38,27 @@ def render_campaign(content: Mapping[str, Any]) -> str:
     symbol, kind, headline = _STATUSES[content["status"]]
     views = [_view(index, content, monitor) for index, monitor in enumerate(content["monitors"])]
     figures = [figure for view in views for figure in view["figures"]]
-    return template("campaign.html.j2").render(
+    return rendered(
+        "campaign.html.j2",
+        Origin(content["created"], content["version"], content["command"]),
+        figures,
         page=content,
         symbol=symbol,
         kind=kind,
         headline=headline,
-        created=moment(content["created"]),
         about=_facts(content),
         gates=[_gate(gate) for gate in content["gates"]],
         views=views,
         failures=_failures(content["cells"]),
         cells=[_cell(cell) for cell in content["cells"][:MOST_CELLS]],
         left_out=max(len(content["cells"]) - MOST_CELLS, 0),
-        charts=[chart_script(figure) for figure in figures],
-        library=library() if figures else "",
-        **with_own_style(looks()),
+        style=campaign_style(),
     )
 
 
-def with_own_style(given: dict[str, str]) -> dict[str, str]:
-    """The looks of every page, and what campaigns add."""
-    return given | {"style": given["style"] + (TEMPLATES / "campaign.css").read_text(encoding="utf-8")}
+def campaign_style() -> str:
+    """The style of every page, and what campaigns add."""
+    return "".join((TEMPLATES / name).read_text(encoding="utf-8") for name in ("report.css", "campaign.css"))
 
 
 def _facts(content: Mapping[str, Any]) -> list[tuple[str, str]]:

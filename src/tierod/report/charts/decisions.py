@@ -25,8 +25,8 @@ from tierod.report.charts.figure import (
     summary,
 )
 from tierod.report.charts.over_time import since_marks, span
-from tierod.report.deciding import alarm_from
 from tierod.report.display import bracketed, number, time_scale, words
+from tierod.report.verdict import alarm_from
 
 Limit = tuple[float, bool]
 """A threshold, and whether the rule acts below it."""

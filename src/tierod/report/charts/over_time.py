@@ -21,6 +21,7 @@ from tierod.report.charts.figure import (
     band,
     centres,
     drawn_as,
+    first_range,
     layout,
     level_colour,
     line,
@@ -30,7 +31,6 @@ from tierod.report.charts.figure import (
     strip_title,
     summary,
 )
-from tierod.report.charts.first_range import first_range
 from tierod.report.display import INTERVAL, bracketed, number, time_scale, words
 
 DEVIATION = "_standard_deviation"

@@ -1,4 +1,4 @@
-"""The design of a detector as an analysis: by calculation for white residuals, by measurement for all others."""
+"""The design of a detector, for terminal, page and JSON."""
 
 from __future__ import annotations
 
@@ -16,8 +16,14 @@ from tierod.methods.detectors.delays import delays_of
 from tierod.methods.detectors.measured import threshold_from_records
 from tierod.methods.detectors.stopping_rules import LikelihoodRatioRule, StoppingRule
 from tierod.report.analysis.analysis import Analysis
-from tierod.report.detector.tables import against_false_alarms, against_shift, measurement, rules_beside, time_in_words
-from tierod.report.detector.wish import Wish
+from tierod.report.analysis.detector_tables import (
+    Wish,
+    against_false_alarms,
+    against_shift,
+    measurement,
+    rules_beside,
+    time_in_words,
+)
 
 LIKELIHOOD_RATIO = "likelihood-ratio"
 """The rule whose run length is known by measurement only."""

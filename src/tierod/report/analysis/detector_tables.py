@@ -1,17 +1,42 @@
-"""Tables and charts of a detector's design."""
+"""What a designed detector is asked for, and its tables."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from tierod.core.content import Chart, Lines, Panel, Points, Table
 from tierod.methods.detectors.comparison import Designed
 from tierod.methods.detectors.measured import MeasuredDesign
-from tierod.report.detector.wish import Wish
 from tierod.report.display import duration, number
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What a detector must do.
+
+    Args:
+        deviation: of the residual [its unit]
+        shift: that must be found [same unit]
+        interval: between false alarms [s]
+        rate: of the residual [Hz]
+        sides: "both", "upper" or "lower"
+    """
+
+    deviation: Annotated[float, "unit of the signal"]
+    shift: Annotated[float, "unit of the signal"]
+    interval: Annotated[float, "s"]
+    rate: Annotated[float, "Hz"]
+    sides: str = "both"
+
+    @property
+    def samples(self) -> float:
+        """Between false alarms."""
+        return self.interval * self.rate
 
 
 def rules_beside(wish: Wish, found: Mapping[str, Designed]) -> Table:

@@ -1,8 +1,9 @@
-"""What all writers share: channels grouped by their clock, and what is told about them beside the numbers."""
+"""What files of tierod hold beside the numbers, written and read: clocks, units, sources, notes, metadata."""
 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 
 from tierod.core.errors import OutputError
 from tierod.core.recording import Channel, Recording
+from tierod.core.user_files import json_document
 
 
 @dataclass(frozen=True)
@@ -99,3 +101,57 @@ def description(recording: Recording, found: tuple[Group, ...]) -> dict[str, Any
 def plain(metadata: Mapping[str, Any]) -> dict[str, Any]:
     """Metadata as JSON can hold it, in whole characters."""
     return json.loads(json.dumps(dict(metadata), default=str, ensure_ascii=False).encode("utf-8", "replace"))
+
+
+DAMAGED = "what tierod wrote beside the numbers (units, sources, metadata) is damaged and was left out"
+"""Warning on a description that cannot be read."""
+
+_TEXTS = ("name", "unit", "source", "note")
+
+
+def description_in(text: str | bytes) -> dict[str, Any]:
+    """The description of a recording (see `tierod.io.layout`): origin, clocks, channels, metadata.
+
+    Args:
+        text: JSON
+
+    Raises:
+        ValueError: it is not whole
+    """
+    document = json_document(text)
+    channels = _table(_table(document).get("channels", {}))
+    for each in channels.values():
+        if not all(isinstance(_table(each).get(key, ""), str) for key in _TEXTS):
+            raise ValueError("a channel is described by something else than texts")
+    for clock in _list(document.get("clocks", [])):
+        names = [_table(clock).get("time"), *_list(clock.get("channels"))]
+        if not all(isinstance(name, str) for name in names):
+            raise ValueError("a clock is described by something else than names")
+    origin = document.get("origin", 0.0)
+    if isinstance(origin, bool) or not isinstance(origin, int | float) or not math.isfinite(origin):
+        raise ValueError("the origin of the time is no number")
+    return {**document, "channels": channels, "metadata": metadata_in(document.get("metadata", {}))}
+
+
+def metadata_in(document: Any) -> dict[str, Any]:
+    """Metadata of a recording; what a reader of results must know of it is a list of texts.
+
+    Raises:
+        ValueError: it is something else
+    """
+    warnings = _table(document).get("warnings", [])
+    if not all(isinstance(each, str) for each in _list(warnings)):
+        raise ValueError("the warnings are no texts")
+    return document
+
+
+def _list(value: Any) -> list[Any]:
+    if not isinstance(value, list):
+        raise ValueError("a list is something else")
+    return value
+
+
+def _table(value: Any) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise ValueError("a table is something else")
+    return value

@@ -1,1 +1,0 @@
-"""What the design of a detector looks like."""

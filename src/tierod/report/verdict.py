@@ -1,0 +1,158 @@
+"""Looks of a status, what decided a verdict, and the states of sensors and actuators as rows; for terminal and page."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from tierod.core.findings import Decided, Diagnosis, Element, Episode, Finding, Status
+from tierod.core.shown import shown
+from tierod.report.display import instant, interval, number, words
+
+
+@dataclass(frozen=True)
+class Appearance:
+    """Looks of a status.
+
+    Args:
+        symbol: one character that tells it apart without colour
+        kind: class name in the page: good, watch, bad, open
+        colour: of text on white, contrast at least 4.5 to 1
+        style: of the terminal
+    """
+
+    symbol: str
+    kind: str
+    colour: str
+    style: str
+
+
+_GOOD = Appearance("✓", "good", "#17692f", "bold green")
+_WATCH = Appearance("▲", "watch", "#8a5a00", "bold yellow")
+_BAD = Appearance("✕", "bad", "#b3261e", "bold red")
+_OPEN = Appearance("?", "open", "#475569", "bold cyan")
+
+_APPEARANCES = {
+    Status.HEALTHY: _GOOD,
+    Status.RISING: _WATCH,
+    Status.SUSPECT: _WATCH,
+    Status.FAULT: _BAD,
+}
+
+
+def appearance(status: Status) -> Appearance:
+    """How this status is shown; whatever is no judgement looks open."""
+    return _APPEARANCES.get(status, _OPEN)
+
+
+def overall(diagnosis: Diagnosis) -> Status:
+    """The status of the decisive finding, which stands first; "not available" where no monitor ran."""
+    return diagnosis.findings[0].status if diagnosis.findings else Status.NOT_AVAILABLE
+
+
+def deciding(diagnosis: Diagnosis, finding: Finding) -> list[str]:
+    """A sentence for every decision that raised the alarm of a finding.
+
+    Args:
+        diagnosis: with all decisions
+        finding: of the diagnosis
+    """
+    return [_sentence(diagnosis, each) for each in diagnosis.decisions if each.name in finding.decided_by]
+
+
+def alarm_from(levels: tuple[float, ...], below: bool) -> str:
+    """The thresholds of a rule, as shown: "alarm from 4", "alarm beyond ±0.06", "alarm below 9".
+
+    Args:
+        levels: thresholds; empty gives ""
+        below: whether the rule alarms below them
+    """
+    if not levels:
+        return ""
+    if below:
+        return f"alarm below {number(levels[0], 3)}"
+    if len(levels) == 2 and levels[0] == -levels[1]:
+        return f"alarm beyond ±{number(abs(levels[0]), 3)}"
+    return f"alarm from {', '.join(number(level, 3) for level in levels)}"
+
+
+def _sentence(diagnosis: Diagnosis, each: Decided) -> str:
+    trace = diagnosis.traces.get(each.statistic)
+    factor, label = shown(trace.unit if trace is not None else "")
+    if each.reached is None:
+        return words(each.name)
+    parts = [f"{number(each.reached * factor, 4)} {label}".strip()]
+    if each.levels:
+        parts.append(f"{alarm_from(tuple(level * factor for level in each.levels), each.below)} {label}".strip())
+    if each.passed is not None:
+        parts.append(f"first at {instant(each.passed)}")
+    return f"{words(each.name)}: {', '.join(parts)}"
+
+
+COLUMNS = ("sensor or actuator", "state", "fault", "from", "to", "size", "replaced by", "code")
+
+
+class ElementRow(NamedTuple):
+    """One line: of an element without episode, or of one of its episodes.
+
+    Args:
+        name: of the element; empty in the lines of its further episodes
+        looks: of its status
+        status, fault, start, end, size, substitute, code: as shown
+    """
+
+    name: str
+    looks: Appearance
+    status: str
+    fault: str
+    start: str
+    end: str
+    size: str
+    substitute: str
+    code: str
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """In the order of `COLUMNS`."""
+        state = f"{self.looks.symbol} {self.status}" if self.status else ""
+        return (self.name, state, self.fault, self.start, self.end, self.size, self.substitute, self.code)
+
+
+def rows(element: Element) -> list[ElementRow]:
+    """The lines of one element: at least one, and one for every episode."""
+    looks = appearance(element.status)
+    if not element.episodes:
+        return [
+            ElementRow(
+                words(element.name), looks, element.status, element.cause, "", "", "", "", element.trouble_code
+            )
+        ]  # fmt: skip
+    lines = []
+    for place, episode in enumerate(element.episodes):
+        first = place == 0
+        lines.append(
+            ElementRow(
+                words(element.name) if first else "",
+                looks,
+                element.status if first else "",
+                _fault(episode),
+                instant(episode.start) if episode.start > 0.0 else "start",
+                "end" if episode.end is None else instant(episode.end),
+                _size(episode),
+                element.substitute if first else "",
+                element.trouble_code if first else "",
+            )
+        )
+    return lines
+
+
+def _fault(episode: Episode) -> str:
+    others = " or ".join(words(name).lower() for name in episode.candidates)
+    return f"{episode.kind or 'kind not told'}{f'; not told from {others}' if others else ''}"
+
+
+def _size(episode: Episode) -> str:
+    if episode.size is None:
+        return ""
+    value, low, high, unit = interval(episode.size)
+    return f"{value} {unit} ({low} to {high})" if low != "–" else f"{value} {unit}"
