@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import functools
+import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -183,9 +184,14 @@ def _signals(monitor: Monitor) -> str:
     return "\n\n".join(parts)
 
 
+def _linked(source: str) -> str:
+    """A source with links in place of the pages that it names."""
+    return re.sub(r"docs/([\w/-]+\.md)", r"[this page](../../\1)", source)
+
+
 def _variants(monitor: Monitor) -> str:
     rows = [
-        (f"`{each.name}`" + (" (default)" if each.name == monitor.default else ""), each.summary, each.source)
+        (f"`{each.name}`" + (" (default)" if each.name == monitor.default else ""), each.summary, _linked(each.source))
         for each in monitor.variants.values()
     ]
     return table(("variant", "what it does", "source"), rows)
@@ -248,7 +254,7 @@ def _decisions(monitor: Monitor) -> str:
             told.append(each)
             sharing = [other.name for other in monitor.variants.values() if each in other.decisions]
             which = "all" if len(sharing) == len(monitor.variants) else names(sharing)
-            rows.append((each.name, each.distance, each.rule_told, each.false_alarms_told, which, each.source))
+            rows.append((each.name, each.distance, each.rule_told, each.false_alarms_told, which, _linked(each.source)))
     header = ("decision", "statistic", "stopping rule", "false alarms", "variants", "from")
     return (
         "How each number becomes a statement, and how often it does so falsely; "
