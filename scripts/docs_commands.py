@@ -66,6 +66,11 @@ def index() -> str:
         table(
             ("variable", "meaning"),
             (
+                (
+                    "`TIEROD_CC`",
+                    "the C compiler, empty for none; `cc`, `gcc`, `clang` or the wheel `ziglang` otherwise",
+                ),
+                ("`TIEROD_ENGINE`", "`auto`, `compiled` or `virtual machine`: how blocks run"),
                 ("`TIEROD_CACHE`", "folder of compiled kernels; `~/.cache/tierod` where it is not set"),
                 ("`TIEROD_LARGEST`", "largest unpacked recording, such as `8GB`; 1.1 GB where it is not set"),
                 (
