@@ -2,8 +2,8 @@
 
 tierod study column | python scripts/study_docs.py column
 
-A page holds the claims, group by group; further pages hold the tables, by topic. With `-o FOLDER` of the study as a
-second argument the claims come from its claims.json, with their sentences and sources.
+A page holds the claims, group by group; further pages hold the tables, by topic. With the output folder of the study as
+a second argument the claims carry their sentences, from its claims.json.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from __future__ import annotations
 import json
 import re
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from docs_text import table
 
-from tierod.core.shown import written
 from tierod.papers.registry import STUDIES
 
 STUDY_PAGES = Path(__file__).resolve().parent.parent / "docs" / "reference" / "studies"
@@ -81,8 +81,14 @@ def sections(printed: str) -> list[tuple[str, str]]:
     return [(title, "\n".join(lines).strip()) for title, lines in found]
 
 
-def pages(name: str, printed: str, claims: list[dict] | None = None) -> dict[str, str]:
-    """File name -> text of all pages of a study."""
+def pages(name: str, printed: str, sentences: Mapping[str, str] | None = None) -> dict[str, str]:
+    """File name -> text of all pages of a study.
+
+    Args:
+        name: of the study
+        printed: what it printed
+        sentences: identifier of a claim -> what it claims
+    """
     every = sections(printed)
     listed = dict(every)[CLAIMS]
     topics = TOPICS[name]
@@ -107,52 +113,28 @@ def pages(name: str, printed: str, claims: list[dict] | None = None) -> dict[str
         f"`tierod study {name}` measures these figures. [What the columns mean](../../how-to/run-studies.md).",
         "\n".join(links),
     )
-    groups = _groups(name, listed) if claims is None else _groups_with_sentences(name, claims)
+    groups = _groups(name, listed, sentences or {})
     count = listed.splitlines()[-1]
     return {f"{name}.md": "\n\n".join((*head, *groups, count)), **found}
 
 
-def _groups(name: str, listed: str) -> list[str]:
-    """The printed table of claims, cut into its groups."""
-    header, rule, *rows = [line for line in listed.splitlines() if line.startswith("|")]
-    by_group: dict[str, list[str]] = {}
-    for row in rows:
-        by_group.setdefault(row.removeprefix("| ").partition(".")[0], []).append(row)
-    return [
-        f"## {STUDIES[name].groups.get(group, group)}\n\n" + "\n".join((header, rule, *members))
-        for group, members in by_group.items()
+def _groups(name: str, listed: str, sentences: Mapping[str, str]) -> list[str]:
+    """The printed table of claims, cut into its groups, with the sentences of the claims where they are known."""
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in listed.splitlines() if line[:1] == "|"][
+        2:
     ]
-
-
-def _groups_with_sentences(name: str, claims: list[dict]) -> list[str]:
-    by_group: dict[str, list[dict]] = {}
-    for claim in claims:
-        by_group.setdefault(claim["id"].partition(".")[0], []).append(claim)
-    words = {True: "yes", False: "**no**", None: ""}
-    header = ("claim", "printed", "ours", "goal", "unit", "holds", "id")
+    by_group: dict[str, list[list[str]]] = {}
+    for row in rows:
+        group, _, short = row[0].partition(".")
+        sentence = [sentences[row[0]]] if row[0] in sentences else []
+        goal = row[3].replace(" ", "\N{NO-BREAK SPACE}")
+        by_group.setdefault(group, []).append([*sentence, *row[1:3], goal, *row[4:6], f"`{short}`"])
+    header = ("printed", "ours", "goal", "unit", "holds", "id")
     return [
         f"## {STUDIES[name].groups.get(group, group)}\n\n"
-        + table(
-            header,
-            [
-                (
-                    each["claim"],
-                    _figure(each["printed"]),
-                    _figure(each["measured"]),
-                    (each["goal"] or "").replace(" ", "\N{NO-BREAK SPACE}"),
-                    written(each["unit"]),
-                    words[each["met"]],
-                    f"`{each['id'].partition('.')[2]}`",
-                )
-                for each in members
-            ],
-        )
+        + table(("claim", *header) if len(members[0]) > len(header) else header, members)
         for group, members in by_group.items()
     ]
-
-
-def _figure(value: float | str | None) -> str:
-    return value if isinstance(value, str) else "" if value is None else f"{value:.4g}"
 
 
 def main(name: str, folder: str = "") -> int:
@@ -164,9 +146,10 @@ def main(name: str, folder: str = "") -> int:
     if CLAIMS not in dict(sections(printed)):
         print(f"standard input holds no list of claims; give what 'tierod study {name}' prints", file=sys.stderr)
         return 1
-    claims = json.loads((Path(folder) / "claims.json").read_text(encoding="utf-8")) if folder else None
+    claims = json.loads((Path(folder) / "claims.json").read_text(encoding="utf-8")) if folder else []
+    sentences = {claim["id"]: claim["claim"] for claim in claims}
     STUDY_PAGES.mkdir(parents=True, exist_ok=True)
-    for file, text in pages(name, printed, claims).items():
+    for file, text in pages(name, printed, sentences).items():
         (STUDY_PAGES / file).write_text(text.rstrip() + "\n", encoding="utf-8")
         print(f"wrote docs/reference/studies/{file}")
     return 0

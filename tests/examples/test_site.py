@@ -68,11 +68,14 @@ def test_no_generated_page_is_left_over(generator):
 
 def test_pages_of_a_study_hold_what_it_printed(generator):
     study_docs = generator[1]
-    claims = "**Claims**\n\n| claim | ours |\n| --- | ---: |\n| paper.one | 1 |\n| cars.two | 2 |\n\n2 claims"
+    head = "| claim | printed | ours | goal | unit | holds |\n| --- | --- | ---: | --- | --- | --- |"
+    rows = "| paper.one |  | 1 | <= 2 | m | yes |\n| cars.two | well | 2 |  |  |  |"
+    claims = f"**Claims**\n\n{head}\n{rows}\n\n2 claims"
     printed = f"**First table**\n\n| a |\n| --- |\n| 7 |\n\n**Combined estimator: more**\n\n| b |\n\n{claims}"
-    pages = study_docs.pages("sideslip", printed)
+    pages = study_docs.pages("sideslip", printed, {"paper.one": "One is small."})
     assert list(pages) == ["sideslip.md", "sideslip-observers.md", "sideslip-combined.md"]
-    assert "| paper.one | 1 |" in pages["sideslip.md"]
+    assert "| One is small. |  | 1 | <=\N{NO-BREAK SPACE}2 | m | yes | `one` |" in pages["sideslip.md"]
+    assert "| well | 2 |  |  |  | `two` |" in pages["sideslip.md"]
     assert "## Real cars" in pages["sideslip.md"]
     assert "| 7 |" in pages["sideslip-observers.md"]
     assert "| 7 |" not in pages["sideslip-combined.md"]
@@ -107,8 +110,8 @@ def vocabulary():
     ]
     texts = [path.read_text(encoding="utf-8") for path in files if path.suffix in (".py", ".toml", ".json", ".dbc")]
     texts += [(ROOT / name).read_text(encoding="utf-8") for name in ("Makefile", "pyproject.toml")]
-    words_ = {word for text in texts for word in re.findall(r"\w+", text)} | {path.stem for path in files}
-    return {word.lower() for word in words_}
+    found = {word for text in texts for word in re.findall(r"\w+", text)} | {path.stem for path in files}
+    return {word.lower() for word in found}
 
 
 def resolved(name):
@@ -131,8 +134,8 @@ def test_names_of_the_code_on_a_page_exist(page):
     quoted = re.findall(r"`([^`\n]+)`", text)
     dotted = {found for code in quoted for found in re.findall(r"\btierod(?:\.\w+)+", code)}
     assert {name for name in dotted if not resolved(name) and f'"{name}"' not in ENTRY_POINTS} == set()
-    words_ = {code.removesuffix("()").lower() for code in quoted if re.fullmatch(r"[A-Za-z]\w*(\(\))?", code)}
-    assert words_ - vocabulary() - {"site", "sideslip_angle_deviation"} == set()
+    single = {code.removesuffix("()").lower() for code in quoted if re.fullmatch(r"[A-Za-z]\w*(\(\))?", code)}
+    assert single - vocabulary() - {"site", "sideslip_angle_deviation"} == set()
     paths = {
         found for code in quoted for found in re.findall(r"^(?:tests|scripts|examples|benchmarks)/[\w./-]+$", code)
     }
