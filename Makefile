@@ -42,7 +42,8 @@ lint: $(ENVIRONMENT)  ## check style and types
 docs: $(ENVIRONMENT)  ## write the generated pages of docs/ anew, and build the site into site/
 	.venv/bin/python scripts/docs.py
 	.venv/bin/python -m benchmarks.readme
-	.venv/bin/python -m pip install -qq --disable-pip-version-check -c constraints.txt -e '.[docs]'
+	@.venv/bin/python -c 'import material, mkdocstrings' 2>/dev/null || \
+		.venv/bin/python -m pip install -qq --disable-pip-version-check -c constraints.txt mkdocs-material 'mkdocstrings[python]'
 	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --strict --quiet
 
 clean:  ## remove .venv and what tools left behind
