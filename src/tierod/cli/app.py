@@ -129,9 +129,10 @@ def _module(verb: str) -> ModuleType:
     return importlib.import_module(f"tierod.cli.{verb.replace('-', '_')}")
 
 
-def _function(verb: str) -> Callable:
+def _function(verb: str) -> Callable[..., int | None]:
     module = _module(verb)
-    return getattr(module, module.__name__.rpartition(".")[2])
+    command: Callable[..., int | None] = getattr(module, module.__name__.rpartition(".")[2])
+    return command
 
 
 def _overview() -> str:

@@ -139,7 +139,8 @@ def find(monitor: str | Monitor | Variant, variant: str | Variant | None = None)
             an object lacks a part
     """
     if isinstance(monitor, Variant):
-        monitor, variant = _monitor_of(monitor), variant or monitor
+        variant = variant or monitor
+        monitor = _monitor_of(monitor)
     definition = MONITORS.required(monitor) if isinstance(monitor, str) else monitor
     if why := obstacle(definition):
         raise ParameterError(f"the monitor '{getattr(definition, 'name', definition)}' {why}")

@@ -136,5 +136,5 @@ class Vehicle:
         return tuple((p.name, p.value, p.unit, p.standard_deviation, p.source) for p in self.parameters.values())
 
 
-def _has_no_default(field: dataclasses.Field) -> bool:
+def _has_no_default(field: dataclasses.Field[Any]) -> bool:
     return field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING

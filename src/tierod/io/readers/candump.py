@@ -134,7 +134,7 @@ def _makes(text: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> np.ndarray
     flexible = (mark >= 0) & (after == _MARK) & (starts + mark + 1 < ends)
     opened = text[starts] == _OPEN
     makes = np.stack([np.where(opened, dot, -1), close, space, mark, ends - starts, flexible], axis=1)
-    return np.minimum(makes, 400)
+    return np.asarray(np.minimum(makes, 400))
 
 
 def _first(text: np.ndarray, starts: np.ndarray, ends: np.ndarray, code: int, skip: int) -> np.ndarray:
@@ -165,13 +165,13 @@ def _without_data(table: np.ndarray, make: Make) -> np.ndarray:
     if make.length <= make.mark + 1 or make.flexible:
         return np.zeros(len(table), dtype=bool)
     remote = table[:, make.mark + 1] == ord("R")
-    return remote | _is_error(_HEX[table[:, make.space + 1 : make.mark]])
+    return np.asarray(remote | _is_error(_HEX[table[:, make.space + 1 : make.mark]]))
 
 
 def _is_error(digits: np.ndarray) -> np.ndarray:
     if digits.shape[1] != 8:
         return np.zeros(len(digits), dtype=bool)
-    return (digits < 16).all(axis=1) & ((digits[:, 0] & (_ERROR_FRAME >> 28)) != 0)
+    return np.asarray((digits < 16).all(axis=1) & ((digits[:, 0] & (_ERROR_FRAME >> 28)) != 0))
 
 
 def _part(table: np.ndarray, make: Make, members: np.ndarray, names: dict[bytes, int]) -> Part:

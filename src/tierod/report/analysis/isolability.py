@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tierod.core.content import Cells, Chart, Heading, Panel, Table
+from tierod.core.content import Cells, Chart, Heading, Item, Panel, Table
 from tierod.methods.analysis.structure import (
     Isolability,
     SensorGain,
@@ -20,14 +20,13 @@ from tierod.methods.analysis.structure import (
     minimal_test_sets,
 )
 from tierod.monitors.condition.said import listed
-from tierod.monitors.condition.signals import MOTORS, SENSORS
+from tierod.monitors.condition.signals import ACCELERATIONS, MOTORS, SENSORS
 from tierod.monitors.condition.structure import (
-    ACCELERATIONS,
     further_sensors,
     rolls,
     vehicle_structure,
 )
-from tierod.report.analysis.analysis import Analysis, Shown
+from tierod.report.analysis.analysis import Analysis
 from tierod.report.display import words
 from tierod.vehicles import Vehicle, load
 
@@ -63,7 +62,7 @@ def analyse(vehicle: Vehicle | str | Path = "smartload", without: Collection[str
     model = models[view]
     gains = gain_of_sensors(model, further_sensors(model), at_once=2)
     sets = minimal_test_sets(model)
-    items: list[Shown] = [
+    items: list[Item] = [
         Heading("One fault at a time"),
         _table(single),
         _picture(single[view], view),

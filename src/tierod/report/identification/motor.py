@@ -1,16 +1,22 @@
-"""The page of an identified motor: what was found, what was not told, and its torque over time."""
+"""Identification of a motor and of its inverter: tables and charts of what was found."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
+from tierod.core.recording import Recording
+from tierod.methods.identification.inverter import InverterIdentification, identified_inverter
+from tierod.methods.identification.motor import identify_motor
 from tierod.methods.identification.motor_mechanical import Course
 from tierod.methods.identification.motor_result import MotorIdentification
+from tierod.models.stator_frame_motor import MotorParameters
 from tierod.report.display import number
-from tierod.report.identification_page import found_table
+from tierod.report.identification.subject import Subject, before, found_table
+from tierod.vehicles import Vehicle
 
 _WINDOW = 5.0
 """Part of a recording that is drawn [s], the one in which the torque changes most."""
@@ -80,3 +86,73 @@ def _chart(course: Course, place: int) -> Chart:
         f"Torque of {course.name} over time",
         (Panel("torque", "time (s)", "torque (N·m)", marks),),
     )
+
+
+def _motor(car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any) -> MotorIdentification:
+    return identify_motor(car.parameters_for(MotorParameters), recordings, free, before(car), advance)
+
+
+def _motor_tables(result: MotorIdentification) -> Sequence[Table]:
+    return [found_table(result.found)] if result.found else []
+
+
+def _motor_lines(result: MotorIdentification) -> Sequence[str]:
+    return [f"Not identifiable here: {each.name}: {each.why}; record {each.cure}" for each in result.untold]
+
+
+def _motor_document(result: MotorIdentification) -> dict[str, Any]:
+    ratio = result.torque_ratio
+    return {
+        "as_warm_as_recorded": {
+            name: {"value": value, "standard_deviation": deviation} for name, value, deviation in as_warm(result)
+        },
+        "torque_ratio": None if ratio is None else {"value": ratio.value, "standard_deviation": ratio.deviation},
+        "unexplained_voltage": result.electrical.unexplained,
+        "not_identifiable": [each._asdict() for each in result.untold],
+        "explained": not result.doubt,
+    }
+
+
+def _inverter(
+    car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any
+) -> InverterIdentification:
+    known = before(car)
+    names = ("motor_resistance", "motor_inductance", "motor_flux")
+    expected = (car[names[0]], car[names[1]], car[names[2]]) if all(name in known for name in names) else None
+    return identified_inverter(recordings, car["motor_pole_pairs"], free, known, expected)
+
+
+def _inverter_tables(result: InverterIdentification) -> Sequence[Table]:
+    return [found_table(result.found)]
+
+
+def _inverter_items(result: InverterIdentification) -> Iterable[Item]:
+    yield found_table(result.found, "A dead time or a drop that changes with the temperature moves them by more.")
+
+
+def _inverter_document(result: InverterIdentification) -> dict[str, Any]:
+    return {"fit": result.fit._asdict(), "explained": not result.doubt}
+
+
+MOTOR = Subject(
+    "Motor",
+    "Resistance, inductance and flux under which the voltages are those of a motor with these currents and this "
+    "angle; inertia, damping and dry friction under which its torque moves the shaft as it was moved. Both are "
+    "regressions over short windows; standard deviations hold with residuals that are coloured.",
+    _motor,
+    motor_items,
+    _motor_tables,
+    _motor_lines,
+    _motor_document,
+)
+
+INVERTER = Subject(
+    "Inverter",
+    "Loss of a phase and knee of it under which the commands, less what the inverter takes, are the voltages of a "
+    "motor with these currents and this angle.",
+    _inverter,
+    _inverter_items,
+    _inverter_tables,
+    lambda result: [],
+    _inverter_document,
+)
