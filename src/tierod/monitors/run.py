@@ -118,7 +118,7 @@ def _stored(path: str | Path | None) -> OwnLevel | None:
 
 
 def usual_monitor(vehicle: Vehicle) -> str:
-    """The monitor that judges a vehicle's recordings where nobody names one.
+    """The monitor that judges a vehicle's recordings where none is named.
 
     Args:
         vehicle: whose file may name it

@@ -49,7 +49,7 @@ class Make(NamedTuple):
         return self.mark + 3 if self.flexible else self.mark + 1
 
     @property
-    def sound(self) -> bool:
+    def possible(self) -> bool:
         """Whether a line of this make can be a frame with data."""
         ordered = 1 < self.dot < self.close < self.space < self.mark and 3 <= self.mark - self.space - 1 <= 8
         size = self.length - self.data
@@ -107,7 +107,7 @@ def _parsed(text: np.ndarray, names: dict[bytes, int]) -> tuple[list[Part], int,
     for make, members in _alike(_makes(text, starts, ends)):
         table = text[starts[members][:, None] + np.arange(make.length)]
         passed += int(np.count_nonzero(_without_data(table, make)))
-        if make.sound:
+        if make.possible:
             parts.append(_part(table, make, members, names))
     return [part for part in parts if len(part.lines)], len(starts), passed
 

@@ -30,7 +30,7 @@ _TITLES = {
 
 
 def left_out_table(result: ColumnIdentification, short: bool = False) -> Table:
-    """What is found without each experiment, and how well that foretells it.
+    """What is found without each experiment, and how well that predicts it.
 
     Args:
         result: with at least one experiment left out
@@ -59,7 +59,7 @@ def column_items(result: ColumnIdentification) -> Iterator[Item]:
         for name in estimate.names
         if name not in {each.name for each in result.found}
     )
-    noise = zip(("motor torque that nobody recorded", *OUTPUTS), _noises(result), strict=True)
+    noise = zip(("motor torque that was not recorded", *OUTPUTS), _noises(result), strict=True)
     rows += tuple((f"noise: {name}", value, "") for name, value in noise)
     yield Table("What the bench adds, found beside the parameters", ("", "value", "σ"), rows)
     yield _correlation(result)
@@ -84,11 +84,11 @@ def _percent(value: float | None) -> str:
 
 def _noises(result: ColumnIdentification) -> list[str]:
     estimate = result.estimate
-    told = [f"{number(estimate.input_deviation[0], 3)} N·m per sample"]
+    texts = [f"{number(estimate.input_deviation[0], 3)} N·m per sample"]
     for name, value in zip(OUTPUTS, estimate.output_deviation, strict=True):
         _, unit, factor = _TITLES[name]
-        told.append(f"{number(factor * value, 3)} {unit}")
-    return told
+        texts.append(f"{number(factor * value, 3)} {unit}")
+    return texts
 
 
 def _correlation(result: ColumnIdentification) -> Table:

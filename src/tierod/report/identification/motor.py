@@ -25,16 +25,16 @@ _BEYOND = "Iron losses, saturation, and a load that depends on the direction or 
 
 
 def as_warm(result: MotorIdentification) -> list[tuple[str, float, float]]:
-    """Name, value and standard deviation of what currents, voltages and angle tell, as warm as the motor was."""
+    """Name, value and standard deviation of what currents, voltages and angle show, as warm as the motor was."""
     electrical = result.electrical
-    told = [
+    found = [
         ("motor_resistance", electrical.resistance),
         ("motor_inductance", electrical.inductance),
         ("motor_flux", electrical.flux),
     ]
     if electrical.inductance_q is not None:
-        told.insert(2, ("motor_inductance_across", electrical.inductance_q))
-    kept = [(name, *each) for name, each in told if name not in electrical.blind]
+        found.insert(2, ("motor_inductance_across", electrical.inductance_q))
+    kept = [(name, *each) for name, each in found if name not in electrical.blind]
     return [*kept, ("angle_zero_electrical", *electrical.zero)] if "motor_flux" not in electrical.blind else kept
 
 

@@ -19,7 +19,7 @@ def _thresholds(
     car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any, hours: float = 1000.0
 ) -> ConditionCalibration:
     if free:
-        raise ParameterError("thresholds are found with all parameters that healthy driving tells; leave --free out")
+        raise ParameterError("thresholds are found with all parameters that fault-free driving shows; leave --free out")
     return calibrate_condition(recordings, car, hours, advance)
 
 
