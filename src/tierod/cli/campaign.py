@@ -132,6 +132,8 @@ def _say_what_is_kept(chosen: Campaign, folder: Path) -> None:
     from tierod.cli.terminal import messages
     from tierod.experiments.store import Store
 
+    if not folder.is_dir():
+        return
     store = Store(folder)
     done = sum(chosen.plan.done(cell, store) for cell in chosen.plan.cells)
     messages().print(
