@@ -17,7 +17,12 @@ def place(tmp_path, monkeypatch):
 def test_the_demonstrator_is_told_in_tables_and_on_a_page(place, capsys):
     assert main(["isolability", "--vehicle", "smartload"]) == 0
     printed = capsys.readouterr().out
-    for told in ("not told from steering motor 2", "28 of 45 pairs", "from its current", "smartload-isolability.html"):
+    for told in (
+        "not separable from steering motor 2",
+        "28 of 45 pairs",
+        "from its current",
+        "smartload-isolability.html",
+    ):
         assert told in printed
     text = (place / "smartload-isolability.html").read_text(encoding="utf-8")
     seen = Page(text)

@@ -213,4 +213,4 @@ def test_every_sensor_and_actuator_has_its_line_and_every_episode_too():
     place = 0
     for each in order:
         place = said.index(each, place) + len(each)
-    assert "not told from steering motor 2" in said
+    assert "not separable from steering motor 2" in said

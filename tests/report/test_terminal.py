@@ -39,7 +39,7 @@ def printed(name):
                 "16.62 °/s (16.17 to 17.06)",
                 "angle and speed (0.008 rad/s)",
                 "C1A33-64",
-                "kind not told; not told from steering motor 2",
+                "kind not known; not separable from steering motor 2",
                 "the recording has no tie_rod_force",
             ],
         ),

@@ -1,4 +1,4 @@
-"""Say what the parameters of a vehicle tell before it moves: modes, observability, reductions."""
+"""Analyse a vehicle from its parameters alone: modes, observability, reductions."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ def analyse(
     from tierod.cli.terminal import messages, print_json, refuse_to_overwrite, show, write_page
     from tierod.cli.terminal import output as console
     from tierod.core.errors import ParameterError, nearest
+    from tierod.report.analysis import SUBJECTS
     from tierod.report.analysis.analysis import facts_of
-    from tierod.report.analysis.subjects import SUBJECTS
     from tierod.vehicles import load
 
     if subject not in SUBJECTS:
@@ -50,8 +50,8 @@ def analyse(
     if target is not None:
         write_page(found, facts_of(car, recording.name if recording else ""), target, car.not_good_for)
     if as_json:
-        told = {"subject": subject, "vehicle": car.name, "remarks": list(found.remarks), **found.document}
-        print_json({"schema": "tierod.analysis/1", **told})
+        content = {"subject": subject, "vehicle": car.name, "remarks": list(found.remarks), **found.document}
+        print_json({"schema": "tierod.analysis/1", **content})
     else:
         show(found)
     if target is not None:

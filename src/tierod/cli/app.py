@@ -22,7 +22,7 @@ from tierod.core.errors import KernelWarning, PluginWarning, TierodError, neares
 
 HEALTHY, FAULT, NOT_JUDGED, BAD_INPUT, DEFECT, INTERRUPTED, UNHEARD = 0, 1, 2, 3, 4, 130, 141
 """Exit codes; DEFECT means that tierod itself is wrong, INTERRUPTED that the user stopped it, UNHEARD (128 + SIGPIPE)
-that nobody read the output to its end before a verdict was known."""
+that the output was not read to its end before a verdict was known."""
 
 LONGEST_SENTENCE = 1200
 """Characters of an error that are printed: a name in a damaged file may be as long as the file."""
@@ -129,9 +129,10 @@ def _module(verb: str) -> ModuleType:
     return importlib.import_module(f"tierod.cli.{verb.replace('-', '_')}")
 
 
-def _function(verb: str) -> Callable:
+def _function(verb: str) -> Callable[..., int | None]:
     module = _module(verb)
-    return getattr(module, module.__name__.rpartition(".")[2])
+    command: Callable[..., int | None] = getattr(module, module.__name__.rpartition(".")[2])
+    return command
 
 
 def _overview() -> str:

@@ -118,7 +118,7 @@ def _run(chosen: Campaign, folder: Path, processes: int, summary_only: bool, as_
     if summary_only:
         found = run(chosen, folder, summary_only=True, command=command)
     else:
-        with _told(chosen.file.name, len(chosen.plan.cells)) as progress, _stopped_by_sigterm():
+        with _shown_progress(chosen.file.name, len(chosen.plan.cells)) as progress, _stopped_by_sigterm():
             try:
                 found = run(chosen, folder, processes, command=command, progress=progress)
             except (KeyboardInterrupt, OSError, OutputError):
@@ -132,6 +132,8 @@ def _say_what_is_kept(chosen: Campaign, folder: Path) -> None:
     from tierod.cli.terminal import messages
     from tierod.experiments.store import Store
 
+    if not folder.is_dir():
+        return
     store = Store(folder)
     done = sum(chosen.plan.done(cell, store) for cell in chosen.plan.cells)
     messages().print(
@@ -144,7 +146,7 @@ def _say_what_is_kept(chosen: Campaign, folder: Path) -> None:
 
 @contextmanager
 def _stopped_by_sigterm() -> Iterator[None]:
-    """A polite end by others is as good as Ctrl-C: what is finished is told, and no process is left behind."""
+    """SIGTERM ends like Ctrl-C: a message counts what is finished, and no process is left behind."""
 
     def stop(*_: object) -> None:
         raise KeyboardInterrupt
@@ -157,8 +159,8 @@ def _stopped_by_sigterm() -> Iterator[None]:
 
 
 @contextmanager
-def _told(name: str, total: int) -> Iterator[Callable[[Progress], None]]:
-    """A bar where somebody watches, lines now and then elsewhere; every drive that failed is told at once."""
+def _shown_progress(name: str, total: int) -> Iterator[Callable[[Progress], None]]:
+    """A bar on a terminal, lines now and then elsewhere; a drive that failed is named at once."""
     from tierod.cli.terminal import messages
 
     console = messages()
@@ -172,12 +174,12 @@ def _told(name: str, total: int) -> Iterator[Callable[[Progress], None]]:
     with Bar(*columns, TimeElapsedColumn(), TimeRemainingColumn(), console=console, transient=True) as bar:
         task = bar.add_task("compiling", total=total)
 
-        def told(progress: Progress) -> None:
+        def advance(progress: Progress) -> None:
             bar.update(task, completed=progress.done, description=name.replace("[", "\\["))
             if progress.outcome not in ("", "driven"):
                 bar.console.print(f"{progress.outcome}: {progress.name}", markup=False)
 
-        yield told
+        yield advance
 
 
 class _Lines:

@@ -108,7 +108,7 @@ def _found(wish: Wish, rule: str | None, paths: list[Path], signal: str | None) 
         given = Measured(records, f"{signal or 'the only signal'} of {', '.join(path.name for path in paths)}")
     else:
         given = drawn(wish.deviation)
-    return of_measured(wish, rule, given), _facts(wish, given.told)
+    return of_measured(wish, rule, given), _facts(wish, given.label)
 
 
 def _facts(wish: Wish, residual: str) -> Facts:

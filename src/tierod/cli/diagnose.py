@@ -53,7 +53,7 @@ MemoryPath = Annotated[
 SignalsPath = Annotated[
     Path | None,
     typer.Option(
-        help="Recording to write: what the monitor reads and tells over time, with what replaces a faulty sensor "
+        help="Recording to write: what the monitor reads and estimates over time, with what replaces a faulty sensor "
         "(.parquet, .csv, .mf4)."
     ),
 ]
@@ -114,7 +114,7 @@ def diagnose(
 
 
 def _named_in(recording: Path, dbc: list[Path] | None, channel_map: Path | None) -> str:
-    """The vehicle that a recording names, which the user is told."""
+    """The vehicle that a recording names; a message says which."""
     from tierod.cli.terminal import messages
     from tierod.monitors.harness.named_vehicle import vehicle_named_in
 

@@ -187,10 +187,10 @@ def _snapshot(path: Path, code: str | None, uds: str | None, json: bool) -> None
             f"name a trouble code: tierod faults snapshot {path} CODE; 'tierod faults read' lists them"
         )
     memory = _opened(path)
-    told = sovd.fault(memory, code)
+    content = sovd.fault(memory, code)
     entry = memory.entries[memory.codes.named(code)]
     if json:
-        print_json(told["environment_data"])
+        print_json(content["environment_data"])
         return
     frames = {"first failure": entry.first, "latest failure": entry.last}
     if entry.first == entry.last:

@@ -10,7 +10,7 @@ import typer
 def formats(json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False) -> None:
     """List the formats; the content of a file decides how it is read, its ending how it is written."""
     from tierod.cli.terminal import output, print_json, rows
-    from tierod.io.readers.formats import READERS
+    from tierod.io.readers.opening import READERS
     from tierod.io.writers import WRITERS
 
     read = [(name, each.title, READERS.package_of(name)) for name, each in READERS.items()]

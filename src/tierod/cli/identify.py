@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from tierod.report.identification import Identification, Subject
+    from tierod.report.identification import Identification
+    from tierod.report.identification.subject import Subject
     from tierod.vehicles import Vehicle
 
 

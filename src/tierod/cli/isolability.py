@@ -1,4 +1,4 @@
-"""Say what can be told of a car's sensors and actuators from its equations alone, and which sensor would help."""
+"""Find the detectable and isolable faults of a car's equations, and which further sensor would help."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def isolability(
     report: Annotated[bool, typer.Option(help="Write the HTML page.")] = True,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
-    """Tell detectable and isolable faults of sensors and actuators: done (0), bad input (3)."""
+    """Find detectable and isolable faults of sensors and actuators: done (0), bad input (3)."""
     from tierod.cli.app import HEALTHY
     from tierod.cli.terminal import messages, print_json, refuse_to_overwrite, show, write_page
     from tierod.cli.terminal import output as console
@@ -36,8 +36,8 @@ def isolability(
     if target is not None:
         write_page(found, facts_of(car, ""), target, car.not_good_for)
     if as_json:
-        told = {"vehicle": car.name, "remarks": list(found.remarks), **found.document}
-        print_json({"schema": "tierod.isolability/1", **told})
+        content = {"vehicle": car.name, "remarks": list(found.remarks), **found.document}
+        print_json({"schema": "tierod.isolability/1", **content})
     else:
         show(found)
     if target is not None:

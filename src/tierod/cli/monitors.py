@@ -105,8 +105,8 @@ def _other_needs(monitor: Monitor) -> Iterable[str]:
     for each in monitor.variants.values():
         needed = monitor.needing(each).required
         if others := [name for name in needed if name not in monitor.required]:
-            spared = [name for name in monitor.required if name not in needed]
-            yield f"{each.name} needs {', '.join(others)} in place of {', '.join(spared)}."
+            replaced = [name for name in monitor.required if name not in needed]
+            yield f"{each.name} needs {', '.join(others)} in place of {', '.join(replaced)}."
 
 
 def _show_decisions(monitor: Monitor) -> None:
@@ -115,8 +115,8 @@ def _show_decisions(monitor: Monitor) -> None:
     if variant.decisions:
         console = output()
         console.print(f"\n[bold]Decisions[/bold] of the variant {variant.name}")
-        told = [(each.name, each.distance, each.rule_told, each.false_alarms_told) for each in variant.decisions]
-        console.print(rows(("decides", "on", "rule", "false alarms"), told))
+        cells = [(each.name, each.distance, each.rule_told, each.false_alarms_told) for each in variant.decisions]
+        console.print(rows(("decides", "on", "rule", "false alarms"), cells))
 
 
 def _measured(names: Iterable[str]) -> tuple[str, ...]:

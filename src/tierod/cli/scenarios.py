@@ -10,6 +10,7 @@ from tierod.cli.terminal import output, print_json, rows, say
 from tierod.core.shown import written
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
 
@@ -69,7 +70,8 @@ def _path(kind: str, name: str) -> Path:
     from tierod.proving_ground.courses import catalogue as courses
     from tierod.proving_ground.scenarios import SCENARIOS
 
-    return {"scenarios": SCENARIOS.find, "cars": cars.find, "courses": courses.find}[kind](name)
+    find: dict[str, Callable[[str], Path]] = {"scenarios": SCENARIOS.find, "cars": cars.find, "courses": courses.find}
+    return find[kind](name)
 
 
 def _to_begin_with(kind: str, name: str) -> str:

@@ -55,7 +55,7 @@ def _diverged(scenario: Scenario, outcome: Outcome, path: Path) -> str:
 
 
 def _parted(outcome: Outcome) -> tuple[list[str], list[str]]:
-    """Names of the measured channels, and of those that tell the truth."""
+    """Names of the measured channels, and of those that hold the truth."""
     names = outcome.recording.names
     return [n for n in names if not n.startswith("truth_")], [n for n in names if n.startswith("truth_")]
 
@@ -106,8 +106,8 @@ def _next(scenario: Scenario, path: Path) -> list[str]:
 
 
 def _window(window: Any) -> tuple[str, ...]:
-    def told(name: str) -> str:
+    def cell(name: str) -> str:
         value = window.get(name)
         return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
 
-    return tuple(told(name) for name in ("name", "element", "behaviour", "start", "end"))
+    return tuple(cell(name) for name in ("name", "element", "behaviour", "start", "end"))

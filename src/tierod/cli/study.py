@@ -56,7 +56,7 @@ def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
 
     _require_writable(folder)
     items: list[Item] = []
-    with _told(chosen.name) as progress:
+    with _shown_progress(chosen.name) as progress:
         for item in chosen.items(effort, progress):
             items.append(item)
             if isinstance(item, Table):
@@ -93,21 +93,21 @@ def _require_writable(folder: Path) -> None:
 
 
 @contextmanager
-def _told(name: str) -> Iterator[Callable[[float, str], None]]:
+def _shown_progress(name: str) -> Iterator[Callable[[float, str], None]]:
     """Share done and what comes next, to stderr: a bar where somebody watches, a line for every part of the study."""
     from tierod.cli.terminal import messages, progress
 
     last = ""
     with progress(f"study {name}") as advance:
 
-        def told(share: float, what: str) -> None:
+        def advance_to(share: float, what: str) -> None:
             nonlocal last
             if what != last:
                 messages().print(f"measuring: {what}", markup=False)
                 last = what
             advance(share)
 
-        yield told
+        yield advance_to
 
 
 def _print(claims: Sequence[Claim]) -> None:
@@ -122,7 +122,7 @@ def _print(claims: Sequence[Claim]) -> None:
     rows = tuple(
         (
             claim.id,
-            claim.printed if isinstance(claim.printed, str) else _told_or_nothing(claim.printed),
+            claim.printed if isinstance(claim.printed, str) else _number_or_nothing(claim.printed),
             number(claim.figure),
             "" if claim.goal is None else str(claim.goal),
             written(claim.unit),
@@ -135,7 +135,7 @@ def _print(claims: Sequence[Claim]) -> None:
     sys.stdout.write(Table("Claims", ("claim", "printed", "ours", "goal", "unit", "holds"), rows, count).markdown())
 
 
-def _told_or_nothing(printed: float | None) -> str:
+def _number_or_nothing(printed: float | None) -> str:
     from tierod.report.display import number
 
     return "" if printed is None else number(printed)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import importlib
 import json
 from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,23 +22,6 @@ TIME = "time"
 
 KEY = "tierod"
 """Under which units, sources and notes are kept in the metadata of a table."""
-
-
-class Signal(Protocol):
-    """A channel of a recording."""
-
-    @property
-    def name(self) -> str: ...  # noqa: D102
-    @property
-    def time(self) -> np.ndarray: ...  # noqa: D102
-    @property
-    def values(self) -> np.ndarray: ...  # noqa: D102
-    @property
-    def unit(self) -> str: ...  # noqa: D102
-    @property
-    def source(self) -> str: ...  # noqa: D102
-    @property
-    def note(self) -> str: ...  # noqa: D102
 
 
 class Column(NamedTuple):
@@ -64,7 +47,7 @@ def library(name: str) -> Any:
         raise MissingExtra(name, "frames", f"a recording as a table of {name}") from None
 
 
-def to_arrow(channels: Iterable[Signal]) -> Any:
+def to_arrow(channels: Iterable[Column]) -> Any:
     """A pyarrow Table with a column of time stamps and one for every channel.
 
     Args:
@@ -122,7 +105,7 @@ def from_arrow(data: Any, time: str = TIME, units: Mapping[str, str] | None = No
     return found
 
 
-def to_pandas(channels: Iterable[Signal]) -> Any:
+def to_pandas(channels: Iterable[Column]) -> Any:
     """A pandas DataFrame over the time stamps of all channels [s]; units, sources and notes in its `attrs`."""
     pandas, signals = library("pandas"), list(channels)
     time, columns = _dense(signals)
@@ -147,12 +130,12 @@ def from_pandas(frame: Any, units: Mapping[str, str] | None = None, sparse: bool
     return _columns(_seconds(np.asarray(frame.index)), table, about, units, sparse)
 
 
-def to_polars(channels: Iterable[Signal]) -> Any:
+def to_polars(channels: Iterable[Column]) -> Any:
     """A Polars DataFrame with a column of time stamps [s]; Polars has no place for units."""
     return library("polars").from_arrow(to_arrow(channels))
 
 
-def to_xarray(channels: Iterable[Signal]) -> Any:
+def to_xarray(channels: Iterable[Column]) -> Any:
     """An xarray Dataset over the coordinate "time" [s]; unit, source and note are attributes of every variable."""
     xarray, signals = library("xarray"), list(channels)
     time, columns = _dense(signals)
@@ -170,7 +153,7 @@ def from_xarray(data: Any, units: Mapping[str, str] | None = None, sparse: bool 
     return _columns(_seconds(np.asarray(data[TIME])), table, about, units, sparse)
 
 
-def _joined(signals: list[Signal]) -> tuple[np.ndarray, list[np.ndarray]]:
+def _joined(signals: list[Column]) -> tuple[np.ndarray, list[np.ndarray]]:
     """All time stamps, and where those of every signal stand among them.
 
     A signal with a stamp twice has two rows there, the first of which it shares with the other signals.
@@ -198,7 +181,7 @@ def _keys(rows: np.ndarray) -> np.ndarray:
     return rows[:, 0] + 1j * rows[:, 1]
 
 
-def _dense(signals: list[Signal]) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+def _dense(signals: list[Column]) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     time, places = _joined(signals)
     columns = {}
     for each, at in zip(signals, places, strict=True):
@@ -231,7 +214,7 @@ def _seconds(time: np.ndarray) -> np.ndarray:
     return np.asarray((time - time[:1]) / np.timedelta64(1, "s"), dtype=float)
 
 
-def _about(signals: list[Signal]) -> dict[str, Any]:
+def _about(signals: list[Column]) -> dict[str, Any]:
     return {each.name: {"unit": each.unit, "source": each.source, "note": each.note} for each in signals}
 
 

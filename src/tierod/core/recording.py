@@ -188,19 +188,19 @@ class Recording:
 
     def to_arrow(self) -> pa.Table:
         """A pyarrow Table over all time stamps; null where a channel has no sample, NaN where its sample is missing."""
-        return frames.to_arrow(self.channels.values())
+        return frames.to_arrow(self._columns())
 
     def to_pandas(self) -> pandas.DataFrame:
         """A pandas DataFrame over all time stamps [s]; NaN where a channel has no sample or a missing one."""
-        return frames.to_pandas(self.channels.values())
+        return frames.to_pandas(self._columns())
 
     def to_polars(self) -> polars.DataFrame:
         """A Polars DataFrame with a column "time" [s]; null where a channel has no sample."""
-        return frames.to_polars(self.channels.values())
+        return frames.to_polars(self._columns())
 
     def to_xarray(self) -> xarray.Dataset:
         """An xarray Dataset over "time" [s]; unit, source and note are attributes of its variables."""
-        return frames.to_xarray(self.channels.values())
+        return frames.to_xarray(self._columns())
 
     @classmethod
     def from_arrow(cls, table: object, time: str = frames.TIME, units: Mapping[str, str] | None = None) -> Recording:
@@ -242,6 +242,11 @@ class Recording:
     ) -> Recording:
         """The recording in an xarray Dataset over "time"; arguments as of `from_pandas`."""
         return cls({})._with(frames.from_xarray(data, units, sparse))
+
+    def _columns(self) -> list[frames.Column]:
+        return [
+            frames.Column(*(getattr(each, name) for name in frames.Column._fields)) for each in self.channels.values()
+        ]
 
     def _with(self, columns: Iterable[frames.Column]) -> Recording:
         return self.with_channels(Channel(*column) for column in columns)

@@ -100,7 +100,9 @@ def description(recording: Recording, found: tuple[Group, ...]) -> dict[str, Any
 
 def plain(metadata: Mapping[str, Any]) -> dict[str, Any]:
     """Metadata as JSON can hold it, in whole characters."""
-    return json.loads(json.dumps(dict(metadata), default=str, ensure_ascii=False).encode("utf-8", "replace"))
+    text = json.dumps(dict(metadata), default=str, ensure_ascii=False).encode("utf-8", "replace")
+    content: dict[str, Any] = json.loads(text)
+    return content
 
 
 DAMAGED = "what tierod wrote beside the numbers (units, sources, metadata) is damaged and was left out"
@@ -142,7 +144,7 @@ def metadata_in(document: Any) -> dict[str, Any]:
     warnings = _table(document).get("warnings", [])
     if not all(isinstance(each, str) for each in _list(warnings)):
         raise ValueError("the warnings are no texts")
-    return document
+    return _table(document)
 
 
 def _list(value: Any) -> list[Any]:

@@ -171,7 +171,7 @@ def turn_warnings(recording: Recording, limits: TurnLimits | None = None) -> tup
 
 
 def _ratio(recording: Recording, limits: TurnLimits) -> float | None:
-    """Lateral acceleration over speed times yaw rate, without regard to signs; None where the drive does not tell."""
+    """Lateral acceleration over speed times yaw rate, without regard to signs; None where it is not observable."""
     first_hour = recording.slice(stop=recording.span[0] + COMPARED)
     aligned = first_hour.align(NAMES, limits.rate, maximum_age=2.0 / limits.rate)
     width = max(round(limits.smoothing * limits.rate), 1)
@@ -186,7 +186,7 @@ def _ratio(recording: Recording, limits: TurnLimits) -> float | None:
         return None
     expected, acceleration = (values[good] - np.mean(values[good]) for values in (expected, acceleration))
     power, measured = float(expected @ expected), float(acceleration @ acceleration)
-    # Whichever of the two is too small, the larger one must tell of turns.
+    # Whichever of the two is too small, the larger one must show that there were turns.
     if max(power, measured) < limits.acceleration**2 * len(expected) or min(power, measured) <= 0.0:
         return None
     correlation = abs(float(expected @ acceleration)) / (power * measured) ** 0.5

@@ -118,7 +118,7 @@ def _stored(path: str | Path | None) -> OwnLevel | None:
 
 
 def usual_monitor(vehicle: Vehicle) -> str:
-    """The monitor that judges a vehicle's recordings where nobody names one.
+    """The monitor that judges a vehicle's recordings where none is named.
 
     Args:
         vehicle: whose file may name it
@@ -139,7 +139,8 @@ def find(monitor: str | Monitor | Variant, variant: str | Variant | None = None)
             an object lacks a part
     """
     if isinstance(monitor, Variant):
-        monitor, variant = _monitor_of(monitor), variant or monitor
+        variant = variant or monitor
+        monitor = _monitor_of(monitor)
     definition = MONITORS.required(monitor) if isinstance(monitor, str) else monitor
     if why := obstacle(definition):
         raise ParameterError(f"the monitor '{getattr(definition, 'name', definition)}' {why}")

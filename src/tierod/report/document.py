@@ -46,7 +46,7 @@ def document(diagnosis: Diagnosis, series: bool) -> str:
         content["loops"] = {
             name: {"angle": angle, "torque": torque} for name, (angle, torque) in diagnosis.loops.items()
         }
-    # Last, since a simulation tells the whole of its plant there.
+    # Last, since a simulation puts all parameters of its plant there.
     content["recording"] = diagnosis.recording
     return json.dumps(plain(content), ensure_ascii=False, indent=None if series else 2, allow_nan=False)
 

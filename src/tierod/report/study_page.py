@@ -15,7 +15,7 @@ from tierod.report.html import Origin, rendered, sections
 
 @dataclass(frozen=True)
 class StudyPage:
-    """All that a page of a study tells.
+    """Content of the page of a study.
 
     Args:
         name, title, summary: of the study
@@ -61,7 +61,7 @@ def _groups(titles: Mapping[str, str], claims: Sequence[Claim]) -> list[tuple[st
 
 
 def _row(claim: Claim) -> dict[str, Any]:
-    symbol, told, kind = _VERDICTS[claim.met]
+    symbol, word, kind = _VERDICTS[claim.met]
     unit = written(claim.unit)
     return {
         "id": claim.id,
@@ -73,7 +73,7 @@ def _row(claim: Claim) -> dict[str, Any]:
         "goal": "–" if claim.goal is None else str(claim.goal).replace("<=", "≤").replace(">=", "≥"),
         "unit": unit,
         "symbol": symbol,
-        "told": told,
+        "word": word,
         "kind": kind,
     }
 

@@ -28,9 +28,9 @@ def show(diagnosis: Diagnosis, console: Console) -> None:
         _finding(diagnosis, finding, console)
     if diagnosis.elements:
         _elements(diagnosis, console)
-    told = {warning for finding in diagnosis.findings for warning in finding.warnings}
+    warned = {warning for finding in diagnosis.findings for warning in finding.warnings}
     remarks = [(row.name, remark) for row in diagnosis.quality for remark in row.remarks]
-    remarks = [(name, remark) for name, remark in remarks if f"{name}: {remark}" not in told]
+    remarks = [(name, remark) for name, remark in remarks if f"{name}: {remark}" not in warned]
     if remarks:
         console.print("\n[bold]Remarks on the data[/bold]")
         for name, remark in remarks:
@@ -38,7 +38,7 @@ def show(diagnosis: Diagnosis, console: Console) -> None:
 
 
 def _elements(diagnosis: Diagnosis, console: Console) -> None:
-    """The table of sensors and actuators; columns that nobody fills are left out."""
+    """The table of sensors and actuators; empty columns are left out."""
     from rich.markup import escape
     from rich.table import Table
 
@@ -118,7 +118,7 @@ def print_snapshot(frame: FreezeFrame, which: str, console: Console) -> None:
     table = Table("signal", "at the instant", "lowest around", "highest around")
     for name, value in frame.at_instant().items():
         around = [each for each in frame.values[name] if each is not None]
-        told = (value, min(around, default=None), max(around, default=None))
+        values = (value, min(around, default=None), max(around, default=None))
         factor, unit = shown(SIGNALS[name].unit)
-        table.add_row(name, *("missing" if each is None else f"{number(each * factor)} {unit}" for each in told))
+        table.add_row(name, *("missing" if each is None else f"{number(each * factor)} {unit}" for each in values))
     console.print(table)

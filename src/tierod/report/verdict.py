@@ -15,7 +15,7 @@ class Appearance:
     """Looks of a status.
 
     Args:
-        symbol: one character that tells it apart without colour
+        symbol: one character that distinguishes it without colour
         kind: class name in the page: good, watch, bad, open
         colour: of text on white, contrast at least 4.5 to 1
         style: of the terminal
@@ -148,7 +148,7 @@ def rows(element: Element) -> list[ElementRow]:
 
 def _fault(episode: Episode) -> str:
     others = " or ".join(words(name).lower() for name in episode.candidates)
-    return f"{episode.kind or 'kind not told'}{f'; not told from {others}' if others else ''}"
+    return f"{episode.kind or 'kind not known'}{f'; not separable from {others}' if others else ''}"
 
 
 def _size(episode: Episode) -> str:

@@ -108,7 +108,7 @@ _CATALOGUE = (
     Quantity("assist_quadratic_gain", "1/(N*m)", "growth of that gain with the driver's torque", (0.01, 50.0)),
     Quantity("assist_half_speed", "m/s", "speed at which assist has fallen to a half", (1.0, 100.0)),
     Quantity("maximum_assist_torque", "N*m", "largest assist at the steering wheel axis", (1.0, 500.0), torque=True),
-    Quantity("nominal_friction", "N*m", "friction of the sound steering at the wheel axis", (0.1, 50.0), torque=True),
+    Quantity("nominal_friction", "N*m", "fault-free friction at the steering wheel axis", (0.1, 50.0), torque=True),
     Quantity("rising_friction", "N*m", "friction from which it is reported as rising", (0.1, 100.0), torque=True),
     Quantity("fault_friction", "N*m", "friction from which it is reported as a fault", (0.1, 100.0), torque=True),
     Quantity(

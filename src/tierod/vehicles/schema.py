@@ -23,7 +23,7 @@ class ParameterEntry(_Strict):
 
 
 class ChannelsEntry(_Strict):
-    """The ``[channels]`` table: files beside the vehicle file that tell how to read its bus."""
+    """The ``[channels]`` table: files beside the vehicle file on how to read its bus."""
 
     map: Text | None = None
     dbc: Text | None = None

@@ -25,8 +25,8 @@ class Parameter:
         name: as in the catalogue of quantities
         value: in the unit
         unit: SI, in the notation of pint; "count" for a torque of a vehicle that is not calibrated
-        standard_deviation: one sigma in the unit; None where nobody has said
-        source: where the value comes from; begins with "assumed" where nobody has measured it
+        standard_deviation: one sigma in the unit; None where it is not known
+        source: where the value comes from; begins with "assumed" where it was not measured
     """
 
     name: str
@@ -37,7 +37,7 @@ class Parameter:
 
     @property
     def assumed(self) -> bool:
-        """Whether the value is a typical one that nobody has measured on this vehicle."""
+        """Whether the value is a typical one, not measured on this vehicle."""
         return self.source.lower().startswith("assumed")
 
 
@@ -53,10 +53,10 @@ class Vehicle:
         torque_unit: "N*m", or "count" where the torques of its recordings are raw
         parameters: by name, in SI units
         path: the file it was read from
-        channel_map, database: files that tell how to read the vehicle's bus, where the set names them
+        channel_map, database: files on how to read the vehicle's bus, where the set names them
         thresholds: that a calibration on healthy drives has found, by what they are of; each in words, numbers, and
             numbers by name, which the monitor that uses them checks
-        monitor: that judges its recordings where nobody names one; None leaves it to tierod
+        monitor: that judges its recordings where none is named; None leaves it to tierod
     """
 
     name: str
@@ -136,5 +136,5 @@ class Vehicle:
         return tuple((p.name, p.value, p.unit, p.standard_deviation, p.source) for p in self.parameters.values())
 
 
-def _has_no_default(field: dataclasses.Field) -> bool:
+def _has_no_default(field: dataclasses.Field[Any]) -> bool:
     return field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING

@@ -169,7 +169,7 @@ def test_without_names_the_counting_column_is_the_time(tmp_path):
     ("text", "sentence"),
     [
         ("some words\nand more of them\n", "holds no table of numbers"),
-        ("speed,torque\n1,2\n1,1\n0,3\n", "no column tells the time"),
+        ("speed,torque\n1,2\n1,1\n0,3\n", "no column is the time"),
         ("time,comment\n0,a\n1,b\n2,c\n", "no other column of numbers|no table"),
         ("time [N],speed\n0,1\n1,2\n2,3\n", "the unit 'N' cannot become|cannot become 's'"),
     ],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.report.analysis.subjects import SUBJECTS
+from tierod.report.analysis import SUBJECTS
 from tierod.vehicles import load
 
 

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 from tierod.io.readers.channel_map import ChannelMap, TimeEntry, load_channel_map, parse_channel_map
 from tierod.io.readers.content import Content
-from tierod.io.readers.formats import READERS
 from tierod.io.readers.frames import Frames
-from tierod.io.readers.opening import open_source
+from tierod.io.readers.opening import READERS, open_source
 from tierod.io.readers.source import Column, Format, Piece, Source, begins_with, source_of
 from tierod.io.readers.streaming import SHARE_READ, open_chunks, read
 

@@ -49,7 +49,7 @@ class Make(NamedTuple):
         return self.mark + 3 if self.flexible else self.mark + 1
 
     @property
-    def sound(self) -> bool:
+    def possible(self) -> bool:
         """Whether a line of this make can be a frame with data."""
         ordered = 1 < self.dot < self.close < self.space < self.mark and 3 <= self.mark - self.space - 1 <= 8
         size = self.length - self.data
@@ -107,7 +107,7 @@ def _parsed(text: np.ndarray, names: dict[bytes, int]) -> tuple[list[Part], int,
     for make, members in _alike(_makes(text, starts, ends)):
         table = text[starts[members][:, None] + np.arange(make.length)]
         passed += int(np.count_nonzero(_without_data(table, make)))
-        if make.sound:
+        if make.possible:
             parts.append(_part(table, make, members, names))
     return [part for part in parts if len(part.lines)], len(starts), passed
 
@@ -134,7 +134,7 @@ def _makes(text: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> np.ndarray
     flexible = (mark >= 0) & (after == _MARK) & (starts + mark + 1 < ends)
     opened = text[starts] == _OPEN
     makes = np.stack([np.where(opened, dot, -1), close, space, mark, ends - starts, flexible], axis=1)
-    return np.minimum(makes, 400)
+    return np.asarray(np.minimum(makes, 400))
 
 
 def _first(text: np.ndarray, starts: np.ndarray, ends: np.ndarray, code: int, skip: int) -> np.ndarray:
@@ -165,13 +165,13 @@ def _without_data(table: np.ndarray, make: Make) -> np.ndarray:
     if make.length <= make.mark + 1 or make.flexible:
         return np.zeros(len(table), dtype=bool)
     remote = table[:, make.mark + 1] == ord("R")
-    return remote | _is_error(_HEX[table[:, make.space + 1 : make.mark]])
+    return np.asarray(remote | _is_error(_HEX[table[:, make.space + 1 : make.mark]]))
 
 
 def _is_error(digits: np.ndarray) -> np.ndarray:
     if digits.shape[1] != 8:
         return np.zeros(len(digits), dtype=bool)
-    return (digits < 16).all(axis=1) & ((digits[:, 0] & (_ERROR_FRAME >> 28)) != 0)
+    return np.asarray((digits < 16).all(axis=1) & ((digits[:, 0] & (_ERROR_FRAME >> 28)) != 0))
 
 
 def _part(table: np.ndarray, make: Make, members: np.ndarray, names: dict[bytes, int]) -> Part:

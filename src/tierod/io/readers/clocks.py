@@ -1,4 +1,4 @@
-"""Which columns of a table tell the time, and of which others."""
+"""Which columns of a table are its time, and which columns each of them times."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _is_called_time(name: str) -> bool:
 
 
 def unread_clock(others: Sequence[Column], usable: Sequence[Column]) -> Column | None:
-    """The column that tells the time by its title but cannot be read, where no usable one is the time as surely.
+    """The column that is the time by its title but cannot be read, where no usable one is the time as surely.
 
     Another column ("lap_time", or a counter) must not take its place in silence. A date beside a time is no clock.
 
@@ -79,7 +79,7 @@ def find_clocks(
 
     Args:
         columns: in the order of the file
-        increasing: columns that count up throughout, the resort where no title tells the time
+        increasing: columns that count up throughout, used where no title is that of a time
         given: by the user, which column is the time
 
     Raises:
@@ -92,7 +92,7 @@ def find_clocks(
         first = next((column for column in columns if column.name in increasing), None)
     if first is None:
         names = ", ".join(f"'{column.name}'" for column in list(columns)[:8])
-        raise InputError(f"no column tells the time (there are {names}); name one of them 'time', in seconds")
+        raise InputError(f"no column is the time (there are {names}); name one of them 'time', in seconds")
     base = _without_number(first)
     clocks: list[tuple[Column, list[str]]] = [(first, [])]
     for column in columns:
@@ -180,7 +180,7 @@ def seconds(stamps: np.ndarray, unit: str, column: str) -> tuple[np.ndarray, str
 
     Args:
         stamps: as recorded, shape (n,)
-        unit: as `unit_of` tells; where it tells none, seconds, or what makes of large numbers a calendar date
+        unit: as `unit_of` gives it; where it gives none, seconds, or the unit that makes large numbers a calendar date
         column: its name, for the message
 
     Raises:

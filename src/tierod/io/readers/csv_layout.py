@@ -154,8 +154,8 @@ def _layout(lines: list[tuple[int, str]], delimiter: str, decimal: str, about: d
 
 def _as_written(column: Column, about: dict[str, Any]) -> Column:
     """The column under the name that the CSV writer of tierod gave it, else as it is."""
-    told = about.get("channels", {}).get(column.name)
-    return column if told is None else Column(told["name"], told["unit"], told["name"])
+    entry = about.get("channels", {}).get(column.name)
+    return column if entry is None else Column(entry["name"], entry["unit"], entry["name"])
 
 
 def _mostly(rows: list[list[str]], place: int, test: Any) -> bool:

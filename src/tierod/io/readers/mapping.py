@@ -74,7 +74,7 @@ def plan(
         silent: columns that are known, and of which the file has no value
 
     Raises:
-        InputError: a wanted name or a source that nobody knows, or a wanted unit that cannot be read
+        InputError: a wanted name or a source that is not known, or a wanted unit that cannot be read
     """
     by_name = {column.name: column for column in columns}
     wanted = None if names is None else _wanted(tuple(names), by_name)
@@ -188,7 +188,7 @@ def _guesses(columns: Sequence[Column], mapped: set[str], taken: set[str]) -> tu
 
 
 def _meant(column: Column) -> Signal | None:
-    """The signal that name and unit of a column tell."""
+    """The signal that name and unit of a column indicate."""
     bare, ending = split_suffix(column.name)
     unit = column.unit or ending
     found = SIGNALS.get(column.name) or match(column.title or column.name, unit, column.qualified)

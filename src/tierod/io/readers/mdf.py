@@ -90,7 +90,7 @@ def _metadata_in(comment: str) -> dict[str, Any]:
 
 
 def _origin(start: str) -> float:
-    """Seconds since 1970; a start in local time whose zone the file does not tell counts as UTC, on every machine."""
+    """Seconds since 1970; a start in local time whose zone the file does not give counts as UTC, on every machine."""
     if not start:
         return 0.0
     moment = datetime.fromisoformat(start)

@@ -1,18 +1,173 @@
-"""Opening a file: which reader its content needs, and the database that a CAN log needs besides."""
+"""Opening a file: which format it has, by its content first and its ending second, and the database of a CAN log."""
 
 from __future__ import annotations
 
+import os
+import stat
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
-from tierod.core.errors import InputError, TierodError, nearest
+from tierod.core.errors import InputError, PluginWarning, TierodError, nearest
+from tierod.core.plugins import Registry
 from tierod.io.readers.channel_map import GUESSED, TimeEntry, maps_beside
-from tierod.io.readers.formats import READERS, Kind, detect
+from tierod.io.readers.content import Content, content_of, spooled
 from tierod.io.readers.frames import identifier_text
 from tierod.io.readers.log import Heard, Log, heard
-from tierod.io.readers.source import Lane, Source
+from tierod.io.readers.source import Format, Lane, Source
+
+_HEAD = 1 << 16
+
+_REFUSED = (
+    (
+        b"#ROSBAG",
+        "is a ROS 1 bag, which is not read yet; convert its topics to Parquet or CSV (rosbags-convert, PlotJuggler)",
+    ),
+    (
+        b"SQLite format 3",
+        "is a database, probably a ROS 2 bag, which is not read yet; export its topics to Parquet or CSV",
+    ),
+    (b"\x89MCAP", "is an MCAP file, which is not read yet; export its topics to Parquet or CSV"),
+    (b"\x89HDF", "is an HDF5 file; if MATLAB wrote it, save it with -v7, else export it to Parquet or CSV"),
+    (b"MATLAB 7.3", "is a MATLAB 7.3 file; save it with -v7"),
+    (b"PK\x03\x04", "is a ZIP archive or a spreadsheet; unpack it, or export the sheet as CSV"),
+    (b"%PDF", "is a PDF document; give the recording itself"),
+    (b"<?xml", "is an XML document; give the recording itself"),
+    (b"\x7fELF", "is a program; give the recording itself"),
+)
+
+_OWN = {
+    "mdf": "tierod.io.readers.mdf:FORMAT",
+    "parquet": "tierod.io.readers.parquet:FORMAT",
+    "mat": "tierod.io.readers.mat:FORMAT",
+    "blf": "tierod.io.readers.vendor_can:BLF",
+    "asc": "tierod.io.readers.vendor_can:ASC",
+    "trc": "tierod.io.readers.vendor_can:TRC",
+    "candump": "tierod.io.readers.candump:FORMAT",
+    "csv": "tierod.io.readers.csv:FORMAT",
+}
+"""In the order in which they look at the beginning of a file; the last takes any other text."""
+
+_FALLBACK = "csv"
+
+
+def _obstacle(name: str, given: Any) -> str:
+    """Why what a package registers cannot read files."""
+    if not isinstance(given, Format):
+        return f"is of the type '{type(given).__name__}'; expected a tierod.io.readers.Format"
+    return "" if given.name == name else f"calls itself '{given.name}'; register it under that name"
+
+
+READERS: Registry[Format] = Registry("tierod.readers", "reader", _OWN, _obstacle)
+"""Every file format by its name, tierod's own and those of installed packages."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What a file is.
+
+    Args:
+        format: whose reader opens it
+        content: its bytes
+        warning: where the ending is that of another format
+    """
+
+    format: Format
+    content: Content
+    warning: str = ""
+
+    @property
+    def name(self) -> str:
+        """Of the format."""
+        return self.format.name
+
+
+def detect(path: Path) -> Kind:
+    """The kind of a file.
+
+    Raises:
+        InputError: the file is absent, empty, not readable, or of a kind that is not read
+    """
+    content = _content(path)
+    if content.packed:
+        path = path.with_suffix("")
+    head = content.head(_HEAD)
+    if not head.strip(b"\0 \t\r\n\xef\xbb\xbf"):
+        raise InputError(f"{content.path} is empty; record or copy it again")
+    found = _recognised(path, head)
+    promised = _promised(path)
+    warning = ""
+    if promised and promised != found.name and (promised, found.name) != (_FALLBACK, "candump"):
+        warning = f"the ending {path.suffix} is that of {promised}, the content is {found.name} and was read as such"
+    return Kind(found, content, warning)
+
+
+def _content(path: Path) -> Content:
+    """The bytes of a file; those of a pipe are kept."""
+    try:
+        if not path.is_dir() and (stat.S_ISCHR(mode := path.stat().st_mode) or stat.S_ISBLK(mode)):
+            raise InputError(f"{path} is a device; give a recording, or /dev/stdin with one piped into it")
+        with path.open("rb") as file:
+            if stat.S_ISFIFO(os.fstat(file.fileno()).st_mode):
+                return spooled(path, file)
+            return content_of(path, file.read(2) == b"\x1f\x8b")
+    except FileNotFoundError:
+        other = "; what comes through a pipe is named /dev/stdin" if str(path) == "-" else "; check the path"
+        raise InputError(f"there is no file {path}{other}") from None
+    except IsADirectoryError:
+        raise InputError(f"{path} is a folder; give one recording in it") from None
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror or error}); check the rights") from None
+
+
+def _recognised(path: Path, head: bytes) -> Format:
+    """The format of a file: as one recognises its beginning, else as its ending says where it is text."""
+    ending = path.suffix.lower()
+    own = [READERS[name] for name in READERS.own]
+    for each in own:
+        if each.recognises(head, ending):
+            return each
+    promised = _promised(path)
+    readable = b"\0" not in head or head[:2] in (b"\xff\xfe", b"\xfe\xff")
+    refusal = next((sentence for beginning, sentence in _REFUSED if head.startswith(beginning)), "")
+    if promised and READERS[promised].text and readable and not refusal:
+        return READERS[promised]
+    # Only here are installed packages searched: a usual recording does not wait for that.
+    for name in READERS.plugin_names():
+        if _asked(READERS[name], READERS.package_of(name), head, ending):
+            return READERS[name]
+    if refusal:
+        raise InputError(f"{path} {refusal}")
+    if readable:
+        return READERS[_FALLBACK]
+    if promised:
+        raise InputError(f"{path} is no {promised} file or its beginning is damaged; copy or export it again")
+    kinds = ", ".join(each.title for each in own)
+    raise InputError(f"{path} is of no known kind; give one of these: {kinds}")
+
+
+def _asked(plugin: Format, package: str, head: bytes, ending: str) -> bool:
+    """Whether the format of another package recognises a file; a test of it that fails is no reason to stop."""
+    try:
+        return bool(plugin.recognises(head, ending))
+    except Exception as error:
+        warnings.warn(
+            f"the reader '{plugin.name}' of the package {package} fails to look at a file "
+            f"({type(error).__name__}: {' '.join(str(error).split())[:120]}) and is left out; update or uninstall it",
+            PluginWarning,
+            stacklevel=2,
+        )
+        return False
+
+
+def _promised(path: Path) -> str:
+    """The name of tierod's own format that has the ending of a file; "" where none has."""
+    ending = path.suffix.lower()
+    return next((name for name in READERS.own if ending in READERS[name].endings), "")
+
 
 Paths = str | Path | Sequence[str | Path] | None
 

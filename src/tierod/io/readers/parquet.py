@@ -98,7 +98,7 @@ def _refuse_text_as_clock(path: Path, file: Any, layout: dict[str, Any]) -> None
 
 
 def _layout(file: Any) -> dict[str, Any]:
-    """What the writer of tierod told, as far as it still fits the columns; others may have changed the file since."""
+    """tierod's own description, as far as it fits the columns; another program may have changed the file since."""
     try:
         layout = description_in((file.schema_arrow.metadata or {}).get(LAYOUT, b"{}"))
         usable = {column.name for column in _columns(file, {})}
@@ -163,8 +163,8 @@ def _source(path: Path, file: Any, layout: dict[str, Any], clocks: tuple[Clock, 
             values = floats(table[name])
             about = notes.get(name, {})
             values = values if kept is None else values[kept]
-            told = (about.get("source", name), about.get("note", ""))
-            made.append(Channel(name, time, values, columns[name].unit, *told).noted(guess))
+            origin = (about.get("source", name), about.get("note", ""))
+            made.append(Channel(name, time, values, columns[name].unit, *origin).noted(guess))
         return made
 
     def lane(names: Sequence[str], number: int) -> Lane:

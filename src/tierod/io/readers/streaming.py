@@ -16,11 +16,10 @@ from tierod.core.timestamps import CALENDAR
 from tierod.io.derive import RECIPES, complete
 from tierod.io.readers.channel_map import ChannelMap, load_channel_map, load_maps_beside
 from tierod.io.readers.chunks import slices
-from tierod.io.readers.formats import Kind
 from tierod.io.readers.limits import Allowance
 from tierod.io.readers.making import Doubts, made_from, shifted
 from tierod.io.readers.mapping import Plan, plan
-from tierod.io.readers.opening import Paths, open_source, shipped
+from tierod.io.readers.opening import Kind, Paths, open_source, shipped
 from tierod.io.readers.source import Source
 
 SHARE_READ = "share_read"

@@ -200,11 +200,14 @@ def _quiet() -> Iterator[None]:
 
 
 def _reader(can: Any, content: Content, kind: str) -> Iterable[Any]:
+    reader: Iterable[Any]
     if kind == "blf":
-        return can.BLFReader(io.BufferedReader(Stream(unpacked(content))))
+        reader = can.BLFReader(io.BufferedReader(Stream(unpacked(content))))
+        return reader
     lines = whole_lines(content.blocks(), content.path)
     text = io.TextIOWrapper(io.BufferedReader(Stream(lines)), encoding="latin-1", newline="\n")
-    return can.ASCReader(text, relative_timestamp=False) if kind == "asc" else can.TRCReader(text)
+    reader = can.ASCReader(text, relative_timestamp=False) if kind == "asc" else can.TRCReader(text)
+    return reader
 
 
 def _frames(rows: list[Any], buses: dict[str, int], origin: float | None) -> Frames:

@@ -6,11 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from tierod.core.content import Chart, Heading, Table
+from tierod.core.content import Item
 from tierod.report.html import Origin, rendered, sections
 from tierod.vehicles import Vehicle
-
-Shown = Heading | Table | Chart
 
 
 @dataclass(frozen=True)
@@ -28,7 +26,7 @@ class Analysis:
 
     title: str
     summary: tuple[str, ...]
-    items: Sequence[Shown]
+    items: Sequence[Item]
     document: Mapping[str, Any]
     remarks: tuple[str, ...] = field(default=())
     fits: bool = True

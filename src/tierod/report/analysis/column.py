@@ -109,7 +109,7 @@ def _observability(found: ColumnAnalysis) -> list[Heading | Table | Chart]:
         "tolerance of MATLAB, of the scaled system, of the system sampled every "
         f"{1e3 * SAMPLING.sample_time:g} ms, and unscaled. Condition of the Gramian over {SAMPLING.duration:g} s, each "
         "state in its best unit.",
-        "The last columns tell the least standard deviation with which any unbiased estimator can know the present "
+        "The last columns are the least standard deviation with which any unbiased estimator can know the present "
         f"state after {SAMPLING.duration:g} s (Cramer and Rao), where the model is right, nothing disturbs it and "
         "sensors have white noise of " + _noises() + " (assumed).",
     )
@@ -145,10 +145,10 @@ def _table(title: str, rows: tuple[Shown, ...], count: int, bounds: tuple[str, .
 
 def _note(rows: tuple[Shown, ...]) -> str:
     """Where methods disagree and why, and what is hidden, sensors in short."""
-    told = disagreements(rows, _outputs) or ["All methods agree."]
+    parts = disagreements(rows, _outputs) or ["All methods agree."]
     hidden = [row for row in rows if not row.exact.complete]
-    told += [f"{_outputs(row.outputs).capitalize()} alone: {row.exact.sentence()}." for row in hidden]
-    return " ".join(told).replace("_", " ")
+    parts += [f"{_outputs(row.outputs).capitalize()} alone: {row.exact.sentence()}." for row in hidden]
+    return " ".join(parts).replace("_", " ")
 
 
 def _reductions(found: ColumnAnalysis, measured: Measured | None) -> list[Heading | Table | Chart]:

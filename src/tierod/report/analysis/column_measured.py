@@ -91,7 +91,7 @@ class Measured:
 
     @property
     def fits(self) -> bool:
-        """Whether the recording tells of the column, and the model is near what it tells."""
+        """Whether the recording shows the column's response, and the model is near it."""
         return _tells(self.differences, self.responses) and not _apart(self.differences, self.responses)
 
     def table(self) -> Table:
@@ -161,7 +161,7 @@ def measured_column(recording: Recording, system: LinearSystem) -> Measured:
         system: linear column
 
     Raises:
-        InputError: no torque of the motor, one that does not move, no sensor, or hardly a frequency that they tell of
+        InputError: no torque of the motor, one that does not move, no sensor, or hardly a frequency that they resolve
     """
     given = next((name for name in INPUTS if name in recording), None)
     outputs = [name for name in system.outputs if name in recording]
@@ -181,7 +181,7 @@ def measured_column(recording: Recording, system: LinearSystem) -> Measured:
     frequency = next(iter(responses.values())).frequency
     if len(frequency) < _FEWEST:
         raise InputError(
-            f"the recording tells of hardly a frequency above {LOWEST:g} Hz: its signals come at {rate:.4g} Hz, or do "
+            f"the recording resolves hardly a frequency above {LOWEST:g} Hz: its signals come at {rate:.4g} Hz, or do "
             f"not follow the motor; record at {_USUAL:g} Hz or more, and sweep the motor's torque"
         )
     whole = frequency_response(system, frequency)
@@ -225,14 +225,14 @@ def _remarks(
     remarks = []
     apart = _apart(differences, responses)
     if apart:
-        told = ", ".join(f"{words(name).lower()} {differences[name].apart:.0f} dB" for name in apart)
+        sizes = ", ".join(f"{words(name).lower()} {differences[name].apart:.0f} dB" for name in apart)
         remarks.append(
-            f"The recording does not fit the model: measured and computed gain are {told} apart (root mean square). Is "
-            "it of this column, alone on its bench, with a free wheel that nobody touches, and moved by several times "
-            "its friction?"
+            f"The recording does not fit the model: measured and computed gain are {sizes} apart (root mean square). "
+            "Is it of this column, alone on its bench, with a free wheel that is not touched, and moved by "
+            "several times its friction?"
         )
     elif not _tells(differences, responses):
-        remarks.append("The recording tells nothing of the model: no sensor follows the motor's torque.")
+        remarks.append("The recording cannot be compared with the model: no sensor follows the motor's torque.")
     if given != "motor_torque":
         remarks.append("The torque that the motor was asked for stands for the one it gave.")
     poor = [name for name, each in responses.items() if np.mean(each.usable()) < 0.2]

@@ -41,12 +41,12 @@ class Measured:
 
     Args:
         records: (n,) each [unit of the residual]; NaN where missing
-        told: what they are
+        label: what they are
         simulated: whether they were drawn
     """
 
     records: Sequence[np.ndarray]
-    told: str
+    label: str
     simulated: bool = False
 
     @property
@@ -110,7 +110,7 @@ def of_measured(wish: Wish, rule: str | None, given: Measured) -> Analysis:
         given: the residuals
 
     Raises:
-        InputError: they are too few, or tell nothing
+        InputError: they are too few, or hold no information
         ParameterError: no threshold is needed, or the shift is too small
     """
     deviation = given.deviation
@@ -135,7 +135,7 @@ def of_measured(wish: Wish, rule: str | None, given: Measured) -> Analysis:
         "delay_p95_s": _finite(float(np.quantile(delays, 0.95, method="higher"))),
     }
     summary = (
-        f"Threshold {document['threshold']:.4g} of the {chosen.name}, measured on {given.told}. Time between false "
+        f"Threshold {document['threshold']:.4g} of the {chosen.name}, measured on {given.label}. Time between false "
         f"alarms: {found.claim(wish.rate)}.",
     )
     remarks = ("White residuals were simulated; real ones remember, and alarm more often.",) if given.simulated else ()

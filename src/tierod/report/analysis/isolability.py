@@ -1,4 +1,4 @@
-"""What can be told of a car's sensors and actuators from its equations alone, in tables and a picture."""
+"""Detectable and isolable faults of a car's sensors and actuators from its equations alone, in tables and a picture."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tierod.core.content import Cells, Chart, Heading, Panel, Table
+from tierod.core.content import Cells, Chart, Heading, Item, Panel, Table
 from tierod.methods.analysis.structure import (
     Isolability,
     SensorGain,
@@ -20,14 +20,13 @@ from tierod.methods.analysis.structure import (
     minimal_test_sets,
 )
 from tierod.monitors.condition.said import listed
-from tierod.monitors.condition.signals import MOTORS, SENSORS
+from tierod.monitors.condition.signals import ACCELERATIONS, MOTORS, SENSORS
 from tierod.monitors.condition.structure import (
-    ACCELERATIONS,
     further_sensors,
     rolls,
     vehicle_structure,
 )
-from tierod.report.analysis.analysis import Analysis, Shown
+from tierod.report.analysis.analysis import Analysis
 from tierod.report.display import words
 from tierod.vehicles import Vehicle, load
 
@@ -38,7 +37,7 @@ WITH_FORCES = "forces of tyres and tie rods as the model has them"
 WITHOUT_FORCES = "forces of tyres and tie rods unknown"
 AS_STEERED = "the car turning as it is steered"
 ANYHOW = "the car turning anyhow"
-"""Views of a vehicle, and of a car whose torques nobody knows: what tyres do is known, or may be anything."""
+"""Views of a vehicle, and of a car whose torques are not known: what tyres do is known, or may be anything."""
 
 
 def analyse(vehicle: Vehicle | str | Path = "smartload", without: Collection[str] = ()) -> Analysis:
@@ -63,7 +62,7 @@ def analyse(vehicle: Vehicle | str | Path = "smartload", without: Collection[str
     model = models[view]
     gains = gain_of_sensors(model, further_sensors(model), at_once=2)
     sets = minimal_test_sets(model)
-    items: list[Shown] = [
+    items: list[Item] = [
         Heading("One fault at a time"),
         _table(single),
         _picture(single[view], view),
@@ -95,33 +94,33 @@ def analyse(vehicle: Vehicle | str | Path = "smartload", without: Collection[str
 def _summary(
     single: dict[str, Isolability], pairs: dict[str, Isolability], gains: Sequence[SensorGain]
 ) -> tuple[str, ...]:
-    told = []
+    lines = []
     for name, found in single.items():
         alike = [group for group in found.groups if len(group) > 1]
         lost = f"; nothing shows {listed(found.undetectable)}" if found.undetectable else ""
-        mixed = "; ".join(f"{listed(group)} are not told apart" for group in alike)
-        told.append(
-            f"With {name}: {len(found.isolable)} of {len(found.faults)} single faults are told from all others{lost}"
+        mixed = "; ".join(f"{listed(group)} cannot be told apart" for group in alike)
+        lines.append(
+            f"With {name}: {len(found.isolable)} of {len(found.faults)} single faults are isolable{lost}"
             f"{'; ' + mixed if mixed else ''}; of {len(pairs[name].faults)} faults and pairs of them, "
             f"{len(pairs[name].isolable)} are."
         )
     best = gains[0]
     if best.told_apart or best.detectable:
-        told.append(
-            f"The sensor that would help most: {best.sensor}; it tells {best.told_apart} more ordered pairs of faults "
-            "and double faults apart."
+        lines.append(
+            f"The sensor that would help most: {best.sensor}; it separates {best.told_apart} more ordered pairs of "
+            "faults and double faults."
         )
-    return tuple(told)
+    return tuple(lines)
 
 
 def _remarks(faults: Collection[str]) -> tuple[str, ...]:
     motors = (
-        "Two steering motors act by their sum. A split of the torque that alternates tells them apart over time; "
+        "Two steering motors act by their sum. A split of the torque that alternates separates them over time; "
         "structure does not see that.",
     )
     return (
         "Structure looks at what stands in which equation, not at how large it is: a fault that is isolable here can "
-        "still be too small, or the drive too quiet, to be told. What drives have shown stands in "
+        "still be too small, or the drive too quiet, to be found. What drives have shown stands in "
         "docs/explanation/condition.md.",
         *(motors if MOTORS[0] in faults else ()),
     )
@@ -136,7 +135,7 @@ def _table(views: dict[str, Isolability]) -> Table:
             verdicts.append(
                 "not seen"
                 if not found.detectable[place]
-                else f"not told from {listed(others)}"
+                else f"not separable from {listed(others)}"
                 if others
                 else "isolable"
             )
@@ -152,7 +151,7 @@ def _picture(found: Isolability, view: str) -> Chart:
         "isolability",
         f"Which fault explains which, {view}",
         "A row is a fault that is there, a filled cell a fault that explains all that is seen of it. Where only the "
-        "diagonal is filled, every fault is told from every other.",
+        "diagonal is filled, every fault is separable from every other.",
         "Matrix of faults against their explanations; the tables above hold the same.",
         (Panel("", "explanation", "fault", (cells,)),),
     )
@@ -166,7 +165,7 @@ def _pairs(found: Isolability, view: str) -> Table:
             more = f"; and {len(others) - 3} more" if len(others) > 3 else ""
             rows.append((_pair(fault), "; ".join(map(_pair, others[:3])) + more))
     total = sum(" + " in fault for fault in found.faults)
-    note = f"{total - len(rows)} of {total} pairs are told from everything else."
+    note = f"{total - len(rows)} of {total} pairs are separable from everything else."
     title = f"Pairs that something else explains, {view}"
     return Table(title, ("pair", "explained by"), tuple(rows) or (("none", ""),), note)
 
@@ -185,8 +184,8 @@ def _gains(gains: Sequence[SensorGain], view: str) -> Table:
         )
         for gain in gains
     )
-    header = ("one more sensor", "more told apart", "now seen", "own fault isolable")
-    note = "Ordered pairs among all single and double faults that the sensor would tell apart and that are not now."
+    header = ("one more sensor", "more separated", "now seen", "own fault isolable")
+    note = "Ordered pairs among all single and double faults that only this sensor would separate."
     return Table(f"What one more sensor would add, {view}", header, rows, note)
 
 
@@ -196,7 +195,7 @@ def _missing(model: StructuralModel, view: str) -> Table:
     for name in [name for name in SENSORS if name in model.by_name]:
         alone, poorer = (isolability(model.without(name, *more)) for more in ((), accelerations))
         rows.append((words(name), _lost(alone), _lost(poorer)))
-    header = ("without", "not told apart", "without accelerometers too")
+    header = ("without", "not separable", "without accelerometers too")
     return Table(f"A car that lacks a sensor, {view}", header, tuple(rows))
 
 

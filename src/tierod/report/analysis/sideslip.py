@@ -15,7 +15,7 @@ from tierod.report.analysis.analysis import Analysis
 from tierod.vehicles import Vehicle
 
 SPEEDS = (3.0, 6.7, 15.0, 25.0, 40.0)
-"""At which modes and ranks are told [m/s]."""
+"""Speeds of the modes and ranks in the tables [m/s]."""
 
 ABOUT = (0.9, 0.99, 1.0, 1.01, 1.1)
 """Rear stiffness over that of neutral steer, beside the car's own."""

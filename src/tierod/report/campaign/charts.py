@@ -55,8 +55,8 @@ class Square:
     @property
     def title(self) -> str:
         """What went wrong, in words."""
-        told = [*self.wrong, *self.lost]
-        return ", ".join(count(told.count(what), what, what) for what in dict.fromkeys(told))
+        outcomes = [*self.wrong, *self.lost]
+        return ", ".join(count(outcomes.count(what), what, what) for what in dict.fromkeys(outcomes))
 
 
 @dataclass(frozen=True)

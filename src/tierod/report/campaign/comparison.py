@@ -133,16 +133,18 @@ def _view(index: int, monitor: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _headline(monitor: Mapping[str, Any]) -> str:
-    told = [
+    changes = [
         f"{TITLES[figure['name']]} {'rose' if value(figure['mean']) > 0.0 else 'fell'} by "
         f"{amount(abs(value(figure['mean'])), figure['unit'])}"
         for figure in monitor["figures"]
         if figure["rank_p"] is not None and figure["rank_p"] < SIGNIFICANT
     ]
     changed = f"{count(len(monitor['changed']), 'verdict')} of {monitor['pairs']} changed"
-    if not told:
+    if not changes:
         return f"{changed}; no figure differs by more than chance would."
-    return f"{changed}; {', '.join(told[:MOST])}{f', and {len(told) - MOST} more' if len(told) > MOST else ''}."
+    return (
+        f"{changed}; {', '.join(changes[:MOST])}{f', and {len(changes) - MOST} more' if len(changes) > MOST else ''}."
+    )
 
 
 def _row(figure: Mapping[str, Any]) -> tuple[str, ...]:

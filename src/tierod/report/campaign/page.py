@@ -69,9 +69,9 @@ def _facts(content: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("Driving", f"{number(value(content['hours']), 3)} h"),
         *((axis.capitalize(), _levels(levels)) for axis, levels in content["axes"].items() if axis != "size"),
     ]
-    for outcome, told in (("diverged", "Diverged"), ("failed", "Failed"), ("open", "Not driven yet")):
+    for outcome, title in (("diverged", "Diverged"), ("failed", "Failed"), ("open", "Not driven yet")):
         if outcome in outcomes:
-            facts.append((told, str(outcomes.count(outcome))))
+            facts.append((title, str(outcomes.count(outcome))))
     return facts
 
 
@@ -82,7 +82,7 @@ def _levels(levels: Sequence[str]) -> str:
 
 
 def _gate(gate: Mapping[str, Any]) -> dict[str, str]:
-    symbol, told, kind = _GATES[gate["met"]]
+    symbol, word, kind = _GATES[gate["met"]]
     measured = seconds(gate["measured"]) if gate["figure"].endswith("_s") else number(value(gate["measured"]))
     return {
         "name": gate["figure"],
@@ -91,14 +91,14 @@ def _gate(gate: Mapping[str, Any]) -> dict[str, str]:
         "goal": gate["goal"].replace("<=", "≤").replace(">=", "≥"),
         "measured": measured,
         "symbol": symbol,
-        "told": told,
+        "word": word,
         "kind": kind,
         "note": gate["note"],
     }
 
 
 def _view(index: int, content: Mapping[str, Any], monitor: Mapping[str, Any]) -> dict[str, Any]:
-    """All that is told of one monitor."""
+    """Everything on one monitor."""
     label = monitor["label"]
     pools = [each for each in content["pools"] if each["monitor"] == label]
     states = next(each for each in content["states"] if each["monitor"] == label)
@@ -110,7 +110,7 @@ def _view(index: int, content: Mapping[str, Any], monitor: Mapping[str, Any]) ->
     return {
         "label": label,
         "monitor": monitor,
-        "told": _told(whole, unit),
+        "figures_of": _figures(whole, unit),
         "grid": grid(content["cells"], label),
         "figures": figures,
         "confusion": _confusion(states["confusion"]),
@@ -119,7 +119,7 @@ def _view(index: int, content: Mapping[str, Any], monitor: Mapping[str, Any]) ->
     }
 
 
-def _told(figures: Mapping[str, Any], unit: str) -> list[tuple[str, str]]:
+def _figures(figures: Mapping[str, Any], unit: str) -> list[tuple[str, str]]:
     """The figures of the whole campaign."""
     hours = number(value(figures["sound_judged_hours"]), 3)
     return [

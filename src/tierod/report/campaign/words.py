@@ -104,7 +104,7 @@ def amount(given: float, unit: str) -> str:
 _GATES = {True: ("✓", "met", "green"), False: ("✕", "MISSED", "bold red"), None: ("?", "not judged", "yellow")}
 _COLUMNS = ("", "drives", "found", "median", "95 %", "worst", "false alarms", "at most", "bias ± deviation")
 _MOST = 10
-"""Failed drives that are told one by one."""
+"""Failed drives that are listed one by one."""
 
 
 def show(content: Mapping[str, Any], console: Console) -> None:
@@ -125,10 +125,10 @@ def show(content: Mapping[str, Any], console: Console) -> None:
         console.print(table)
     _failures(content, console)
     for gate in content["gates"]:
-        symbol, told, style = _GATES[gate["met"]]
+        symbol, word, style = _GATES[gate["met"]]
         measured = seconds(gate["measured"]) if gate["figure"].endswith("_s") else number(value(gate["measured"]))
         line = Text.assemble(
-            (f"{symbol} {told}", style), f"  {gate['name']} {gate['goal']}: {measured}; {gate['note']}"
+            (f"{symbol} {word}", style), f"  {gate['name']} {gate['goal']}: {measured}; {gate['note']}"
         )
         console.print(line, soft_wrap=True)
 

@@ -211,7 +211,7 @@ def _design(index: int, group: list[Decided]) -> Figure:
         place = {"x": rounded([curve.chosen[0]]), "y": rounded([curve.chosen[1]])}
         looks = {"mode": "markers", "marker": {"color": RED, "size": 9}, "name": "in effect"}
         data.append({"type": "scatter"} | place | looks)
-    told = "How often a change of that size is found at one look" if curve.chance else DELAY
+    meaning = "How often a change of that size is found at one look" if curve.chance else DELAY
     guide = {"color": GREY, "width": 1, "dash": "dot"}
     shapes = [
         {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "x0": curve.chosen[0], "x1": curve.chosen[0], "line": guide}
@@ -221,7 +221,7 @@ def _design(index: int, group: list[Decided]) -> Figure:
     return Figure(
         name=f"design-{index}",
         title=f"Rule of: {name}",
-        caption=f"{told}. Red: in effect; {group[0].false_alarms}.",
+        caption=f"{meaning}. Red: in effect; {group[0].false_alarms}.",
         alternative=f"{curve.up_title} over {curve.along_title}.",
         data=data,
         layout=layout(

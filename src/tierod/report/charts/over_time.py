@@ -92,7 +92,7 @@ def result_figure(diagnosis: Diagnosis) -> Figure | None:
 
 
 def innovation_figure(diagnosis: Diagnosis) -> Figure | None:
-    """What the measurements told beyond the prediction, one strip each."""
+    """Innovations, the measurements less their prediction, one strip each."""
     return _strips(
         diagnosis,
         [name for name in diagnosis.traces if name.startswith(_INNOVATIONS)],

@@ -43,7 +43,7 @@ def study_figure(chart: Chart) -> Figure:
     axes: dict[str, Any] = {}
     shapes: list[dict[str, Any]] = []
     notes: list[dict[str, Any]] = []
-    told: set[str] = set()
+    named_marks: set[str] = set()
     for index, panel in enumerate(chart.panels):
         suffix = "" if index == 0 else str(index + 1)
         top, gap = 1.0 - index / count, 78.0 / height
@@ -51,8 +51,8 @@ def study_figure(chart: Chart) -> Figure:
         axes |= _axes(panel, suffix, domain)
         for mark in panel.marks:
             named_beside = mark.name in [name for name, _ in panel.rows]
-            shown = {"showlegend": mark.name not in told and not named_beside, "legendgroup": mark.name}
-            told.add(mark.name)
+            shown = {"showlegend": mark.name not in named_marks and not named_beside, "legendgroup": mark.name}
+            named_marks.add(mark.name)
             drawn_mark = _drawn(mark, colours[mark.name], panel)
             drawn_mark |= {"x": drawn_mark["y"], "y": drawn_mark["x"]} if panel.sideways else {}
             data.append(drawn_mark | shown | {"xaxis": f"x{suffix}", "yaxis": f"y{suffix}"})

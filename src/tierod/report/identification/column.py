@@ -1,21 +1,24 @@
-"""Tables and charts of an identified column: values found, how well they fit, how they hold without an experiment."""
+"""Identification of a steering column on a bench: tables and charts of what was found and how well it fits."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
-from tierod.core.shown import written
+from tierod.core.recording import Recording
 from tierod.methods.identification.bench_recording import OUTPUTS
-from tierod.methods.identification.column_result import ColumnIdentification, Found, Shown
+from tierod.methods.identification.column import identify_column
+from tierod.methods.identification.column_result import ColumnIdentification, Shown
+from tierod.methods.identification.sampled_column import BenchParameters
 from tierod.report.display import number
-from tierod.vehicles.catalogue import QUANTITIES
+from tierod.report.identification.subject import Subject, found_table
+from tierod.vehicles import Vehicle
 
 _POINTS = 4000
 """Of a curve in the page; a longer recording is thinned."""
-_NOTE = "σ and interval hold with residuals that are coloured, and for this model."
 _COLUMN = "Another law of friction, or a torsion bar stiffer than the vehicle file says, moves the values by more."
 _WINDOW = 4.0
 """Part of an experiment that is drawn [s], the busiest one."""
@@ -26,32 +29,8 @@ _TITLES = {
 }
 
 
-def found_table(found: Sequence[Found], beyond: str = "") -> Table:
-    """Every parameter before and after.
-
-    Args:
-        found: parameters
-        beyond: what the standard deviations leave out, a sentence
-    """
-    rows = tuple(
-        (
-            each.name,
-            f"{number(each.before)}" + (f" ± {number(each.before_deviation, 2)}" if each.before_deviation else ""),
-            number(each.value, 6),
-            number(each.deviation, 2),
-            f"{number(each.low, 5)} to {number(each.high, 5)}",
-            f"{100.0 * each.change:+.2f} %".replace("-", "−") if np.isfinite(each.change) else "–",
-            written(QUANTITIES[each.name].unit),
-            each.method,
-        )
-        for each in found
-    )
-    header = ("parameter", "before", "found", "σ", "95 % interval", "change", "unit", "by")
-    return Table("Parameters before and after", header, rows, f"{_NOTE} {beyond}".strip())
-
-
 def left_out_table(result: ColumnIdentification, short: bool = False) -> Table:
-    """What is found without each experiment, and how well that foretells it.
+    """What is found without each experiment, and how well that predicts it.
 
     Args:
         result: with at least one experiment left out
@@ -80,7 +59,7 @@ def column_items(result: ColumnIdentification) -> Iterator[Item]:
         for name in estimate.names
         if name not in {each.name for each in result.found}
     )
-    noise = zip(("motor torque that nobody recorded", *OUTPUTS), _noises(result), strict=True)
+    noise = zip(("motor torque that was not recorded", *OUTPUTS), _noises(result), strict=True)
     rows += tuple((f"noise: {name}", value, "") for name, value in noise)
     yield Table("What the bench adds, found beside the parameters", ("", "value", "σ"), rows)
     yield _correlation(result)
@@ -105,11 +84,11 @@ def _percent(value: float | None) -> str:
 
 def _noises(result: ColumnIdentification) -> list[str]:
     estimate = result.estimate
-    told = [f"{number(estimate.input_deviation[0], 3)} N·m per sample"]
+    texts = [f"{number(estimate.input_deviation[0], 3)} N·m per sample"]
     for name, value in zip(OUTPUTS, estimate.output_deviation, strict=True):
         _, unit, factor = _TITLES[name]
-        told.append(f"{number(factor * value, 3)} {unit}")
-    return told
+        texts.append(f"{number(factor * value, 3)} {unit}")
+    return texts
 
 
 def _correlation(result: ColumnIdentification) -> Table:
@@ -201,3 +180,52 @@ def _whiteness(result: ColumnIdentification) -> Table:
         "What the filter did not foresee is white where the model is whole: about 5 % of the lags then lie beyond. "
         "With tens of thousands of samples even a correlation of 0.01 stands out; it then is of no weight.",
     )
+
+
+def _column(
+    car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any
+) -> ColumnIdentification:
+
+    deviations = {name: each.standard_deviation for name, each in car.parameters.items()}
+    return identify_column(car.parameters_for(BenchParameters), recordings, free, deviations, advance)
+
+
+def _column_tables(result: ColumnIdentification) -> Sequence[Table]:
+    return [found_table(result.found), *([left_out_table(result, short=True)] if result.left_out else [])]
+
+
+def _column_lines(result: ColumnIdentification) -> Sequence[str]:
+    return [f"Experiment {number}: {each.name}" for number, each in enumerate(result.left_out, 1)]
+
+
+def _column_document(result: ColumnIdentification) -> dict[str, Any]:
+    estimate = result.estimate
+    return {
+        "bench": {
+            name: {"value": estimate[name], "standard_deviation": estimate.deviation(name)}
+            for name in estimate.names
+            if name not in {each.name for each in result.found}
+        },
+        "unrecorded_motor_torque": estimate.input_deviation[0],
+        "correlation": {"names": list(estimate.names), "matrix": estimate.correlation.tolist()},
+        "leave_one_out": [
+            {"left_out": each.name, "parameters": dict(each.values), "normalised_errors": dict(each.errors)}
+            for each in result.left_out
+        ],
+        "whiteness": {name: each._asdict() for name, each in result.whiteness.items()},
+        "explained": result.explained,
+        "converged": estimate.converged,
+    }
+
+
+COLUMN = Subject(
+    "Column",
+    "Maximum-likelihood parameters of a model of the column. The side of the steering wheel "
+    "comes from a regression with instruments; all else from the likelihood of the recordings, with a torque at "
+    "the motor that was not recorded, whose standard deviation is found too.",
+    _column,
+    column_items,
+    _column_tables,
+    _column_lines,
+    _column_document,
+)
