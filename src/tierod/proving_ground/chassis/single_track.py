@@ -11,7 +11,7 @@ from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.physics import single_track
 from tierod.physics.gravity import GRAVITY
 from tierod.physics.kingpin import weight_torque
-from tierod.physics.rolling import holding_friction, rolling_resistance
+from tierod.physics.resistances import holding_friction, rolling_resistance
 from tierod.physics.tyre import (
     bounded_relaxation_rate,
     brush_aligning_torque,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
-from tierod.physics.torsion_bar import torsion_bar_torque
+from tierod.physics.steering_ratio import torsion_bar_torque
 
 
 class Wheel(NamedTuple):
