@@ -18,8 +18,7 @@ from typing import Any
 from tierod.core.errors import nearest
 from tierod.core.fields import Meaning, numbers
 from tierod.core.toml_builder import Builder
-from tierod.core.toml_document import Document
-from tierod.core.toml_lines import Location
+from tierod.core.toml_document import Document, Location
 
 __all__ = ["Document", "Location", "build", "override"]
 

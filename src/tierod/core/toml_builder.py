@@ -11,8 +11,7 @@ from typing import Any, Literal, get_args, get_origin
 
 from tierod.core.errors import InputError, ParameterError, TierodError, nearest
 from tierod.core.fields import Meaning, below, hints, meaning, members
-from tierod.core.toml_document import Document
-from tierod.core.toml_lines import Location
+from tierod.core.toml_document import Document, Location
 from tierod.core.units import scale
 
 SIGNAL_UNIT = "{signal}"

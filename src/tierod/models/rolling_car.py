@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from typing import Annotated, ClassVar, NamedTuple
 
 from tierod.core.block import Scalar
+from tierod.core.fields import POSITIVE
 from tierod.core.graph.maths import arctan, exp, maximum
-from tierod.core.ranges import POSITIVE
 from tierod.physics.planar_motion import lateral_acceleration_of_turning
 from tierod.physics.single_track import lateral_acceleration_at, understeer_gradient
 

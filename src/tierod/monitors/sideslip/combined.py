@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple, Self
 
 from tierod.core.errors import ParameterError
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import absolute, both, limit, log, maximum, present, sqrt, where
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.linear_algebra import diagonal

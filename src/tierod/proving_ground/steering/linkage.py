@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.ranges import ANY, NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE
 from tierod.physics.gear import end_stop_torque
 from tierod.physics.steering_ratio import (
     ackermann_angle,

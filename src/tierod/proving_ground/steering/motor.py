@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from tierod.core.errors import ParameterError
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import limit
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.physics.motor_torque import driving_limit, torque_ripple
 
 

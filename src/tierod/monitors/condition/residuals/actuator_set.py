@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from tierod.core.block import named_tuple
+from tierod.core.fields import POSITIVE
 from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, present, where
-from tierod.core.ranges import POSITIVE
 from tierod.methods.filters.each import InputHold
 from tierod.models.exponential import discretise_pair
 from tierod.models.single_track import SingleTrack
