@@ -84,7 +84,7 @@ def _flat(changes: Mapping[str, Any], above: str = "") -> list[tuple[str, Any]]:
     return pairs
 
 
-def _has(instance: Any, path: str) -> bool:
+def _has(instance: object, path: str) -> bool:
     """Whether a dotted path leads to a field that is not a float."""
     for name in path.split("."):
         if not (dataclasses.is_dataclass(instance) and name in {field.name for field in dataclasses.fields(instance)}):
