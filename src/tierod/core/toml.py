@@ -37,7 +37,7 @@ def build(
         signal: unit that stands for `SIGNAL_UNIT` in annotations; None where no signal is known
 
     Raises:
-        ParameterError: an unknown or missing key, a wrong type, unit or value; file, line and nearest name are told
+        ParameterError: an unknown or missing key, a wrong type, unit or value, with file, line and nearest name
     """
     return Builder(document, signal).value(Meaning(kind, None, None), table, tuple(location), base)
 

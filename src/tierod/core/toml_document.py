@@ -50,7 +50,7 @@ def _lines(text: str) -> dict[str, int]:
 
 
 class _Scan:
-    """One pass over a document; `lines` tells the line of every table, key and array element by dotted name."""
+    """One pass over a document; `lines` holds the line of every table, key and array element by dotted name."""
 
     def __init__(self, text: str):
         self.tokens = list(_tokens(text))

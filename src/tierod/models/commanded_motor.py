@@ -25,7 +25,7 @@ class CommandedMotorParameters(SampledMotorParameters):
 
 
 class CommandedMotor:
-    """`StatorFrameMotor` fed with what the inverter is told: what it takes from that, and its knee, are states.
+    """`StatorFrameMotor` fed with the command of the inverter; its voltage loss and knee are states.
 
     Validity: the loss is that of the currents at the beginning of a sample, for currents that change by less than the
     knee within one. Source: `tierod.physics.inverter.lost_voltage`.
@@ -50,7 +50,7 @@ class CommandedMotor:
 
     @staticmethod
     def transition(x: State, u: StatorFrameMotor.Input, p: CommandedMotorParameters) -> State:
-        """One sample on; the input holds the voltage that the inverter was told to make."""
+        """One sample on; the input holds the voltage that was commanded."""
         knee = p.inverter_knee_current * exp(x.log_knee)
         signs = phase_signs(StatorVector(x.current_alpha, x.current_beta), knee)
         made = u._replace(

@@ -1,4 +1,4 @@
-"""Motion of a car as wheels, yaw rate, steering angle and accelerations tell it, where nobody knows its torques.
+"""Motion of a car as observable from wheel speeds, yaw rate, steering angle and accelerations, its torques unknown.
 
 Speed and yaw rate may go anywhere that a driver, the road and the wind take them; what binds the sensors to each other
 is that the rear wheels roll, and that a car turns as it is steered.

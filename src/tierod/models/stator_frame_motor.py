@@ -47,7 +47,7 @@ class StatorFrameMotor:
     """Currents in the stator's axes, rotor, load torque, and how far resistance and flux are from their values.
 
     Nothing is turned into the rotor's axes by a measured angle, so that a fault of the angle sensor cannot enter. While
-    the motor stands, its currents tell nothing of the angle: then the angle goes on by increments that are given.
+    the motor stands, the angle is not observable from its currents: it goes on by increments that are given.
 
     Validity: no saliency, no saturation; sampled by the midpoint rule, for electrical speeds up to 0.3 rad per sample.
     Voltages are means over the sample that ends. Source: Reinelt et al., eqs (17), (18) and (16), the latter with

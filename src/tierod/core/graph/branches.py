@@ -76,12 +76,12 @@ def _chosen(program: Program, conditions: dict[int, frozenset[Condition]]) -> di
         for index, operation in enumerate(program.operations)
         if index not in program.invariant and operation.name not in ("input", "constant")
     ]
-    spared = Counter(each for index in worked for each in conditions.get(index, ()))
+    skipped = Counter(each for index in worked for each in conditions.get(index, ()))
     chosen = {}
     for index in worked:
         own = [each for each in conditions.get(index, ()) if each.value not in program.invariant]
         if own:
-            chosen[index] = max(own, key=lambda each: (spared[each], each))
+            chosen[index] = max(own, key=lambda each: (skipped[each], each))
     counted = Counter(chosen.values())
     return {index: each for index, each in chosen.items() if counted[each] >= FEWEST}
 
