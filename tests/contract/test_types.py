@@ -11,10 +11,8 @@ ROOT = Path(tierod.__file__).parent
 
 UNTYPED = frozenset(
     {
-        "core",
         "diagnosis",
         "experiments",
-        "methods.detectors",
         "methods.identification",
         "monitors.condition",
         "monitors.friction",
@@ -46,7 +44,7 @@ def steps(path):
 def untyped(step):
     """What of a function has no annotation, or one with `Any` in it."""
     arguments = step.args
-    given = [*arguments.posonlyargs, *arguments.args[1:], *arguments.kwonlyargs]
+    given = [*[*arguments.posonlyargs, *arguments.args][1:], *arguments.kwonlyargs]
     annotations = {each.arg: each.annotation for each in given} | {"return": step.returns}
     return [
         name
