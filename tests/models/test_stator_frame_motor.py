@@ -1,4 +1,4 @@
-"""The sampled motor against closed forms: a winding alone, a rotor driven or under torque, and one behind an inverter."""
+"""The sampled motor against closed forms: a winding alone, a rotor driven or under torque, an inverter before it."""
 
 import math
 from dataclasses import replace
