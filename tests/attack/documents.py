@@ -90,7 +90,10 @@ def json_node(chance: random.Random, content: bytes, others: Sequence[bytes]) ->
             document["digest"] = digest_of(document.get("content"), document.get("vehicle"))
         except (ValueError, TypeError):  # a lone surrogate, which UTF-8 does not hold
             document["digest"] = ""
-    return json.dumps(document).encode()
+    try:
+        return json.dumps(document).encode()
+    except ValueError:  # a part was put into itself
+        return content
 
 
 def _changed(chance: random.Random, node: Any, depth: int = 0) -> Any:

@@ -18,7 +18,7 @@ from tierod.methods.detectors.control_charts import Cusum, GeometricAverage, Hel
 from tierod.methods.detectors.likelihood_ratio import LikelihoodRatio
 from tierod.methods.detectors.moments import BatchMoments, ExponentialMoments, MovingMoments
 from tierod.methods.detectors.sequential_test import SequentialTest, TwoSided
-from tierod.methods.detectors.threshold import Debounce, GatedCounter, Hysteresis
+from tierod.methods.detectors.threshold import Debounce, Hysteresis
 from tierod.methods.estimators.fixed_lag import FixedLag
 from tierod.methods.estimators.imm import ImmFilter
 from tierod.methods.estimators.kalman import KalmanFilter
@@ -30,7 +30,7 @@ from tierod.methods.estimators.unscented import UnscentedFilter
 from tierod.methods.filters.butterworth import Butterworth
 from tierod.methods.filters.each import Delay, InputHold
 from tierod.methods.filters.first_order import Differentiator, FirstOrderLowPass
-from tierod.methods.filters.nonlinear import JumpGate, Play
+from tierod.methods.filters.jump_gate import JumpGate
 from tierod.methods.identification.innovations import Innovations
 from tierod.methods.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
 from tierod.methods.identification.simulation import Simulation
@@ -151,7 +151,6 @@ def examples() -> dict[type, Callable[[], Any]]:
             PositionControl.design(COLUMN, 140.0, 1e-3, feed_forward=0.9),
             DriverIntervention.design(Noise(0.05, 20.0), 1e-3),
         ),
-        GatedCounter: lambda: GatedCounter(DT),
         Cusum: lambda: Cusum(0.5, 4.0, 20.0),
         GeometricAverage: lambda: GeometricAverage(0.2, 0.8, restart=True),
         HeldThreshold: lambda: HeldThreshold(0.5, 3),
@@ -176,7 +175,6 @@ def examples() -> dict[type, Callable[[], Any]]:
         Differentiator: lambda: Differentiator(SteeringSample, DT, 0.05, 0.02),
         InputHold: lambda: InputHold(SteeringSample, DT, 0.05),
         JumpGate: lambda: JumpGate(SteeringSample, DT, 0.05, 5.0),
-        Play: lambda: Play(SteeringSample, DT, 0.05, 0.1),
         SteeringConditioning: SteeringConditioning,
         PreslidingFrictionFilter: lambda: PreslidingFrictionFilter(CAR),
         FrictionMonitor: lambda: FrictionMonitor.of_vehicle(load("midsize-eps")),

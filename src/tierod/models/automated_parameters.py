@@ -97,7 +97,7 @@ class Fading:
         tie_rod: error of the tie rod's force
         loss: of an actuator's torque
         offset: of the yaw rate's and the angle's offset, and of the difference of the wheels
-        share: excess of wheel speeds and drives; load and tyres change while nobody drives, and hardly on the way
+        share: excess of wheel speeds and drives; load and tyres change while the car is parked, and hardly on the way
         road: grade and bank
     """
 

@@ -22,9 +22,9 @@ from tierod.models.automated_forces import (
     yaw_acceleration_of,
 )
 from tierod.models.automated_parameters import AutomatedParameters, AutomatedState, Fading
-from tierod.physics.damped_rotation import DampedRotation, damped_rotation
 from tierod.physics.friction import dahl_update
-from tierod.physics.rack_balance import column_balance
+from tierod.physics.gear import column_balance
+from tierod.physics.lag import DampedRotation, damped_rotation
 from tierod.physics.single_track import (
     lateral_acceleration,
     lateral_acceleration_at,

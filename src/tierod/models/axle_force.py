@@ -31,7 +31,7 @@ class AxleForce(NamedTuple):
 def axle_force(
     slip: Scalar, stiffness: Scalar, friction: Scalar, shape: Scalar, load: AxleLoad, growth: Scalar
 ) -> AxleForce:
-    """Lateral force of an axle, and what `AxleForce` tells beside it.
+    """Lateral force of an axle, and the other fields of `AxleForce`.
 
     Args:
         slip: tangent of the slip angle, positive where the force is to the left [-]

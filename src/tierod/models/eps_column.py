@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from typing import Annotated, NamedTuple, Protocol
 
 from tierod.core.block import Scalar
-from tierod.core.graph.maths import Number, exp, expm1
+from tierod.core.graph.maths import Number, exp
 from tierod.physics.friction import coulomb, viscous
+from tierod.physics.lag import share_reached
 from tierod.physics.steering_ratio import column_torque_of_motor, torque_at_steering_wheel
 
 
@@ -137,7 +138,7 @@ def rate_hold(sample_time: Scalar, damping: Scalar, inertia: Scalar) -> tuple[Sc
     Returns:
         (a, beta): a = exp(-dt B/J) [], beta = (1 - a)/B [rad/s/(N m)]; beta is exact, dt is already in it
 
-    Source: Mohtat et al., eqs (7) to (9), derived anew; expm1 keeps beta exact for small dt B/J.
+    Source: Mohtat et al., eqs (7) to (9), derived anew; `share_reached` keeps beta exact for small dt B/J.
     """
-    decay = -sample_time * damping / inertia
-    return exp(decay), -expm1(decay) / damping
+    elapsed = sample_time * damping / inertia
+    return exp(-elapsed), share_reached(elapsed) / damping

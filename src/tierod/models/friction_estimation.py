@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
-from tierod.models.below_bar import BelowBarParameters
 from tierod.models.eps_column import column_after, driving_torque
+from tierod.models.steering_wheel import BelowBarParameters
 from tierod.physics.aligning import yaw_acceleration_from_aligning
 from tierod.physics.friction import smooth_coulomb
 

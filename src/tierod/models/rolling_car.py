@@ -1,4 +1,4 @@
-"""Motion of a car as wheels, yaw rate, steering angle and accelerations tell it, where nobody knows its torques.
+"""Motion of a car as observable from wheel speeds, yaw rate, steering angle and accelerations, its torques unknown.
 
 Speed and yaw rate may go anywhere that a driver, the road and the wind take them; what binds the sensors to each other
 is that the rear wheels roll, and that a car turns as it is steered.
@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from typing import Annotated, ClassVar, NamedTuple
 
 from tierod.core.block import Scalar
+from tierod.core.fields import POSITIVE
 from tierod.core.graph.maths import arctan, exp, maximum
-from tierod.core.ranges import POSITIVE
 from tierod.physics.planar_motion import lateral_acceleration_of_turning
 from tierod.physics.single_track import lateral_acceleration_at, understeer_gradient
 

@@ -8,7 +8,7 @@ from typing import Annotated, NamedTuple
 from tierod.core.graph.maths import sign
 from tierod.physics.friction import dahl_slope
 from tierod.physics.gear import gear_coupling_torque
-from tierod.physics.torsion_bar import torsion_bar_torque
+from tierod.physics.steering_ratio import torsion_bar_torque
 
 
 class ColumnInput(NamedTuple):

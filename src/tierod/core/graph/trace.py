@@ -102,7 +102,7 @@ def trace(block: Block) -> Graph:
 class _Structure:
     """A block as a key: equal where the graphs are equal."""
 
-    def __init__(self, key: Any, block: Block):
+    def __init__(self, key: object, block: Block):
         self.key, self.block = key, block
 
     def __hash__(self) -> int:

@@ -4,7 +4,7 @@ from tierod.methods.detectors.control_charts import Cusum, GeometricAverage, Hel
 from tierod.methods.detectors.likelihood_ratio import LikelihoodRatio
 from tierod.methods.detectors.moments import BatchMoments, ExponentialMoments, Moments, MovingMoments
 from tierod.methods.detectors.sequential_test import SequentialTest, TwoSided
-from tierod.methods.detectors.threshold import Debounce, GatedCounter, Hysteresis
+from tierod.methods.detectors.threshold import Debounce, Hysteresis
 from tierod.methods.detectors.value import Condition, Detector, Value
 
 __all__ = [
@@ -14,7 +14,6 @@ __all__ = [
     "Debounce",
     "Detector",
     "ExponentialMoments",
-    "GatedCounter",
     "GeometricAverage",
     "HeldThreshold",
     "Hysteresis",

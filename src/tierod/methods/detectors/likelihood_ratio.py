@@ -1,4 +1,4 @@
-"""Generalised likelihood ratio: the mean has shifted, by an amount and at an instant that nobody knows."""
+"""Generalised likelihood ratio: the mean has shifted, by an unknown amount at an unknown instant."""
 
 from __future__ import annotations
 

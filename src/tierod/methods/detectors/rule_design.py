@@ -1,4 +1,4 @@
-"""A stopping rule together with what its threshold follows from, so that it can be told, drawn and checked."""
+"""A stopping rule together with what its threshold follows from, so that it can be reported, drawn and checked."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class RuleDesign:
         grown = (math.log(values) - self.line.start) / self.line.slope
         if not grown > 0.0:
             raise ParameterError(f"{values:g} values between false alarms need no threshold; ask for more")
-        # The growth of every rule is a power of its threshold, which two of its values tell.
+        # The growth of every rule is a power of its threshold, which two of its values determine.
         power = math.log2(self.rule.growth(2.0) / self.rule.growth(1.0))
         return float((grown / self.rule.growth(1.0)) ** (1.0 / power))
 

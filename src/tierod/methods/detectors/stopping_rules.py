@@ -72,7 +72,7 @@ class StoppingRule(ABC):
         return 1.0
 
     def alarms(self, flags: np.ndarray) -> int:
-        """How many alarms the flags of a block with `restart` tell, (n,)."""
+        """Number of alarms in the flags of a block with `restart`, (n,)."""
         return int(flags.sum())
 
     def threshold_for(self, samples: float) -> float:

@@ -1,4 +1,4 @@
-"""Threshold with hysteresis, debouncing of a condition, and the time that it has held."""
+"""Threshold with hysteresis, and debouncing of a condition."""
 
 from __future__ import annotations
 
@@ -121,48 +121,6 @@ class Debounce:
         active = where(switch, 1.0 - state.active, state.active)
         progress = where(switch, 0.0, minimum(against / maximum(needed, self.sample_time), 1.0))
         return self.State(active, where(switch, 0.0, against)), self.Output(active, progress)
-
-
-@dataclass(frozen=True)
-class GatedCounter:
-    """How long a condition has held in all, and which share of the enabled time that is.
-
-    Args:
-        sample_time: time between two samples [s]
-
-    An unknown condition (NaN) counts as false: it is time in which the condition was not seen to hold. What is not
-    enabled counts on neither side. Samples are counted, so that the time stays exact over hours.
-    """
-
-    sample_time: Annotated[float, "s"]
-
-    Sample = Condition
-
-    class State(NamedTuple):
-        """Enabled samples in which the condition held, and all enabled samples."""
-
-        held: float
-        all: float
-
-    class Output(NamedTuple):
-        """Time [s] in which the condition held, and its share of the enabled time (0 to 1)."""
-
-        duration: Annotated[float, "s"]
-        share: Annotated[float, ""]
-
-    def __post_init__(self) -> None:
-        _require_sample_time(self.sample_time)
-
-    def init(self) -> State:
-        """Nothing counted."""
-        return self.State(0.0, 0.0)
-
-    def step(self, state: State, sample: Condition | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """One sample of the condition on; `enabled` (logic) says whether it counts."""
-        use = counts(0.0, enabled)
-        held = both(use, number(sample) > 0.5)
-        after = self.State(state.held + where(held, 1.0, 0.0), state.all + where(use, 1.0, 0.0))
-        return after, self.Output(after.held * self.sample_time, after.held / maximum(after.all, 1.0))
 
 
 def _require_times(**times: float) -> None:

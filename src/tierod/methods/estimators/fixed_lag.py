@@ -1,4 +1,4 @@
-"""Fixed-lag smoothing: what a stationary Kalman filter says of a state some samples ago, knowing all until now."""
+"""Fixed-lag smoothing: estimates of a stationary Kalman filter some samples ago, from all measurements until now."""
 
 from __future__ import annotations
 

@@ -6,14 +6,13 @@ import functools
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple, get_type_hints
 
-from tierod.core.block import Scalar, Tree, Truth, named_tuple, rebuild, skeleton
+from tierod.core.block import Scalar, Tree, Truth, named_tuple, rebuild
 from tierod.core.errors import ParameterError
-from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import log, present, where
 from tierod.core.model import Model
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.kernels import correct_in_turn, held_covariance, usable
-from tierod.methods.estimators.linear_algebra import Matrix, Vector, add, diagonal, dot, plus, quadratic
+from tierod.methods.estimators.linear_algebra import Matrix, Vector, add, diagonal, dot, plus
 from tierod.methods.estimators.mixing import (
     Switching,
     check_probabilities,
@@ -176,20 +175,11 @@ def imm_estimate_class(model: Model, count: int) -> type:
     return named_tuple("ImmEstimate", [*fields, ("probabilities", shares)])
 
 
-def _filtered(
-    filter_: KalmanFilter, start: Belief, sample: Tree
-) -> tuple[Likely, tuple[Scalar, ...], tuple[Scalar, ...]]:
+def _filtered(filter_: KalmanFilter, start: Belief, sample: Tree) -> tuple[Likely, Vector, Vector]:
     """One filter's step from a mixed belief: its correction, innovations, and their variances."""
     entering = leaf_values(filter_.input_noise)
     predicted = filter_._predict(start, sample.input, leaf_values(filter_.process_noise), entering)
-
-    def output(at: Tree) -> Tree:
-        return filter_.model.output(at, sample.input, filter_.parameters)
-
-    at = rebuild(skeleton(filter_.model.State), predicted.mean)
-    rows = jacobian(output, at)
-    measured, expected = leaf_values(sample.measured), leaf_values(output(at))
-    innovation = tuple(a - b for a, b in zip(measured, expected, strict=True))
+    rows, innovation, known = filter_.innovations(predicted, sample)
     noise = leaf_values(filter_.measurement_noise)
-    spread = tuple(plus(quadratic(row, predicted.covariance), value) for row, value in zip(rows, noise, strict=True))
+    spread = tuple(plus(each, value) for each, value in zip(known, noise, strict=True))
     return correct_with_likelihood(predicted.mean, predicted.covariance, rows, innovation, noise), innovation, spread

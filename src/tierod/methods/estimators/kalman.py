@@ -3,15 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar, Tree, rebuild, skeleton
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import maximum, present, where
 from tierod.methods.estimators.gaussian import GaussianFilter, Prediction
 from tierod.methods.estimators.kernels import Correction, correct, predict_covariance
-from tierod.methods.estimators.linear_algebra import Noise, Vector, plus, quadratic
+from tierod.methods.estimators.linear_algebra import Matrix, Noise, Vector, plus, quadratic
 from tierod.methods.estimators.shapes import Belief, leaf_values
+
+
+class Innovations(NamedTuple):
+    """What measurements say beyond a prediction.
+
+    Args:
+        rows: Jacobian of the outputs with respect to the state, m rows of n
+        residuals: measured minus expected output, (m,); NaN where missing
+        known: variance of each expected output, (m,)
+    """
+
+    rows: Matrix
+    residuals: Vector
+    known: Vector
 
 
 @dataclass(frozen=True)
@@ -46,17 +60,22 @@ class KalmanFilter(GaussianFilter):
         covariance = predict_covariance(rows, state.covariance, process, gain, variances)
         return Prediction(leaf_values(transition(state.mean)), covariance)
 
-    def _correct(
-        self, predicted: Prediction, sample: Tree, noise: Vector, start: Vector
-    ) -> tuple[Correction, Vector, Vector]:
+    def innovations(self, predicted: Prediction, sample: Tree) -> Innovations:
+        """What a sample's measurements say beyond a prediction."""
+
         def output(at: Tree) -> Tree:
             return self.model.output(at, sample.input, self.parameters)
 
         at = rebuild(skeleton(self.model.State), predicted.mean)
         rows = jacobian(output, at)
         pairs = zip(leaf_values(sample.measured), leaf_values(output(at)), strict=True)
-        innovation = tuple(measured - expected for measured, expected in pairs)
         known = [quadratic(row, predicted.covariance) for row in rows]
+        return Innovations(rows, tuple(measured - expected for measured, expected in pairs), known)
+
+    def _correct(
+        self, predicted: Prediction, sample: Tree, noise: Vector, start: Vector
+    ) -> tuple[Correction, Vector, Vector]:
+        rows, innovation, known = self.innovations(predicted, sample)
         if self.gate is not None:
             noise = tuple(_widened(self.gate, *each) for each in zip(noise, known, innovation, strict=True))
         spread = tuple(plus(each, value) for each, value in zip(known, noise, strict=True))

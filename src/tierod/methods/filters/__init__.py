@@ -3,6 +3,6 @@
 from tierod.methods.filters.butterworth import Butterworth
 from tierod.methods.filters.each import Delay, InputHold
 from tierod.methods.filters.first_order import Differentiator, FirstOrderLowPass
-from tierod.methods.filters.nonlinear import JumpGate, Play
+from tierod.methods.filters.jump_gate import JumpGate
 
-__all__ = ["Butterworth", "Delay", "Differentiator", "FirstOrderLowPass", "InputHold", "JumpGate", "Play"]
+__all__ = ["Butterworth", "Delay", "Differentiator", "FirstOrderLowPass", "InputHold", "JumpGate"]

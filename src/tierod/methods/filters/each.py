@@ -48,7 +48,7 @@ class EachSignal(ABC):
         signals: NamedTuple class of the signals; it is the sample, and the output has its shape
         sample_time: time between two samples [s]
         maximum_gap: how long missing samples are bridged with the last value that was present [s]; longer bridges
-            more, and believes old values longer. After that the output is missing (NaN) too, and the filter starts
+            more, and relies on old values longer. After that the output is missing (NaN) too, and the filter starts
             anew, without a transient, at the next sample that is present
 
     The memory never holds NaN.

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.models.below_bar import BelowBarParameters
 from tierod.models.steering_column import ColumnParameters
+from tierod.models.steering_wheel import BelowBarParameters
 from tierod.models.two_inertia_column import TwoInertiaParameters, without_gear
 from tierod.monitors.driver_torque.tuning import ColumnTuning, linear_of
 from tierod.vehicles import Vehicle

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.fields import check_ranges
+from tierod.core.fields import POSITIVE, check_ranges
 from tierod.core.graph.maths import (
     absolute,
     all_of,
@@ -23,7 +23,6 @@ from tierod.core.graph.maths import (
     sin,
     where,
 )
-from tierod.core.ranges import POSITIVE
 from tierod.methods.detectors.threshold import Debounce
 from tierod.physics.angle import wrapped
 

@@ -22,8 +22,12 @@ from tierod.core.graph.maths import (
 )
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.shapes import Belief
-from tierod.models.commanded_motor import CommandedMotorParameters
-from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters, StatorFrameMotor
+from tierod.models.stator_frame_motor import (
+    CommandedMotorParameters,
+    MotorParameters,
+    SampledMotorParameters,
+    StatorFrameMotor,
+)
 from tierod.monitors.motor_angle.stator_filter import angle_variance_place, stator_filter
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
 from tierod.physics.angle import wrapped

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.fields import check_ranges
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
 from tierod.core.graph.maths import absolute, all_of, both, log, maximum, minimum, present, where
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.methods.detectors.threshold import Debounce
 
 

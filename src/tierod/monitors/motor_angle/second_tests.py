@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.fields import check_ranges
+from tierod.core.fields import POSITIVE, check_ranges
 from tierod.core.graph.maths import absolute, all_of, both, minimum, present, sign, where
-from tierod.core.ranges import POSITIVE
 from tierod.methods.detectors.control_charts import Cusum
 from tierod.methods.detectors.threshold import Debounce
 from tierod.physics.angle import wrapped

@@ -11,7 +11,7 @@ from tierod.core.errors import InputError
 from tierod.core.findings import Status
 from tierod.core.graph import Result, scan
 from tierod.core.recording import Aligned
-from tierod.models.commanded_motor import CommandedMotorParameters
+from tierod.models.stator_frame_motor import CommandedMotorParameters
 from tierod.monitors.harness.session import BlockSession, Conclusion
 from tierod.monitors.motor_angle.alarm_courses import AlarmCourses
 from tierod.monitors.motor_angle.detector import NOT_READY, MotorAngleMonitor

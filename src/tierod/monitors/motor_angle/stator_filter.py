@@ -5,8 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from tierod.methods.estimators.kalman import KalmanFilter
-from tierod.models.commanded_motor import CommandedMotor, CommandedMotorParameters
-from tierod.models.stator_frame_motor import SampledMotorParameters, StatorFrameMotor
+from tierod.models.stator_frame_motor import (
+    CommandedMotor,
+    CommandedMotorParameters,
+    SampledMotorParameters,
+    StatorFrameMotor,
+)
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
 
 _TINY = 1e-14

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from tierod.core.fields import check_ranges
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
 
 
 @dataclass(frozen=True)

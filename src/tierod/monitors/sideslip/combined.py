@@ -11,13 +11,13 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple, Self
 
 from tierod.core.errors import ParameterError
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import absolute, both, limit, log, maximum, present, sqrt, where
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.linear_algebra import diagonal
 from tierod.methods.estimators.shapes import Belief
-from tierod.methods.filters.nonlinear import JumpGate
+from tierod.methods.filters.jump_gate import JumpGate
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.monitors.sideslip.combined_filter import GATE, combined_filter, held_growth
 from tierod.monitors.sideslip.combined_output import told as told_of

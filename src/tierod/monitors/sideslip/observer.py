@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from tierod.core.block import Tree
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import all_of, limit, maximum, present, sqrt, where
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.monitors.sideslip.axles import Axles, Slips
 
 

@@ -1,4 +1,4 @@
-"""Filters with a threshold: a gate against jumps, and play (backlash)."""
+"""Gate against jumps: a signal that leaps further than it can move is held until it may have got there."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
-from tierod.core.graph.maths import limit, maximum, where
+from tierod.core.graph.maths import maximum, where
 from tierod.methods.filters.each import EachSignal
 
 
@@ -56,30 +56,3 @@ class JumpGate(EachSignal):
         passes = way * way <= self.gate * moved * moved
         now = Accepted(where(passes, value, memory.value), where(passes, 0.0, age))
         return now, now.value
-
-
-@dataclass(frozen=True)
-class Play(EachSignal):
-    """The output stays until the input pushes it: reversals smaller than the play are swallowed.
-
-    Args:
-        half_width: half of the play [unit of the signals]; wider swallows more noise, and loses as much at each turn
-
-    The other arguments are those of `EachSignal`.
-
-    Source: A. Visintin, Differential Models of Hysteresis, 1994, section III.2.
-    """
-
-    half_width: Annotated[float, "unit of the signal"]
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not self.half_width >= 0.0:
-            raise ParameterError(f"half_width is {self.half_width}; expected a number that is not negative")
-
-    def _settled(self, value: Scalar) -> Scalar:
-        return value
-
-    def _advance(self, memory: Scalar, value: Scalar) -> tuple[Scalar, Scalar]:
-        output = limit(memory, value - self.half_width, value + self.half_width)
-        return output, output
