@@ -212,3 +212,18 @@ MONITORS.required("friction"), VEHICLES.find("midsize-eps")
 assert not any("_plugins" in vars(each) for each in (READERS, WRITERS, MONITORS, VEHICLES))
 """
     python(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("value", "sentence"),
+    [
+        ("lonely", "the vehicle 'lonely' of the package lonely-car 1.0 lacks its file"),
+        ("lonely:CAR", "names str where a package is expected, in whose folder lonely.toml lies"),
+    ],
+)
+def test_a_vehicle_without_its_file_is_named(tmp_path, value, sentence):
+    site = package(tmp_path / "site", "lonely-car", "tierod.vehicles", "lonely", value, "CAR = 'lonely.toml'")
+    said = tierod(tmp_path, "vehicles", "lonely", site=site, code=3)[1]
+    assert sentence in said
+    assert "pip uninstall lonely-car" in said
+    assert "midsize-eps" in tierod(tmp_path, "vehicles", site=site)[0]
