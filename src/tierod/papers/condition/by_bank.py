@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from tierod.papers.condition.declared import Declared
 from tierod.vehicles import Vehicle, load
 
 
+@dataclass
 class Known:
     """A calibrated bank; put together where it is needed, since blocks are not sent.
 
@@ -28,9 +29,8 @@ class Known:
         vehicle: with the parameters and limits found
     """
 
-    def __init__(self, vehicle: Vehicle):
-        self.vehicle = vehicle
-        self._bank: Bank | None = None
+    vehicle: Vehicle
+    _bank: Bank | None = field(default=None, init=False, repr=False, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the blocks."""
