@@ -95,12 +95,13 @@ def test_a_study_that_is_killed_goes_on_where_it_was(tmp_path, folder):
     script.write_text(SCRIPT)
     process = subprocess.Popen([sys.executable, script, folder, log], env=environment())
     deadline = time.monotonic() + 60.0
-    while (not folder.is_dir() or len(list(folder.glob("*.kernel"))) < 10) and time.monotonic() < deadline:
+    while (not folder.is_dir() or len(list(folder.glob("result-*"))) < 10) and time.monotonic() < deadline:
         time.sleep(0.01)
     process.send_signal(signal.SIGKILL)
     process.wait()
     left = len(list(folder.glob("result-*.kernel")))
     assert 10 <= left < 60
+    time.sleep(0.5)  # the workers see that their parent is gone
     log.unlink()
     assert subprocess.run([sys.executable, script, folder, log], env=environment(), check=False).returncode == 0
     assert len(log.read_text().split()) == 60 - left

@@ -26,7 +26,7 @@ GROUND = ("proving_ground", "physics", "core")
 TOWER = ("monitors", "methods", "models", "vehicles", "io")
 """Packages whose code decides a verdict beyond the drive."""
 
-JUDGE = ("alarms", "figures", "judged", "judging")
+JUDGE = ("figures", "judged", "judging")
 """Files of this package that hold a verdict against the truth."""
 
 

@@ -12,10 +12,9 @@ from typing import Any
 from tierod import __version__
 from tierod.core.errors import CompileError, MissingExtra, OutputError, TierodError
 from tierod.core.recording import Recording
-from tierod.experiments.alarms import Window
 from tierod.experiments.executor import Passing
 from tierod.experiments.fingerprint import ground_code, tower_code
-from tierod.experiments.judged import plain
+from tierod.experiments.judged import Window, plain
 from tierod.experiments.judging import judge
 from tierod.experiments.plan import Cell, Judge, window_of
 from tierod.experiments.store import Store

@@ -16,8 +16,8 @@ from tierod.monitors.condition.calibration.limits import NAME, design_limits, li
 from tierod.monitors.condition.calibration.vehicle_parameters import calibrate as calibrate_parameters
 from tierod.monitors.condition.kinds.catalogue import KINDS
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS
-from tierod.papers.condition.calibration_set import calibration_set
-from tierod.papers.condition.declared import Declared
+from tierod.papers.condition.recorded import calibration_set
+from tierod.papers.condition.truth import Declared
 from tierod.vehicles import Vehicle, load
 
 

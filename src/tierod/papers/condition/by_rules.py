@@ -13,8 +13,8 @@ from tierod.monitors.condition.residuals.fit import samples_of
 from tierod.monitors.condition.residuals.parameters import ResidualParameters
 from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS
-from tierod.papers.condition.calibration_set import calibration_set
-from tierod.papers.condition.declared import Declared
+from tierod.papers.condition.recorded import calibration_set
+from tierod.papers.condition.truth import Declared
 from tierod.vehicles import load
 
 PRINTED = "rules-printed"

@@ -13,10 +13,10 @@ from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
 from tierod.papers.condition.drives import Drive, sensor_tests
 from tierod.papers.condition.recorded import each
-from tierod.papers.condition.rounds import SHORT
 from tierod.papers.condition.runs import BEST, calibrations, diagnosed
 from tierod.papers.condition.scoring import FOUND, DriveScore, score
 from tierod.papers.condition.truth import truth_of
+from tierod.papers.condition.vehicles import SHORT
 
 TEXT = (
     "The same tests of wheel speeds, yaw rate and steering angle, but the automated driver believes what the faulty "

@@ -1,21 +1,20 @@
-"""Drives made into recordings at 100 Hz, and results of many drives."""
+"""Drives made into recordings at 100 Hz, results of many drives, and the healthy drives of a calibration."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from functools import lru_cache, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
 from tierod.experiments.effort import Effort
-from tierod.papers.condition.drives import Drive
+from tierod.papers.condition.drives import Drive, calibration_drives
 from tierod.papers.condition.faults import TARGETS, TORQUES
-from tierod.papers.condition.rounds import course
-from tierod.papers.condition.vehicles import MEASURED
+from tierod.papers.condition.vehicles import MEASURED, course
 from tierod.proving_ground.faults import injected
 from tierod.proving_ground.run import Outcome, run
 from tierod.proving_ground.sensors import SensorSet
@@ -143,3 +142,34 @@ def each(work: Callable[[Drive, Recording], Any], drives: Sequence[Drive], effor
 
 def _worked(work: Callable[[Drive, Recording], Any], drive: Drive) -> Any:
     return work(drive, recorded(drive))
+
+
+QUICK_SECONDS = 80.0
+"""Of driving that the parameters of a quick study come from; little more than a calibration takes at all."""
+QUICK_DRIVES = 2
+"""Of ten minutes each, that limits of a quick study come from: with less they cannot be designed at all."""
+
+
+class CalibrationSet(NamedTuple):
+    """Recordings of a sound vehicle.
+
+    Args:
+        fitted: that parameters are found in
+        healthy: that limits and thresholds are designed on
+    """
+
+    fitted: list[Recording]
+    healthy: list[Recording]
+
+
+def calibration_set(number: int, quick: bool, drives: int = QUICK_DRIVES) -> CalibrationSet:
+    """Five healthy minutes of a vehicle and an hour; 80 seconds and a few drives of ten minutes if quick.
+
+    Args:
+        number: of the vehicle
+        quick: whether a few minutes have to do
+        drives: how many of ten minutes then
+    """
+    first, hour = calibration_drives(number)
+    first = replace(first, seconds=QUICK_SECONDS) if quick else first
+    return CalibrationSet([recorded(first)], [recorded(each) for each in (hour[:drives] if quick else hour)])

@@ -9,11 +9,10 @@ from typing import Any, NamedTuple
 
 from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
-from tierod.papers.condition.declared import Declared
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.recorded import each
 from tierod.papers.condition.scoring import DriveScore, score
-from tierod.papers.condition.truth import truth_of
+from tierod.papers.condition.truth import Declared, truth_of
 
 
 class Variant(NamedTuple):

@@ -19,8 +19,8 @@ from tierod.papers.condition import by_bank
 from tierod.papers.condition.drives import TEST_SECONDS, Drive, healthy_drives
 from tierod.papers.condition.faults import OFFSET, OFFSETS, Injected
 from tierod.papers.condition.recorded import each, sound
-from tierod.papers.condition.rounds import LONG, SHORT
 from tierod.papers.condition.runs import calibrations
+from tierod.papers.condition.vehicles import LONG, SHORT
 from tierod.vehicles import Vehicle, load
 
 TEXT = (

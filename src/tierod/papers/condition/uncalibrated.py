@@ -17,11 +17,11 @@ from tierod.papers.condition.by_bank import said_of
 from tierod.papers.condition.drives import Drive, healthy_drives, more_kinds
 from tierod.papers.condition.faults import DELAY, GAIN, NOISE, OFFSET
 from tierod.papers.condition.recorded import each
-from tierod.papers.condition.rounds import LONG, SHORT, THIRD
 from tierod.papers.condition.scoring import FOUND, DriveScore, score
 from tierod.papers.condition.sensors import GOAL
 from tierod.papers.condition.summary import share_within, summary
 from tierod.papers.condition.truth import truth_of
+from tierod.papers.condition.vehicles import LONG, SHORT, THIRD
 from tierod.vehicles import load
 
 TEXT = (
