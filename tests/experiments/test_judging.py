@@ -9,8 +9,7 @@ import pytest
 
 from tierod.core.findings import Finding, Status
 from tierod.core.recording import Channel, Recording
-from tierod.experiments.alarms import Window
-from tierod.experiments.judged import Judged, from_plain, plain
+from tierod.experiments.judged import Judged, Window, from_plain, plain
 from tierod.experiments.judging import judge
 from tierod.monitors.harness.session import Conclusion, Monitor, StatusChange, Variant
 from tierod.monitors.run import find

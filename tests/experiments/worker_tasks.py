@@ -7,7 +7,6 @@ import time
 from pathlib import Path
 
 from tierod.core.errors import InputError, OutputError
-from tierod.experiments.workers import stop_if_orphaned
 
 
 def environment():
@@ -42,8 +41,15 @@ def do(task):
 
 
 def linger(path):
-    """Write the own process id, then work until the parent is gone."""
+    """Write the own process id, then work without an end."""
     Path(path).write_text(str(os.getpid()))
     while True:
         time.sleep(0.02)
-        stop_if_orphaned()
+
+
+def noted(log, number, pause=0.0):
+    """The square of a number, which is noted in a file."""
+    with open(log, "a") as file:
+        file.write(f"{number}\n")
+    time.sleep(pause)
+    return number * number

@@ -35,12 +35,22 @@ def study(
 
     if name is not None and name not in STUDIES:
         raise ParameterError(f"there is no study '{name}'{nearest(name, STUDIES)}")
-    effort = Effort(quick, processes, thorough)
-    for chosen in STUDIES.values() if name is None else [STUDIES[name]]:
-        folder = output / chosen.name if name is None else output
-        for path in _run(chosen, effort, folder):
-            messages().print(f"written: {path}", soft_wrap=True, markup=False)
+    with Effort(quick, processes, thorough).kept(_results_folder()) as effort:
+        for chosen in STUDIES.values() if name is None else [STUDIES[name]]:
+            folder = output / chosen.name if name is None else output
+            for path in _run(chosen, effort, folder):
+                messages().print(f"written: {path}", soft_wrap=True, markup=False)
     return 0
+
+
+def _results_folder() -> Path | None:
+    """Where drives of studies are kept, so that a study that was ended goes on where it was."""
+    from tierod.core.graph.compiler import cache_folder
+
+    try:
+        return cache_folder() / "studies"
+    except RuntimeError:  # a user without a home
+        return None
 
 
 def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import hashlib
 import platform
 from collections.abc import Iterable, Iterator, Mapping
 from enum import Enum
-from functools import cache
+from functools import cache, partial
+from importlib.util import find_spec
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -23,7 +26,7 @@ GROUND = ("proving_ground", "physics", "core")
 TOWER = ("monitors", "methods", "models", "vehicles", "io")
 """Packages whose code decides a verdict beyond the drive."""
 
-JUDGE = ("alarms", "figures", "judged", "judging")
+JUDGE = ("figures", "judged", "judging")
 """Files of this package that hold a verdict against the truth."""
 
 
@@ -32,10 +35,11 @@ def fingerprint(*values: Any) -> str:
 
     Args:
         values: dataclasses, mappings, sequences, arrays, sets, texts, numbers; a path counts by its name alone, since
-            what was read from it stands beside it; fields that do not count in comparisons do not count here
+            what was read from it stands beside it, a function too, since `work_code` stands for what it does; fields
+            that do not count in comparisons do not count here
 
     Raises:
-        TypeError: something of which the content is not known, such as a function
+        TypeError: something of which the content is not known, such as a function without a name
     """
     digest = hashlib.sha256()
     for part in _told(values):
@@ -69,6 +73,10 @@ def _told(value: Any) -> Iterator[bytes]:
         yield f"{'named ' + type(value).__name__ if hasattr(value, '_fields') else 'sequence'} {len(value)}".encode()
         for item in items:
             yield from _told(item)
+    elif isinstance(value, partial):
+        yield from _told((value.func, value.args, value.keywords))
+    elif isinstance(value, FunctionType) and "<" not in value.__qualname__:
+        yield f"function {value.__module__}.{value.__qualname__}".encode()
     else:
         raise TypeError(f"no fingerprint of {value!r} ({type(value).__name__}): its content is not known")
 
@@ -95,9 +103,54 @@ def tower_code() -> str:
     return fingerprint(_contents([*_files(TOWER), *(ROOT / "experiments" / f"{name}.py" for name in JUDGE)]))
 
 
+@cache
+def work_code(module: str) -> str:
+    """Of the code that decides what a function of a module gives: drives, methods, and the module with its imports.
+
+    Of the packages whose code belongs to studies only the files that the module imports count, directly or over others,
+    so that a change of a claim or of a chart leaves the drives of a study valid.
+
+    Args:
+        module: dotted name
+    """
+    files: set[Path] = set()
+    waiting = [module]
+    while waiting:
+        path = _file_of(waiting.pop())
+        if path is not None and path not in files:
+            files.add(path)
+            waiting += [name for name in _imports(path) if name.startswith(STUDIES) and " " not in name]
+    return fingerprint(ground_code(), tower_code(), sorted(map(_digest, files)))
+
+
+STUDIES = ("tierod.papers.", "tierod.experiments.")
+
+
+def _imports(path: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(path.read_bytes())):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module
+            yield from (f"{node.module}.{each.name}" for each in node.names)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.isprintable():
+            yield node.value  # of a module that is imported by its name
+
+
+def _file_of(module: str) -> Path | None:
+    """Of a module; None where the name is that of something in a module."""
+    try:
+        found = find_spec(module)
+    except (ModuleNotFoundError, ValueError):  # part of a module, or a script
+        return None
+    return Path(found.origin) if found and found.origin else None
+
+
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
 def _files(packages: Iterable[str]) -> list[Path]:
     return [path for package in packages for path in sorted((ROOT / package).rglob("*.py"))]
 
 
 def _contents(paths: Iterable[Path]) -> dict[str, str]:
-    return {path.relative_to(ROOT).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}
+    return {path.relative_to(ROOT).as_posix(): _digest(path) for path in paths}

@@ -10,9 +10,18 @@ import numpy as np
 
 from tierod.core.findings import Finding, Status
 from tierod.core.recording import Aligned, Recording
-from tierod.experiments.alarms import ALARMS, JUDGEMENTS, Window, alarms_of, during, enabled_until, first_after, outcome
 from tierod.experiments.figures import Moments, area_under_curve
-from tierod.experiments.judged import Judged
+from tierod.experiments.judged import (
+    ALARMS,
+    JUDGEMENTS,
+    Judged,
+    Window,
+    alarms_of,
+    during,
+    enabled_until,
+    first_after,
+    outcome,
+)
 from tierod.monitors.harness.own_level import OwnLevel
 from tierod.monitors.harness.running import Run
 from tierod.monitors.harness.session import Conclusion, Monitor, Session, StatusChange, Variant

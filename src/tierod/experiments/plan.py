@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from tierod.experiments.alarms import Window
 from tierod.experiments.fingerprint import fingerprint, ground_code, tower_code
+from tierod.experiments.judged import Window
 from tierod.experiments.matrix import Point
 from tierod.experiments.rows import FAULT, SOUND
 from tierod.experiments.store import Store, slug

@@ -9,10 +9,10 @@ from typing import NamedTuple
 from tierod.core.block import structure
 from tierod.core.errors import TierodError
 from tierod.core.graph.kernel import kernel
+from tierod.experiments.executor import Executor, Failure
 from tierod.experiments.plan import Cell, Judge, Plan
 from tierod.experiments.store import Store
 from tierod.experiments.work import DRIVEN, Lesson, Task, Verdict, code, failed, work
-from tierod.experiments.workers import Failure, Workers
 from tierod.monitors.harness.own_level import OwnLevel
 from tierod.proving_ground.faults import Always
 
@@ -52,13 +52,13 @@ def run(plan: Plan, store: Store, processes: int, progress: Callable[[Progress],
     done, total = len(plan.cells) - len(missing), len(plan.cells)
     first = [number for number in missing if plan.cells[number].teacher is None]
     then = [number for number in missing if plan.cells[number].teacher is not None]
-    with Workers(work, processes) as workers:
-        workers.start(len(missing))
+    with Executor(processes) as executor:
+        executor.start(work, len(missing))
         compile_once([plan.cells[number] for number in missing], plan.judges if missing else ())
         progress(Progress(done, total, "", ""))
         for part in (first, then):
             tasks = [_task(plan, store, plan.cells[number]) for number in part]
-            for at, result in workers.run(tasks):
+            for at, result in executor.run(work, tasks):
                 cell = tasks[at].cell
                 if isinstance(result, Failure):
                     store.keep_drive(cell.name, cell.key, failed(cell, result.reason, result.lasting))

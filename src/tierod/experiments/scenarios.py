@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -10,11 +13,47 @@ from tierod.core.errors import ParameterError
 from tierod.core.toml import Document
 from tierod.experiments.definition import CampaignFile
 from tierod.experiments.matrix import Level, Point, with_changes
-from tierod.experiments.toml_text import toml_text
 from tierod.proving_ground import scenarios
 from tierod.proving_ground.faults import Fault
 from tierod.proving_ground.scenarios import Scenario
 from tierod.proving_ground.scenarios.check import require_sound
+
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def toml_text(content: Mapping[str, Any]) -> str:
+    """A TOML document, one line per key of the top level; tables stand in line.
+
+    Raises:
+        TypeError: a value that TOML does not know
+    """
+    return "".join(f"{_key(key)} = {_value(value)}\n" for key, value in content.items())
+
+
+def _key(key: str) -> str:
+    return key if _BARE.fullmatch(key) else _text(key)
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float) and not math.isfinite(value):
+        return "nan" if math.isnan(value) else "inf" if value > 0.0 else "-inf"
+    if isinstance(value, int | float):
+        return repr(value)
+    if isinstance(value, str):
+        return _text(value)
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{_key(key)} = {_value(entry)}" for key, entry in value.items()) + " }"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_value, value)) + "]"
+    raise TypeError(f"{value!r} cannot be written as TOML")
+
+
+def _text(value: str) -> str:
+    # JSON leaves this one control character as it is, and TOML does not.
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+
 
 Place = tuple[str, ...]
 

@@ -12,13 +12,12 @@ from typing import Any
 from tierod import __version__
 from tierod.core.errors import CompileError, MissingExtra, OutputError, TierodError
 from tierod.core.recording import Recording
-from tierod.experiments.alarms import Window
+from tierod.experiments.executor import Passing
 from tierod.experiments.fingerprint import ground_code, tower_code
-from tierod.experiments.judged import plain
+from tierod.experiments.judged import Window, plain
 from tierod.experiments.judging import judge
 from tierod.experiments.plan import Cell, Judge, window_of
 from tierod.experiments.store import Store
-from tierod.experiments.workers import Passing, stop_if_orphaned
 from tierod.monitors.harness.own_level import OwnLevel
 
 DRIVEN, DIVERGED, FAILED = "driven", "diverged", "failed"
@@ -107,7 +106,7 @@ def _driven(task: Task) -> tuple[Mapping[str, Any], Recording]:
     kept = store.drive(cell.name, cell.key)
     if kept is not None and (recording := store.recording(kept)) is not None:
         return kept, recording
-    outcome = cell.scenario.run(progress=lambda _share: stop_if_orphaned())
+    outcome = cell.scenario.run()
     at = outcome.diverged_at
     record = {
         "outcome": DRIVEN if at is None else DIVERGED,
@@ -145,7 +144,6 @@ def failed(cell: Cell, reason: str, lasting: bool) -> dict[str, Any]:
 
 def _judged(task: Task, verdict: Verdict, recording: Recording, fault: Window | None) -> dict[str, Any]:
     """The record of a verdict; one that cannot be made says why."""
-    stop_if_orphaned()
     record: dict[str, Any] = {"monitor": verdict.judge.label, "drive": task.cell.key, "judged": None, "own_level": None}
     if verdict.lesson.refusal:
         return record | {"reason": verdict.lesson.refusal, "lasting": verdict.lesson.lasting}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 
 from tierod.core.content import Item
 from tierod.experiments.effort import Effort, Progress
@@ -28,34 +29,14 @@ class Study:
     groups: Mapping[str, str] = field(default_factory=dict)
 
 
-def _friction(effort: Effort, progress: Progress) -> Iterator[Item]:
-    from tierod.papers.friction.study import items
+def _items(package: str) -> Callable[[Effort, Progress], Iterator[Item]]:
+    """What the study of a package below `tierod.papers` works out; it is imported when it is asked for."""
 
-    return items(effort, progress)
+    def items(effort: Effort, progress: Progress) -> Iterator[Item]:
+        worked_out: Iterator[Item] = import_module(f"tierod.papers.{package}.study").items(effort, progress)
+        return worked_out
 
-
-def _column(effort: Effort, progress: Progress) -> Iterator[Item]:
-    from tierod.papers.column.study import items
-
-    return items(effort, progress)
-
-
-def _sideslip(effort: Effort, progress: Progress) -> Iterator[Item]:
-    from tierod.papers.sideslip.study import items
-
-    return items(effort, progress)
-
-
-def _motor_angle(effort: Effort, progress: Progress) -> Iterator[Item]:
-    from tierod.papers.motor_angle.study import items
-
-    return items(effort, progress)
-
-
-def _condition(effort: Effort, progress: Progress) -> Iterator[Item]:
-    from tierod.papers.condition.study import items
-
-    return items(effort, progress)
+    return items
 
 
 STUDIES: Mapping[str, Study] = {
@@ -65,7 +46,7 @@ STUDIES: Mapping[str, Study] = {
             "friction",
             "Friction of the steering",
             "The paper of Mohtat et al. claim by claim, and how exact and how soon tierod's own estimator is.",
-            _friction,
+            _items("friction"),
             {
                 "paper": "What the paper says",
                 "estimator": "tierod's default estimator",
@@ -78,7 +59,7 @@ STUDIES: Mapping[str, Study] = {
             "column",
             "Observers and control of the steering column",
             "The paper of Raffone claim by claim: identification, observability, reduction, observers, control.",
-            _column,
+            _items("column"),
             {
                 "observability": "What the sensors show",
                 "reduction": "Reduction of the model",
@@ -94,7 +75,7 @@ STUDIES: Mapping[str, Study] = {
             "sideslip",
             "Sideslip from the steering's torque",
             "The paper of Yih, Ryu and Gerdes claim by claim, and how exact its observers and tierod's own are.",
-            _sideslip,
+            _items("sideslip"),
             {
                 "paper": "What the paper says",
                 "observers": "The two observers",
@@ -106,7 +87,7 @@ STUDIES: Mapping[str, Study] = {
             "motor-angle",
             "Angle of the steering's motor from its currents",
             "The paper of Reinelt et al. claim by claim, and how exact and how soon tierod watches the motor's sensor.",
-            _motor_angle,
+            _items("motor_angle"),
             {
                 "motor-angle": "The observers as printed",
                 "car": "In the car",
@@ -124,7 +105,7 @@ STUDIES: Mapping[str, Study] = {
             "condition",
             "Condition of the vehicle's sensors and actuators",
             "The paper of Li, Frey and Gauterin claim by claim, its rules beside tierod's bank of filters.",
-            _condition,
+            _items("condition"),
             {
                 "rules": "The paper's rules",
                 "sensors": "The 48 tests of sensors",

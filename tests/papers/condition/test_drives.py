@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from itertools import product
 
 import numpy as np
 
+from tierod.experiments.effort import Results
+from tierod.papers.condition import by_bank
 from tierod.papers.condition.drives import (
     ACTUATORS,
     SENSORS,
@@ -23,8 +26,10 @@ from tierod.papers.condition.drives import (
     supply_tests,
 )
 from tierod.papers.condition.faults import OFFSET, Injected, lost
-from tierod.papers.condition.recorded import MEASURED, TRUTHS, file_of, recorded
+from tierod.papers.condition.recorded import MEASURED, TRUTHS, recorded
+from tierod.papers.condition.substitutes import _squares
 from tierod.papers.condition.vehicles import vehicle
+from tierod.vehicles import load
 
 
 def test_the_tests_of_the_paper_are_48_and_9():
@@ -99,21 +104,14 @@ def test_vehicles_differ_within_their_bands_and_are_the_same_when_drawn_again():
     assert 0.0025 <= abs(gains[0] / gains[1] - 1.0) <= 0.0065
 
 
-def test_a_kept_recording_is_found_again_as_it_was(tmp_path):
+def test_what_is_made_of_a_drive_is_kept_by_all_that_decides_it(tmp_path):
     drive = Drive("round-3", 5.0, vehicle=2)
-    first = recorded(drive, tmp_path)
-    assert len(list(tmp_path.iterdir())) == 1
-    second = recorded(drive, tmp_path)
-    for name in first.names:
-        np.testing.assert_array_equal(first[name].values, second[name].values)
-
-
-def test_a_kept_recording_of_another_proving_ground_is_driven_anew(tmp_path, monkeypatch):
-    drive = Drive("round-3", 5.0, vehicle=2)
-    first = file_of(drive, tmp_path)
-    assert file_of(replace(drive, seed=1), tmp_path) != first
-    monkeypatch.setattr("tierod.papers.condition.recorded.ground_code", lambda: "another proving ground")
-    assert file_of(drive, tmp_path) != first
+    known = by_bank.Known(load("smartload"))
+    keys = Results(tmp_path)
+    key = keys.key(partial(_squares, {2: known}), drive)
+    assert key
+    assert keys.key(partial(_squares, {2: by_bank.Known(load("smartload"))}), drive) == key
+    assert keys.key(partial(_squares, {2: known}), replace(drive, seed=1)) != key
 
 
 def test_the_demonstrator_turns_in_three_moves_backward_too():

@@ -14,11 +14,10 @@ from tierod.core.content import Table
 from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
 from tierod.papers.condition import actuators, beyond, closed_loop, healthy, runs, sensors, theory, uncalibrated
-from tierod.papers.condition.declared import Declared
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.recorded import recorded, sound
 from tierod.papers.condition.scoring import score
-from tierod.papers.condition.truth import truth_of
+from tierod.papers.condition.truth import Declared, truth_of
 from tierod.papers.condition.vehicles import vehicle
 
 LATE = 0.1

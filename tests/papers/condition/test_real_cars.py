@@ -9,10 +9,9 @@ import pytest
 from shared_data import shared_data
 from tierod.monitors.condition.rolling_bank import OTHERS, SLOW, WHEELS
 from tierod.monitors.condition.substitutes import ON_CARS
-from tierod.papers.condition.real_bank import SETTLED, accuracy, healthy_ratios
 from tierod.papers.condition.real_cars import at_other_instants, judged
+from tierod.papers.condition.real_diagnoses import RULES, SETTLED, accuracy, healthy_ratios
 from tierod.papers.condition.real_recordings import CARS, DATA, SENSORS
-from tierod.papers.condition.real_rules import RULES
 from tierod.papers.condition.summary import isolated, summary
 
 

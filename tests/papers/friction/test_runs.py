@@ -5,7 +5,8 @@ import pytest
 
 from tierod.core.errors import ParameterError, TierodError
 from tierod.core.findings import Status
-from tierod.papers.friction import runs
+from tierod.experiments.effort import Effort
+from tierod.experiments.executor import Failure
 from tierod.papers.friction.cases import Case
 from tierod.papers.friction.digest import digest, lag_between
 from tierod.papers.friction.estimators import BASELINE, DEFAULT, PRINTED
@@ -88,7 +89,9 @@ def test_drives_run_once_in_worker_processes_references_first():
     judged = Case(12, 5.5, 0.2, reference=reference)
     told = []
     drives = run_drives(
-        [{judged: (PRINTED,)}, {judged: (BASELINE,)}], 1, lambda share, what: told.append((share, what))
+        [{judged: (PRINTED,)}, {judged: (BASELINE,)}],
+        Effort(processes=1),
+        lambda share, what: told.append((share, what)),
     )
     assert set(drives.digests) == {reference, judged}
     assert set(drives.digests[judged].courses) == {DEFAULT, PRINTED}
@@ -98,17 +101,17 @@ def test_drives_run_once_in_worker_processes_references_first():
 
 
 def test_a_drive_that_fails_is_told_and_stops_nothing(monkeypatch):
-    def spread(work, tasks, processes):
+    def outcomes(effort, work, tasks):
         for number, task in enumerate(tasks):
-            yield number, runs.Failure("it left the road", True) if task.case.route == 2 else digest(task.case, ())
+            yield number, Failure("it left the road", True) if task.case.route == 2 else digest(task.case, ())
 
-    monkeypatch.setattr(runs, "spread", spread)
+    monkeypatch.setattr(Effort, "outcomes", outcomes)
     good, bad = Case(1, 4.0, 0.1), Case(2, 4.0, 0.1)
-    drives = run_drives([{good: (), bad: ()}], 1, silent)
+    drives = run_drives([{good: (), bad: ()}], Effort(), silent)
     assert drives.failures == ((bad, "it left the road"),)
     assert len(drives.of([good, bad])) == 1
     with pytest.raises(TierodError, match="no drive .* it left the road"):
-        run_drives([{bad: ()}], 1, silent)
+        run_drives([{bad: ()}], Effort(), silent)
 
 
 def test_the_level_before_a_change():

@@ -12,11 +12,11 @@ from tierod.experiments.effort import Effort
 from tierod.papers.condition import tables
 from tierod.papers.condition.drives import SENSORS, TEST_SECONDS, Drive, mixed_pairs, more_kinds, sensor_pairs
 from tierod.papers.condition.faults import OFFSET, OFFSETS, Injected
-from tierod.papers.condition.rounds import LONG, SHORT, THIRD
 from tierod.papers.condition.runs import BEST, VARIANTS, scores
 from tierod.papers.condition.scoring import DriveScore
 from tierod.papers.condition.sensors import GOAL, VALUES
 from tierod.papers.condition.summary import Isolated, isolated, summary
+from tierod.papers.condition.vehicles import LONG, SHORT, THIRD
 
 KINDS_TEXT = (
     "Every kind of fault of every sensor in several sizes, on three rounds, with other seeds than those of the "

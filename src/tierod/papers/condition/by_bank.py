@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -16,11 +16,12 @@ from tierod.monitors.condition.calibration.limits import NAME, design_limits, li
 from tierod.monitors.condition.calibration.vehicle_parameters import calibrate as calibrate_parameters
 from tierod.monitors.condition.kinds.catalogue import KINDS
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS
-from tierod.papers.condition.calibration_set import calibration_set
-from tierod.papers.condition.declared import Declared
+from tierod.papers.condition.recorded import calibration_set
+from tierod.papers.condition.truth import Declared
 from tierod.vehicles import Vehicle, load
 
 
+@dataclass
 class Known:
     """A calibrated bank; put together where it is needed, since blocks are not sent.
 
@@ -28,9 +29,8 @@ class Known:
         vehicle: with the parameters and limits found
     """
 
-    def __init__(self, vehicle: Vehicle):
-        self.vehicle = vehicle
-        self._bank: Bank | None = None
+    vehicle: Vehicle
+    _bank: Bank | None = field(default=None, init=False, repr=False, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the blocks."""

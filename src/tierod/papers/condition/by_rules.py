@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from tierod.core.graph import scan
@@ -12,14 +13,15 @@ from tierod.monitors.condition.residuals.fit import samples_of
 from tierod.monitors.condition.residuals.parameters import ResidualParameters
 from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
 from tierod.monitors.condition.signals import ACTUATORS, SENSORS
-from tierod.papers.condition.calibration_set import calibration_set
-from tierod.papers.condition.declared import Declared
+from tierod.papers.condition.recorded import calibration_set
+from tierod.papers.condition.truth import Declared
 from tierod.vehicles import load
 
 PRINTED = "rules-printed"
 """The variant whose equations keep their misprints."""
 
 
+@dataclass
 class Known:
     """Rules on a vehicle with its calibrations; put together where they are needed, since blocks are not sent.
 
@@ -28,9 +30,9 @@ class Known:
         calibrations: by whether the misprints are kept
     """
 
-    def __init__(self, car: ResidualParameters, calibrations: Mapping[bool, ResidualCalibration]):
-        self.car, self.calibrations = car, calibrations
-        self._monitors: dict[str, RuleMonitor] = {}
+    car: ResidualParameters
+    calibrations: Mapping[bool, ResidualCalibration]
+    _monitors: dict[str, RuleMonitor] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the blocks."""

@@ -13,10 +13,10 @@ from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
 from tierod.papers.condition.drives import Drive, sensor_tests
 from tierod.papers.condition.recorded import each
-from tierod.papers.condition.rounds import SHORT
-from tierod.papers.condition.runs import BEST, calibrations, diagnosed, processes
+from tierod.papers.condition.runs import BEST, calibrations, diagnosed
 from tierod.papers.condition.scoring import FOUND, DriveScore, score
 from tierod.papers.condition.truth import truth_of
+from tierod.papers.condition.vehicles import SHORT
 
 TEXT = (
     "The same tests of wheel speeds, yaw rate and steering angle, but the automated driver believes what the faulty "
@@ -57,7 +57,7 @@ def items(effort: Effort) -> Iterator[Item]:
     """One row for every sensor and kind of fault."""
     chosen = drives(effort)
     known = calibrations((BEST,), (drive.vehicle for drive in chosen), effort)
-    found = each(partial(_driven, known), chosen, None, processes(effort, len(chosen)))
+    found = each(partial(_driven, known), chosen, effort)
     yield Heading("Faults inside the loop", TEXT)
     header = (
         *("sensor", "fault", "drives", "found", "longest delay [s]", "accuracy", "worst", "wrong name"),

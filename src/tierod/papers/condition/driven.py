@@ -9,14 +9,12 @@ import numpy as np
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
-from tierod.papers.condition.charts import between, curves
 from tierod.papers.condition.drives import ACTUATOR_SECONDS, Drive, actuator_tests, sensor_tests
 from tierod.papers.condition.faults import LOSS, Injected, lost
 from tierod.papers.condition.recorded import each, recorded
-from tierod.papers.condition.rounds import LONG, SHORT, THIRD
-from tierod.papers.condition.runs import processes
-from tierod.papers.condition.shown import where_shown
-from tierod.papers.condition.truth import truth_of, truths
+from tierod.papers.condition.tables import between, curves
+from tierod.papers.condition.truth import truth_of, truths, where_shown
+from tierod.papers.condition.vehicles import LONG, SHORT, THIRD
 
 TEXT = (
     "The virtual demonstrator has two tracks, load transfer, tyres after Magic Formula with relaxation, a stiff rack "
@@ -69,7 +67,7 @@ def _shares(effort: Effort) -> Iterator[Item]:
     vehicles = VEHICLES[:1] if effort.quick else VEHICLES
     drives = [drive for number in vehicles for drive in sensor_tests(number)]
     drives += [] if effort.quick else [drive for number in vehicles for drive in actuator_tests(number)]
-    found = each(_shown, drives, processes=processes(effort, len(drives)))
+    found = each(_shown, drives, effort)
     rows = []
     for element, kind in dict.fromkeys((element, kind) for element, kind, _, _ in found):
         shares = [share for name, how, share, _ in found if (name, how) == (element, kind)]

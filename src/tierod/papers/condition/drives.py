@@ -21,8 +21,7 @@ from tierod.papers.condition.faults import (
     Injected,
     lost,
 )
-from tierod.papers.condition.rounds import LONG, SHORT, THIRD
-from tierod.papers.condition.vehicles import LATER, Vehicle, changed, vehicle
+from tierod.papers.condition.vehicles import LATER, LONG, SHORT, THIRD, Vehicle, changed, vehicle
 
 SENSORS = tuple(OFFSETS)
 """The sensors that fail."""

@@ -16,14 +16,13 @@ from tierod.monitors.condition.residuals.catalogue import ACTUATOR_RESIDUALS, SE
 from tierod.monitors.condition.residuals.fit import samples_of
 from tierod.monitors.condition.residuals.thresholds import Excitation
 from tierod.monitors.condition.rule_monitor import RuleMonitor
-from tierod.papers.condition.charts import curves, flags, states
-from tierod.papers.condition.declared import Declared
 from tierod.papers.condition.drives import SENSORS, TEST_SECONDS, Drive, both_motors
 from tierod.papers.condition.faults import LOSS, Injected, lost
 from tierod.papers.condition.recorded import recorded
-from tierod.papers.condition.rounds import SHORT
 from tierod.papers.condition.runs import BEST, VARIANTS, calibrations, diagnosed
-from tierod.papers.condition.truth import truths
+from tierod.papers.condition.tables import curves, flags, states
+from tierod.papers.condition.truth import Declared, truths
+from tierod.papers.condition.vehicles import SHORT
 
 RULES = "rules"
 """The variant whose residuals and thresholds are shown: the corrected equations."""

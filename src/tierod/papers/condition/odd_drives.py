@@ -12,8 +12,7 @@ from tierod.core.recording import Channel, Recording
 from tierod.papers.condition.drives import SENSORS, Drive
 from tierod.papers.condition.faults import TARGETS
 from tierod.papers.condition.recorded import as_recorded, recorded
-from tierod.papers.condition.rounds import LONG, SHORT
-from tierod.papers.condition.vehicles import vehicle
+from tierod.papers.condition.vehicles import LONG, SHORT, vehicle
 from tierod.proving_ground.courses.catalogue import AnyCourse, load
 from tierod.proving_ground.courses.circuit import Circuit, Halt
 from tierod.proving_ground.courses.conditions import Adhesion

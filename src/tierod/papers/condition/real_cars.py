@@ -16,18 +16,15 @@ from tierod.experiments.effort import Effort
 from tierod.monitors.condition.rolling_bank import OTHERS, SLOW, WHEELS, rolling_bank
 from tierod.papers.condition import tables
 from tierod.papers.condition.by_rules import said as said_by_rules
-from tierod.papers.condition.declared import Declared
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.faults import LOSS, OFFSET, OFFSETS, OUTLIER, OUTLIER_FACTOR, Injected
-from tierod.papers.condition.real_bank import SETTLED, accuracy, healthy_ratios, said
+from tierod.papers.condition.real_diagnoses import RULES, SETTLED, accuracy, healthy_ratios, learnt, said
 from tierod.papers.condition.real_recordings import CARS, DATA, SENSORS, RealCar, on_grid
-from tierod.papers.condition.real_rules import RULES, learnt
 from tierod.papers.condition.runs import BEST, VARIANTS
 from tierod.papers.condition.scoring import GRACE, DriveScore, score
 from tierod.papers.condition.sensors import GOAL
-from tierod.papers.condition.shown import KNOWN
 from tierod.papers.condition.summary import isolated, summary
-from tierod.papers.condition.truth import Truth
+from tierod.papers.condition.truth import KNOWN, Declared, Truth
 from tierod.proving_ground.faults import injected
 
 TEXT = (

@@ -1,24 +1,20 @@
-"""Drives made into recordings at 100 Hz: in several processes, and kept in a folder if one is given."""
+"""Drives made into recordings at 100 Hz, results of many drives, and the healthy drives of a calibration."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from functools import lru_cache, partial
-from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
-from tierod.experiments.fingerprint import fingerprint, ground_code
-from tierod.experiments.processes import in_processes
-from tierod.papers.condition.drives import Drive
+from tierod.experiments.effort import Effort
+from tierod.papers.condition.drives import Drive, calibration_drives
 from tierod.papers.condition.faults import TARGETS, TORQUES
-from tierod.papers.condition.rounds import course
-from tierod.papers.condition.vehicles import MEASURED
+from tierod.papers.condition.vehicles import MEASURED, course
 from tierod.proving_ground.faults import injected
 from tierod.proving_ground.run import Outcome, run
 from tierod.proving_ground.sensors import SensorSet
@@ -56,38 +52,22 @@ UNITS = {name: SIGNALS[name].unit for name in MEASURED} | TRUTHS
 
 def outcome(drive: Drive) -> Outcome:
     """The run of a drive, with all that the proving ground records."""
-    return run(*_driven_by(drive))
-
-
-def _driven_by(drive: Drive) -> tuple[Any, ...]:
-    """Arguments of the run of a drive: car, course, seconds, seed, sensors, faults."""
     car, sensors = drive.driven
     way = course(drive.course, drive.seconds, drive.seed)
-    return car, way, drive.seconds, drive.seed, sensors, [each.fault for each in drive.injected]
+    return run(car, way, drive.seconds, drive.seed, sensors, [each.fault for each in drive.injected])
 
 
-def file_of(drive: Drive, folder: str | Path) -> Path:
-    """Where the recording of a drive is kept: named by all that decides it, the code of the proving ground included.
-
-    Args:
-        drive: what to drive
-        folder: where recordings are kept
-    """
-    return Path(folder) / f"{fingerprint(_driven_by(drive), UNITS, RATE, ground_code())[:20]}.npz"
-
-
-def recorded(drive: Drive, folder: str | Path | None = None) -> Recording:
+def recorded(drive: Drive) -> Recording:
     """The recording of a drive: `MEASURED`, and `TRUTHS` beside them, on one grid of 100 Hz.
 
     Faults that the recording alone shows are put into the recording of the drive without them, which several share.
 
     Args:
         drive: what to drive
-        folder: where recordings are kept and found again, if any; those of another proving ground are driven anew
     """
     late = tuple(each for each in drive.injected if each.in_recording_alone)
     driven = replace(drive, injected=tuple(each for each in drive.injected if not each.in_recording_alone))
-    base = _driven(driven, None if folder is None else str(folder))
+    base = _driven(driven)
     told = {"drive": drive.name, "faults": [asdict(each) for each in drive.injected]}
     if late:
         sensors = drive.driven.sensors
@@ -96,18 +76,8 @@ def recorded(drive: Drive, folder: str | Path | None = None) -> Recording:
 
 
 @lru_cache(maxsize=4)
-def _driven(drive: Drive, folder: str | None) -> Recording:
-    path = None if folder is None else file_of(drive, folder)
-    if path is not None and path.exists():
-        with np.load(path) as stored:
-            return _recording(dict(stored))
-    columns = _columns(outcome(drive).recording)
-    if path is not None:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        partial_file = path.with_suffix(f".{os.getpid()}.npz")
-        np.savez(partial_file, **columns)
-        partial_file.replace(path)
-    return _recording(columns)
+def _driven(drive: Drive) -> Recording:
+    return as_recorded(outcome(drive).recording)
 
 
 def as_recorded(made: Recording) -> Recording:
@@ -156,25 +126,50 @@ def truth(actuator: str) -> str:
     return f"truth_{TORQUES[actuator]}"
 
 
-def each(
-    work: Callable[[Drive, Recording], Any],
-    drives: Sequence[Drive],
-    folder: str | Path | None = None,
-    processes: int = 1,
-) -> list[Any]:
+def each(work: Callable[[Drive, Recording], Any], drives: Sequence[Drive], effort: Effort) -> list[Any]:
     """What a function makes of every drive's recording, in the order of the drives.
 
     Args:
-        work: importable function of drive and recording, with picklable results
+        work: importable function of drive and recording, with picklable results, or a partial of one
         drives: what to drive
-        folder: see `recorded`
-        processes: how many drive at a time; 1 is this process
+        effort: what makes the drives
 
     Raises:
-        InputError: a drive failed; the reason is told
+        InputError: a drive failed, with the reason
     """
-    return in_processes(partial(_worked, work, folder), drives, processes, lambda drive: f"the drive '{drive.name}'")
+    return effort.made(partial(_worked, work), drives, lambda drive: f"the drive '{drive.name}'")
 
 
-def _worked(work: Callable[[Drive, Recording], Any], folder: str | Path | None, drive: Drive) -> Any:
-    return work(drive, recorded(drive, folder))
+def _worked(work: Callable[[Drive, Recording], Any], drive: Drive) -> Any:
+    return work(drive, recorded(drive))
+
+
+QUICK_SECONDS = 80.0
+"""Of driving that the parameters of a quick study come from; little more than a calibration takes at all."""
+QUICK_DRIVES = 2
+"""Of ten minutes each, that limits of a quick study come from: with less they cannot be designed at all."""
+
+
+class CalibrationSet(NamedTuple):
+    """Recordings of a sound vehicle.
+
+    Args:
+        fitted: that parameters are found in
+        healthy: that limits and thresholds are designed on
+    """
+
+    fitted: list[Recording]
+    healthy: list[Recording]
+
+
+def calibration_set(number: int, quick: bool, drives: int = QUICK_DRIVES) -> CalibrationSet:
+    """Five healthy minutes of a vehicle and an hour; 80 seconds and a few drives of ten minutes if quick.
+
+    Args:
+        number: of the vehicle
+        quick: whether a few minutes have to do
+        drives: how many of ten minutes then
+    """
+    first, hour = calibration_drives(number)
+    first = replace(first, seconds=QUICK_SECONDS) if quick else first
+    return CalibrationSet([recorded(first)], [recorded(each) for each in (hour[:drives] if quick else hour)])

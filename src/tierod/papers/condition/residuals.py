@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -10,15 +12,15 @@ from tierod.core.claims import Claim, at_least, at_most
 from tierod.core.content import Heading, Item, Table
 from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
+from tierod.methods.detectors.stopping_rules import HoldRule, StoppingRule
 from tierod.monitors.condition.residuals.calibration import ResidualCalibration, calibrate_residuals
-from tierod.monitors.condition.residuals.catalogue import RESIDUALS, SENSOR_RESIDUALS
+from tierod.monitors.condition.residuals.catalogue import RESIDUALS, SENSOR_RESIDUALS, Residual, residual
 from tierod.monitors.condition.residuals.parameters import ResidualParameters
+from tierod.monitors.condition.residuals.thresholds import Excitation, ResidualThreshold
 from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
 from tierod.papers.condition.by_rules import said
-from tierod.papers.condition.calibration_set import calibration_set
 from tierod.papers.condition.drives import Drive, actuator_tests, healthy_drives, sensor_tests
-from tierod.papers.condition.judged_residuals import judged
-from tierod.papers.condition.recorded import recorded
+from tierod.papers.condition.recorded import calibration_set, recorded
 from tierod.papers.condition.runs import calibrations
 from tierod.papers.condition.scoring import DriveScore, score
 from tierod.papers.condition.signatures import (
@@ -32,6 +34,62 @@ from tierod.papers.condition.signatures import (
 from tierod.papers.condition.summary import summary
 from tierod.papers.condition.truth import truth_of
 from tierod.vehicles import load
+
+USUAL = Excitation(8.0, 0.2, 2.0, 0.5)
+"""Of a lively drive of the demonstrator, for which thresholds that adapt are told."""
+
+
+@dataclass(frozen=True)
+class JudgedResidual:
+    """One residual and how it is judged.
+
+    Args:
+        residual: what it is: equation, signals, unit, condition, correction
+        deviation: standard deviation while all is well, in its unit
+        threshold: of it, fixed or widening
+        rule: that stops: one value beyond the threshold, which then counts for the hold-on of the rules
+    """
+
+    residual: Residual
+    deviation: Annotated[float, "unit of the signal"]
+    threshold: ResidualThreshold
+    rule: StoppingRule
+
+    @property
+    def distance(self) -> str:
+        """What the rule sees, in words."""
+        return "off its healthy median, in thresholds" if self.threshold.centre else "off zero, in thresholds"
+
+    @property
+    def sigmas(self) -> float:
+        """The threshold at `USUAL` excitation, in standard deviations."""
+        return float(self.threshold.at(USUAL)) / self.deviation
+
+    @property
+    def condition(self) -> str:
+        """When it is judged, in words."""
+        words = {
+            "moving": "above walking speed",
+            "gentle": "below 6 m/s2 across",
+            "steady": "while the asked torque does not jump",
+        }
+        asked = [text for name, text in words.items() if getattr(self.residual, name)]
+        return ", ".join(asked) or "always"
+
+
+def judged(name: str, calibration: ResidualCalibration) -> JudgedResidual:
+    """A residual as a calibration judges it.
+
+    Args:
+        name: of the residual
+        calibration: from healthy drives
+
+    Raises:
+        ParameterError: there is no such residual
+    """
+    rule = HoldRule(sides="both", hold=1)
+    return JudgedResidual(residual(name), calibration.deviations[name], calibration.thresholds[name], rule)
+
 
 TEXT = (
     "The residuals of the corrected equations with one vehicle. A fault should be seen by residuals whose equations "

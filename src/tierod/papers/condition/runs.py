@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from importlib import import_module
@@ -10,12 +9,10 @@ from typing import Any, NamedTuple
 
 from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
-from tierod.experiments.processes import in_processes
-from tierod.papers.condition.declared import Declared
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.recorded import each
 from tierod.papers.condition.scoring import DriveScore, score
-from tierod.papers.condition.truth import truth_of
+from tierod.papers.condition.truth import Declared, truth_of
 
 
 class Variant(NamedTuple):
@@ -62,19 +59,9 @@ def calibrations(names: Iterable[str], vehicles: Iterable[int], effort: Effort) 
     numbers = tuple(dict.fromkeys(vehicles))
     wanted = [(module, number, effort.quick) for module in modules for number in numbers]
     missing = [each for each in wanted if each not in _known]
-    for key, known in zip(missing, _calibrated(missing, processes(effort, len(missing))), strict=True):
-        _known[key] = known
+    made = effort.made(_calibrate, missing, lambda each: f"the calibration of vehicle {each[1]}")
+    _known.update(zip(missing, made, strict=True))
     return {(module, number): _known[module, number, quick] for module, number, quick in wanted}
-
-
-def processes(effort: Effort, tasks: int) -> int:
-    """How many work at a time; one in a quick study, where to put a bank together takes longer than to run it."""
-    usual = 1 if effort.quick else os.cpu_count() or 1
-    return max(min(effort.processes or usual, tasks), 1)
-
-
-def _calibrated(wanted: Sequence[tuple[str, int, bool]], count: int) -> list[Any]:
-    return in_processes(_calibrate, wanted, count, lambda each: f"the calibration of vehicle {each[1]}")
 
 
 def _calibrate(wanted: tuple[str, int, bool]) -> Any:
@@ -88,23 +75,20 @@ def diagnosed(name: str, drive: Drive, recording: Recording, known: Mapping[tupl
     return import_module(module).declare(known[module, drive.vehicle], recording, name)
 
 
-def scores(
-    drives: Sequence[Drive], effort: Effort, names: Sequence[str] | None = None, folder: str | None = None
-) -> dict[str, list[DriveScore]]:
+def scores(drives: Sequence[Drive], effort: Effort, names: Sequence[str] | None = None) -> dict[str, list[DriveScore]]:
     """The scores of many drives, by variant; who asks again for the same is told what was found before.
 
     Args:
         drives: what to drive
         effort: how many processes, and whether calibration has to be short
         names: of the variants; all if None
-        folder: where recordings are kept, if anywhere
     """
     names = tuple(VARIANTS) if names is None else tuple(names)
     key = {name: (name, import_module(VARIANTS[name].module), effort.quick, *drives) for name in names}
     missing = tuple(name for name in names if key[name] not in _scored)
     if missing:
         known = calibrations(missing, (drive.vehicle for drive in drives), effort)
-        found = each(partial(_scores_of, missing, known), drives, folder, processes(effort, len(drives)))
+        found = each(partial(_scores_of, missing, known), drives, effort)
         _scored.update({key[name]: [row[place] for row in found] for place, name in enumerate(missing)})
     return {name: list(_scored[key[name]]) for name in names}
 

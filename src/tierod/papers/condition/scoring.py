@@ -9,10 +9,9 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from tierod.papers.condition.declared import Declared
 from tierod.papers.condition.drives import ACTUATORS, SENSORS, Drive
 from tierod.papers.condition.faults import Injected
-from tierod.papers.condition.truth import Truth, truths
+from tierod.papers.condition.truth import Declared, Truth, truths
 
 ELEMENTS = (*SENSORS, *ACTUATORS)
 """Everything that is judged."""

@@ -7,7 +7,6 @@ from importlib import import_module
 
 from tierod.core.content import Item
 from tierod.experiments.effort import Effort, Progress
-from tierod.experiments.processes import kept
 
 PARTS: Mapping[str, str] = {
     "driven": "what is driven",
@@ -29,9 +28,8 @@ PARTS: Mapping[str, str] = {
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
     """All that the study finds out."""
-    with kept():
-        for done, (name, title) in enumerate(PARTS.items()):
-            progress(done / len(PARTS), title)
-            part: Callable[[Effort], Iterator[Item]] = import_module(f"tierod.papers.condition.{name}").items
-            yield from part(effort)
+    for done, (name, title) in enumerate(PARTS.items()):
+        progress(done / len(PARTS), title)
+        part: Callable[[Effort], Iterator[Item]] = import_module(f"tierod.papers.condition.{name}").items
+        yield from part(effort)
     progress(1.0, "done")

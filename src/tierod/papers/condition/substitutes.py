@@ -19,8 +19,8 @@ from tierod.papers.condition import by_bank
 from tierod.papers.condition.drives import TEST_SECONDS, Drive, healthy_drives
 from tierod.papers.condition.faults import OFFSET, OFFSETS, Injected
 from tierod.papers.condition.recorded import each, sound
-from tierod.papers.condition.rounds import LONG, SHORT
-from tierod.papers.condition.runs import calibrations, processes
+from tierod.papers.condition.runs import calibrations
+from tierod.papers.condition.vehicles import LONG, SHORT
 from tierod.vehicles import Vehicle, load
 
 TEXT = (
@@ -70,7 +70,7 @@ def measured(effort: Effort) -> dict[str, dict[str, Error]]:
         for sensor in SENSORS
     ]
     drives = [*healthy, *tests]
-    parts = each(partial(_squares, known), drives, None, processes(effort, len(drives)))
+    parts = each(partial(_squares, known), drives, effort)
     return {
         sensor: {way.name: Error(*(_root(parts, sensor, way.name, which) for which in (True, False))) for way in ways}
         for sensor, ways in substitution_graph().substitutes.items()

@@ -1,10 +1,10 @@
-"""The truth of a drive that a diagnosis is held against: what fails when, by how much, and whether it would show."""
+"""What a diagnosis declares of a drive, the truth beside it, and from when a fault shows."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -12,7 +12,89 @@ from tierod.core.recording import Recording
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.faults import GAIN, LOSS, OUTLIER, STUCK, TARGETS, TORQUES, Injected
 from tierod.papers.condition.recorded import deviations, sound
-from tierod.papers.condition.shown import KNOWN, where_shown
+
+NOTHING: Mapping[str, np.ndarray] = {}
+
+
+KNOWN = {
+    "wheel_speed_rear_left": 0.015,
+    "wheel_speed_rear_right": 0.015,
+    "yaw_rate": 0.01,
+    "steering_wheel_angle": 0.1,
+    "steering_shaft_torque": 0.35,
+    "tie_rod_force": 45.0,
+    "steering_motor_1": 0.5,
+    "steering_motor_2": 0.5,
+    "drive_left": 10.0,
+    "drive_right": 10.0,
+}
+"""How exactly everything else tells each element's true value: standard deviation [unit of the signal; N*m].
+
+For sensors that is what is asked of a reconfigured value; for actuators it is assumed.
+"""
+
+ALIKE = 0.1
+"""Over this time errors of the true value are alike, so that it counts once in a likelihood ratio [s]."""
+ENOUGH = 4.5
+"""Logarithm of the likelihood ratio that tells a fault: that of a deviation of three standard deviations."""
+
+
+def where_shown(
+    element: str, deviation: np.ndarray, faulty: np.ndarray, rate: float = 100.0, known: Mapping[str, float] = KNOWN
+) -> np.ndarray:
+    """Whether the fault of an element shows at each sample.
+
+    The logarithm of the likelihood ratio between "faulty" and "healthy" over the last `ALIKE` seconds, for whoever
+    knows what the reading should be with a standard deviation of `known`: mean squared deviation / (2 * known**2).
+
+    Args:
+        element: sensor or actuator
+        deviation: of its reading, or its torque, from what it would be without fault
+        faulty: whether the fault is there
+        rate: samples per second [Hz]
+        known: how exactly everything else tells each true value [unit of the signal; N*m]
+    """
+    count = max(round(ALIKE * rate), 1)
+    largest = 1e3 * known[element]
+    power = np.where(faulty, np.clip(np.asarray(deviation, float), -largest, largest), 0.0) ** 2
+    total = np.concatenate([[0.0], np.cumsum(power)])
+    past = np.minimum(np.arange(1, len(power) + 1), count)
+    mean = (total[1:] - total[1 + np.arange(len(power)) - past]) / count
+    return faulty & (mean / (2.0 * known[element] ** 2) >= ENOUGH)
+
+
+class Declared(NamedTuple):
+    """A diagnosis over time; elements that a mapping lacks are as if nothing were ever said of them.
+
+    Args:
+        time: of the samples
+        faulty: by element, whether it is declared faulty, and nothing else could be it
+        candidates: by element, whether it is one of several that are named together as "one of these"
+        not_testable: by element, whether it is said that its state cannot be told now
+        kind: by element, the kind that is named, "" for none; meaningful while it is faulty
+        size: by element, the size that is named, in the unit of `faults.Injected`; NaN for none
+        value: by sensor, what is given in its place, in its unit
+        deviation: by element, the standard deviation of the size that is told with it
+    """
+
+    time: Annotated[Any, "s"]
+    faulty: Mapping[str, np.ndarray]
+    candidates: Mapping[str, np.ndarray] = NOTHING
+    not_testable: Mapping[str, np.ndarray] = NOTHING
+    kind: Mapping[str, np.ndarray] = NOTHING
+    size: Mapping[str, np.ndarray] = NOTHING
+    value: Mapping[str, np.ndarray] = NOTHING
+    deviation: Mapping[str, np.ndarray] = NOTHING
+
+    def since(self, place: int) -> Declared:
+        """What is said from one sample on."""
+        parts = (getattr(self, name) for name in self._fields[1:])
+        return Declared(self.time[place:], *({key: each[place:] for key, each in part.items()} for part in parts))
+
+    def said(self, which: str, element: str) -> np.ndarray:
+        """One of the mappings of truth values for one element; false everywhere where it is lacking."""
+        found = getattr(self, which).get(element)
+        return np.zeros(len(self.time), bool) if found is None else np.asarray(found, bool)
 
 
 def truths(drive: Drive, time: np.ndarray) -> dict[str, np.ndarray]:

@@ -17,12 +17,11 @@ from tierod.papers.condition.by_bank import said_of
 from tierod.papers.condition.drives import Drive, healthy_drives, more_kinds
 from tierod.papers.condition.faults import DELAY, GAIN, NOISE, OFFSET
 from tierod.papers.condition.recorded import each
-from tierod.papers.condition.rounds import LONG, SHORT, THIRD
-from tierod.papers.condition.runs import processes
 from tierod.papers.condition.scoring import FOUND, DriveScore, score
 from tierod.papers.condition.sensors import GOAL
 from tierod.papers.condition.summary import share_within, summary
 from tierod.papers.condition.truth import truth_of
+from tierod.papers.condition.vehicles import LONG, SHORT, THIRD
 from tierod.vehicles import load
 
 TEXT = (
@@ -45,7 +44,7 @@ def items(effort: Effort) -> Iterator[Item]:
     faulty = [drive for plan in plans for drive in more_kinds(*plan) if _chosen(drive)]
     faulty = faulty[::6] if effort.quick else faulty
     sound = healthy_drives(0.05 if effort.quick else HOURS, tuple(number for number, *_ in plans))
-    found = each(_scored, [*faulty, *sound], processes=processes(effort, len(faulty) + len(sound)))
+    found = each(_scored, [*faulty, *sound], effort)
     scored, quiet = found[: len(faulty)], summary(found[len(faulty) :])
     yield Heading("Without a calibration", TEXT)
     yield _by_kind(scored)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from tierod.core.errors import TierodError
-from tierod.experiments.effort import Progress
-from tierod.experiments.workers import Failure, spread
+from tierod.experiments.effort import Effort, Progress
+from tierod.experiments.executor import Failure
 from tierod.papers.friction.cases import Case
 from tierod.papers.friction.digest import Digest, digest
 
@@ -46,12 +44,12 @@ class Drives:
         return sum(each.seconds for each in self.digests.values()) / 3600.0
 
 
-def run_drives(parts: Iterable[Wants], processes: int | None, progress: Progress) -> Drives:
+def run_drives(parts: Iterable[Wants], effort: Effort, progress: Progress) -> Drives:
     """Every drive once, with all estimators that any part wants.
 
     Args:
         parts: what each part of the study wants
-        processes: how many work at a time; all cores if None
+        effort: what makes the drives
         progress: told the share of the driving done
 
     Raises:
@@ -70,7 +68,7 @@ def run_drives(parts: Iterable[Wants], processes: int | None, progress: Progress
         # The level of a reference is known only now, so the tasks of the second round are made here.
         given = [_with_level(task, digests) for task in tasks]
         given.sort(key=lambda task: -task.case.minutes)
-        for number, result in spread(_work, given, processes or os.cpu_count() or 1):
+        for number, result in effort.outcomes(_work, given):
             case = given[number].case
             if isinstance(result, Failure):
                 failures.append((case, result.reason))
@@ -97,5 +95,5 @@ def _with_level(task: _Task, digests: Mapping[Case, Digest]) -> _Task:
     return _Task(task.case, task.names, level)
 
 
-def _work(task: Any) -> Digest:
+def _work(task: _Task) -> Digest:
     return digest(task.case, task.names, task.level)

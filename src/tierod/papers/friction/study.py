@@ -50,7 +50,7 @@ def items(effort: Effort, progress: Progress) -> Iterator[Item]:
     def driving(share: float, what: str) -> None:
         progress(_DRIVING * share, what)
 
-    drives = run_drives([wanted(effort) for wanted in WANTS], effort.processes, driving)
+    drives = run_drives([wanted(effort) for wanted in WANTS], effort, driving)
     for part in PARTS:
         yield from part(drives, effort)
     progress(_DRIVING, "lock-to-lock turns")

@@ -50,19 +50,18 @@ def items(effort: Effort) -> Iterator[Item]:
             "standard deviation of the difference between two runs with other sensor noise, over the root of two.",
         ),
     )
-    found = {
-        (name, drive.speed): _traded(build, drive, factors)
-        for drive in (SLOW, FAST)
-        for name, build in WITH_POLES.items()
-    }
+    tasks = [(name, drive, factors) for drive in (SLOW, FAST) for name in WITH_POLES]
+    made = effort.made(_traded, tasks)
+    found = {(name, drive.speed): each for (name, drive, _), each in zip(tasks, made, strict=True)}
     yield _chart(found, factors)
     yield from _claims(found, factors)
 
 
-def _traded(build: Build, drive: Drive, factors: tuple[float, ...]) -> Traded:
+def _traded(task: tuple[str, Drive, tuple[float, ...]]) -> Traded:
+    name, drive, factors = task
     p = matched(CAR, drive.speed, drive.steer)
     runs = [on(drive, CAR, seed) for seed in SEEDS[:2]]
-    pairs = [_pair(build, p, factor, runs) for factor in factors]
+    pairs = [_pair(WITH_POLES[name], p, factor, runs) for factor in factors]
     return Traded(*(np.array(column) for column in zip(*pairs, strict=True)))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -144,7 +145,10 @@ def items(effort: Effort) -> Iterator[Item]:
         ),
     )
     names = (SHOWN,) if effort.quick else tuple(RAMPS)
-    found = {readings: {name: ramp(name, readings) for name in names} for readings in (WITH, WITHOUT_TORQUE)}
+    found = {
+        readings: dict(zip(names, effort.made(partial(ramp, readings=readings), names), strict=True))
+        for readings in (WITH, WITHOUT_TORQUE)
+    }
     yield _table(found)
     yield from _claims(found, SEEDS[:1] if effort.quick else SEEDS)
     yield _chart(found[WITH][SHOWN])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -105,10 +106,14 @@ def measured(case: Case, seeds: tuple[int, ...]) -> Measured:
     return Measured(float(spread), found, covered)
 
 
+def _of_case(seeds: tuple[int, ...], name: str) -> Measured:
+    return measured(CASES[name], seeds)
+
+
 def items(effort: Effort) -> Iterator[Item]:
     """The table and its claims."""
     seeds = SEEDS[:1] if effort.quick else SEEDS
-    found = {name: measured(case, seeds) for name, case in CASES.items()}
+    found = dict(zip(CASES, effort.made(partial(_of_case, seeds), list(CASES)), strict=True))
     yield _table(found)
     for name, case in CASES.items():
         if case.goal is None:

@@ -16,13 +16,7 @@ from tierod.papers.sideslip.table import SEEDS
 
 def items(effort: Effort) -> Iterator[Item]:
     """The table."""
-    rows = []
-    for name, car in _cars().items():
-        p = matched_to(car, SLOW.speed, SLOW.steer)
-        drive = driven(car, SLOW.course(), SEEDS[0])
-        found = courses(p, drive)
-        trail = p.mechanical_trail + p.pneumatic_trail
-        rows.append((name, f"{1e3 * trail:.0f}", *(f"{error(found[each], drive):.3f}" for each in NAMES)))
+    rows = effort.made(_row, list(_cars()))
     yield Table(
         "What limits the observers at 6.7 m/s: root mean square error on changed virtual cars (degrees)",
         ("car", "matched trail (mm)", *NAMES),
@@ -30,6 +24,15 @@ def items(effort: Effort) -> Iterator[Item]:
         "Tyres build up their force over a rolled distance, at 6.7 m/s in some 60 ms; no observer of the paper knows "
         "of it. Kingpins that lean inwards lift the car as it is steered; the matched trail takes that in.",
     )
+
+
+def _row(name: str) -> tuple[str, ...]:
+    car = _cars()[name]
+    p = matched_to(car, SLOW.speed, SLOW.steer)
+    drive = driven(car, SLOW.course(), SEEDS[0])
+    found = courses(p, drive)
+    trail = p.mechanical_trail + p.pneumatic_trail
+    return name, f"{1e3 * trail:.0f}", *(f"{error(found[each], drive):.3f}" for each in NAMES)
 
 
 def _cars() -> dict[str, Any]:

@@ -97,12 +97,19 @@ def items(effort: Effort) -> Iterator[Item]:
             "0.02 A.",
         ),
     )
-    found = {car: {name: worked_out(case, car, seeds) for name, case in CASES.items()} for car in CARS}
+    tasks = [(name, car, seeds) for car in CARS for name in CASES]
+    made = dict(zip(tasks, effort.made(_of_case, tasks), strict=True))
+    found = {car: {name: made[name, car, seeds] for name in CASES} for car in CARS}
     for car, rows in found.items():
         yield table(car, rows)
     for car, rows in found.items():
         yield from _goals(car, rows)
     yield from _paper(found)
+
+
+def _of_case(task: tuple[str, str, tuple[int, ...]]) -> Errors:
+    name, car, seeds = task
+    return worked_out(CASES[name], car, seeds)
 
 
 def worked_out(case: Case, car: str, seeds: tuple[int, ...]) -> Errors:

@@ -8,7 +8,7 @@ from tierod.monitors.condition.residuals.catalogue import RESIDUALS
 from tierod.monitors.condition.residuals.parameters import Coefficients
 from tierod.monitors.condition.residuals.storage import read_calibration, shipped_calibration, text_of, widen
 from tierod.monitors.condition.residuals.thresholds import ResidualThreshold
-from tierod.papers.condition.judged_residuals import USUAL, judged
+from tierod.papers.condition.residuals import USUAL, judged
 
 SAMPLE = ResidualCalibration(
     Coefficients(1.25, per_mass=0.5),

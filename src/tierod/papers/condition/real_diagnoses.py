@@ -1,4 +1,4 @@
-"""The rules of the paper on recordings of real cars: learnt on the beginning of a recording, at work on the rest."""
+"""The diagnoses of the study on real cars: the bank of filters, and the paper's rules."""
 
 from __future__ import annotations
 
@@ -6,8 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from tierod.core.graph import scan
+from tierod.core.graph import Bank, scan
 from tierod.core.recording import Recording
+from tierod.monitors.condition.bank.rolling_filter import RollingFilter
+from tierod.monitors.condition.calibration.grid import sampled
+from tierod.monitors.condition.calibration.healthy_ratios import Watching, lasting, unreachable
 from tierod.monitors.condition.residuals.actuator_set import actuator_set
 from tierod.monitors.condition.residuals.adaptive_speed import AdaptiveSpeed
 from tierod.monitors.condition.residuals.all_residuals import AllResiduals
@@ -18,8 +21,68 @@ from tierod.monitors.condition.residuals.parameters import Coefficients, Residua
 from tierod.monitors.condition.residuals.residual_set import residual_set
 from tierod.monitors.condition.residuals.rolling import steer_of_rolling
 from tierod.monitors.condition.residuals.thresholds import ResidualThreshold
+from tierod.monitors.condition.rolling_bank import rolling_bank, rolling_hypotheses
 from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
-from tierod.papers.condition.real_recordings import RATE, RealCar
+from tierod.papers.condition.by_bank import said_of
+from tierod.papers.condition.real_recordings import RATE, SENSORS, RealCar
+from tierod.papers.condition.truth import Declared
+
+SETTLED = 2.0
+"""Not looked at, at the beginning of a recording [s]."""
+
+
+def said(bank: Bank, recording: Recording) -> Declared:
+    """What the bank says of a recording.
+
+    Args:
+        bank: of the car
+        recording: as it was made, or with faults
+    """
+    samples = sampled(recording)
+    return said_of(scan(bank, samples.values), samples.time)
+
+
+def accuracy(car: RealCar, recording: Recording) -> dict[str, float]:
+    """How exactly the other sensors of a car tell each one's reading [unit of the sensor].
+
+    The root of the mean squared error of the filter that leaves the sensor out, on the beginning of the recording.
+
+    Args:
+        car: whose recording it is
+        recording: sound
+    """
+    samples, base = sampled(recording), RollingFilter.of_vehicle(car.known)
+    found = {}
+    for each in rolling_hypotheses():
+        if len(each.sensors) == 1:
+            (name,) = each.sensors
+            reading = samples.values[:, samples.names.index(name)]
+            error = reading - scan(base.leaving_out(each.sensors), samples.values)[f"prediction.{name}"]
+            since = samples.time - samples.time[0]
+            looked_at = (since >= SETTLED) & (since < car.learning) & np.isfinite(error)
+            found[name] = float(np.sqrt(np.mean(error[looked_at] ** 2)))
+    return {name: found[name] for name in SENSORS}
+
+
+def healthy_ratios(car: RealCar, recording: Recording, start: float, stop: float) -> tuple[float, float, float]:
+    """The largest ratios of a stretch of a sound recording [nat].
+
+    Over the short time those of hypotheses with and without wheels, over the long time that of any.
+
+    Args:
+        car: whose recording it is
+        recording: sound
+        start, stop: of the stretch, from the beginning of the recording [s]
+    """
+    explanations = rolling_hypotheses()
+    count = len(explanations) - 1
+    bank = rolling_bank(car.known, unreachable(explanations))
+    ratios = scan(replace(bank, judge=Watching(bank.judge.decision)), sampled(recording).values).values
+    largest = lasting(ratios[round(start * RATE) : round(stop * RATE)]).max(axis=0)
+    fast, slow = largest[1 : count + 1], largest[count + 2 :]
+    wheels = np.array([any(name in SENSORS[:2] for name in each.sensors) for each in explanations[1:]])
+    return float(fast[wheels].max()), float(fast[~wheels].max()), float(slow.max())
+
 
 RULES = "rules-discriminating"
 MARGIN = 1.5

@@ -11,30 +11,30 @@ import pytest
 
 from experiments.worker_tasks import do, environment, linger
 from tierod.core.errors import OutputError
-from tierod.experiments.workers import Failure, Workers, spread
+from tierod.experiments.executor import Executor, Failure, run
 
 
 def test_every_task_gives_its_result_whatever_the_number_of_processes():
     tasks = [("square", n) for n in range(7)]
     for processes in (1, 2, 20):
-        assert sorted(spread(do, tasks, processes)) == [(n, n * n) for n in range(7)]
+        assert sorted(run(do, tasks, processes)) == [(n, n * n) for n in range(7)]
 
 
 def test_processes_are_kept_from_one_lot_of_tasks_to_the_next():
-    with Workers(do, 2) as workers:
-        first = {pid for _, pid in workers.run([("pid", 0.2), ("pid", 0.2)])}
-        again = {pid for _, pid in workers.run([("pid", 0.2), ("pid", 0.2)])}
+    with Executor(2) as executor:
+        first = {pid for _, pid in executor.run(do, [("pid", 0.2), ("pid", 0.2)])}
+        again = {pid for _, pid in executor.run(do, [("pid", 0.2), ("pid", 0.2)])}
     assert len(first) == 2
     assert again == first
 
 
 def test_no_task_needs_no_process():
-    assert list(spread(do, [], 2)) == []
+    assert list(run(do, [], 2)) == []
 
 
 def test_a_failure_costs_one_task_and_says_why():
     tasks = [("killed", 0), ("square", 3), ("refused", 5), ("defect", 0), ("hungry", 0), ("square", 4)]
-    found = dict(spread(do, tasks, 2))
+    found = dict(run(do, tasks, 2))
     assert (found[1], found[5]) == (9, 16)
     assert found[0] == Failure("the process was ended by signal 9 (Killed); if memory was short, run with fewer "
                                "--workers", lasting=False)  # fmt: skip
@@ -47,11 +47,11 @@ def test_a_failure_costs_one_task_and_says_why():
 @pytest.mark.parametrize(("ours", "error"), [(True, OutputError), (False, OSError)])
 def test_what_the_disk_refuses_ends_all(ours, error):
     with pytest.raises(error):
-        list(spread(do, [("square", 1), ("full", ours), ("late", 30.0)], 2))
+        list(run(do, [("square", 1), ("full", ours), ("late", 30.0)], 2))
 
 
 def test_processes_under_way_are_ended_where_nobody_waits():
-    tasks = spread(do, [("square", 1), ("late", 60.0)], 2)
+    tasks = run(do, [("square", 1), ("late", 60.0)], 2)
     began = time.monotonic()
     assert next(tasks) == (0, 1)
     tasks.close()
@@ -61,7 +61,7 @@ def test_processes_under_way_are_ended_where_nobody_waits():
 def test_workers_compute_with_one_thread_and_the_parent_as_before(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
     monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
-    assert list(spread(do, [("threads", "OMP_NUM_THREADS")], 1)) == [(0, "1")]
+    assert list(run(do, [("threads", "OMP_NUM_THREADS")], 1)) == [(0, "1")]
     assert os.environ["OMP_NUM_THREADS"] == "7"
     assert "MKL_NUM_THREADS" not in os.environ
 
@@ -69,9 +69,9 @@ def test_workers_compute_with_one_thread_and_the_parent_as_before(monkeypatch):
 PARENT = """
 import sys
 from experiments.worker_tasks import linger
-from tierod.experiments.workers import Workers
+from tierod.experiments.executor import run
 if __name__ == "__main__":
-    list(Workers(linger, 1).run([sys.argv[1]]))
+    list(run(linger, [sys.argv[1]], 1))
 """
 
 
@@ -88,8 +88,8 @@ def test_no_worker_outlives_a_parent_that_is_killed(tmp_path):
 
 def test_a_script_without_a_guard_is_told_what_to_do(tmp_path):
     script = tmp_path / "unguarded.py"
-    script.write_text("from campaigns.worker_tasks import do\nfrom tierod.experiments.workers import Workers\n"
-                      "print(list(Workers(do, 1).run([('square', 2)])))\n")  # fmt: skip
+    script.write_text("from experiments.worker_tasks import do\nfrom tierod.experiments.executor import run\n"
+                      "print(list(run(do, [('square', 2)], 1)))\n")  # fmt: skip
     done = subprocess.run([sys.executable, script], env=environment(), capture_output=True, text=True, check=False)
     assert done.returncode != 0
     assert "guard it with if __name__ == '__main__':" in done.stderr.splitlines()[-1]
