@@ -71,7 +71,6 @@ from tierod.monitors.driver_torque.signs import ColumnSigns
 from tierod.monitors.driver_torque.starting import Starting
 from tierod.monitors.friction.baseline import BaselineFrictionMonitor, BaselineParameters
 from tierod.monitors.friction.conditioning import SteeringConditioning
-from tierod.monitors.friction.judged import JudgedEstimator
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
 from tierod.monitors.friction.refined import RefinedFrictionMonitor, consistent
@@ -192,9 +191,6 @@ def examples() -> dict[type, Callable[[], Any]]:
         TwoStageKalman: lambda: two_stage_kalman(BY_WIRE, DT),
         TwoStagePoles: lambda: two_stage_poles(BY_WIRE, DT),
         FromCarSignals: lambda: FromCarSignals.of_vehicle(two_stage_kalman(BY_WIRE, 1e-3), load("steer-by-wire")),
-        JudgedEstimator: lambda: JudgedEstimator(
-            consistent(CAR), FrictionVerdict(FrictionLimits(4.0, 4.8, 7.5), sample_time=DT)
-        ),
         RefinedFrictionMonitor: lambda: consistent(CAR),
         RollingVariance: lambda: RollingVariance(50, 40),
         LeakyKinematic: lambda: LeakyKinematic(DT, 1.5),

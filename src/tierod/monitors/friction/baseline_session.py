@@ -14,8 +14,7 @@ from tierod.methods.detectors.rule_design import alarms_at
 from tierod.monitors.friction.baseline import BaselineFrictionMonitor
 from tierod.monitors.friction.decisions import BASELINE_DECISIONS
 from tierod.monitors.friction.over_drive import EstimateOverDrive
-from tierod.monitors.friction.session import tuning_rows
-from tierod.monitors.harness.session import BlockSession, Conclusion
+from tierod.monitors.harness.session import BlockSession, Conclusion, tuning_rows
 
 QUANTITY = "variance between two self-aligning torques about the kingpins"
 

@@ -1,4 +1,16 @@
-"""The friction monitor and its variants, as users see them."""
+"""The friction monitor and its variants, as users see them.
+
+From `tierod diagnose` to the verdict in eight files:
+
+1. `cli/diagnose.py` reads the options.
+2. `monitors/run.py` finds the monitor and feeds it piece by piece.
+3. `monitors/harness/running.py` puts every piece on one grid, looks for defects of the signals, and makes the report.
+4. `monitors/friction/definition.py`, this file, opens a variant for a vehicle.
+5. `monitors/friction/monitor.py`: the block, which is estimator and verdict, and the session that collects.
+6. `monitors/friction/presliding.py`, or `refined.py`, estimates friction.
+7. `monitors/friction/verdict.py` states what that means: status, since when, why none, and the figures behind it.
+8. `monitors/friction/finding.py` puts the last statement into words.
+"""
 
 from __future__ import annotations
 
@@ -11,10 +23,13 @@ from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.baseline import BaselineFrictionMonitor, BaselineGate, BaselineParameters
 from tierod.monitors.friction.baseline_session import BaselineSession
 from tierod.monitors.friction.decisions import BASELINE_DECISIONS, DECISIONS
-from tierod.monitors.friction.judged import JudgedEstimator
-from tierod.monitors.friction.monitor import FrictionMonitor
+from tierod.monitors.friction.monitor import (
+    FrictionMonitor,
+    FrictionSession,
+    acting_by_balance,
+    acting_by_build_up,
+)
 from tierod.monitors.friction.refined import RefinedFrictionMonitor, consistent, printed, printed_open
-from tierod.monitors.friction.session import FrictionSession, acting_by_balance, acting_by_build_up
 from tierod.monitors.friction.unscented import unscented
 from tierod.monitors.friction.verdict import FrictionVerdict
 from tierod.monitors.harness.own_level import OwnLevel
@@ -45,7 +60,7 @@ def _paper(name: str, build: Callable[[Any], RefinedFrictionMonitor]) -> Opener:
     def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
         parameters = replace(vehicle.parameters_for(FrictionParameters), sample_time=1.0 / rate)
         verdict = FrictionVerdict.of_vehicle(vehicle, 1.0 / rate, *_learnt(own_level))
-        block = JudgedEstimator(build(parameters), verdict, f"friction, {name}")
+        block = FrictionMonitor(build(parameters), verdict, f"friction, {name}")
         return FrictionSession(block, vehicle, rate, acting_by_balance(parameters))
 
     return open_

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import absolute, all_of, exp, limit, log, maximum, minimum, sqrt, where
@@ -15,6 +16,7 @@ from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.column_motion import column_motion
 from tierod.monitors.friction.conditioning import SAMPLE_TIME, SteeringConditioning
 from tierod.monitors.friction.gate import FrictionGate
+from tierod.monitors.friction.judged import VerdictSample
 from tierod.monitors.friction.presliding_tuning import Coefficients, FrictionTorque, PreslidingTuning
 from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.monitors.friction.torque_balance import ROLLING_SPEED, Regressors, expected_torque, regressors, row_of
@@ -77,6 +79,14 @@ class PreslidingFrictionFilter:
     low_pass: Butterworth = field(init=False, repr=False)
 
     Sample = SteeringSample
+    learnt: ClassVar[Mapping[str, str]] = {
+        "dahl_angle_rad": "dahl_angle",
+        "aligning_gain": "aligning_gain",
+        "torque_offset_Nm": "offset",
+        "damping_Nms_per_rad": "damping",
+        "inertia_kgm2": "inertia",
+    }
+    """Evidence that the estimator has learnt: name with unit -> field of the estimate."""
 
     class State(NamedTuple):
         """Memories of conditioning, build-up and low-pass, and what has been learnt."""
@@ -195,6 +205,15 @@ class PreslidingFrictionFilter:
             innovation_variance=spread + noise,
             nis=innovation * innovation / (spread + noise),
         )
+
+    @property
+    def vehicle_parameters(self) -> FrictionParameters:
+        """Of the vehicle file, as the estimator assumes them."""
+        return self.parameters
+
+    def seen(self, sample: SteeringSample, estimate: FrictionTorque) -> VerdictSample:
+        """What the verdict reads of a sample and its estimate."""
+        return VerdictSample(*(getattr(estimate, name) for name in VerdictSample._fields))
 
     def _update(
         self, state: State, row: Coefficients, innovation: Any, enabled: Any

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import inf
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from tierod.core.block import leaves, rebuild, skeleton
 from tierod.core.errors import ParameterError
@@ -15,6 +16,7 @@ from tierod.methods.filters.each import EachSignal
 from tierod.models.friction_estimation import FrictionEstimation, FrictionParameters
 from tierod.monitors.friction.gate import FrictionGate
 from tierod.monitors.friction.joint_filter import VirtualNoise, joint_filter
+from tierod.monitors.friction.judged import VerdictSample
 from tierod.monitors.friction.refined_signals import (
     FrictionEstimate,
     FrictionSample,
@@ -77,6 +79,7 @@ class RefinedFrictionMonitor:
     low_pass: EachSignal | None = None
     longest_gap: Annotated[float, "s"] = 0.2
     settling_time: Annotated[float, "s"] = 0.5
+    learnt: ClassVar[Mapping[str, str]] = {}
 
     class State(NamedTuple):
         """Belief, sample before (missing signals held), times since the last whole sample and start, low-pass."""
@@ -100,6 +103,37 @@ class RefinedFrictionMonitor:
             raise ParameterError(
                 f"the low-pass filters {self.low_pass.signals.__name__}; build it with signals={self.Sample.__name__}"
             )
+
+    @property
+    def vehicle_parameters(self) -> FrictionParameters:
+        """Of the vehicle file, as the estimator assumes them."""
+        parameters: FrictionParameters = self.filter.parameters
+        return parameters
+
+    def seen(self, sample: Any, estimate: FrictionEstimate) -> VerdictSample:
+        """What the verdict reads of a sample and its estimate.
+
+        This estimator has no build-up of friction, and learns neither balance nor damping: the verdict gets the
+        direction of motion and neutral values in their place.
+        """
+        speed = getattr(sample, "vehicle_speed", None)
+        conditions = self.gate.conditions(sample.driver_torque, sample.motor_torque, sample.steering_wheel_rate, speed)
+        return VerdictSample(
+            friction_torque=estimate.friction_torque,
+            friction_deviation=estimate.friction_deviation,
+            misfit=1.0,
+            enabled=estimate.enabled,
+            hands_on=conditions.hands_on,
+            same_direction=conditions.same_direction,
+            moving=conditions.moving,
+            rolling=conditions.rolling,
+            settled=where(all_of(*(present(value) for value in sample)), 1.0, 0.0),
+            build_up=where(sample.steering_wheel_rate > 0.0, 1.0, -1.0),
+            excitation=1.0,
+            residual=0.0,
+            damping=0.0,
+            aligning_gain=1.0,
+        )
 
     @property
     def Sample(self) -> type:

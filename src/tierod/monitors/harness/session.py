@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, NamedTuple, Protocol
+from typing import Annotated, Any, NamedTuple, Protocol, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from tierod.core.block import Block
+from tierod.core.block import Block, tuning
 from tierod.core.findings import Defect, Element, Finding, Status
 from tierod.core.graph import Memory, Result, scan, trace
 from tierod.core.recording import Aligned, Recording
@@ -132,6 +134,31 @@ class BlockSession(ABC):
     @abstractmethod
     def conclude(self) -> Conclusion:
         """The verdict over all pieces."""
+
+
+def tuning_rows(block: Block) -> list[tuple[str, float, str, float | None, str]]:
+    """Every float of a monitor's own tuning: rows (name, value, unit, deviation, source); not those of its vehicle.
+
+    Args:
+        block: of a monitor
+    """
+    rows: list[tuple[str, float, str, float | None, str]] = []
+    for path, value in tuning(block):
+        if ".parameters." not in f".{path}" and not path.startswith("verdict.limits.") and math.isfinite(value):
+            rows.append((path, value, _unit_of(block, path), None, f"tuning of {type(block).__name__}"))
+    return rows
+
+
+def _unit_of(block: Any, path: str) -> str:
+    """The unit of a float field, from the annotation of its dataclass or NamedTuple."""
+    *way, name = path.split(".")
+    holder = block
+    for step in way:
+        holder = holder[int(step)] if step.isdigit() else getattr(holder, step)
+    if not (dataclasses.is_dataclass(holder) or hasattr(holder, "_fields")):
+        return ""
+    hint = get_type_hints(type(holder), include_extras=True).get(name)
+    return str(get_args(hint)[1]) if get_origin(hint) is Annotated else ""
 
 
 @dataclass(frozen=True)
