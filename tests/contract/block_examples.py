@@ -69,7 +69,6 @@ from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.printed import PrintedObserver
 from tierod.monitors.driver_torque.signs import ColumnSigns
 from tierod.monitors.driver_torque.starting import Starting
-from tierod.monitors.friction.baseline import BaselineFrictionMonitor, BaselineParameters
 from tierod.monitors.friction.conditioning import SteeringConditioning
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
@@ -77,6 +76,7 @@ from tierod.monitors.friction.refined import RefinedFrictionMonitor, consistent
 from tierod.monitors.friction.rolling_variance import RollingVariance
 from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.monitors.friction.unscented import unscented
+from tierod.monitors.friction.variance_method import VarianceFrictionMonitor, VarianceParameters
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 from tierod.monitors.harness.stuck_signals import StuckSignals
 from tierod.monitors.motor_angle.comparison import SensorComparison
@@ -201,8 +201,8 @@ def examples() -> dict[type, Callable[[], Any]]:
             ColumnSigns(18.0, 1e-3),
         ),
         HandsMonitor: lambda: HandsMonitor.of_vehicle(load("column-bench"), 1e-3),
-        BaselineFrictionMonitor: lambda: BaselineFrictionMonitor(
-            load("midsize-eps").parameters_for(BaselineParameters), threshold=1000.0, gate=None
+        VarianceFrictionMonitor: lambda: VarianceFrictionMonitor(
+            load("midsize-eps").parameters_for(VarianceParameters), threshold=1000.0, gate=None
         ),
         InteractingFilter: lambda: InteractingFilter(
             tuple(replace(consistent(CAR).filter, maskable=(), hold_missing_input=True) for _ in range(2)),

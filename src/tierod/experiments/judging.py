@@ -13,7 +13,7 @@ from tierod.core.recording import Aligned, Recording
 from tierod.experiments.alarms import ALARMS, JUDGEMENTS, Window, alarms_of, during, enabled_until, first_after, outcome
 from tierod.experiments.figures import Moments, area_under_curve
 from tierod.experiments.judged import Judged
-from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Conclusion, Monitor, Session, StatusChange, Variant
 from tierod.monitors.run import Run
 from tierod.vehicles import Vehicle
@@ -30,10 +30,10 @@ def judge(
     recording: Recording,
     monitor: tuple[Monitor, Variant],
     belief: Vehicle,
-    own_level: OwnLevel | None,
+    own_level: Baseline | None,
     fault: Window | None,
     settling: Annotated[float, "s"],
-) -> tuple[Judged, OwnLevel | None]:
+) -> tuple[Judged, Baseline | None]:
     """Run a monitor over a drive and hold it against the truth.
 
     Args:

@@ -27,7 +27,7 @@ from tierod.monitors.friction.over_drive import EstimateOverDrive, HysteresisOve
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
 from tierod.monitors.friction.torque_gains import GainsOverDrive
 from tierod.monitors.friction.verdict import FrictionVerdict
-from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import BlockSession, Conclusion, tuning_rows
 from tierod.monitors.harness.verdict import nis_figures
 from tierod.physics.friction import viscous
@@ -227,11 +227,11 @@ class FrictionSession(BlockSession):
             defects=self._gains.defects(),
         )
 
-    def _own_level(self, judged: JudgedFriction, status: Status) -> OwnLevel | None:
+    def _own_level(self, judged: JudgedFriction, status: Status) -> Baseline | None:
         if status is not Status.HEALTHY or judged.known_level <= 0.0:
             return None
         own, unit = judged.baseline, self.vehicle.torque_unit
-        return OwnLevel(self.vehicle.name, self._monitor.name, own.level, own.deviation, unit, own.seconds)
+        return Baseline(self.vehicle.name, self._monitor.name, own.level, own.deviation, unit, own.seconds)
 
 
 def _with_presence(finding: Finding, found: HysteresisPresence | None) -> Finding:

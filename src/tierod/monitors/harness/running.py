@@ -18,12 +18,12 @@ from tierod.core.findings import Diagnosis, Finding, Trace
 from tierod.core.recording import Aligned, Recording
 from tierod.io.derive import complete, ingredients
 from tierod.io.readers import SHARE_READ
+from tierod.monitors.harness.baseline import Baseline, refuse_foreign
 from tierod.monitors.harness.decided import decided
 from tierod.monitors.harness.input_defects import InputDefects, contradicted, with_defects
 from tierod.monitors.harness.judged_time import JudgedTime
 from tierod.monitors.harness.named_vehicle import other_vehicle
 from tierod.monitors.harness.over_time import OverTime
-from tierod.monitors.harness.own_level import OwnLevel, refuse_foreign
 from tierod.monitors.harness.passing import Passing
 from tierod.monitors.harness.pieces import CHUNK, OVERLAP, joined
 from tierod.monitors.harness.quality_over_chunks import QualityOverChunks
@@ -59,7 +59,7 @@ class Run:
         monitor: Monitor,
         variant: Variant,
         vehicle: Vehicle,
-        own_level: OwnLevel | None = None,
+        own_level: Baseline | None = None,
         memory: str | Path | None = None,
         kept: OverTime | None = None,
     ):
@@ -70,7 +70,7 @@ class Run:
         self.feed = _feed(memory, vehicle, monitor) if memory else None
         self._digest = SampleDigest(_common(monitor)) if memory else None
         self.kept = kept
-        self.learnt: OwnLevel | None = None
+        self.learnt: Baseline | None = None
         self.course: tuple[StatusChange, ...] = ()
         self.code_courses: Mapping[str, tuple[StatusChange, ...]] = {}
         used = ingredients([*monitor.required, *monitor.optional])
@@ -273,7 +273,7 @@ def _common(monitor: Monitor) -> set[str]:
     return set.intersection(*(set(ingredients([*each.required, *each.optional])) for each in own))
 
 
-def opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: OwnLevel | None = None) -> Session:
+def opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: Baseline | None = None) -> Session:
     """The session of a variant for a vehicle.
 
     Args:

@@ -15,8 +15,8 @@ from tierod.core.block import Block, tuning
 from tierod.core.findings import Defect, Element, Finding, Status
 from tierod.core.graph import Memory, Result, scan, trace
 from tierod.core.recording import Aligned, Recording
+from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.decision import Decision
-from tierod.monitors.harness.own_level import OwnLevel
 from tierod.vehicles import Vehicle
 
 
@@ -52,7 +52,7 @@ class Conclusion:
     loops: Mapping[str, Any] = field(default_factory=dict)
     consistency: Mapping[str, float] = field(default_factory=dict)
     parameters: tuple[tuple[str, float, str, float | None, str], ...] = ()
-    own_level: OwnLevel | None = None
+    own_level: Baseline | None = None
     remarks: Mapping[str, str] = field(default_factory=dict)
     withheld: tuple[str, ...] = ()
     course: tuple[StatusChange, ...] = ()
@@ -178,7 +178,7 @@ class Variant:
     name: str
     summary: str
     source: str
-    open: Callable[[Vehicle, float, OwnLevel | None], Session]
+    open: Callable[[Vehicle, float, Baseline | None], Session]
     decisions: tuple[Decision, ...] = ()
     required: tuple[str, ...] | None = None
 

@@ -15,7 +15,7 @@ from tierod.core.signals import SIGNALS
 from tierod.methods.detectors.held_threshold import HeldThreshold
 from tierod.methods.detectors.rule_design import alarms_at
 from tierod.methods.identification.hysteresis import HysteresisFriction, HysteresisIdentification, Support
-from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Conclusion, Monitor, Session, Variant
 from tierod.monitors.hysteresis.assist_ratio import torque_defects
 from tierod.monitors.hysteresis.decisions import INCREASE
@@ -100,7 +100,7 @@ class HysteresisSession:
     signals: tuple[str, ...] = SIGNALS_USED
     traces: Mapping[str, str] = {}
 
-    def __init__(self, name: str, support: Support, vehicle: Vehicle, rate: float, own_level: OwnLevel | None):
+    def __init__(self, name: str, support: Support, vehicle: Vehicle, rate: float, own_level: Baseline | None):
         self.name, self.support, self.vehicle, self.own_level = name, support, vehicle, own_level
         self._limits = vehicle.parameters_for(IncreaseLimits) if vehicle.calibrated else None
         self.rule = INCREASE.rule
@@ -118,7 +118,7 @@ class HysteresisSession:
     def conclude(self) -> Conclusion:
         """The friction of the loop, and what it means."""
         found = self.identification.identify(self._recording(), self.support)
-        level = OwnLevel(
+        level = Baseline(
             self.vehicle.name, self.name, found.friction_torque, found.standard_deviation, "N*m",
             sum(abs(balance.path) for balance in found.loops) / max(found.mean_rate, 1e-9),
         )  # fmt: skip
@@ -230,8 +230,8 @@ def _evidence(found: HysteresisFriction) -> dict[str, float]:
     return evidence
 
 
-def _open(support: Support) -> Callable[[Vehicle, float, OwnLevel | None], Session]:
-    def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
+def _open(support: Support) -> Callable[[Vehicle, float, Baseline | None], Session]:
+    def open_(vehicle: Vehicle, rate: float, own_level: Baseline | None) -> Session:
         return HysteresisSession(f"hysteresis, {support}", support, vehicle, rate, own_level)
 
     return open_

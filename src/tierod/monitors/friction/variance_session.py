@@ -11,9 +11,9 @@ from tierod.core.findings import Estimate, Finding, Status
 from tierod.core.graph import Result
 from tierod.core.strides import Stride
 from tierod.methods.detectors.rule_design import alarms_at
-from tierod.monitors.friction.baseline import BaselineFrictionMonitor
-from tierod.monitors.friction.decisions import BASELINE_DECISIONS
+from tierod.monitors.friction.decisions import VARIANCE_DECISIONS
 from tierod.monitors.friction.over_drive import EstimateOverDrive
+from tierod.monitors.friction.variance_method import VarianceFrictionMonitor
 from tierod.monitors.harness.session import BlockSession, Conclusion, tuning_rows
 
 QUANTITY = "variance between two self-aligning torques about the kingpins"
@@ -22,7 +22,7 @@ NEEDED_WINDOWS = 4
 """Windows without which there is no verdict: one alone may hold one manoeuvre."""
 
 
-class BaselineSession(BlockSession):
+class VarianceSession(BlockSession):
     """Collects the variance of every full window.
 
     Args:
@@ -31,7 +31,7 @@ class BaselineSession(BlockSession):
         rate: of the samples [Hz]
     """
 
-    def __init__(self, name: str, block: BaselineFrictionMonitor, rate: float):
+    def __init__(self, name: str, block: VarianceFrictionMonitor, rate: float):
         traces = {
             "variance": ("variance", "N**2*m**2"),
             "external_torque": ("self_aligning_torque_from_motion", "N*m"),
@@ -104,7 +104,7 @@ class BaselineSession(BlockSession):
             "the two self-aligning torques differ more than on the healthy car" if fault else "the two torques agree",
             "judge again with the variant 'pre-sliding', which gives a torque" if fault else "none",
             ("the variance depends on tyres and parameters of the car as much as on friction",),
-            (BASELINE_DECISIONS[0].name,) if fault else (),
+            (VARIANCE_DECISIONS[0].name,) if fault else (),
         )
 
     def _began(self, above: np.ndarray) -> float | None:

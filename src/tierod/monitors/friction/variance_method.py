@@ -24,7 +24,7 @@ from tierod.physics.lag import share_reached
 
 
 @dataclass(frozen=True)
-class BaselineParameters:
+class VarianceParameters:
     """Parameters of the baseline monitor, named as in a vehicle file.
 
     Args:
@@ -55,7 +55,7 @@ class BaselineParameters:
 
 
 @dataclass(frozen=True)
-class BaselineGate:
+class VarianceGate:
     """Where the linear single track is trusted.
 
     Source: Mohtat et al., section 4.2. On simulated drives this opens 2.7 % of the time (printed: 36 %).
@@ -90,7 +90,7 @@ class AligningTorqueObserver(NamedTuple):
     self_aligning_torque: Any
 
 
-class BaselineVerdict(NamedTuple):
+class VarianceOutput(NamedTuple):
     """What the baseline monitor knows after a sample.
 
     Args:
@@ -113,7 +113,7 @@ class BaselineVerdict(NamedTuple):
 
 
 @dataclass(frozen=True)
-class BaselineFrictionMonitor:
+class VarianceFrictionMonitor:
     """Infer friction from the variance of the difference of two self-aligning torques.
 
     A Luenberger observer of angle, rate and self-aligning torque knows the nominal friction only; friction beyond it
@@ -136,9 +136,9 @@ class BaselineFrictionMonitor:
     the last numerator C_r, see `tierod.physics.aligning`.
     """
 
-    parameters: BaselineParameters
+    parameters: VarianceParameters
     threshold: Annotated[float, "N**2*m**2"]
-    gate: BaselineGate | None
+    gate: VarianceGate | None
     literal_sign: bool = False
     pole_rate: Annotated[float, "1/s"] = 15.0
     minimum_speed: Annotated[float, "m/s"] = 3.0
@@ -162,7 +162,7 @@ class BaselineFrictionMonitor:
         """At rest, with an empty window."""
         return self.State(AligningTorqueObserver(0.0, 0.0, 0.0), 0.0, 0.0, 0.0, self._window.init())
 
-    def step(self, state: State, sample: SteeringSample) -> tuple[State, BaselineVerdict]:
+    def step(self, state: State, sample: SteeringSample) -> tuple[State, VarianceOutput]:
         """One sample on."""
         observer = self._observe(state, sample.steering_wheel_angle)
         external = self._external_torque(sample)
@@ -178,7 +178,7 @@ class BaselineFrictionMonitor:
             where(present(sample.steering_wheel_rate), sample.steering_wheel_rate, state.rate),
             window,
         )
-        return after, BaselineVerdict(
+        return after, VarianceOutput(
             external,
             observer.self_aligning_torque,
             spread.variance,
@@ -253,7 +253,7 @@ class BaselineFrictionMonitor:
         return self.gate.opened(sample.steering_wheel_angle, sample.lateral_acceleration, slip)
 
 
-def calibrated(monitor: BaselineFrictionMonitor, healthy: Sequence[Result], quantile: float) -> BaselineFrictionMonitor:
+def calibrated(monitor: VarianceFrictionMonitor, healthy: Sequence[Result], quantile: float) -> VarianceFrictionMonitor:
     """The monitor with its threshold from drives of the healthy car.
 
     Args:
