@@ -71,11 +71,11 @@ from tierod.monitors.driver_torque.signs import ColumnSigns
 from tierod.monitors.driver_torque.starting import Starting
 from tierod.monitors.friction.conditioning import SteeringConditioning
 from tierod.monitors.friction.monitor import FrictionMonitor
+from tierod.monitors.friction.presets import consistent, unscented
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
-from tierod.monitors.friction.refined import RefinedFrictionMonitor, consistent
+from tierod.monitors.friction.refined import RefinedFrictionMonitor
 from tierod.monitors.friction.rolling_variance import RollingVariance
-from tierod.monitors.friction.steering_sample import SteeringSample
-from tierod.monitors.friction.unscented import unscented
+from tierod.monitors.friction.signals import SteeringSample
 from tierod.monitors.friction.variance_method import VarianceFrictionMonitor, VarianceParameters
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 from tierod.monitors.harness.stuck_signals import StuckSignals

@@ -41,7 +41,7 @@ def inspect(
     from tierod.io.quality import channel_quality
     from tierod.io.signs import sign_warnings
     from tierod.io.turns import turn_warnings
-    from tierod.monitors.harness.inspection import refusals
+    from tierod.monitors.harness.acceptance import refusals
     from tierod.monitors.registry import MONITORS
 
     car = _vehicle(whole, vehicle)
@@ -162,7 +162,7 @@ def _short(reason: str) -> str:
 
 def _can_run(monitor: Monitor, reasons: Mapping[str, str], verdict: str) -> str:
     """That it can run, on what condition, as which variant, and whether one must be chosen."""
-    from tierod.monitors.harness.inspection import taken
+    from tierod.monitors.harness.acceptance import taken
 
     free = taken(monitor, reasons)
     condition = f" if {monitor.condition}" if monitor.condition else ""

@@ -11,7 +11,7 @@ from monitors.friction.drives import driven
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.graph import scan
 from tierod.models.eps_column import rate_hold
-from tierod.monitors.friction.steering_sample import SteeringSample
+from tierod.monitors.friction.signals import SteeringSample
 from tierod.monitors.friction.variance_method import (
     VarianceFrictionMonitor,
     VarianceGate,

@@ -15,7 +15,7 @@ from tierod.monitors.friction.finding import finding_of
 from tierod.monitors.friction.judged import VerdictSample
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.notices import FrictionRun
-from tierod.monitors.friction.steering_sample import SteeringSample
+from tierod.monitors.friction.signals import SteeringSample
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 from tierod.monitors.friction.verdict_tuning import AlarmTuning
 from tierod.vehicles import load

@@ -27,8 +27,8 @@ from tierod.monitors.friction.monitor import (
     acting_by_balance,
     acting_by_build_up,
 )
-from tierod.monitors.friction.refined import RefinedFrictionMonitor, consistent, printed, printed_open
-from tierod.monitors.friction.unscented import unscented
+from tierod.monitors.friction.presets import consistent, printed, printed_open, unscented
+from tierod.monitors.friction.refined import RefinedFrictionMonitor
 from tierod.monitors.friction.variance_method import VarianceFrictionMonitor, VarianceGate, VarianceParameters
 from tierod.monitors.friction.variance_session import VarianceSession
 from tierod.monitors.friction.verdict import FrictionVerdict

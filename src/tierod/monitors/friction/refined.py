@@ -15,15 +15,14 @@ from tierod.methods.estimators.shapes import Belief
 from tierod.methods.filters.each import EachSignal
 from tierod.models.friction_estimation import FrictionEstimation, FrictionParameters
 from tierod.monitors.friction.gate import FrictionGate
-from tierod.monitors.friction.joint_filter import VirtualNoise, joint_filter
 from tierod.monitors.friction.judged import VerdictSample
-from tierod.monitors.friction.refined_signals import (
+from tierod.monitors.friction.signals import (
     FrictionEstimate,
     FrictionSample,
     Innovation,
     InnovationVariance,
+    SteeringSample,
 )
-from tierod.monitors.friction.steering_sample import SteeringSample
 
 OperatingPoint = Literal["measurement", "estimate"]
 
@@ -220,91 +219,3 @@ class RefinedFrictionMonitor:
 
 def _chosen(condition: Any, taken: Any, otherwise: Any) -> Any:
     return rebuild(otherwise, [where(condition, a, b) for a, b in zip(taken, otherwise, strict=True)])
-
-
-def printed(
-    parameters: FrictionParameters,
-    *,
-    initial_friction_variance: float = 1.0,
-    operating_point: OperatingPoint = "measurement",
-    virtual_noise: VirtualNoise = "scaled by sample time",
-) -> RefinedFrictionMonitor:
-    """The monitor as printed: literal Q of eq (11), dt in the virtual rows of G, covariance update of Table 3.
-
-    The self-aligning torque is hardly tracked with it (41 N m root mean square) and friction reads 0.4 to 0.9 N m high.
-
-    Args:
-        parameters: of the joint model
-        initial_friction_variance: P_T [(N m)^2]; from 3 N m, 12.5 N m reads about 11 N m after the printed 50 s of
-            enabled time with 1, and 8.6 N m with the steady value of 6e-4
-        operating_point: appendix B
-        virtual_noise: reading of G; "per sample" tracks the self-aligning torque at the price of more scatter
-    """
-    return RefinedFrictionMonitor(
-        joint_filter(
-            parameters,
-            input_variance=(0.01, 0.01, 0.1),
-            virtual_variance=(1.0, 0.001),
-            virtual_noise=virtual_noise,
-            covariance_update="printed",
-            initial_friction_variance=initial_friction_variance,
-        ),
-        operating_point=operating_point,
-    )
-
-
-def printed_open(
-    parameters: FrictionParameters,
-    *,
-    initial_friction_variance: float = 1.0,
-    operating_point: OperatingPoint = "measurement",
-) -> RefinedFrictionMonitor:
-    """The printed monitor with a self-aligning torque that is free to move: Q of it 1e4.
-
-    Args:
-        parameters: of the joint model
-        initial_friction_variance: P_T [(N m)^2], as in `printed`
-        operating_point: appendix B
-    """
-    return RefinedFrictionMonitor(
-        joint_filter(
-            parameters,
-            input_variance=(0.01, 0.01, 0.1),
-            virtual_variance=(1e4, 0.001),
-            virtual_noise="scaled by sample time",
-            covariance_update="printed",
-            initial_friction_variance=initial_friction_variance,
-        ),
-        operating_point=operating_point,
-    )
-
-
-def consistent(
-    parameters: FrictionParameters,
-    *,
-    initial_friction_variance: float = 25.0,
-    operating_point: OperatingPoint = "measurement",
-) -> RefinedFrictionMonitor:
-    """The corrected monitor: Schmidt-Joseph covariance, Q = diag(1, 1, 0.1, 1e4, 0.1), sticking.
-
-    Q of the torques is 1 (N m)^2 instead of 0.01, which covers the error of the model; the self-aligning torque is
-    then known to 6.5 N m and the variance of friction means something.
-
-    Args:
-        parameters: of the joint model
-        initial_friction_variance: P_T [(N m)^2]; (5 N m)^2 covers every level of the paper, and the estimate is there
-            after 10 s of enabled time
-        operating_point: appendix B
-    """
-    return RefinedFrictionMonitor(
-        joint_filter(
-            parameters,
-            input_variance=(1.0, 1.0, 0.1),
-            virtual_variance=(1e4, 0.1),
-            virtual_noise="scaled by sample time",
-            covariance_update="schmidt",
-            initial_friction_variance=initial_friction_variance,
-        ),
-        operating_point=operating_point,
-        sticking=Sticking(),
-    )

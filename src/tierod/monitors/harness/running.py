@@ -13,25 +13,23 @@ import numpy as np
 
 from tierod import __version__
 from tierod.core.decimation import Decimator, bins_each
-from tierod.core.errors import InputError, ParameterError
+from tierod.core.errors import InputError
 from tierod.core.findings import Diagnosis, Finding, Trace
 from tierod.core.recording import Aligned, Recording
 from tierod.io.derive import complete, ingredients
 from tierod.io.readers import SHARE_READ
+from tierod.monitors.harness.acceptance import refuse_unsuitable
 from tierod.monitors.harness.baseline import Baseline, refuse_foreign
-from tierod.monitors.harness.decided import decided
+from tierod.monitors.harness.decision_report import Passing, decided
 from tierod.monitors.harness.input_defects import InputDefects, contradicted, with_defects
 from tierod.monitors.harness.judged_time import JudgedTime
 from tierod.monitors.harness.named_vehicle import other_vehicle
 from tierod.monitors.harness.over_time import OverTime
-from tierod.monitors.harness.passing import Passing
-from tierod.monitors.harness.pieces import CHUNK, OVERLAP, joined
+from tierod.monitors.harness.pieces import CHUNK, OVERLAP, Silence, joined
 from tierod.monitors.harness.quality_over_chunks import QualityOverChunks
 from tierod.monitors.harness.sample_digest import SampleDigest
-from tierod.monitors.harness.session import Conclusion, Monitor, Session, StatusChange, Variant
-from tierod.monitors.harness.silence import Silence
+from tierod.monitors.harness.session import Conclusion, Monitor, Session, StatusChange, Variant, opened
 from tierod.monitors.harness.stuck_over_drive import StuckOverDrive
-from tierod.monitors.harness.suitable import refuse_unsuitable
 from tierod.vehicles import Vehicle
 
 if TYPE_CHECKING:
@@ -271,21 +269,3 @@ def _common(monitor: Monitor) -> set[str]:
     """Channels that every variant reads: judged by another one, a recording has the same fingerprint."""
     own = [monitor, *(monitor.needing(variant) for variant in monitor.variants.values())]
     return set.intersection(*(set(ingredients([*each.required, *each.optional])) for each in own))
-
-
-def opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: Baseline | None = None) -> Session:
-    """The session of a variant for a vehicle.
-
-    Args:
-        monitor: on the grid of the recording
-        variant: of the monitor
-        vehicle: that is judged
-        own_level: baseline of earlier drives; None where there is none
-
-    Raises:
-        ParameterError: the variant cannot run with this vehicle
-    """
-    try:
-        return variant.open(vehicle, monitor.rate, own_level)
-    except ParameterError as error:
-        raise ParameterError(f"the monitor '{monitor.name}' cannot run as '{variant.name}': {error}") from None

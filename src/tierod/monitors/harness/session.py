@@ -12,6 +12,7 @@ from typing import Annotated, Any, NamedTuple, Protocol, get_args, get_origin, g
 import numpy as np
 
 from tierod.core.block import Block, tuning
+from tierod.core.errors import ParameterError
 from tierod.core.findings import Defect, Element, Finding, Status
 from tierod.core.graph import Memory, Result, scan, trace
 from tierod.core.recording import Aligned, Recording
@@ -252,3 +253,21 @@ class Monitor:
         slowest = min(rates, default=self.rate)
         fitting = [rate for rate in (self.rate, *self.slower) if rate <= 1.05 * slowest]
         return replace(self, rate=fitting[0] if fitting else (self.rate, *self.slower)[-1])
+
+
+def opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: Baseline | None = None) -> Session:
+    """The session of a variant for a vehicle.
+
+    Args:
+        monitor: on the grid of the recording
+        variant: of the monitor
+        vehicle: that is judged
+        own_level: baseline of earlier drives; None where there is none
+
+    Raises:
+        ParameterError: the variant cannot run with this vehicle
+    """
+    try:
+        return variant.open(vehicle, monitor.rate, own_level)
+    except ParameterError as error:
+        raise ParameterError(f"the monitor '{monitor.name}' cannot run as '{variant.name}': {error}") from None

@@ -10,12 +10,10 @@ from typing import Any
 
 from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.conditioning import AngleObserver, SteeringConditioning
-from tierod.monitors.friction.joint_filter import equal_low_pass
 from tierod.monitors.friction.monitor import FrictionMonitor
+from tierod.monitors.friction.presets import consistent, equal_low_pass, printed, printed_open, unscented
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
 from tierod.monitors.friction.presliding_tuning import DEVIATIONS, PROCESS, PreslidingTuning
-from tierod.monitors.friction.refined import consistent, printed, printed_open
-from tierod.monitors.friction.unscented import unscented
 from tierod.monitors.friction.variance_method import VarianceFrictionMonitor, VarianceGate, VarianceParameters
 from tierod.vehicles import Vehicle, load
 
