@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from tierod.core.recording import Channel, Recording
     from tierod.io.readers import read
     from tierod.io.writers import write
-    from tierod.monitors.run import diagnose
+    from tierod.monitors.diagnose import diagnose
     from tierod.report import to_json, write_html
     from tierod.report.plot import plot
     from tierod.vehicles import Vehicle
@@ -40,7 +40,7 @@ _HOMES = {
     "TierodError": "tierod.core.errors",
     "Vehicle": "tierod.vehicles",
     "batch": "tierod.core.graph",
-    "diagnose": "tierod.monitors.run",
+    "diagnose": "tierod.monitors.diagnose",
     "plot": "tierod.report.plot",
     "read": "tierod.io.readers",
     "scan": "tierod.core.graph",

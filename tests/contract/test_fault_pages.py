@@ -12,9 +12,9 @@ from tierod.core.findings import Status
 from tierod.core.recording import Channel
 from tierod.core.shown import shown
 from tierod.io.readers import read
+from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.registry import MONITORS
-from tierod.monitors.run import diagnose
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 from tierod.report.deciding import deciding
 from tierod.report.display import number, time_scale

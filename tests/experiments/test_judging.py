@@ -12,8 +12,8 @@ from tierod.core.recording import Channel, Recording
 from tierod.experiments.alarms import Window
 from tierod.experiments.judged import Judged, from_plain, plain
 from tierod.experiments.judging import judge
+from tierod.monitors.diagnose import find
 from tierod.monitors.harness.session import Conclusion, Monitor, StatusChange, Variant
-from tierod.monitors.run import find
 from tierod.proving_ground import FrictionCourse, drive
 from tierod.vehicles import load
 

@@ -6,11 +6,11 @@ import pytest
 
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Status
+from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.hysteresis.decisions import INCREASE
 from tierod.monitors.hysteresis.definition import IncreaseLimits
 from tierod.monitors.registry import MONITORS
-from tierod.monitors.run import diagnose
 from tierod.proving_ground import drive, lock_to_lock
 from tierod.vehicles import load
 

@@ -13,9 +13,9 @@ from tierod.core.recording import Aligned, Recording
 from tierod.experiments.alarms import ALARMS, JUDGEMENTS, Window, alarms_of, during, enabled_until, first_after, outcome
 from tierod.experiments.figures import Moments, area_under_curve
 from tierod.experiments.judged import Judged
+from tierod.monitors.diagnose import Run
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Conclusion, Monitor, Session, StatusChange, Variant
-from tierod.monitors.run import Run
 from tierod.vehicles import Vehicle
 
 TRUTH = "truth_"

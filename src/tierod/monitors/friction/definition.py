@@ -3,8 +3,8 @@
 From `tierod diagnose` to the verdict in eight files:
 
 1. `cli/diagnose.py` reads the options.
-2. `monitors/run.py` finds the monitor and feeds it piece by piece.
-3. `monitors/harness/running.py` puts every piece on one grid, looks for defects of the signals, and makes the report.
+2. `monitors/diagnose.py` finds the monitor and feeds it piece by piece.
+3. `monitors/harness/run.py` puts every piece on one grid, without stuck signals, and makes the report.
 4. `monitors/friction/definition.py`, this file, opens a variant for a vehicle.
 5. `monitors/friction/monitor.py`: the block, which is estimator and verdict, and the session that collects.
 6. `monitors/friction/presliding.py`, or `refined.py`, estimates friction.
