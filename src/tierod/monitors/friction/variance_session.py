@@ -15,6 +15,7 @@ from tierod.monitors.friction.decisions import VARIANCE_DECISIONS
 from tierod.monitors.friction.over_drive import EstimateOverDrive
 from tierod.monitors.friction.variance_method import VarianceFrictionMonitor
 from tierod.monitors.harness.session import BlockSession, Conclusion, tuning_rows
+from tierod.monitors.harness.verdict import Obstacle, withheld
 
 QUANTITY = "variance between two self-aligning torques about the kingpins"
 
@@ -82,8 +83,8 @@ class VarianceSession(BlockSession):
         else:
             status, cause = Status.NOT_TESTABLE, "the vehicle file gives no threshold for the variance"
             action = "take baseline_variance from healthy drives of this car, or use the variant 'pre-sliding'"
-        headline = f"Friction of the steering by the baseline method: {status.value}; {cause}."
-        return Finding(self.name, status, headline, evidence=evidence, cause=cause, action=action)
+        subject = "Friction of the steering by the baseline method"
+        return withheld(self.name, subject, [Obstacle(status, cause, action)], evidence)
 
     def _judged(self, variances: np.ndarray, evidence: dict[str, float]) -> Finding:
         later = variances[len(variances) // 2 :]

@@ -17,6 +17,7 @@ from tierod.methods.detectors.rule_design import alarms_at
 from tierod.methods.identification.hysteresis import HysteresisFriction, HysteresisIdentification, Support
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Conclusion, Monitor, Session, Variant
+from tierod.monitors.harness.verdict import Obstacle, withheld
 from tierod.monitors.hysteresis.assist_ratio import torque_defects
 from tierod.monitors.hysteresis.decisions import INCREASE
 from tierod.vehicles import Vehicle
@@ -195,15 +196,9 @@ class HysteresisSession:
         return Estimate(estimate.quantity, estimate.value, estimate.standard_deviation, estimate.unit, reference)
 
     def _withheld(self, cause: str, status: Status, found: HysteresisFriction | None = None) -> Finding:
-        return Finding(
-            self.name,
-            status,
-            f"Friction of the steering: {status.value}; {cause}.",
-            estimate=self._estimate(found, {}) if found else None,
-            evidence=_evidence(found) if found else {},
-            cause=cause,
-            action=_REMEDIES[status],
-        )
+        obstacle = Obstacle(status, cause, _REMEDIES[status])
+        evidence, estimate = (_evidence(found), self._estimate(found, {})) if found else ({}, None)
+        return withheld(self.name, "Friction of the steering", [obstacle], evidence, estimate=estimate)
 
 
 _REMEDIES = {
