@@ -13,7 +13,7 @@ from tierod.core.block import Tree
 from tierod.core.graph import KEEP, Bank, JudgeSample, Stream, Verdict, scan
 from tierod.core.graph.maths import maximum, where
 from tierod.models.friction_estimation import FrictionParameters
-from tierod.monitors.friction.refined import printed
+from tierod.monitors.friction.presets import printed
 from tierod.vehicles import load
 
 LANES = 50

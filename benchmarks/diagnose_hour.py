@@ -16,7 +16,7 @@ from benchmarks.filterpy_peer import nanoseconds_per_step
 from benchmarks.filters import EnabledFilter, matrices
 from tierod.io.writers import write
 from tierod.models.friction_estimation import FrictionParameters
-from tierod.monitors.friction.refined import printed
+from tierod.monitors.friction.presets import printed
 from tierod.proving_ground import drive
 from tierod.vehicles import load
 

@@ -19,7 +19,8 @@ from tierod.core.graph.trace import initial_memory
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.models.friction_estimation import FrictionEstimation, FrictionParameters
 from tierod.monitors.friction.gate import FrictionGate
-from tierod.monitors.friction.refined import FrictionSample, printed
+from tierod.monitors.friction.presets import printed
+from tierod.monitors.friction.refined import FrictionSample
 from tierod.vehicles import load
 
 STEPS = 500_000

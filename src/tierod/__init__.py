@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from tierod.core.recording import Channel, Recording
     from tierod.io.readers import read
     from tierod.io.writers import write
+    from tierod.monitors.diagnose import diagnose
     from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Variant
     from tierod.monitors.inspection import inspect
-    from tierod.monitors.run import diagnose
     from tierod.proving_ground.scenarios import simulate
     from tierod.report import to_json, write_html
     from tierod.report.analysis.isolability import analyse as isolability
@@ -54,7 +54,7 @@ _HOMES = {
     "batch": "tierod.core.graph",
     "campaign": "tierod.report.campaign.running",
     "compare": "tierod.report.campaign.running",
-    "diagnose": "tierod.monitors.run",
+    "diagnose": "tierod.monitors.diagnose",
     "identify": "tierod.report.identification",
     "inspect": "tierod.monitors.inspection",
     "isolability": "tierod.report.analysis.isolability:analyse",

@@ -23,8 +23,8 @@ from tierod.core.graph.kernel_cache import Bounds, KernelCache
 from tierod.core.recording import Aligned, Recording
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.experiments.store import Store
+from tierod.monitors.harness.baseline import Baseline, keep_first, load_baseline
 from tierod.monitors.harness.into_memory import MemoryFeed
-from tierod.monitors.harness.own_level import OwnLevel, keep_first, load_own_level
 
 VEHICLE = "midsize-eps"
 
@@ -166,12 +166,12 @@ def baseline(count: int, seed: int, folder: Path) -> dict[str, int]:
     path = folder / "car.json"
 
     def learn(number: int) -> str:
-        return keep_first(OwnLevel(VEHICLE, "friction", 1.0 + number, 0.1, "N*m", 100.0), path)
+        return keep_first(Baseline(VEHICLE, "friction", 1.0 + number, 0.1, "N*m", 100.0), path)
 
     answers = at_once(count, learn)
     writers = [number for number, answer in enumerate(answers) if str(answer).startswith("written to")]
     left = sum("by another program meanwhile" in str(answer) for answer in answers)
-    whose = round(load_own_level(path).value - 1.0)
+    whose = round(load_baseline(path).value - 1.0)
     wrong = abs(len(writers) - 1) + (count - 1 - left) + (writers != [whose]) + len(_strays(folder))
     return {"processes": count, "written": len(writers), "left": left, "wrong": wrong}
 

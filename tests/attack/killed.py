@@ -60,9 +60,9 @@ def _whole_memory(path: Path) -> None:
 
 
 def _whole_baseline(path: Path) -> None:
-    from tierod.monitors.harness.own_level import load_own_level
+    from tierod.monitors.harness.baseline import load_baseline
 
-    load_own_level(path)
+    load_baseline(path)
 
 
 def _whole_vehicle(path: Path) -> None:

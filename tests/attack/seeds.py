@@ -260,7 +260,7 @@ def vendor_files(kind: str) -> dict[str, bytes]:
 
 def user_files() -> dict[str, dict[str, bytes]]:
     """Of each kind of file that a user writes or keeps, by name of the target."""
-    from tierod.monitors.harness.own_level import OwnLevel, store_own_level
+    from tierod.monitors.harness.baseline import Baseline, store_baseline
 
     package = Path(__import__("tierod").__file__).parent
     shipped = {
@@ -276,8 +276,8 @@ def user_files() -> dict[str, dict[str, bytes]]:
         for target, (folder, names) in shipped.items()
     }
     found["channel-map"]["drive.channels.toml"] = DRIVE_MAP.encode()
-    level = OwnLevel("midsize-eps", "friction, pre-sliding", 4.05, 0.15, "N*m", 1310.0, "2026-11-21T10:00:00+00:00")
-    found["own-level"] = {"level.json": _written("level.json", lambda path: store_own_level(level, path))}
+    level = Baseline("midsize-eps", "friction, pre-sliding", 4.05, 0.15, "N*m", 1310.0, "2026-11-21T10:00:00+00:00")
+    found["own-level"] = {"level.json": _written("level.json", lambda path: store_baseline(level, path))}
     found["fault-memory"] = {"memory.json": _written("memory.json", _memory)}
     return found
 

@@ -28,8 +28,8 @@ from attack.semantic_drives import DRIVES, Drive, recorded
 from tierod.core.errors import TierodError
 from tierod.core.findings import Diagnosis, Status
 from tierod.core.recording import Recording
+from tierod.monitors.diagnose import diagnose
 from tierod.monitors.registry import MONITORS
-from tierod.monitors.run import diagnose
 from tierod.report import print_table
 
 SEEDS = (11, 12)

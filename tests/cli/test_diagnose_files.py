@@ -8,8 +8,8 @@ from tierod.cli import main
 from tierod.core.recording import Recording
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.io.writers import write
-from tierod.monitors.harness.own_level import OwnLevel, load_own_level, store_own_level
-from tierod.monitors.harness.running import Run
+from tierod.monitors.harness.baseline import Baseline, load_baseline, store_baseline
+from tierod.monitors.harness.run import Run
 from tierod.proving_ground import drive
 
 
@@ -38,7 +38,7 @@ def diagnose(recording, *arguments):
 def test_a_remark_says_whether_a_baseline_was_written_or_used(recordings, place, capsys):
     assert diagnose(recordings / "healthy.parquet", "--own-level", "car.json") == 0
     assert "baseline: written to car.json; later recordings are judged against it" in capsys.readouterr().out
-    learnt = load_own_level("car.json").learnt
+    learnt = load_baseline("car.json").learnt
     assert diagnose(recordings / "faulty.parquet", "--own-level", "car.json") == 1
     assert f"baseline: judged against car.json, learnt {learnt}; the file stays as it is" in capsys.readouterr().out
 
@@ -70,18 +70,18 @@ def test_a_remark_says_why_a_baseline_was_not_written(recordings, place, capsys,
 
 
 def test_a_baseline_that_appeared_meanwhile_is_left_as_it_is(recordings, place, capsys, monkeypatch):
-    other = OwnLevel("midsize-eps", "friction, pre-sliding", 4.0, 0.1, "N*m", 100.0)
+    other = Baseline("midsize-eps", "friction, pre-sliding", 4.0, 0.1, "N*m", 100.0)
 
     real = Run.finish
 
     def judged(*arguments):
-        store_own_level(other, "car.json")
+        store_baseline(other, "car.json")
         return real(*arguments)
 
     monkeypatch.setattr(Run, "finish", judged)
     assert diagnose(recordings / "healthy.parquet", "--own-level", "car.json") == 0
     assert "car.json was written by another program meanwhile and stays" in capsys.readouterr().out
-    assert load_own_level("car.json") == other
+    assert load_baseline("car.json") == other
 
 
 def memory():

@@ -63,15 +63,14 @@ from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.printed import PrintedObserver
 from tierod.monitors.driver_torque.signs import ColumnSigns
 from tierod.monitors.driver_torque.starting import Starting
-from tierod.monitors.friction.baseline import BaselineFrictionMonitor, BaselineParameters
 from tierod.monitors.friction.conditioning import SteeringConditioning
-from tierod.monitors.friction.judged import JudgedEstimator
 from tierod.monitors.friction.monitor import FrictionMonitor
+from tierod.monitors.friction.presets import consistent, unscented
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
-from tierod.monitors.friction.refined import RefinedFrictionMonitor, consistent
+from tierod.monitors.friction.refined import RefinedFrictionMonitor
 from tierod.monitors.friction.rolling_variance import RollingVariance
-from tierod.monitors.friction.steering_sample import SteeringSample
-from tierod.monitors.friction.unscented import unscented
+from tierod.monitors.friction.signals import SteeringSample
+from tierod.monitors.friction.variance_method import VarianceFrictionMonitor, VarianceParameters
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 from tierod.monitors.harness.stuck_signals import StuckSignals
 from tierod.monitors.motor_angle.comparison import SensorComparison
@@ -184,9 +183,6 @@ def examples() -> dict[type, Callable[[], Any]]:
         TwoStageKalman: lambda: two_stage_kalman(BY_WIRE, DT),
         TwoStagePoles: lambda: two_stage_poles(BY_WIRE, DT),
         FromCarSignals: lambda: FromCarSignals.of_vehicle(two_stage_kalman(BY_WIRE, 1e-3), load("steer-by-wire")),
-        JudgedEstimator: lambda: JudgedEstimator(
-            consistent(CAR), FrictionVerdict(FrictionLimits(4.0, 4.8, 7.5), sample_time=DT)
-        ),
         RefinedFrictionMonitor: lambda: consistent(CAR),
         RollingVariance: lambda: RollingVariance(50, 40),
         LeakyKinematic: lambda: LeakyKinematic(DT, 1.5),
@@ -197,8 +193,8 @@ def examples() -> dict[type, Callable[[], Any]]:
             ColumnSigns(18.0, 1e-3),
         ),
         HandsMonitor: lambda: HandsMonitor.of_vehicle(load("column-bench"), 1e-3),
-        BaselineFrictionMonitor: lambda: BaselineFrictionMonitor(
-            load("midsize-eps").parameters_for(BaselineParameters), threshold=1000.0, gate=None
+        VarianceFrictionMonitor: lambda: VarianceFrictionMonitor(
+            load("midsize-eps").parameters_for(VarianceParameters), threshold=1000.0, gate=None
         ),
         ImmFilter: lambda: ImmFilter(
             tuple(replace(consistent(CAR).filter, maskable=(), hold_missing_input=True) for _ in range(2)),

@@ -12,9 +12,9 @@ from tierod.core.findings import Status
 from tierod.core.recording import Channel
 from tierod.core.shown import shown
 from tierod.io.readers import read
-from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.diagnose import diagnose
+from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.registry import MONITORS
-from tierod.monitors.run import diagnose
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 from tierod.report.display import number, time_scale
 from tierod.report.page import render
@@ -80,7 +80,7 @@ def friction(whole, variant):
 
 
 def hysteresis(whole, variant):
-    level = OwnLevel("midsize-eps", f"hysteresis, {variant}", 4.0, 0.1, "N*m", 60.0)
+    level = Baseline("midsize-eps", f"hysteresis, {variant}", 4.0, 0.1, "N*m", 60.0)
     return diagnose(whole, "midsize-eps", "hysteresis", variant, own_level=level)
 
 

@@ -196,7 +196,7 @@ def loaded_after(statement):
         ("import tierod", {"numpy", "scipy", "pydantic"}),
         ("from tierod.cli import main; main(['--version'])", {"numpy", "scipy", "pydantic"}),
         ("from tierod.cli import main; main(['--help'])", {"numpy", "scipy", "pydantic"}),
-        ("import tierod.monitors.run", {"scipy.signal", "scipy.optimize"}),
+        ("import tierod.monitors.diagnose", {"scipy.signal", "scipy.optimize"}),
         ("import tierod.report", set()),
         ("import tierod.io.readers", set()),
     ],

@@ -11,8 +11,8 @@ from tierod.core.findings import Finding, Status
 from tierod.core.recording import Channel, Recording
 from tierod.experiments.judged import Judged, Window, from_plain, plain
 from tierod.experiments.judging import judge
+from tierod.monitors.diagnose import find
 from tierod.monitors.harness.session import Conclusion, Monitor, StatusChange, Variant
-from tierod.monitors.run import find
 from tierod.proving_ground import FrictionCourse, drive
 from tierod.vehicles import load
 

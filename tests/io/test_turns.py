@@ -9,7 +9,7 @@ from shared_data import shared_data
 from tierod.core.recording import Channel, Recording
 from tierod.io.readers import read
 from tierod.io.signs import NAMES, turn_warnings
-from tierod.monitors.run import diagnose
+from tierod.monitors.diagnose import diagnose
 from tierod.proving_ground import drive
 
 

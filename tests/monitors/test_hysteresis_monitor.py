@@ -6,11 +6,11 @@ import pytest
 
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Status
-from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.diagnose import diagnose
+from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.hysteresis.decisions import INCREASE
 from tierod.monitors.hysteresis.definition import IncreaseLimits
 from tierod.monitors.registry import MONITORS
-from tierod.monitors.run import diagnose
 from tierod.proving_ground import drive, lock_to_lock
 from tierod.vehicles import load
 
@@ -67,7 +67,7 @@ def test_without_a_noticeable_friction_nothing_is_suspected():
 
 
 def test_the_limits_of_an_own_loop_lie_as_far_above_it_as_those_of_the_vehicle():
-    own = OwnLevel("midsize-eps", "hysteresis, ground", 28.8, 0.1, "N*m", 60.0)
+    own = Baseline("midsize-eps", "hysteresis, ground", 28.8, 0.1, "N*m", 60.0)
     finding = diagnose(lock_to_lock(4.0, hoist=False), "midsize-eps", "hysteresis", "ground", own_level=own).findings[0]
     assert finding.estimate.reference == {
         "unfaulted": 28.8,

@@ -21,7 +21,7 @@ def demo(
     from tierod.cli.terminal import messages, progress
     from tierod.cli.terminal import output as console
     from tierod.io.writers import write
-    from tierod.monitors.run import diagnose
+    from tierod.monitors.diagnose import diagnose
     from tierod.proving_ground import FrictionCourse, drive
 
     terminal = console()

@@ -78,8 +78,8 @@ def diagnose(
     """Judge a recording of a drive: healthy (0), fault (1), could not judge (2), bad input (3)."""
     from tierod.cli.terminal import messages, progress
     from tierod.cli.terminal import output as console
-    from tierod.monitors.run import diagnose as run
-    from tierod.monitors.run import usual_monitor
+    from tierod.monitors.diagnose import diagnose as run
+    from tierod.monitors.diagnose import usual_monitor
     from tierod.vehicles import load
 
     vehicle = _named_in(recording, dbc, channel_map) if vehicle is None else vehicle

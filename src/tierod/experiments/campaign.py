@@ -17,7 +17,7 @@ from tierod.experiments.plan import Cell, Judge, Plan, drive_key, teachers
 from tierod.experiments.pools import Pool
 from tierod.experiments.rows import FAULT, SEED, SIZE, is_at
 from tierod.experiments.scenarios import Scenes
-from tierod.monitors.run import find
+from tierod.monitors.diagnose import find
 from tierod.vehicles import Vehicle
 from tierod.vehicles import load as load_vehicle
 

@@ -22,8 +22,8 @@ from tierod.experiments.judged import (
     first_after,
     outcome,
 )
-from tierod.monitors.harness.own_level import OwnLevel
-from tierod.monitors.harness.running import Run
+from tierod.monitors.harness.baseline import Baseline
+from tierod.monitors.harness.run import Run
 from tierod.monitors.harness.session import Conclusion, Monitor, Session, StatusChange, Variant
 from tierod.vehicles import Vehicle
 
@@ -39,10 +39,10 @@ def judge(
     recording: Recording,
     monitor: tuple[Monitor, Variant],
     belief: Vehicle,
-    own_level: OwnLevel | None,
+    own_level: Baseline | None,
     fault: Window | None,
     settling: Annotated[float, "s"],
-) -> tuple[Judged, OwnLevel | None]:
+) -> tuple[Judged, Baseline | None]:
     """Run a monitor over a drive and hold it against the truth.
 
     Args:

@@ -34,7 +34,7 @@ class Judge:
 
     def found(self) -> tuple[Monitor, Variant]:
         """The monitor itself."""
-        from tierod.monitors.run import find
+        from tierod.monitors.diagnose import find
 
         return find(self.monitor, self.variant)
 

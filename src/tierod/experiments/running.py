@@ -13,7 +13,7 @@ from tierod.experiments.executor import Executor, Failure
 from tierod.experiments.plan import Cell, Judge, Plan
 from tierod.experiments.store import Store
 from tierod.experiments.work import DRIVEN, Lesson, Task, Verdict, code, failed, work
-from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.harness.baseline import Baseline
 from tierod.proving_ground.faults import Always
 
 TASTE = 0.5
@@ -104,7 +104,7 @@ def _lesson(plan: Plan, store: Store, cell: Cell, judge: Judge) -> Lesson:
     record = plan.verdict(teacher, judge, store)
     known = None if record is None else record["own_level"]
     if known is not None:
-        return Lesson(OwnLevel(**known))
+        return Lesson(Baseline(**known))
     if record is not None:
         told, lasting = record["judged"], record["lasting"]
         why = f"it was judged '{told['status']}'" if told else record["reason"]

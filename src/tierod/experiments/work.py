@@ -18,7 +18,7 @@ from tierod.experiments.judged import Window, plain
 from tierod.experiments.judging import judge
 from tierod.experiments.plan import Cell, Judge, window_of
 from tierod.experiments.store import Store
-from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.harness.baseline import Baseline
 
 DRIVEN, DIVERGED, FAILED = "driven", "diverged", "failed"
 """What can become of a drive."""
@@ -34,7 +34,7 @@ class Lesson:
         lasting: whether there would be none again
     """
 
-    level: OwnLevel | None = None
+    level: Baseline | None = None
     refusal: str = ""
     lasting: bool = True
 

@@ -16,7 +16,7 @@ from tierod.io.layout import plain
 from tierod.io.quality import channel_quality
 from tierod.io.readers import ChannelMap, read
 from tierod.io.signs import sign_warnings, turn_warnings
-from tierod.monitors.harness.inspection import refusals, taken
+from tierod.monitors.harness.acceptance import refusals, taken
 from tierod.monitors.harness.named_vehicle import vehicle_named_in
 from tierod.monitors.harness.session import Monitor
 from tierod.monitors.registry import MONITORS

@@ -12,7 +12,7 @@ from tierod.monitors.condition.definition import CONDITION
 from tierod.monitors.condition.driven import SLID
 from tierod.monitors.condition.recording_checks.coverage import TARGETS
 from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS
-from tierod.monitors.run import Run
+from tierod.monitors.diagnose import Run
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.faults import OFFSET, Injected
 from tierod.papers.condition.odd_drives import odd_drives, without

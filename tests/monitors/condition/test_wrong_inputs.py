@@ -11,7 +11,7 @@ from tierod.core.recording import Recording
 from tierod.monitors.condition.definition import CONDITION
 from tierod.monitors.condition.recording_checks.coverage import TARGETS
 from tierod.monitors.condition.signals import ACCELERATIONS, ELEMENTS
-from tierod.monitors.run import Run
+from tierod.monitors.diagnose import Run
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.faults import OFFSET, Injected, lost
 from tierod.papers.condition.recorded import recorded

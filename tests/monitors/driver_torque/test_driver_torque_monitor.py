@@ -8,8 +8,8 @@ import pytest
 from tierod.core.errors import ParameterError
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
+from tierod.monitors.diagnose import diagnose
 from tierod.monitors.driver_torque.definition import DRIVER_TORQUE
-from tierod.monitors.run import diagnose
 from tierod.proving_ground.cars.column_bench import ColumnBench
 from tierod.proving_ground.courses.bench_hands import BenchHands
 from tierod.proving_ground.run import run

@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from tierod.core.recording import Aligned
-from tierod.monitors.friction.refined_signals import FrictionSample
+from tierod.monitors.friction.signals import FrictionSample
 from tierod.proving_ground import EpsCar, FrictionCourse, SensorNoise, SingleTrack, drive
 from tierod.proving_ground.steering.friction_laws import Dahl
 

@@ -12,11 +12,9 @@ from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.models.friction_estimation import FrictionEstimation
 from tierod.monitors.friction.gate import FrictionGate
-from tierod.monitors.friction.joint_filter import equal_low_pass, joint_filter
-from tierod.monitors.friction.refined import RefinedFrictionMonitor, Sticking, consistent, printed, printed_open
-from tierod.monitors.friction.refined_signals import FrictionSample
-from tierod.monitors.friction.steering_sample import SteeringSample
-from tierod.monitors.friction.unscented import unscented
+from tierod.monitors.friction.presets import consistent, equal_low_pass, joint_filter, printed, printed_open, unscented
+from tierod.monitors.friction.refined import RefinedFrictionMonitor, Sticking
+from tierod.monitors.friction.signals import FrictionSample, SteeringSample
 from tierod.proving_ground import FrictionCourse
 
 PRESETS = {"printed": printed, "printed_open": printed_open, "consistent": consistent, "unscented": unscented}

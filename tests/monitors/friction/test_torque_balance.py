@@ -7,10 +7,9 @@ import pytest
 
 from models.friction_paper import CAR
 from tierod.core.graph.maths import sin
-from tierod.monitors.friction.column_motion import ColumnMotion, column_motion
 from tierod.monitors.friction.conditioning import ConditionedSteering, SteeringConditioning
-from tierod.monitors.friction.steering_sample import SteeringSample
-from tierod.monitors.friction.torque_balance import ROLLING_SPEED, road_torques
+from tierod.monitors.friction.signals import SteeringSample
+from tierod.monitors.friction.torque_balance import ROLLING_SPEED, ColumnMotion, column_motion, road_torques
 
 RATIO, LOAD = CAR.steering_ratio, CAR.mass * 9.81 * CAR.rear_distance / (CAR.front_distance + CAR.rear_distance)
 

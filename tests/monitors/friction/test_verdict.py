@@ -5,17 +5,18 @@ import numpy as np
 import pytest
 
 from monitors.friction.study_drives import Case
-from tierod.core.block import rebuild
+from tierod.core.block import leaves
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Status
 from tierod.core.graph import scan
+from tierod.core.statement import STATUSES, code_of
 from tierod.monitors.friction.decisions import ABSOLUTE_DESIGN, RISING_DESIGN
-from tierod.monitors.friction.judgement import judge
+from tierod.monitors.friction.finding import finding_of
+from tierod.monitors.friction.judged import VerdictSample
 from tierod.monitors.friction.monitor import FrictionMonitor
-from tierod.monitors.friction.run import FrictionRun
-from tierod.monitors.friction.steering_sample import SteeringSample
-from tierod.monitors.friction.verdict import UNKNOWN_LIMITS, FrictionLimits, FrictionVerdict, VerdictOutput
-from tierod.monitors.friction.verdict_state import VerdictSample
+from tierod.monitors.friction.notices import FrictionRun
+from tierod.monitors.friction.signals import SteeringSample
+from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 from tierod.monitors.friction.verdict_tuning import AlarmTuning
 from tierod.vehicles import load
 
@@ -31,19 +32,23 @@ def signals(case):
     return case.recording().align(SteeringSample._fields, 100.0).values
 
 
-def enabled_delay(result, code):
-    """Enabled time [s] from the change to the first verdict of at least this code."""
+def statuses(result, name="verdict.running"):
+    return np.array([STATUSES[round(code)] for code in result[name]], dtype=object)
+
+
+def enabled_delay(result, *wanted):
+    """Enabled time [s] from the change to the first verdict of one of these."""
     enabled = np.cumsum(result["estimate.enabled"]) / 100.0
     change = round(100.0 * CHANGE)
-    assert (result["verdict.code"][:change] < 3.0).all()
-    reached = np.flatnonzero(result["verdict.code"][change:] >= code)
+    assert not np.isin(statuses(result)[:change], (Status.RISING, Status.FAULT)).any()
+    reached = np.flatnonzero(np.isin(statuses(result)[change:], wanted))
     return enabled[change + reached[0]] - enabled[change] if len(reached) else math.inf
 
 
 @pytest.mark.parametrize("seed", [1001, 1002])
 def test_a_step_to_12_5_is_a_fault_within_12_s_enabled(seed):
     result = scan(MONITOR, signals(Case(seed, 4.0, 12.5)))
-    assert enabled_delay(result, 4.0) <= 12.0
+    assert enabled_delay(result, Status.FAULT) <= 12.0
     finding = MONITOR.finding(result)
     assert finding.status is Status.FAULT
     assert finding.since == pytest.approx(CHANGE, abs=30.0)
@@ -54,7 +59,7 @@ def test_a_step_to_12_5_is_a_fault_within_12_s_enabled(seed):
 @pytest.mark.parametrize("seed", [1001, 1002])
 def test_a_step_to_5_5_is_rising_within_25_s_enabled(seed):
     result = scan(MONITOR, signals(Case(seed, 4.0, 5.5)))
-    assert enabled_delay(result, 3.0) <= 25.0
+    assert enabled_delay(result, Status.RISING, Status.FAULT) <= 25.0
     finding = MONITOR.finding(result, start_time=1000.0)
     assert finding.status is Status.RISING
     assert finding.since == pytest.approx(1000.0 + CHANGE, abs=60.0)
@@ -64,7 +69,7 @@ def test_a_step_to_5_5_is_rising_within_25_s_enabled(seed):
 @pytest.mark.parametrize(("seed", "scatter"), [(30_001, "usual"), (30_002, "usual"), (30_003, "hard")])
 def test_healthy_cars_of_all_sorts_stay_healthy(seed, scatter):
     result = scan(MONITOR, signals(Case(seed, scatter=scatter)))
-    assert set(np.unique(result["verdict.code"])) == {0.0, 2.0}
+    assert set(statuses(result)) == {Status.NOT_READY, Status.HEALTHY}
     finding = MONITOR.finding(result)
     assert finding.status is Status.HEALTHY
     assert finding.status.exit_code == 0
@@ -86,10 +91,10 @@ def test_a_level_from_earlier_drives_tells_a_small_rise_at_once():
     assert finding.evidence["ratio_to_own_level"] == pytest.approx(1.3, abs=0.03)
 
 
-def finding_of(change, case=Case(1001), **options):  # noqa: B008
+def finding_after(change, case=Case(1001), monitor=MONITOR):  # noqa: B008
     samples = signals(case).copy()
     change(samples)
-    return MONITOR.finding(scan(MONITOR, samples), **options)
+    return monitor.finding(scan(monitor, samples))
 
 
 def turned(*columns):
@@ -113,7 +118,7 @@ def turned(*columns):
     ],
 )
 def test_without_a_sound_basis_the_value_is_withheld(change, status, words):
-    finding = finding_of(change)
+    finding = finding_after(change)
     assert finding.status is status
     assert finding.status.exit_code == 2
     assert words in finding.cause
@@ -122,7 +127,7 @@ def test_without_a_sound_basis_the_value_is_withheld(change, status, words):
 
 
 def test_raw_counts_are_withheld():
-    finding = finding_of(lambda samples: None, calibrated=False)
+    finding = finding_after(lambda samples: None, monitor=FrictionMonitor(MONITOR.filter, FrictionVerdict(None)))
     assert finding.status is Status.NOT_IDENTIFIABLE
     assert finding.estimate is None
     assert "raw counts" in finding.cause
@@ -134,7 +139,7 @@ def test_lane_keeping_is_told_from_a_wrong_sign():
         half = (np.arange(len(samples)) // 500) % 2 == 1
         samples[half, MOTOR] *= -1.0
 
-    finding = finding_of(lane_keeping)
+    finding = finding_after(lane_keeping)
     assert finding.status is Status.NOT_IDENTIFIABLE
     assert "lane keeping" in finding.cause
     assert finding.evidence["opposed_torques_share"] == pytest.approx(0.5, abs=0.1)
@@ -169,28 +174,26 @@ def estimates(*stretches):
 
 def judged(verdict, samples):
     result = scan(verdict, samples)
-    state = rebuild(verdict.init(), result.state.values.tolist())
-    outputs = [VerdictOutput(*row) for row in result.values.tolist()]
-    run = FrictionRun("test", verdict, state, VerdictSample(*samples[-1].tolist()), outputs[-1], calibrated=True)
-    return outputs, state, judge(run)
+    last = result.at(-1)
+    return statuses(result, "running"), last, finding_of(FrictionRun("test", verdict, last))
 
 
 def test_not_ready_before_the_ready_time():
-    outputs, _, finding = judged(FrictionVerdict(LIMITS), estimates((49.0, 12.5)))
-    assert {output.code for output in outputs} == {0.0}
+    running, _, finding = judged(FrictionVerdict(LIMITS), estimates((49.0, 12.5)))
+    assert set(running) == {Status.NOT_READY}
     assert finding.status is Status.NOT_READY
 
 
 def test_an_episode_that_is_over_is_suspect():
-    _, state, finding = judged(FrictionVerdict(LIMITS), estimates((130.0, 4.0), (20.0, 5.5), (30.0, 4.0)))
+    _, last, finding = judged(FrictionVerdict(LIMITS), estimates((130.0, 4.0), (20.0, 5.5), (30.0, 4.0)))
     assert finding.status is Status.SUSPECT
-    assert state.figures.alarm_seconds == pytest.approx(20.0, abs=3.0)
+    assert last.figures.alarm_seconds == pytest.approx(20.0, abs=3.0)
 
 
 def test_the_level_is_frozen_while_friction_is_suspicious():
-    _, state, finding = judged(FrictionVerdict(LIMITS), estimates((90.0, 4.0), (60.0, 4.7)))
-    assert state.own.level == pytest.approx(4.0, abs=1e-9)
-    assert state.own.seconds == pytest.approx(40.0, abs=0.1)
+    _, last, finding = judged(FrictionVerdict(LIMITS), estimates((90.0, 4.0), (60.0, 4.7)))
+    assert last.baseline.level == pytest.approx(4.0, abs=1e-9)
+    assert last.baseline.seconds == pytest.approx(40.0, abs=0.1)
     assert finding.status is Status.HEALTHY
 
 
@@ -205,9 +208,12 @@ def test_absolute_limits_judge_a_constant_friction(friction, status):
 
 
 def test_without_limits_the_ratio_alone_speaks():
-    verdict = FrictionVerdict(UNKNOWN_LIMITS)
-    assert judged(verdict, estimates((130.0, 40.0)))[2].status is Status.HEALTHY
-    assert judged(verdict, estimates((130.0, 40.0), (20.0, 80.0)))[2].status is Status.FAULT
+    verdict = FrictionVerdict(None)
+    assert judged(verdict, estimates((130.0, 40.0)))[0][-1] is Status.HEALTHY
+    running, last, finding = judged(verdict, estimates((130.0, 40.0), (20.0, 80.0)))
+    assert running[-1] is Status.FAULT
+    assert last.statement.status == code_of(Status.NOT_IDENTIFIABLE)
+    assert "raw counts" in finding.cause
 
 
 def test_friction_far_below_the_learnt_level_is_said():
@@ -221,7 +227,7 @@ def test_float_steps_agree_with_the_scan():
     state, outputs = verdict.init(), []
     for row in samples.tolist():
         state, output = verdict.step(state, VerdictSample(*row))
-        outputs.append(output)
+        outputs.append([value for _, value in leaves(output)])
     assert scan(verdict, samples).values == pytest.approx(np.array(outputs), rel=1e-12, abs=1e-12)
 
 
@@ -324,7 +330,7 @@ def test_a_recording_that_ends_above_a_limit_is_not_healthy(verdict, course, wor
 def test_signals_lost_right_after_a_step_leave_a_suspicion_and_are_told():
     samples = signals(Case(1001, 4.0, 5.5)).copy()
     whole = scan(MONITOR, samples)
-    alarm = np.flatnonzero(whole["verdict.code"] >= 3.0)[0]
+    alarm = np.flatnonzero(np.isin(statuses(whole), (Status.RISING, Status.FAULT)))[0]
     above = np.flatnonzero(whole["verdict.ratio"] > 1.21)[0]
     assert above < alarm
     samples[above + 20 :] = np.nan
@@ -345,9 +351,9 @@ def test_signals_lost_right_after_a_step_leave_a_suspicion_and_are_told():
     ],
 )
 def test_what_cannot_be_withholds_the_verdict(columns, words):
-    outputs, _, finding = judged(FrictionVerdict(LIMITS), changed(estimates((80.0, 8.5)), **columns))
+    running, _, finding = judged(FrictionVerdict(LIMITS), changed(estimates((80.0, 8.5)), **columns))
     assert finding.status is Status.NOT_IDENTIFIABLE
-    assert {output.code for output in outputs} == {0.0, 1.0}
+    assert set(running) == {Status.NOT_READY, Status.NOT_IDENTIFIABLE}
     assert finding.estimate is None
     assert words in finding.cause
     assert "sign" in finding.action or "unit" in finding.action
@@ -372,11 +378,11 @@ def test_a_balance_that_fitted_may_misfit_for_a_while_after_a_step_but_not_for_e
     samples[7000:, [column("misfit"), column("residual")]] = 9.0, 3.4
     assert judged(FrictionVerdict(LIMITS), samples)[2].status is Status.FAULT
     longer = np.concatenate([samples, samples[-4500:]])
-    outputs, _, finding = judged(FrictionVerdict(LIMITS), longer)
+    running, _, finding = judged(FrictionVerdict(LIMITS), longer)
     assert finding.status is Status.NOT_IDENTIFIABLE
-    assert outputs[-1000].code == 4.0
+    assert running[-1000] is Status.FAULT
     recovered = np.concatenate([longer, estimates((1.0, 12.5))])
-    assert judged(FrictionVerdict(LIMITS), recovered)[0][-1].code == 4.0
+    assert judged(FrictionVerdict(LIMITS), recovered)[0][-1] is Status.FAULT
 
 
 def scaled(factor, *columns):
@@ -406,7 +412,7 @@ def late(seconds, *columns):
     ids=["wrong sign of the rate", "yaw rate in degrees", "lateral acceleration in g", "no lateral acceleration"],
 )
 def test_signals_that_contradict_each_other_are_not_judged(level, change, words):
-    finding = finding_of(change, Case(1001, level))
+    finding = finding_after(change, Case(1001, level))
     assert finding.status is Status.NOT_IDENTIFIABLE
     assert finding.estimate is None
     assert words in finding.cause
@@ -423,12 +429,12 @@ def test_signals_that_contradict_each_other_are_not_judged(level, change, words)
     ids=["torques", "angle", "yaw"],
 )
 def test_late_signals_are_told_by_what_was_learnt(change, words):
-    assert not any("late" in warning for warning in finding_of(lambda samples: None).warnings)
-    assert any(words in warning for warning in finding_of(change).warnings)
+    assert not any("late" in warning for warning in finding_after(lambda samples: None).warnings)
+    assert any(words in warning for warning in finding_after(change).warnings)
 
 
 def test_half_of_nominal_friction_is_doubted():
-    finding = finding_of(lambda samples: None, Case(1001, 2.0))
+    finding = finding_after(lambda samples: None, Case(1001, 2.0))
     assert finding.status is Status.HEALTHY
     assert any("0.5" in warning and "times nominal" in warning for warning in finding.warnings)
 

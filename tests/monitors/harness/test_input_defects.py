@@ -15,9 +15,9 @@ from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.io.derive import complete
 from tierod.io.readers import read
+from tierod.monitors.diagnose import Run, diagnose, find
 from tierod.monitors.harness.input_defects import InputDefects
 from tierod.monitors.registry import MONITORS
-from tierod.monitors.run import Run, diagnose, find
 from tierod.proving_ground import FrictionCourse, drive
 from tierod.vehicles import load
 

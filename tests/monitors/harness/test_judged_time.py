@@ -11,8 +11,8 @@ import pytest
 
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
+from tierod.monitors.diagnose import Run, diagnose, find
 from tierod.monitors.registry import MONITORS
-from tierod.monitors.run import Run, diagnose, find
 from tierod.proving_ground import FrictionCourse, drive
 from tierod.proving_ground.scenarios import load as scenario
 from tierod.vehicles import load

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import InputError
-from tierod.monitors.harness.silence import LONGEST, MOST, PAUSE, Silence
+from tierod.monitors.harness.pieces import LONGEST, MOST, PAUSE, Silence
 
 STEP = 0.01
 

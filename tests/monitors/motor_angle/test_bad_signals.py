@@ -5,7 +5,7 @@ import pytest
 
 from monitors.motor_angle.monitored import COLUMN, SOUND, changed, recording
 from tierod.core.findings import Status
-from tierod.monitors.run import diagnose
+from tierod.monitors.diagnose import diagnose
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 
 

@@ -10,8 +10,8 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
+from tierod.monitors.diagnose import diagnose
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.monitors.run import diagnose
 from tierod.papers.motor_angle.observer_drives import to_and_fro
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 from tierod.proving_ground.motor import Inverter

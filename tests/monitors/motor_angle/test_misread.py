@@ -9,9 +9,9 @@ from monitors.motor_angle.monitored import COLUMN, SOUND, recording
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.models.stator_frame_motor import SampledMotorParameters
+from tierod.monitors.diagnose import diagnose
 from tierod.monitors.motor_angle.misread import cause_of
 from tierod.monitors.motor_angle.voltage_balance import AS_RECORDED, Balance, Reading
-from tierod.monitors.run import diagnose
 from tierod.papers.motor_angle.fault_drives import course
 from tierod.papers.motor_angle.observer_drives import bench, drive
 from tierod.vehicles import load

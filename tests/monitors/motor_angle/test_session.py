@@ -9,7 +9,7 @@ from tierod.core.errors import InputError
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.diagnosis.fault_memory import FaultMemory
-from tierod.monitors.run import diagnose
+from tierod.monitors.diagnose import diagnose
 from tierod.papers.motor_angle.fault_drives import RATE, drive
 from tierod.papers.motor_angle.fault_kinds import FAULTS, FIVE_DEGREES, offset
 

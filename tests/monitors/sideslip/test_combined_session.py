@@ -10,7 +10,7 @@ import pytest
 
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
-from tierod.monitors.run import diagnose
+from tierod.monitors.diagnose import diagnose
 from tierod.proving_ground import SensorSet, run
 from tierod.proving_ground.cars.catalogue import load
 from tierod.proving_ground.courses.catalogue import load as course_called

@@ -11,7 +11,7 @@ from tierod.core.findings import Status
 from tierod.core.graph import Stream
 from tierod.io.derive import complete
 from tierod.io.readers import load_channel_map, read
-from tierod.monitors.run import diagnose
+from tierod.monitors.diagnose import diagnose
 from tierod.monitors.sideslip.beside_truth import beside_truth
 from tierod.monitors.sideslip.calibration import TYRES, calibrated, with_parameters
 from tierod.monitors.sideslip.combined import CombinedSideslip

@@ -11,7 +11,7 @@ import pytest
 from tierod.core.errors import ParameterError
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
-from tierod.monitors.run import diagnose
+from tierod.monitors.diagnose import diagnose
 from tierod.monitors.sideslip.car_signals import FromCarSignals
 from tierod.monitors.sideslip.session import TRACES
 from tierod.proving_ground import SensorSet, run

@@ -17,8 +17,8 @@ from tierod.monitors.condition.session import EVIDENCE, Car, ConditionSession, f
 from tierod.monitors.condition.signals import ConditionSample
 from tierod.monitors.condition.structure import rolls
 from tierod.monitors.condition.vehicle_bank import bank_of
+from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.decision import Decision, Demonstrated, OwnRule
-from tierod.monitors.harness.own_level import OwnLevel
 from tierod.monitors.harness.session import Monitor, Variant
 from tierod.vehicles import Vehicle
 
@@ -37,7 +37,7 @@ _MOTION = (
 )
 
 
-def _bank(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> ConditionSession:
+def _bank(vehicle: Vehicle, rate: float, own_level: Baseline | None) -> ConditionSession:
     if rolls(vehicle):
         car = Car(replace(vehicle.parameters_for(RollingCar.Parameters), sample_time=1.0 / rate), _MOTION)
         bank = rolling_bank(vehicle, sample_time=1.0 / rate)
@@ -49,10 +49,10 @@ def _bank(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Conditio
     return ConditionSession("condition, bank", bank, *said, vehicle, rate, calibrated, _BANK_DECIDES)
 
 
-def _rules(name: str) -> Callable[[Vehicle, float, OwnLevel | None], ConditionSession]:
+def _rules(name: str) -> Callable[[Vehicle, float, Baseline | None], ConditionSession]:
     """What opens a session of a variant of the rules."""
 
-    def opened(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> ConditionSession:
+    def opened(vehicle: Vehicle, rate: float, own_level: Baseline | None) -> ConditionSession:
         printed = name == "rules-printed"
         car = vehicle.parameters_for(ResidualParameters)
         block = rule_monitor(car, calibration_of(vehicle, printed), name, 1.0 / rate)

@@ -18,7 +18,7 @@ from tierod.monitors.driver_torque.printed import PrintedObserver
 from tierod.monitors.driver_torque.session import TRUTH, DriverTorqueSession
 from tierod.monitors.driver_torque.signs import ColumnSigns
 from tierod.monitors.driver_torque.vehicle_column import gear_is_too_fast, usual_tuning
-from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Monitor, Session, Variant
 from tierod.vehicles import Vehicle
 
@@ -40,13 +40,13 @@ NO_GEAR = (
     "and gear and motor one inertia."
 )
 
-Opener = Callable[[Vehicle, float, OwnLevel | None], Session]
+Opener = Callable[[Vehicle, float, Baseline | None], Session]
 Observer = Callable[[Vehicle, float, SensorNoise, bool], Any]
 """An observer for a vehicle, a rate [Hz], the noise of its sensors, with the motor's angle or without it."""
 
 
 def _opener(name: str, observer: Observer, untold: tuple[str, ...] = (), delay: float = 0.0) -> Opener:
-    def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
+    def open_(vehicle: Vehicle, rate: float, own_level: Baseline | None) -> Session:
         if not vehicle.calibrated:
             raise ParameterError(
                 f"the torques of the vehicle '{vehicle.name}' are raw counts, and the wheel's inertia acts in N·m; "

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.block import leaves, map_leaves, rebuild
+from tierod.core.block import Scalar, leaves, map_leaves, rebuild
 from tierod.core.graph.maths import absolute, all_of, limit, minimum, present, where
 from tierod.methods.filters import Butterworth, InputHold
-from tierod.monitors.friction.steering_sample import SteeringSample
+from tierod.monitors.friction.signals import SteeringSample
 from tierod.physics.lag import share_reached
 
 _LARGEST = 1e6  # no steering signal is larger, calibrated or not: a fault of the recording, taken as missing
@@ -64,15 +64,17 @@ class AngleObserver:
     class State(NamedTuple):
         """Integral, output of the play, and the rate of the sample before."""
 
-        integral: Any
-        angle: Any
-        rate: Any
+        integral: Scalar
+        angle: Scalar
+        rate: Scalar
 
     def init(self) -> State:
         """Straight ahead, at rest."""
         return self.State(0.0, 0.0, 0.0)
 
-    def step(self, state: State, angle: Any, rate: Any, restart: Any, sample_time: Any) -> tuple[State, Any]:
+    def step(
+        self, state: State, angle: Scalar, rate: Scalar, restart: Scalar, sample_time: Any
+    ) -> tuple[State, Scalar]:
         """One sample on: the next state and the increment of the angle [rad].
 
         Args:
@@ -122,9 +124,9 @@ class SteeringConditioning:
         hold: Any
         low_pass: Any
         signals: SteeringSample
-        driver_torque_rate: Any
+        driver_torque_rate: Scalar
         angle: AngleObserver.State
-        since_gap: Any
+        since_gap: Scalar
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "hold", InputHold(SteeringSample, self.sample_time, self.bridged_gap))
@@ -151,7 +153,7 @@ class SteeringConditioning:
             state.angle, signals.steering_wheel_angle, signals.steering_wheel_rate, restart, self.sample_time
         )
 
-        def slope(now: Any, before: Any) -> Any:
+        def slope(now: Scalar, before: Scalar) -> Scalar:
             return where(restart, 0.0, now - before) / self.sample_time
 
         torque_rate = slope(signals.driver_torque, state.signals.driver_torque)

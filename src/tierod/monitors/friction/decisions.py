@@ -78,7 +78,7 @@ ABSOLUTE = tuple(
 DECISIONS = (*OWN_LEVEL, *ABSOLUTE)
 """Of every variant with the running verdict: rising and fault by the car's own level, and by the vehicle file."""
 
-BASELINE_DECISIONS = (
+VARIANCE_DECISIONS = (
     Decision(
         name="fault, variance of two torques",
         distance="median variance of the later half of the windows, over `baseline_variance` of the vehicle file",

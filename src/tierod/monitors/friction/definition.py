@@ -1,4 +1,16 @@
-"""The friction monitor and its variants, as users see them."""
+"""The friction monitor and its variants, as users see them.
+
+From `tierod diagnose` to the verdict in eight files:
+
+1. `cli/diagnose.py` reads the options.
+2. `monitors/diagnose.py` finds the monitor and feeds it piece by piece.
+3. `monitors/harness/run.py` puts every piece on one grid, without stuck signals, and makes the report.
+4. `monitors/friction/definition.py`, this file, opens a variant for a vehicle.
+5. `monitors/friction/monitor.py`: the block, which is estimator and verdict, and the session that collects.
+6. `monitors/friction/presliding.py`, or `refined.py`, estimates friction.
+7. `monitors/friction/verdict.py` states what that means: status, since when, why none, and the figures behind it.
+8. `monitors/friction/finding.py` puts the last statement into words.
+"""
 
 from __future__ import annotations
 
@@ -8,22 +20,25 @@ from dataclasses import replace
 from typing import Any
 
 from tierod.models.friction_estimation import FrictionParameters
-from tierod.monitors.friction.baseline import BaselineFrictionMonitor, BaselineGate, BaselineParameters
-from tierod.monitors.friction.baseline_session import BaselineSession
-from tierod.monitors.friction.decisions import BASELINE_DECISIONS, DECISIONS
-from tierod.monitors.friction.judged import JudgedEstimator
-from tierod.monitors.friction.monitor import FrictionMonitor
-from tierod.monitors.friction.refined import RefinedFrictionMonitor, consistent, printed, printed_open
-from tierod.monitors.friction.session import FrictionSession, acting_by_balance, acting_by_build_up
-from tierod.monitors.friction.unscented import unscented
+from tierod.monitors.friction.decisions import DECISIONS, VARIANCE_DECISIONS
+from tierod.monitors.friction.monitor import (
+    FrictionMonitor,
+    FrictionSession,
+    acting_by_balance,
+    acting_by_build_up,
+)
+from tierod.monitors.friction.presets import consistent, printed, printed_open, unscented
+from tierod.monitors.friction.refined import RefinedFrictionMonitor
+from tierod.monitors.friction.variance_method import VarianceFrictionMonitor, VarianceGate, VarianceParameters
+from tierod.monitors.friction.variance_session import VarianceSession
 from tierod.monitors.friction.verdict import FrictionVerdict
-from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Monitor, Session, Variant
 from tierod.vehicles import Vehicle
 
 PAPER = "Mohtat et al., Steering friction monitoring by joint state-parameter estimation"
 
-Opener = Callable[[Vehicle, float, OwnLevel | None], Session]
+Opener = Callable[[Vehicle, float, Baseline | None], Session]
 
 _WIDE = (
     "This estimator expects errors of its torque balance that last half a second, and sets its variance wide for them: "
@@ -31,34 +46,34 @@ _WIDE = (
 )
 
 
-def _presliding(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
+def _presliding(vehicle: Vehicle, rate: float, own_level: Baseline | None) -> Session:
     block = FrictionMonitor.of_vehicle(vehicle, 1.0 / rate, *_learnt(own_level))
     return FrictionSession(block, vehicle, rate, acting_by_build_up, _WIDE)
 
 
-def _learnt(own_level: OwnLevel | None) -> tuple[float | None, float]:
+def _learnt(own_level: Baseline | None) -> tuple[float | None, float]:
     """Level and deviation from earlier recordings [N*m]."""
     return (own_level.value, own_level.deviation) if own_level else (None, 0.0)
 
 
 def _paper(name: str, build: Callable[[Any], RefinedFrictionMonitor]) -> Opener:
-    def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
+    def open_(vehicle: Vehicle, rate: float, own_level: Baseline | None) -> Session:
         parameters = replace(vehicle.parameters_for(FrictionParameters), sample_time=1.0 / rate)
         verdict = FrictionVerdict.of_vehicle(vehicle, 1.0 / rate, *_learnt(own_level))
-        block = JudgedEstimator(build(parameters), verdict, f"friction, {name}")
+        block = FrictionMonitor(build(parameters), verdict, f"friction, {name}")
         return FrictionSession(block, vehicle, rate, acting_by_balance(parameters))
 
     return open_
 
 
-def _baseline(name: str, gate: BaselineGate | None) -> Opener:
-    def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
+def _baseline(name: str, gate: VarianceGate | None) -> Opener:
+    def open_(vehicle: Vehicle, rate: float, own_level: Baseline | None) -> Session:
         # The variance is judged against a threshold: an own level of friction says nothing about it.
-        parameters = replace(vehicle.parameters_for(BaselineParameters), sample_time=1.0 / rate)
+        parameters = replace(vehicle.parameters_for(VarianceParameters), sample_time=1.0 / rate)
         known = vehicle.parameters.get("baseline_variance")
         threshold = known.value if known else math.inf
-        block = BaselineFrictionMonitor(parameters, threshold, gate, block_samples=round(rate))
-        return BaselineSession(f"friction, {name}", block, rate)
+        block = VarianceFrictionMonitor(parameters, threshold, gate, block_samples=round(rate))
+        return VarianceSession(f"friction, {name}", block, rate)
 
     return open_
 
@@ -103,15 +118,15 @@ _VARIANTS = (
         "baseline",
         "Variance between two self-aligning torques, with the printed conditions.",
         f"{PAPER}, eqs (1) and (2), section 4.1, after Lin and Ghoneim",
-        _baseline("baseline", BaselineGate()),
-        BASELINE_DECISIONS,
+        _baseline("baseline", VarianceGate()),
+        VARIANCE_DECISIONS,
     ),
     Variant(
         "baseline-ungated",
         "The same on every sample: the printed conditions rarely hold together.",
         f"{PAPER}, eqs (1) and (2), section 4.1, after Lin and Ghoneim",
         _baseline("baseline-ungated", None),
-        BASELINE_DECISIONS,
+        VARIANCE_DECISIONS,
     ),
 )
 

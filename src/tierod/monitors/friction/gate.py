@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, all_of
 
 
@@ -19,11 +20,11 @@ class GateConditions(NamedTuple):
         rolling: the vehicle is fast enough; the Python value True where speed is not looked at
     """
 
-    hands_on: Any
-    same_direction: Any
-    moving: Any
-    not_too_fast: Any
-    rolling: Any
+    hands_on: Scalar
+    same_direction: Scalar
+    moving: Scalar
+    not_too_fast: Scalar
+    rolling: Scalar
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,9 @@ class FrictionGate:
     maximum_rate: Annotated[float, "rad/s"] = 1.0
     minimum_speed: Annotated[float, "m/s"] | None = None
 
-    def opened(self, driver_torque: Any, motor_torque: Any, steering_wheel_rate: Any, vehicle_speed: Any = None) -> Any:
+    def opened(
+        self, driver_torque: Scalar, motor_torque: Scalar, steering_wheel_rate: Scalar, vehicle_speed: Scalar = 0.0
+    ) -> Scalar:
         """Whether the sample enables the estimate of friction; a missing signal closes the gate.
 
         Args:
@@ -62,7 +65,7 @@ class FrictionGate:
         return all_of(*worked) if rolling is True else all_of(*worked, rolling)
 
     def conditions(
-        self, driver_torque: Any, motor_torque: Any, steering_wheel_rate: Any, vehicle_speed: Any = None
+        self, driver_torque: Scalar, motor_torque: Scalar, steering_wheel_rate: Scalar, vehicle_speed: Scalar = 0.0
     ) -> GateConditions:
         """Each condition of `opened`, with the same arguments."""
         rate = absolute(steering_wheel_rate)

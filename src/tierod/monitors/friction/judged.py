@@ -1,90 +1,172 @@
-"""An estimator of the paper with the running verdict of the default monitor, so that all are judged alike."""
+"""What the verdict on friction reads, remembers, counts and states."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import rebuild
-from tierod.core.graph import Memory
-from tierod.core.graph.maths import all_of, present, where
-from tierod.monitors.friction.refined import RefinedFrictionMonitor
-from tierod.monitors.friction.refined_signals import FrictionEstimate
-from tierod.monitors.friction.run import FrictionRun
-from tierod.monitors.friction.verdict import FrictionVerdict, VerdictOutput
-from tierod.monitors.friction.verdict_state import VerdictSample
+from tierod.core.block import Scalar
+from tierod.core.statement import Statement
 
 
-@dataclass(frozen=True)
-class JudgedEstimator:
-    """Estimate the friction as the paper does, and judge it as the default monitor does.
+class VerdictSample(NamedTuple):
+    """What the verdict reads of a friction estimate; an estimator without a figure gives the neutral value.
 
     Args:
-        filter: the refined monitor, or its unscented variant
-        verdict: the judge
-        name: as in findings and in stored levels
-
-    The paper's estimators know no build-up of friction; the verdict gets the direction of motion in its place, and full
-    excitation.
+        friction_torque: estimated
+        friction_deviation: its standard deviation
+        misfit: factor by which that was widened because the torque balance fits badly; 1 is neutral
+        enabled: 1 where the sample was used
+        hands_on, same_direction, moving, rolling, settled: conditions of the gate, one by one; 1 is neutral
+        build_up: share of friction that has built up, with the sign of the motion
+        excitation: its mean magnitude over the enabled time; 1 is neutral
+        residual: root mean square of what the torque balance leaves open over the last enabled time; 0 is neutral
+        damping: learnt viscous damping; 0 is neutral
+        aligning_gain: learnt factor on the self-aligning torque of the vehicle file; 1 is neutral
     """
 
-    filter: RefinedFrictionMonitor
-    verdict: FrictionVerdict
-    name: str = "friction, judged estimator"
+    friction_torque: Annotated[Scalar, "N*m"]
+    friction_deviation: Annotated[Scalar, "N*m"]
+    misfit: Annotated[Scalar, ""]
+    enabled: Annotated[Scalar, ""]
+    hands_on: Annotated[Scalar, ""]
+    same_direction: Annotated[Scalar, ""]
+    moving: Annotated[Scalar, ""]
+    rolling: Annotated[Scalar, ""]
+    settled: Annotated[Scalar, ""]
+    build_up: Annotated[Scalar, ""]
+    excitation: Annotated[Scalar, ""]
+    residual: Annotated[Scalar, "N*m"]
+    damping: Annotated[Scalar, "N*m*s/rad"]
+    aligning_gain: Annotated[Scalar, ""]
 
-    class State(NamedTuple):
-        """Of estimator and judge."""
 
-        filter: Any
-        verdict: Any
+class LearntBaseline(NamedTuple):
+    """Friction of this very car when it was judged fault-free.
 
-    class Output(NamedTuple):
-        """Of estimator and judge, and what the judge saw."""
+    Args:
+        level: mean of the estimate over the learning time
+        deviation: mean standard deviation of the estimate
+        seconds: enabled time that went into it
+    """
 
-        estimate: FrictionEstimate
-        seen: VerdictSample
-        verdict: VerdictOutput
+    level: Annotated[Scalar, "N*m"]
+    deviation: Annotated[Scalar, "N*m"]
+    seconds: Annotated[Scalar, "s"]
 
-    @property
-    def Sample(self) -> type:
-        """That of the estimator."""
-        return self.filter.Sample
 
-    def init(self) -> State:
-        """Nothing learnt yet."""
-        return self.State(self.filter.init(), self.verdict.init())
+class Onset(NamedTuple):
+    """When friction was last unsuspicious, and what the present alarm rests on.
 
-    def step(self, state: State, sample: Any) -> tuple[State, Output]:
-        """One sample on."""
-        filter_state, estimate = self.filter.step(state.filter, sample)
-        speed = getattr(sample, "vehicle_speed", None)
-        conditions = self.filter.gate.conditions(
-            sample.driver_torque, sample.motor_torque, sample.steering_wheel_rate, speed
-        )
-        complete = all_of(*(present(value) for value in sample))
-        seen = VerdictSample(
-            friction_torque=estimate.friction_torque,
-            friction_deviation=estimate.friction_deviation,
-            misfit=1.0,
-            enabled=estimate.enabled,
-            hands_on=conditions.hands_on,
-            same_direction=conditions.same_direction,
-            moving=conditions.moving,
-            rolling=conditions.rolling,
-            settled=where(complete, 1.0, 0.0),
-            build_up=where(sample.steering_wheel_rate > 0.0, 1.0, -1.0),
-            excitation=1.0,
-            residual=0.0,
-            damping=0.0,
-            aligning_gain=1.0,
-        )
-        verdict_state, verdict = self.verdict.step(state.verdict, seen)
-        return self.State(filter_state, verdict_state), self.Output(estimate, seen, verdict)
+    Args:
+        relative: last time near the baseline, -1 if never
+        absolute: last time below the limit of rising friction, -1 if never
+        kind: 0 without alarm, 1 where the baseline alarms, 2 where only the absolute limits do; the time given out is
+            that of the baseline where it can be, which is the sharper one
+        decisive: 0 without alarm, 1 where the baseline gives the present status, 2 where only an absolute limit does
+    """
 
-    def run_of(self, last: Output, memory: Memory, calibrated: bool, start_time: float = 0.0) -> FrictionRun:
-        """What is known after a last output and the memory that came with it, of a scan or a stream."""
-        state = rebuild(self.init(), memory.values.tolist()).verdict
-        parameters = self.filter.filter.parameters
-        return FrictionRun(
-            self.name, self.verdict, state, last.seen, last.verdict, calibrated, start_time, parameters=parameters
-        )
+    relative: Annotated[Scalar, "s"]
+    absolute: Annotated[Scalar, "s"]
+    kind: Annotated[Scalar, ""]
+    decisive: Annotated[Scalar, ""]
+
+
+class FrictionFigures(NamedTuple):
+    """Figures of a run, that its statement rests on.
+
+    Args:
+        seconds: samples times sample time
+        settled_seconds: with all signals present long enough
+        enabled_seconds: that the estimator learnt from
+        left_seconds: of these, turning left
+        hands_off_seconds: settled, but the driver's torque was small
+        still_seconds: settled, but the steering wheel hardly turned
+        slow_seconds: settled, but the vehicle stood or crept
+        worked_seconds: settled, rolling, the wheel turning with the driver's torque on it
+        opposed_seconds: of these, driver and motor against each other
+        alarm_seconds: judged time under alarm
+        worst_alarm: 0 none, 1 rising, 2 fault
+        unfit_seconds: enabled time for which the torque balance has not fitted without a break
+    """
+
+    seconds: Annotated[Scalar, "s"]
+    settled_seconds: Annotated[Scalar, "s"]
+    enabled_seconds: Annotated[Scalar, "s"]
+    left_seconds: Annotated[Scalar, "s"]
+    hands_off_seconds: Annotated[Scalar, "s"]
+    still_seconds: Annotated[Scalar, "s"]
+    slow_seconds: Annotated[Scalar, "s"]
+    worked_seconds: Annotated[Scalar, "s"]
+    opposed_seconds: Annotated[Scalar, "s"]
+    alarm_seconds: Annotated[Scalar, "s"]
+    worst_alarm: Annotated[Scalar, ""]
+    unfit_seconds: Annotated[Scalar, "s"]
+
+
+class Obstacles(NamedTuple):
+    """Reasons to withhold the verdict, 1 where one holds; the first that holds decides the status.
+
+    Args:
+        no_signals: never were all signals present together for the settling time; the only one that is then stated
+        raw_counts: torques are not in N*m
+        opposed: driver and motor against each other for too long
+        too_little_time: less enabled time than a verdict needs; those below are not looked at before
+        negative: friction or self-aligning torque
+        damping: below what any steering has
+        aligning: self-aligning torque far from what the vehicle file expects
+        unfit: the torque balance has not fitted for too long
+        short_strokes: shorter than friction needs to build up
+        uncertain: standard deviation too large
+    """
+
+    no_signals: Annotated[Scalar, ""]
+    raw_counts: Annotated[Scalar, ""]
+    opposed: Annotated[Scalar, ""]
+    too_little_time: Annotated[Scalar, ""]
+    negative: Annotated[Scalar, ""]
+    damping: Annotated[Scalar, ""]
+    aligning: Annotated[Scalar, ""]
+    unfit: Annotated[Scalar, ""]
+    short_strokes: Annotated[Scalar, ""]
+    uncertain: Annotated[Scalar, ""]
+
+
+class BalanceFit(NamedTuple):
+    """How well the torque balance fits, see `VerdictSample`."""
+
+    misfit: Annotated[Scalar, ""]
+    residual: Annotated[Scalar, "N*m"]
+    excitation: Annotated[Scalar, ""]
+    damping: Annotated[Scalar, "N*m*s/rad"]
+    aligning_gain: Annotated[Scalar, ""]
+
+
+class JudgedFriction(NamedTuple):
+    """The verdict after a sample, and what it rests on.
+
+    Args:
+        statement: on the drive so far: suspect where an alarm came and went, or friction is above a limit for too short
+            a time; its kind is `verdict.BY_BASELINE` or `verdict.BY_LIMIT`, its evidence that for rising friction
+        running: status of this moment alone, which a fault memory debounces
+        obstacles: why the verdict is withheld
+        implausible: 1 where friction is below what any steering has
+        pending: 1 where friction is above a limit that acts
+        figures: of the run
+        baseline: of this very car
+        fit: of the torque balance
+        known_level: level of the baseline, 0 until it is known
+        ratio: friction to that level; 1 until it is known
+        fault_sum: evidence for a fault, as that of the statement
+    """
+
+    statement: Statement
+    running: Annotated[Scalar, ""]
+    obstacles: Obstacles
+    implausible: Annotated[Scalar, ""]
+    pending: Annotated[Scalar, ""]
+    figures: FrictionFigures
+    baseline: LearntBaseline
+    fit: BalanceFit
+    known_level: Annotated[Scalar, "N*m"]
+    ratio: Annotated[Scalar, ""]
+    fault_sum: Annotated[Scalar, ""]

@@ -1,62 +1,107 @@
-"""The default friction monitor: the pre-sliding estimator with its running verdict."""
+"""The friction monitor: an estimator with its running verdict as one block, and what it collects over a recording."""
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Protocol
 
-from tierod.core.block import rebuild
+import numpy as np
+
+from tierod.core.block import Tree
 from tierod.core.errors import InputError
-from tierod.core.findings import Finding
-from tierod.core.graph import Memory, Result
+from tierod.core.findings import Finding, Status
+from tierod.core.graph import Result
+from tierod.core.statement import STATUSES, code_of
+from tierod.methods.analysis.consistency import ConsistencyAccumulator
+from tierod.methods.identification.hysteresis_presence import HysteresisPresence
+from tierod.models.eps_column import driving_torque
+from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.conditioning import SAMPLE_TIME
-from tierod.monitors.friction.judgement import judge
+from tierod.monitors.friction.decisions import STATISTICS
+from tierod.monitors.friction.finding import finding_of
+from tierod.monitors.friction.judged import JudgedFriction, VerdictSample
+from tierod.monitors.friction.notices import FrictionRun
+from tierod.monitors.friction.over_drive import EstimateOverDrive, HysteresisOverDrive, SignalsOverDrive
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
-from tierod.monitors.friction.presliding_tuning import FrictionTorque
-from tierod.monitors.friction.run import FrictionRun
-from tierod.monitors.friction.steering_sample import SteeringSample
-from tierod.monitors.friction.verdict import FrictionVerdict, VerdictOutput
-from tierod.monitors.friction.verdict_state import VerdictSample
+from tierod.monitors.friction.torque_gains import GainsOverDrive
+from tierod.monitors.friction.verdict import FrictionVerdict
+from tierod.monitors.harness.baseline import Baseline
+from tierod.monitors.harness.session import BlockSession, Conclusion, tuning_rows
+from tierod.monitors.harness.verdict import nis_figures
+from tierod.physics.friction import viscous
 from tierod.vehicles import Vehicle
 
 NAME = "friction, pre-sliding"
-"""As in findings and in stored levels."""
+"""As in findings and in stored baselines."""
 
-LEARNT = {
-    "dahl_angle_rad": "dahl_angle",
-    "aligning_gain": "aligning_gain",
-    "torque_offset_Nm": "offset",
-    "damping_Nms_per_rad": "damping",
-    "inertia_kgm2": "inertia",
-}
-"""Evidence of a finding that the estimator has learnt: name with unit -> field of the estimate."""
+VALUES = ("friction_torque", "friction_torque_standard_deviation", "ratio_to_own_level", *STATISTICS)
+"""Traces that show the value of friction."""
+
+WITHHELD = (
+    "The value of friction is withheld, so its course, its spread, its hysteresis and its ratio to the own level are "
+    "not shown: what the estimator computed means nothing here. The verdict says why."
+)
+
+Acting = Callable[[Mapping[str, np.ndarray], Result], np.ndarray]
+"""Friction torque that acts at each sample, from the signals by name and the outputs."""
+
+
+class FrictionEstimator(Protocol):
+    """A block that estimates friction, and what the verdict reads of it."""
+
+    learnt: ClassVar[Mapping[str, str]]
+    """Evidence that it has learnt: name with unit -> field of its output."""
+
+    @property
+    def Sample(self) -> type:
+        """Signals."""
+
+    @property
+    def vehicle_parameters(self) -> FrictionParameters:
+        """Of the vehicle file, as it assumes them."""
+
+    def init(self) -> Tree:
+        """Nothing learnt yet."""
+
+    def step(self, state: Tree, sample: Any) -> tuple[Tree, Any]:
+        """One sample on."""
+
+    def seen(self, sample: Any, estimate: Any) -> VerdictSample:
+        """What the verdict reads of a sample and its estimate."""
 
 
 @dataclass(frozen=True)
 class FrictionMonitor:
-    """Estimate the friction of the steering and judge it.
+    """Estimate the friction of the steering and judge it; every estimator is judged alike.
 
     Args:
         filter: the estimator
         verdict: the judge
+        name: as in findings and in stored baselines
     """
 
-    filter: PreslidingFrictionFilter
+    filter: FrictionEstimator
     verdict: FrictionVerdict
-
-    Sample = SteeringSample
+    name: str = NAME
 
     class State(NamedTuple):
         """Of estimator and judge."""
 
-        filter: Any
-        verdict: Any
+        filter: Tree
+        verdict: FrictionVerdict.State
 
     class Output(NamedTuple):
         """Of estimator and judge."""
 
-        estimate: FrictionTorque
-        verdict: VerdictOutput
+        estimate: Tree
+        verdict: JudgedFriction
+
+    @property
+    def Sample(self) -> type:
+        """That of the estimator."""
+        return self.filter.Sample
 
     @classmethod
     def of_vehicle(
@@ -66,7 +111,7 @@ class FrictionMonitor:
         learnt_level: float | None = None,
         learnt_deviation: float = 0.0,
     ) -> FrictionMonitor:
-        """The monitor for a car.
+        """The default monitor for a car.
 
         Args:
             vehicle: its parameters and limits; without calibrated torques no absolute limit is used
@@ -84,18 +129,17 @@ class FrictionMonitor:
         """Nothing learnt yet."""
         return self.State(self.filter.init(), self.verdict.init())
 
-    def step(self, state: State, sample: SteeringSample) -> tuple[State, Output]:
+    def step(self, state: State, sample: Any) -> tuple[State, Output]:
         """One sample on."""
         filter_state, estimate = self.filter.step(state.filter, sample)
-        verdict_state, verdict = self.verdict.step(state.verdict, _seen(estimate))
+        verdict_state, verdict = self.verdict.step(state.verdict, self.filter.seen(sample, estimate))
         return self.State(filter_state, verdict_state), self.Output(estimate, verdict)
 
-    def finding(self, result: Result, calibrated: bool = True, start_time: float = 0.0) -> Finding:
+    def finding(self, result: Result, start_time: float = 0.0) -> Finding:
         """The finding of a run.
 
         Args:
             result: of `scan` over the whole recording, or its last part
-            calibrated: whether the torques are in N*m (`Vehicle.calibrated`)
             start_time: time of the first sample that the monitor saw, in the recording [s]
 
         Raises:
@@ -103,29 +147,119 @@ class FrictionMonitor:
         """
         if not len(result):
             raise InputError("the friction monitor saw no samples; check that the signals overlap in time")
-        return judge(self.run_of(result.at(len(result) - 1), result.state, calibrated, start_time))
+        last = result.at(-1)
+        evidence = {name: getattr(last.estimate, field) for name, field in self.filter.learnt.items()}
+        parameters = self.filter.vehicle_parameters
+        return finding_of(FrictionRun(self.name, self.verdict, last.verdict, start_time, evidence, parameters))
 
-    def run_of(self, last: Output, memory: Memory, calibrated: bool, start_time: float = 0.0) -> FrictionRun:
-        """What is known after a last output and the memory that came with it, of a scan or a stream."""
-        evidence = {name: getattr(last.estimate, field) for name, field in LEARNT.items()}
-        state = self.state_of(memory).verdict
-        return FrictionRun(
-            NAME,
-            self.verdict,
-            state,
-            _seen(last.estimate),
-            last.verdict,
-            calibrated,
-            start_time,
-            evidence,
-            self.filter.parameters,
+
+class FrictionSession(BlockSession):
+    """Runs the monitor, and collects what a report shows.
+
+    Args:
+        block: estimator and judge
+        vehicle: whose friction it is
+        rate: of the samples [Hz]
+        acting: friction torque that acts, for the hysteresis view
+        consistency_remark: how the innovations of this estimator are to be read where its variance is set wide, so that
+            the band of a consistent filter is none for it
+    """
+
+    def __init__(
+        self,
+        block: FrictionMonitor,
+        vehicle: Vehicle,
+        rate: float,
+        acting: Acting,
+        consistency_remark: str = "",
+    ):
+        unit = vehicle.torque_unit
+        traces = {
+            "estimate.friction_torque": (VALUES[0], unit),
+            "estimate.friction_deviation": (VALUES[1], unit),
+            "estimate.enabled": ("enabled", ""),
+            "estimate.nis": ("nis", ""),
+            "verdict.ratio": (VALUES[2], ""),
+            "verdict.statement.evidence": (STATISTICS[0], ""),
+            "verdict.fault_sum": (STATISTICS[1], ""),
+        }
+        super().__init__(block, traces, ("verdict.running", STATUSES))
+        self._monitor, self.vehicle, self._acting = block, vehicle, acting
+        self._consistency_remark = consistency_remark
+        self._estimates, self._hysteresis = EstimateOverDrive(rate), HysteresisOverDrive(rate)
+        self._signals, self._gains = SignalsOverDrive(), GainsOverDrive(vehicle, rate)
+        self._consistency = ConsistencyAccumulator()
+        self._start: float | None = None
+        self._last: Result | None = None
+
+    def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
+        """Estimates, the torque that acts, and innovations of one piece."""
+        self._start = float(time[0]) if self._start is None else self._start
+        self._last = result
+        enabled = result["estimate.enabled"] > 0.5
+        self._signals.add(time, signals)
+        self._gains.add(signals)
+        judged = result["verdict.running"] <= code_of(Status.FAULT)
+        self._estimates.add(time, result["estimate.friction_torque"], judged)
+        self._hysteresis.add(time, signals["steering_wheel_angle"], self._acting(signals, result), enabled)
+        present = result["estimate.present"] if "estimate.present" in result.names else np.ones(len(result))
+        self._consistency.add(result["estimate.nis"][enabled], present[enabled])
+
+    def conclude(self) -> Conclusion:
+        """The finding, and what a report shows beside it."""
+        if self._last is None or self._start is None:
+            raise RuntimeError("a session concludes after at least one piece")
+        finding = self._monitor.finding(self._last, self._start)
+        known = finding.estimate is not None
+        if not known:
+            finding = _with_presence(finding, self._signals.presence())
+        remarks = {"consistency": self._consistency_remark, "estimate": "" if known else WITHHELD}
+        return Conclusion(
+            finding,
+            self._estimates.histograms(finding.since) if known else {},
+            self._hysteresis.views(finding.since) if known else {},
+            nis_figures(self._consistency.result(), wide=bool(self._consistency_remark)),
+            tuple(tuning_rows(self.block)),
+            self._own_level(self._last.at(-1).verdict, finding.status),
+            {part: remark for part, remark in remarks.items() if remark},
+            () if known else VALUES,
+            tuple(self.course),
+            defects=self._gains.defects(),
         )
 
-    def state_of(self, memory: Memory) -> State:
-        """The state of a run by name: `state_of(result.state).verdict.figures`."""
-        return rebuild(self.init(), memory.values.tolist())
+    def _own_level(self, judged: JudgedFriction, status: Status) -> Baseline | None:
+        if status is not Status.HEALTHY or judged.known_level <= 0.0:
+            return None
+        own, unit = judged.baseline, self.vehicle.torque_unit
+        return Baseline(self.vehicle.name, self._monitor.name, own.level, own.deviation, unit, own.seconds)
 
 
-def _seen(estimate: FrictionTorque) -> VerdictSample:
-    """What the verdict reads of an estimate."""
-    return VerdictSample(*(getattr(estimate, name) for name in VerdictSample._fields))
+def _with_presence(finding: Finding, found: HysteresisPresence | None) -> Finding:
+    """What can be said of friction where its magnitude is withheld."""
+    if found is None:
+        return finding
+    what = "is present, but its size cannot be told" if found.present else "does not stand out from chance"
+    sentence = (
+        f"hysteresis of dry friction {what}: the torques follow {found.share:.0%} of its build-up that angle, rate and "
+        f"lateral acceleration leave open, and up to {found.chance:.0%} of shifted copies"
+    )
+    figures = {"hysteresis_share": found.share, "hysteresis_by_chance_share": found.chance}
+    return dataclasses.replace(finding, cause=f"{finding.cause}; {sentence}", evidence={**finding.evidence, **figures})
+
+
+def acting_by_build_up(signals: Mapping[str, np.ndarray], result: Result) -> np.ndarray:
+    """Friction that acts, as the pre-sliding estimator sees it: its model's, and what is left of the balance."""
+    modelled: np.ndarray = result["estimate.friction_torque"] * result["estimate.build_up"]
+    return modelled + result["estimate.innovation"]
+
+
+def acting_by_balance(parameters: FrictionParameters) -> Acting:
+    """Friction that acts, as what the torque balance of eq (2) leaves beside inertia."""
+
+    def acting(signals: Mapping[str, np.ndarray], result: Result) -> np.ndarray:
+        aligning = result["estimate.self_aligning_torque"]
+        driving = driving_torque(signals["driver_torque"], signals["motor_torque"], aligning, parameters)
+        left: np.ndarray = driving - viscous(signals["steering_wheel_rate"], parameters.column_damping)
+        return left
+
+    return acting

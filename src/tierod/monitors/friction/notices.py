@@ -1,11 +1,14 @@
-"""What the reader of a verdict on friction must know beside it."""
+"""What is known of friction after a recording, and what a reader of the verdict must know beside it."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
-from tierod.monitors.friction.run import FrictionRun
-from tierod.monitors.friction.verdict import UNKNOWN_LIMITS
+from tierod.models.friction_estimation import FrictionParameters
+from tierod.monitors.friction.judged import JudgedFriction
+from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 
 GAIN_WARNING = (
     "a common gain error of both torques scales the estimate and shows in no signal: 10 % of torque is 10 % of "
@@ -18,7 +21,7 @@ RIGID_WARNING = (
 )
 
 SMALLEST_LEVEL = 0.8
-"""Share of the own level below which friction is said to have fallen [-]; healthy drives stayed above 0.9."""
+"""Share of the baseline below which friction is said to have fallen [-]; fault-free drives stayed above 0.9."""
 
 SMALLEST_NOMINAL = 0.7
 """Share of nominal friction below which the torques or the vehicle file are doubted [-]: four standard deviations of
@@ -42,11 +45,43 @@ trail scatters by 30 % exceed it, simulated."""
 
 ONE_SIDED = 0.2
 """Share of the enabled time that turned to one side below which offsets may leak into friction [-]: an offset then acts
-with three fifths of its size or more."""
+with three fifths of its magnitude or more."""
 
 OPPOSED = 0.1
 """Share of the worked time with driver and motor against each other from which that is said [-]: ten times that of
-sound driving, a third of what withholds the verdict."""
+fault-free driving, a third of what withholds the verdict."""
+
+
+@dataclass(frozen=True)
+class FrictionRun:
+    """What a monitor knows after a recording.
+
+    Args:
+        monitor: its name and variant
+        verdict: the judge that ran
+        judged: its output after the last sample
+        start_time: time of the first sample in the recording [s]
+        evidence: further named figures of the estimator, with unit in the name
+        parameters: of the vehicle file, as the estimator assumes them; None where that is not known
+    """
+
+    monitor: str
+    verdict: FrictionVerdict
+    judged: JudgedFriction
+    start_time: float = 0.0
+    evidence: Mapping[str, float] = field(default_factory=dict)
+    parameters: FrictionParameters | None = None
+
+    @property
+    def friction(self) -> float:
+        """The estimate [N*m]."""
+        return self.judged.statement.magnitude
+
+    @property
+    def limits(self) -> FrictionLimits:
+        """Of the vehicle file: without them the torques are raw counts, and there is no verdict to word."""
+        assert self.verdict.limits is not None
+        return self.verdict.limits
 
 
 def notices(run: FrictionRun) -> tuple[str, ...]:
@@ -56,18 +91,17 @@ def notices(run: FrictionRun) -> tuple[str, ...]:
 
 
 def _levels(run: FrictionRun) -> list[str]:
-    warnings, friction = [], run.last.friction_torque
-    if run.output.level <= 0.0:
+    warnings, friction = [], run.friction
+    if run.judged.known_level <= 0.0:
         warnings.append(
             "the own level is not learnt (too little time, or friction above its limit): only absolute limits judge"
         )
-    elif run.output.ratio < SMALLEST_LEVEL:
+    elif run.judged.ratio < SMALLEST_LEVEL:
         warnings.append(
-            f"friction is {run.output.ratio:.2f} times the own level: was that learnt on this car, with these sensors?"
+            f"friction is {run.judged.ratio:.2f} times the own level: was that learnt on this car, with these sensors?"
         )
-    nominal = run.verdict.limits.nominal_friction
-    known = run.verdict.limits != UNKNOWN_LIMITS
-    if known and run.verdict.tuning.smallest_friction * nominal <= friction < SMALLEST_NOMINAL * nominal:
+    nominal = run.limits.nominal_friction
+    if run.verdict.tuning.smallest_friction * nominal <= friction < SMALLEST_NOMINAL * nominal:
         warnings.append(
             f"friction is only {friction / nominal:.2f} times nominal: is the gain of the torques too low, the motor's "
             "gear ratio right, and the vehicle file that of this car? If not, a fault may be read as healthy"
@@ -77,7 +111,7 @@ def _levels(run: FrictionRun) -> list[str]:
 
 def _bar(run: FrictionRun) -> list[str]:
     """Of the estimator that knows the bar, which alone learns an angle of build-up."""
-    if run.parameters is None or "dahl_angle_rad" not in run.evidence or not run.calibrated:
+    if run.parameters is None or "dahl_angle_rad" not in run.evidence:
         return []
     return [] if math.isfinite(run.parameters.torsion_bar_stiffness) else [RIGID_WARNING]
 
@@ -85,7 +119,7 @@ def _bar(run: FrictionRun) -> list[str]:
 def _delays(run: FrictionRun) -> list[str]:
     """What the learnt constants of the steering say of signals that are late."""
     warnings = []
-    inertia, damping = run.evidence.get("inertia_kgm2", 0.0), run.last.damping
+    inertia, damping = run.evidence.get("inertia_kgm2", 0.0), run.judged.fit.damping
     if inertia < 0.0:
         warnings.append(
             f"the learnt inertia is negative ({inertia:.3f} kg·m²): a signal is probably late. Torques 50 ms late make "
@@ -105,16 +139,16 @@ def _delays(run: FrictionRun) -> list[str]:
                 "either the car's is, or yaw rate and lateral acceleration are late; 200 ms make friction read 0.5 to "
                 "0.6 N·m high"
             )
-    if not 1.0 / LARGEST_ALIGNING < run.last.aligning_gain < LARGEST_ALIGNING:
+    if not 1.0 / LARGEST_ALIGNING < run.judged.fit.aligning_gain < LARGEST_ALIGNING:
         warnings.append(
-            f"the self-aligning torque is {run.last.aligning_gain:.2f} times what the vehicle file expects: do mass, "
-            "trail and steering ratio belong to this car?"
+            f"the self-aligning torque is {run.judged.fit.aligning_gain:.2f} times what the vehicle file expects: do "
+            "mass, trail and steering ratio belong to this car?"
         )
     return warnings
 
 
 def _signals(run: FrictionRun) -> list[str]:
-    figures, warnings = run.state.figures, []
+    figures, warnings = run.judged.figures, []
     present = figures.settled_seconds / figures.seconds
     if present < SMALLEST_PRESENCE:
         warnings.append(

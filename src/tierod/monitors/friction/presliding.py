@@ -3,21 +3,30 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import absolute, all_of, exp, limit, log, maximum, minimum, sqrt, where
 from tierod.methods.estimators.kernels import correct
 from tierod.methods.estimators.linear_algebra import add, dot, from_diagonal, product, unpack
 from tierod.methods.filters import Butterworth
 from tierod.models.friction_estimation import FrictionParameters
-from tierod.monitors.friction.column_motion import column_motion
 from tierod.monitors.friction.conditioning import SAMPLE_TIME, SteeringConditioning
 from tierod.monitors.friction.gate import FrictionGate
+from tierod.monitors.friction.judged import VerdictSample
 from tierod.monitors.friction.presliding_tuning import Coefficients, FrictionTorque, PreslidingTuning
-from tierod.monitors.friction.steering_sample import SteeringSample
-from tierod.monitors.friction.torque_balance import ROLLING_SPEED, Regressors, expected_torque, regressors, row_of
+from tierod.monitors.friction.signals import SteeringSample
+from tierod.monitors.friction.torque_balance import (
+    ROLLING_SPEED,
+    Regressors,
+    column_motion,
+    expected_torque,
+    regressors,
+    row_of,
+)
 from tierod.physics.friction_build_up import (
     RELAXED,
     BuildUp,
@@ -77,6 +86,14 @@ class PreslidingFrictionFilter:
     low_pass: Butterworth = field(init=False, repr=False)
 
     Sample = SteeringSample
+    learnt: ClassVar[Mapping[str, str]] = {
+        "dahl_angle_rad": "dahl_angle",
+        "aligning_gain": "aligning_gain",
+        "torque_offset_Nm": "offset",
+        "damping_Nms_per_rad": "damping",
+        "inertia_kgm2": "inertia",
+    }
+    """Evidence that the estimator has learnt: name with unit -> field of the estimate."""
 
     class State(NamedTuple):
         """Memories of conditioning, build-up and low-pass, and what has been learnt."""
@@ -87,9 +104,9 @@ class PreslidingFrictionFilter:
         long: BuildUp
         low_pass: Any
         mean: Coefficients
-        covariance: tuple[Any, ...]
-        innovation_power: Any
-        excitation: Any
+        covariance: tuple[Scalar, ...]
+        innovation_power: Scalar
+        excitation: Scalar
 
     def __post_init__(self) -> None:
         sample_time = self.conditioning.sample_time
@@ -196,9 +213,18 @@ class PreslidingFrictionFilter:
             nis=innovation * innovation / (spread + noise),
         )
 
+    @property
+    def vehicle_parameters(self) -> FrictionParameters:
+        """Of the vehicle file, as the estimator assumes them."""
+        return self.parameters
+
+    def seen(self, sample: SteeringSample, estimate: FrictionTorque) -> VerdictSample:
+        """What the verdict reads of a sample and its estimate."""
+        return VerdictSample(*(getattr(estimate, name) for name in VerdictSample._fields))
+
     def _update(
-        self, state: State, row: Coefficients, innovation: Any, enabled: Any
-    ) -> tuple[Coefficients, tuple[Any, ...]]:
+        self, state: State, row: Coefficients, innovation: Scalar, enabled: Any
+    ) -> tuple[Coefficients, tuple[Scalar, ...]]:
         """One scalar update where enabled; elsewhere neither mean nor covariance changes."""
         tuning, sample_time = self.tuning, self.conditioning.sample_time
         noise = tuning.error_density / sample_time * maximum(1.0, absolute(innovation) / tuning.outlier)
@@ -216,7 +242,7 @@ class PreslidingFrictionFilter:
             add(correction.covariance, growth),
         )
 
-    def _misfit(self, innovation_power: Any) -> Any:
+    def _misfit(self, innovation_power: Scalar) -> Scalar:
         """Factor on the standard deviation where the balance fits worse than the tuning expects."""
         expected = self.tuning.error_density / self.tuning.error_time
         return sqrt(maximum(1.0, innovation_power / expected))
@@ -227,12 +253,12 @@ def _gate(minimum_driver_torque: float) -> FrictionGate:
     return FrictionGate(minimum_driver_torque, maximum_rate=FASTEST_STEERING, minimum_speed=ROLLING_SPEED)
 
 
-def _deviation(covariance: tuple[Any, ...]) -> Any:
+def _deviation(covariance: tuple[Scalar, ...]) -> Scalar:
     """Standard deviation of the friction torque, the sum of its three shares."""
     full = unpack(covariance)
     return sqrt(maximum(sum(full[i][j] for i in range(3) for j in range(3)), 0.0))
 
 
-def _followed(average: Any, value: Any, share: Any, enabled: Any) -> Any:
+def _followed(average: Scalar, value: Scalar, share: Scalar, enabled: Scalar) -> Scalar:
     """A running mean over the enabled samples."""
     return where(enabled, average + share * (value - average), average)

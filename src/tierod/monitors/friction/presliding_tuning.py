@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.physics.tyre import turn_slip_stiffness
 
 
@@ -28,22 +29,22 @@ class Coefficients(NamedTuple):
         inertia: at the steering wheel axis, of what turns below the torsion bar
     """
 
-    finite: Annotated[Any, "N*m"]
-    exponential: Annotated[Any, "N*m"]
-    long: Annotated[Any, "N*m"]
-    log_dahl_angle: Annotated[Any, ""]
-    aligning_gain: Annotated[Any, ""]
-    trail_drop: Annotated[Any, "1/(N*m)"]
-    weight_lever: Annotated[Any, "m"]
-    turn_slip: Annotated[Any, "m**2"]
-    drive_share: Annotated[Any, ""]
-    load_share: Annotated[Any, ""]
-    offset: Annotated[Any, "N*m"]
-    damping: Annotated[Any, "N*m*s/rad"]
-    inertia: Annotated[Any, "kg*m**2"]
+    finite: Annotated[Scalar, "N*m"]
+    exponential: Annotated[Scalar, "N*m"]
+    long: Annotated[Scalar, "N*m"]
+    log_dahl_angle: Annotated[Scalar, ""]
+    aligning_gain: Annotated[Scalar, ""]
+    trail_drop: Annotated[Scalar, "1/(N*m)"]
+    weight_lever: Annotated[Scalar, "m"]
+    turn_slip: Annotated[Scalar, "m**2"]
+    drive_share: Annotated[Scalar, ""]
+    load_share: Annotated[Scalar, ""]
+    offset: Annotated[Scalar, "N*m"]
+    damping: Annotated[Scalar, "N*m*s/rad"]
+    inertia: Annotated[Scalar, "kg*m**2"]
 
     @property
-    def friction_torque(self) -> Any:
+    def friction_torque(self) -> Scalar:
         """Level of dry friction [N*m] at the reference load."""
         return self.finite + self.exponential + self.long
 
@@ -69,31 +70,31 @@ class FrictionTorque(NamedTuple):
         nis: normalised innovation squared; far below 1 for that reason
     """
 
-    friction_torque: Annotated[Any, "N*m"]
-    friction_deviation: Annotated[Any, "N*m"]
-    misfit: Annotated[Any, ""]
-    residual: Annotated[Any, "N*m"]
-    enabled: Annotated[Any, ""]
-    hands_on: Annotated[Any, ""]
-    same_direction: Annotated[Any, ""]
-    moving: Annotated[Any, ""]
-    rolling: Annotated[Any, ""]
-    settled: Annotated[Any, ""]
-    dahl_angle: Annotated[Any, "rad"]
-    aligning_gain: Annotated[Any, ""]
-    trail_drop: Annotated[Any, "1/(N*m)"]
-    weight_lever: Annotated[Any, "m"]
-    turn_slip: Annotated[Any, "m**2"]
-    drive_share: Annotated[Any, ""]
-    load_share: Annotated[Any, ""]
-    offset: Annotated[Any, "N*m"]
-    damping: Annotated[Any, "N*m*s/rad"]
-    inertia: Annotated[Any, "kg*m**2"]
-    build_up: Annotated[Any, ""]
-    excitation: Annotated[Any, ""]
-    innovation: Annotated[Any, "N*m"]
-    innovation_variance: Annotated[Any, "N**2*m**2"]
-    nis: Annotated[Any, ""]
+    friction_torque: Annotated[Scalar, "N*m"]
+    friction_deviation: Annotated[Scalar, "N*m"]
+    misfit: Annotated[Scalar, ""]
+    residual: Annotated[Scalar, "N*m"]
+    enabled: Annotated[Scalar, ""]
+    hands_on: Annotated[Scalar, ""]
+    same_direction: Annotated[Scalar, ""]
+    moving: Annotated[Scalar, ""]
+    rolling: Annotated[Scalar, ""]
+    settled: Annotated[Scalar, ""]
+    dahl_angle: Annotated[Scalar, "rad"]
+    aligning_gain: Annotated[Scalar, ""]
+    trail_drop: Annotated[Scalar, "1/(N*m)"]
+    weight_lever: Annotated[Scalar, "m"]
+    turn_slip: Annotated[Scalar, "m**2"]
+    drive_share: Annotated[Scalar, ""]
+    load_share: Annotated[Scalar, ""]
+    offset: Annotated[Scalar, "N*m"]
+    damping: Annotated[Scalar, "N*m*s/rad"]
+    inertia: Annotated[Scalar, "kg*m**2"]
+    build_up: Annotated[Scalar, ""]
+    excitation: Annotated[Scalar, ""]
+    innovation: Annotated[Scalar, "N*m"]
+    innovation_variance: Annotated[Scalar, "N**2*m**2"]
+    nis: Annotated[Scalar, ""]
 
 
 PROCESS = Coefficients(

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import inf
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from tierod.core.block import leaves, rebuild, skeleton
 from tierod.core.errors import ParameterError
@@ -14,14 +15,14 @@ from tierod.methods.estimators.shapes import Belief
 from tierod.methods.filters.each import EachSignal
 from tierod.models.friction_estimation import FrictionEstimation, FrictionParameters
 from tierod.monitors.friction.gate import FrictionGate
-from tierod.monitors.friction.joint_filter import VirtualNoise, joint_filter
-from tierod.monitors.friction.refined_signals import (
+from tierod.monitors.friction.judged import VerdictSample
+from tierod.monitors.friction.signals import (
     FrictionEstimate,
     FrictionSample,
     Innovation,
     InnovationVariance,
+    SteeringSample,
 )
-from tierod.monitors.friction.steering_sample import SteeringSample
 
 OperatingPoint = Literal["measurement", "estimate"]
 
@@ -77,6 +78,7 @@ class RefinedFrictionMonitor:
     low_pass: EachSignal | None = None
     longest_gap: Annotated[float, "s"] = 0.2
     settling_time: Annotated[float, "s"] = 0.5
+    learnt: ClassVar[Mapping[str, str]] = {}
 
     class State(NamedTuple):
         """Belief, sample before (missing signals held), times since the last whole sample and start, low-pass."""
@@ -100,6 +102,37 @@ class RefinedFrictionMonitor:
             raise ParameterError(
                 f"the low-pass filters {self.low_pass.signals.__name__}; build it with signals={self.Sample.__name__}"
             )
+
+    @property
+    def vehicle_parameters(self) -> FrictionParameters:
+        """Of the vehicle file, as the estimator assumes them."""
+        parameters: FrictionParameters = self.filter.parameters
+        return parameters
+
+    def seen(self, sample: Any, estimate: FrictionEstimate) -> VerdictSample:
+        """What the verdict reads of a sample and its estimate.
+
+        This estimator has no build-up of friction, and learns neither balance nor damping: the verdict gets the
+        direction of motion and neutral values in their place.
+        """
+        speed = getattr(sample, "vehicle_speed", 0.0)
+        conditions = self.gate.conditions(sample.driver_torque, sample.motor_torque, sample.steering_wheel_rate, speed)
+        return VerdictSample(
+            friction_torque=estimate.friction_torque,
+            friction_deviation=estimate.friction_deviation,
+            misfit=1.0,
+            enabled=estimate.enabled,
+            hands_on=conditions.hands_on,
+            same_direction=conditions.same_direction,
+            moving=conditions.moving,
+            rolling=conditions.rolling,
+            settled=where(all_of(*(present(value) for value in sample)), 1.0, 0.0),
+            build_up=where(sample.steering_wheel_rate > 0.0, 1.0, -1.0),
+            excitation=1.0,
+            residual=0.0,
+            damping=0.0,
+            aligning_gain=1.0,
+        )
 
     @property
     def Sample(self) -> type:
@@ -149,7 +182,7 @@ class RefinedFrictionMonitor:
         )
 
     def _gated(self, sample: Any) -> Any:
-        speed = getattr(sample, "vehicle_speed", None)
+        speed = getattr(sample, "vehicle_speed", 0.0)
         return self.gate.opened(sample.driver_torque, sample.motor_torque, sample.steering_wheel_rate, speed)
 
     def _restarted(self, state: State, sample: Any, whole: Any) -> tuple[Belief, Any, Any]:
@@ -186,91 +219,3 @@ class RefinedFrictionMonitor:
 
 def _chosen(condition: Any, taken: Any, otherwise: Any) -> Any:
     return rebuild(otherwise, [where(condition, a, b) for a, b in zip(taken, otherwise, strict=True)])
-
-
-def printed(
-    parameters: FrictionParameters,
-    *,
-    initial_friction_variance: float = 1.0,
-    operating_point: OperatingPoint = "measurement",
-    virtual_noise: VirtualNoise = "scaled by sample time",
-) -> RefinedFrictionMonitor:
-    """The monitor as printed: literal Q of eq (11), dt in the virtual rows of G, covariance update of Table 3.
-
-    The self-aligning torque is hardly tracked with it (41 N m root mean square) and friction reads 0.4 to 0.9 N m high.
-
-    Args:
-        parameters: of the joint model
-        initial_friction_variance: P_T [(N m)^2]; from 3 N m, 12.5 N m reads about 11 N m after the printed 50 s of
-            enabled time with 1, and 8.6 N m with the steady value of 6e-4
-        operating_point: appendix B
-        virtual_noise: reading of G; "per sample" tracks the self-aligning torque at the price of more scatter
-    """
-    return RefinedFrictionMonitor(
-        joint_filter(
-            parameters,
-            input_variance=(0.01, 0.01, 0.1),
-            virtual_variance=(1.0, 0.001),
-            virtual_noise=virtual_noise,
-            covariance_update="printed",
-            initial_friction_variance=initial_friction_variance,
-        ),
-        operating_point=operating_point,
-    )
-
-
-def printed_open(
-    parameters: FrictionParameters,
-    *,
-    initial_friction_variance: float = 1.0,
-    operating_point: OperatingPoint = "measurement",
-) -> RefinedFrictionMonitor:
-    """The printed monitor with a self-aligning torque that is free to move: Q of it 1e4.
-
-    Args:
-        parameters: of the joint model
-        initial_friction_variance: P_T [(N m)^2], as in `printed`
-        operating_point: appendix B
-    """
-    return RefinedFrictionMonitor(
-        joint_filter(
-            parameters,
-            input_variance=(0.01, 0.01, 0.1),
-            virtual_variance=(1e4, 0.001),
-            virtual_noise="scaled by sample time",
-            covariance_update="printed",
-            initial_friction_variance=initial_friction_variance,
-        ),
-        operating_point=operating_point,
-    )
-
-
-def consistent(
-    parameters: FrictionParameters,
-    *,
-    initial_friction_variance: float = 25.0,
-    operating_point: OperatingPoint = "measurement",
-) -> RefinedFrictionMonitor:
-    """The corrected monitor: Schmidt-Joseph covariance, Q = diag(1, 1, 0.1, 1e4, 0.1), sticking.
-
-    Q of the torques is 1 (N m)^2 instead of 0.01, which covers the error of the model; the self-aligning torque is
-    then known to 6.5 N m and the variance of friction means something.
-
-    Args:
-        parameters: of the joint model
-        initial_friction_variance: P_T [(N m)^2]; (5 N m)^2 covers every level of the paper, and the estimate is there
-            after 10 s of enabled time
-        operating_point: appendix B
-    """
-    return RefinedFrictionMonitor(
-        joint_filter(
-            parameters,
-            input_variance=(1.0, 1.0, 0.1),
-            virtual_variance=(1e4, 0.1),
-            virtual_noise="scaled by sample time",
-            covariance_update="schmidt",
-            initial_friction_variance=initial_friction_variance,
-        ),
-        operating_point=operating_point,
-        sticking=Sticking(),
-    )

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import both, maximum, present, where
 
@@ -12,9 +13,9 @@ from tierod.core.graph.maths import both, maximum, present, where
 class Moments(NamedTuple):
     """Number, mean, and sum of squared deviations of some samples."""
 
-    number: Any
-    mean: Any
-    squares: Any
+    number: Scalar
+    mean: Scalar
+    squares: Scalar
 
 
 _NONE = Moments(0.0, 0.0, 0.0)
@@ -46,7 +47,7 @@ class RollingVariance:
     class State(NamedTuple):
         """Samples seen of the present block, its moments, those of the window's blocks, oldest first, and merged."""
 
-        seen: Any
+        seen: Scalar
         present: Moments
         window: tuple[Moments, ...]
         merged: Moments
@@ -84,7 +85,7 @@ class RollingVariance:
         return after, self.Spread(where(enough, variance, 0.0), merged.number)
 
 
-def _with(moments: Moments, value: Any, counted: Any) -> Moments:
+def _with(moments: Moments, value: Scalar, counted: Scalar) -> Moments:
     count = moments.number + 1.0
     away = value - moments.mean
     mean = moments.mean + away / count
@@ -98,5 +99,5 @@ def _merge(a: Moments, b: Moments) -> Moments:
     return Moments(count, a.mean + away * share, a.squares + b.squares + away * away * a.number * share)
 
 
-def _select(condition: Any, taken: Moments, otherwise: Moments) -> Moments:
+def _select(condition: Scalar, taken: Moments, otherwise: Moments) -> Moments:
     return Moments(*(where(condition, a, b) for a, b in zip(taken, otherwise, strict=True)))

@@ -4,18 +4,60 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, maximum, sin
 from tierod.methods.estimators.linear_algebra import dot
 from tierod.models.friction_estimation import FrictionParameters
-from tierod.monitors.friction.column_motion import ColumnMotion
 from tierod.monitors.friction.conditioning import ConditionedSteering
 from tierod.monitors.friction.presliding_tuning import Coefficients
 from tierod.physics.aligning import force_across_wheels, front_force_from_motion, longitudinal_force_from_motion
 from tierod.physics.friction_build_up import BuildUp
 from tierod.physics.kingpin import weight_torque
 from tierod.physics.single_track import front_axle_load
-from tierod.physics.steering_ratio import column_torque_of_motor, road_wheel_angle, torque_at_steering_wheel
+from tierod.physics.steering_ratio import (
+    column_torque_of_motor,
+    road_wheel_angle,
+    torque_at_steering_wheel,
+    torsion_bar_twist,
+)
 from tierod.physics.tyre import turn_slip
+
+
+class ColumnMotion(NamedTuple):
+    """What turns below the bar.
+
+    Args:
+        angle: [rad]
+        increment: since the sample before [rad]
+        rate: [rad/s]
+        acceleration: [rad/s**2]
+    """
+
+    angle: Scalar
+    increment: Scalar
+    rate: Scalar
+    acceleration: Scalar
+
+
+def column_motion(clean: ConditionedSteering, stiffness: Scalar, sample_time: Any) -> ColumnMotion:
+    """The steering wheel's motion less the twist of the bar.
+
+    Angle and torque have passed the same low-pass and the same difference, so that the twist is neither early nor late.
+
+    Args:
+        clean: signals
+        stiffness: of the bar [N*m/rad]; infinite for a rigid one
+        sample_time: [s]
+    """
+    signals = clean.signals
+    twist_rate = torsion_bar_twist(clean.driver_torque_rate, stiffness)
+    return ColumnMotion(
+        signals.steering_wheel_angle - torsion_bar_twist(signals.driver_torque, stiffness),
+        clean.angle_increment - sample_time * twist_rate,
+        signals.steering_wheel_rate - twist_rate,
+        clean.steering_wheel_acceleration - torsion_bar_twist(clean.driver_torque_acceleration, stiffness),
+    )
+
 
 ROLLING_SPEED = 3.0
 """Speed of the vehicle below which standing tyres scrub, which the balance does not know [m/s]."""
@@ -31,33 +73,33 @@ class RoadTorques(NamedTuple):
         drive: drive and brake force of the whole car, if the front axle had it all, times the trail [N*m]
     """
 
-    aligning: Any
-    weight: Any
-    turn_slip: Any
-    drive: Any
+    aligning: Scalar
+    weight: Scalar
+    turn_slip: Scalar
+    drive: Scalar
 
 
 class Regressors(NamedTuple):
     """Everything that is low-passed once more before it meets the torque balance."""
 
-    finite: Any
-    finite_sensitivity: Any
-    exponential: Any
-    exponential_sensitivity: Any
-    long: Any
-    long_sensitivity: Any
-    aligning_torque: Any
-    squared_aligning_torque: Any
-    weight: Any
-    turn_slip: Any
-    drive: Any
-    loaded_friction: Any
-    rate: Any
-    acceleration: Any
-    torque: Any
-    driver_torque: Any
-    motor_torque: Any
-    steering_wheel_rate: Any
+    finite: Scalar
+    finite_sensitivity: Scalar
+    exponential: Scalar
+    exponential_sensitivity: Scalar
+    long: Scalar
+    long_sensitivity: Scalar
+    aligning_torque: Scalar
+    squared_aligning_torque: Scalar
+    weight: Scalar
+    turn_slip: Scalar
+    drive: Scalar
+    loaded_friction: Scalar
+    rate: Scalar
+    acceleration: Scalar
+    torque: Scalar
+    driver_torque: Scalar
+    motor_torque: Scalar
+    steering_wheel_rate: Scalar
 
 
 def regressors(
@@ -66,7 +108,7 @@ def regressors(
     laws: tuple[BuildUp, BuildUp, BuildUp],
     mean: Coefficients,
     parameters: FrictionParameters,
-    reference_load: Any,
+    reference_load: Scalar,
 ) -> Regressors:
     """Both sides of the balance before their low-pass.
 
@@ -132,7 +174,7 @@ def road_torques(clean: ConditionedSteering, column: ColumnMotion, p: FrictionPa
     return RoadTorques(*(torque_at_steering_wheel(torque, p.steering_ratio) for torque in about_kingpins))
 
 
-def _load(road: RoadTorques, mean: Coefficients) -> Any:
+def _load(road: RoadTorques, mean: Coefficients) -> Scalar:
     """Torque [N*m] that presses gear and joints together, by what is known of the coefficients."""
     aligning = (mean.aligning_gain + mean.trail_drop * absolute(road.aligning)) * road.aligning
     return aligning + mean.weight_lever * road.weight + mean.turn_slip * road.turn_slip + mean.drive_share * road.drive
@@ -159,6 +201,6 @@ def row_of(mean: Coefficients, given: Regressors) -> Coefficients:
     )
 
 
-def expected_torque(mean: Coefficients, row: Coefficients) -> Any:
+def expected_torque(mean: Coefficients, row: Coefficients) -> Scalar:
     """Torque of the balance [N*m]: linear in every coefficient but the angle, which acts through the build-up."""
     return dot(mean, row._replace(log_dahl_angle=0.0))

@@ -1,26 +1,38 @@
-"""The running verdict on friction: against the vehicle's nominal friction and against its own learnt level."""
+"""The verdict on friction, sample by sample: against the vehicle's nominal friction and against its own baseline."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
-from tierod.core.graph.maths import all_of, both, either, maximum, minimum, negated, sqrt, where
+from tierod.core.findings import Status
+from tierod.core.graph.maths import all_of, any_of, both, either, maximum, minimum, negated, sqrt, where
+from tierod.core.statement import Statement, code_of
 from tierod.methods.detectors import Cusum
 from tierod.monitors.friction.conditioning import SAMPLE_TIME
-from tierod.monitors.friction.verdict_state import (
-    HEALTHY,
-    NOT_IDENTIFIABLE,
-    NOT_READY,
+from tierod.monitors.friction.judged import (
+    BalanceFit,
     FrictionFigures,
-    LearntLevel,
+    JudgedFriction,
+    LearntBaseline,
+    Obstacles,
     Onset,
     VerdictSample,
 )
 from tierod.monitors.friction.verdict_tuning import AlarmTuning
 from tierod.vehicles import Vehicle
+
+HEALTHY = code_of(Status.HEALTHY)
+
+BY_BASELINE, BY_LIMIT = 1.0, 2.0
+"""Kinds of a statement on friction: risen above the car's own baseline, or above a limit of the vehicle file alone."""
+
+OPPOSED_SHARE = 0.3
+"""Share of worked time with driver and motor against each other above which lane keeping is taken to be active.
+Fault-free driving has below 0.01 (simulated); a recorded minute under lane keeping has 0.47."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +40,7 @@ class FrictionLimits:
     """What a car's friction is judged against, named as in a vehicle file.
 
     Args:
-        nominal_friction: of the sound steering [N*m]
+        nominal_friction: of the fault-free steering [N*m]
         rising_friction: from here on friction is reported as rising [N*m]
         fault_friction: from here on as a fault [N*m]
     """
@@ -45,31 +57,6 @@ class FrictionLimits:
             )
 
 
-UNKNOWN_LIMITS = FrictionLimits(1e6, 2e6, 3e6)
-"""For a car whose torques are not in N*m: no absolute limit is ever reached, the ratio alone speaks."""
-
-
-class VerdictOutput(NamedTuple):
-    """The verdict after a sample; code 0 not ready, 1 not identifiable, 2 healthy, 3 rising, 4 fault.
-
-    Args:
-        code: index into `tierod.monitors.friction.verdict_state.STATUSES`
-        ratio: friction to the own learnt level; 1 until that is known
-        level: own learnt level, 0 until known
-        since: time at which the present alarm's change began, -1 without alarm or where it was there from the start
-        enabled_seconds: enabled time so far
-        rising_sum, fault_sum: the larger of the sums of excess over a limit of each kind, over the sum that alarms
-    """
-
-    code: Annotated[Any, ""]
-    ratio: Annotated[Any, ""]
-    level: Annotated[Any, "N*m"]
-    since: Annotated[Any, "s"]
-    enabled_seconds: Annotated[Any, "s"]
-    rising_sum: Annotated[Any, ""]
-    fault_sum: Annotated[Any, ""]
-
-
 @dataclass(frozen=True)
 class FrictionVerdict:
     """Judge a friction estimate while it runs; works for every friction estimator.
@@ -80,17 +67,17 @@ class FrictionVerdict:
     see a car that was bad from the start.
 
     Args:
-        limits: the vehicle's
+        limits: the vehicle's; None where its torques are not in N*m, so that the ratio to the baseline alone alarms
         tuning: of the alarms
         sample_time: time between two samples [s]
-        learnt_level: own level from earlier drives [N*m]; None learns it in this recording
+        learnt_level: baseline from earlier drives [N*m]; None learns it in this recording
         learnt_deviation: its standard deviation [N*m]
 
-    The estimate wanders slowly, so the run length of white noise does not apply: it was measured on healthy drives, see
-    `tierod.monitors.friction.decisions`.
+    The estimate wanders slowly, so the run length of white noise does not apply: it was measured on fault-free drives,
+    see `tierod.monitors.friction.decisions`.
     """
 
-    limits: FrictionLimits
+    limits: FrictionLimits | None
     tuning: AlarmTuning = field(default_factory=AlarmTuning)
     sample_time: Annotated[float, "s"] = SAMPLE_TIME
     learnt_level: Annotated[float | None, "N*m"] = None
@@ -100,10 +87,10 @@ class FrictionVerdict:
     Sample = VerdictSample
 
     class State(NamedTuple):
-        """Learnt level, the sums of excess, when the change began, and figures of the run."""
+        """Learnt baseline, the sums of excess, when the change began, and figures of the run."""
 
-        own: LearntLevel
-        sums: tuple[Any, Any, Any, Any]
+        own: LearntBaseline
+        sums: tuple[Cusum.State, Cusum.State, Cusum.State, Cusum.State]
         onset: Onset
         figures: FrictionFigures
 
@@ -121,52 +108,95 @@ class FrictionVerdict:
         Raises:
             ParameterError: the vehicle file lacks a limit; the message names it
         """
-        limits = vehicle.parameters_for(FrictionLimits) if vehicle.calibrated else UNKNOWN_LIMITS
+        limits = vehicle.parameters_for(FrictionLimits) if vehicle.calibrated else None
         return cls(limits, sample_time=sample_time, learnt_level=learnt_level, learnt_deviation=learnt_deviation)
 
     def init(self) -> State:
         """Nothing seen, nothing learnt but what was handed in."""
-        own = LearntLevel(0.0, 0.0, 0.0)
+        own = LearntBaseline(0.0, 0.0, 0.0)
         if self.learnt_level is not None:
-            own = LearntLevel(self.learnt_level, self.learnt_deviation, self.tuning.learning_time)
+            own = LearntBaseline(self.learnt_level, self.learnt_deviation, self.tuning.learning_time)
         zeros = FrictionFigures(*[0.0] * len(FrictionFigures._fields))
         figures = zeros._replace(unfit_seconds=self.tuning.unfit_time)
-        return self.State(own, (self.alarm.init(),) * 4, Onset(-1.0, -1.0, 0.0, 0.0), figures)
+        start = self.alarm.init()
+        return self.State(own, (start, start, start, start), Onset(-1.0, -1.0, 0.0, 0.0), figures)
 
-    def step(self, state: State, sample: VerdictSample) -> tuple[State, VerdictOutput]:
+    def step(self, state: State, sample: VerdictSample) -> tuple[State, JudgedFriction]:
         """One sample on."""
-        tuning, friction = self.tuning, sample.friction_torque
+        friction, deviation = sample.friction_torque, sample.friction_deviation / sample.misfit
         figures = self._count(state.figures, sample)
-        ready = figures.enabled_seconds > tuning.ready_time
-        deviation = sample.friction_deviation / sample.misfit
-        identifiable = all_of(
-            friction > 0.0,
-            deviation < tuning.largest_deviation * friction,
-            sample.excitation > tuning.smallest_excitation,
-            figures.unfit_seconds < tuning.unfit_time - 0.5 * self.sample_time,
-            sample.damping > tuning.smallest_damping,
-            sample.aligning_gain * tuning.largest_aligning_factor > 1.0,
-            sample.aligning_gain < tuning.largest_aligning_factor,
-        )
+        obstacles = self._obstacles(figures, sample)
+        ready = figures.enabled_seconds > self.tuning.ready_time
+        # Here the deviation counts without the misfit: a step of friction misfits, and must not mute its own alarm.
+        identifiable = both(negated(any_of(*obstacles[4:9])), deviation < self.tuning.largest_deviation * friction)
         judged = all_of(sample.enabled > 0.5, ready, identifiable)
         cautious = self._cautious(friction, deviation)
-        own = self._learn(state.own, friction, deviation, both(judged, cautious < self.limits.rising_friction))
-        known = own.seconds > tuning.shortest_learning - 0.5 * self.sample_time
+        below = 1.0 if self.limits is None else cautious < self.limits.rising_friction
+        own = self._learn(state.own, friction, deviation, both(judged, below))
+        known = own.seconds > self.tuning.shortest_learning - 0.5 * self.sample_time
         ratio = where(known, friction / where(known, own.level, 1.0), 1.0)
         sums, relative, absolute = self._alarms(state.sums, own, where(known, friction, 0.0), cautious, judged)
         alarm = maximum(relative, absolute)
-        onset = self._onset(state.onset, ratio, cautious, relative, absolute, judged, figures.seconds)
+        onset = self._onset(state.onset, ratio, below, relative, absolute, judged, figures.seconds)
         figures = figures._replace(
             alarm_seconds=figures.alarm_seconds + where(both(judged, alarm > 0.0), self.sample_time, 0.0),
             worst_alarm=maximum(figures.worst_alarm, alarm),
         )
-        code = where(ready, where(identifiable, HEALTHY + alarm, NOT_IDENTIFIABLE), NOT_READY)
+        risen = where(alarm > 1.5, code_of(Status.FAULT), where(alarm > 0.5, code_of(Status.RISING), HEALTHY))
+        doubted = where(identifiable, risen, code_of(Status.NOT_IDENTIFIABLE))
+        above_own = both(known, friction > self.tuning.rising_ratio * self.relative_level(own.level))
+        pending = either(above_own, negated(below))
+        implausible = 0.0
+        if self.limits is not None:
+            implausible = friction < self.tuning.smallest_friction * self.limits.nominal_friction
+        suspect = either(implausible, both(alarm < 0.5, either(figures.worst_alarm > 0.0, pending)))
+        status = _withheld_status(obstacles, figures, where(suspect, code_of(Status.SUSPECT), risen))
+        alarmed = both(status > HEALTHY, status <= code_of(Status.FAULT))
         since = where(onset.kind > 1.5, onset.absolute, where(onset.kind > 0.5, onset.relative, -1.0))
-        level = where(known, own.level, 0.0)
         rising, fault = (maximum(sums[k].up, sums[k + 2].up) / self.alarm.threshold for k in (0, 1))
-        return self.State(own, sums, onset, figures), VerdictOutput(
-            code, ratio, level, since, figures.enabled_seconds, rising, fault
+        statement = Statement(
+            status=status,
+            since=where(both(alarmed, negated(suspect)), since, -1.0),
+            kind=onset.decisive,
+            magnitude=friction,
+            deviation=sample.friction_deviation,
+            evidence=rising,
         )
+        return self.State(own, sums, onset, figures), JudgedFriction(
+            statement=statement,
+            running=where(ready, doubted, code_of(Status.NOT_READY)),
+            obstacles=obstacles,
+            implausible=where(implausible, 1.0, 0.0),
+            pending=where(pending, 1.0, 0.0),
+            figures=figures,
+            baseline=own,
+            fit=BalanceFit(*(getattr(sample, name) for name in BalanceFit._fields)),
+            known_level=where(known, own.level, 0.0),
+            ratio=ratio,
+            fault_sum=fault,
+        )
+
+    def _obstacles(self, figures: FrictionFigures, sample: VerdictSample) -> Obstacles:
+        """What withholds a verdict after this sample."""
+        tuning, friction, gain = self.tuning, sample.friction_torque, sample.aligning_gain
+        settled, enough = figures.settled_seconds > 0.0, figures.enabled_seconds >= tuning.ready_time
+        positive, factor = both(friction > 0.0, gain > 0.0), tuning.largest_aligning_factor
+        usual = both(gain * factor > 1.0, gain < factor)
+        early = (
+            negated(settled),
+            where(settled, 1.0 if self.limits is None else 0.0, 0.0),
+            both(settled, figures.opposed_seconds > OPPOSED_SHARE * figures.worked_seconds),
+            both(settled, negated(enough)),
+        )
+        late = (
+            negated(positive),
+            negated(sample.damping > tuning.smallest_damping),
+            both(gain > 0.0, negated(usual)),
+            figures.unfit_seconds > tuning.unfit_time - 0.5 * self.sample_time,
+            negated(sample.excitation > tuning.smallest_excitation),
+            both(friction > 0.0, sample.friction_deviation > tuning.largest_deviation * friction),
+        )
+        return Obstacles(*(where(each, 1.0, 0.0) for each in (*early, *(both(enough, each) for each in late))))
 
     def _count(self, figures: FrictionFigures, sample: VerdictSample) -> FrictionFigures:
         """The figures one sample on."""
@@ -198,7 +228,7 @@ class FrictionVerdict:
         )
         return figures._replace(**counted, unfit_seconds=where(enabled, unfit, figures.unfit_seconds))
 
-    def _cautious(self, friction: Any, deviation: Any) -> Any:
+    def _cautious(self, friction: Scalar, deviation: Scalar) -> Scalar:
         """Friction less what the torques' gain and the estimate may be off: it is held against absolute limits."""
         gain = self.tuning.gain_deviation * friction
         return friction - self.tuning.confidence * sqrt(deviation * deviation + gain * gain)
@@ -217,42 +247,43 @@ class FrictionVerdict:
         own = (self.tuning.confidence * deviation) ** 2
         return (limit + math.sqrt(limit * limit - share * (limit * limit - own))) / share
 
-    def relative_level(self, level: Any) -> Any:
-        """The own level that the ratios are taken of: one handed in is raised by its standard deviation."""
+    def relative_level(self, level: Scalar) -> Scalar:
+        """The baseline that the ratios are taken of: one handed in is raised by its standard deviation."""
         return level if self.learnt_level is None else level + self.tuning.confidence * self.learnt_deviation
 
-    def _learn(self, own: LearntLevel, friction: Any, deviation: Any, sound: Any) -> LearntLevel:
-        """The own level one sample on: a mean, frozen while friction is suspicious and once enough is learnt.
+    def _learn(self, own: LearntBaseline, friction: Scalar, deviation: Scalar, fault_free: Scalar) -> LearntBaseline:
+        """The baseline one sample on: a mean, frozen while friction is suspicious and once enough is learnt.
 
         Args:
             own: so far
             friction, deviation: of this sample [N*m]
-            sound: whether friction is judged, and below the absolute limit
+            fault_free: whether friction is judged, and below the absolute limit
         """
         tuning = self.tuning
         unsuspicious = either(
             own.seconds < tuning.shortest_learning, friction < (1.0 + tuning.learning_tolerance) * own.level
         )
-        learning = all_of(sound, unsuspicious, own.seconds < tuning.learning_time)
+        learning = all_of(fault_free, unsuspicious, own.seconds < tuning.learning_time)
         seconds = own.seconds + where(learning, self.sample_time, 0.0)
         share = where(learning, self.sample_time / maximum(seconds, self.sample_time), 0.0)
-        return LearntLevel(
+        return LearntBaseline(
             own.level + where(learning, share * (friction - own.level), 0.0),
             own.deviation + where(learning, share * (deviation - own.deviation), 0.0),
             seconds,
         )
 
     def _alarms(
-        self, sums: tuple[Any, ...], own: LearntLevel, friction: Any, cautious: Any, judged: Any
-    ) -> tuple[tuple[Any, ...], Any, Any]:
-        """Sums of excess, and the alarms by the own level and by the absolute limits: 0 none, 1 rising, 2 fault."""
-        tuning, limits = self.tuning, self.limits
-        level = self.relative_level(own.level)
+        self, sums: tuple[Cusum.State, ...], own: LearntBaseline, friction: Scalar, cautious: Scalar, judged: Scalar
+    ) -> tuple[tuple[Cusum.State, Cusum.State, Cusum.State, Cusum.State], Scalar, Scalar]:
+        """Sums of excess, and the alarms by the baseline and by the absolute limits: 0 none, 1 rising, 2 fault."""
+        tuning, level = self.tuning, self.relative_level(own.level)
+        absolute_excesses = (0.0, 0.0)
+        if self.limits is not None:
+            absolute_excesses = cautious / self.limits.rising_friction, cautious / self.limits.fault_friction
         excesses = (
             friction / where(level > 0.0, tuning.rising_ratio * level, 1.0),
             friction / where(level > 0.0, tuning.fault_ratio * level, 1.0),
-            cautious / limits.rising_friction,
-            cautious / limits.fault_friction,
+            *absolute_excesses,
         )
         after, raised = [], []
         for total, excess in zip(sums, excesses, strict=True):
@@ -261,17 +292,36 @@ class FrictionVerdict:
             raised.append(output.alarm)
         relative = where(raised[1] > 0.5, 2.0, raised[0])
         absolute = where(raised[3] > 0.5, 2.0, raised[2])
-        return tuple(after), relative, absolute
+        return (after[0], after[1], after[2], after[3]), relative, absolute
 
     def _onset(
-        self, onset: Onset, ratio: Any, cautious: Any, relative: Any, absolute: Any, judged: Any, now: Any
+        self,
+        onset: Onset,
+        ratio: Scalar,
+        below: Scalar,
+        relative: Scalar,
+        absolute: Scalar,
+        judged: Scalar,
+        now: Scalar,
     ) -> Onset:
         """When friction was last unsuspicious by either measure, and which of them alarms."""
         near = both(judged, ratio < self.tuning.onset_ratio)
-        below = both(judged, cautious < self.limits.rising_friction)
         return Onset(
             where(near, now, onset.relative),
-            where(below, now, onset.absolute),
+            where(both(judged, below), now, onset.absolute),
             where(relative > 0.0, 1.0, where(absolute > 0.0, 2.0, 0.0)),
             where(relative >= absolute, where(relative > 0.0, 1.0, 0.0), 2.0),
         )
+
+
+def _withheld_status(obstacles: Obstacles, figures: FrictionFigures, otherwise: Scalar) -> Scalar:
+    """Code of the status that the first obstacle gives; `otherwise` where there is none."""
+    not_enabled, not_ready = code_of(Status.NOT_ENABLED), code_of(Status.NOT_READY)
+    early = {
+        "no_signals": code_of(Status.NOT_AVAILABLE),
+        "too_little_time": where(figures.enabled_seconds > 0.0, not_ready, not_enabled),
+    }
+    status = otherwise
+    for name, there in reversed(list(zip(Obstacles._fields, obstacles, strict=True))):
+        status = where(there > 0.5, early.get(name, code_of(Status.NOT_IDENTIFIABLE)), status)
+    return status

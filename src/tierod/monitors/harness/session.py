@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, NamedTuple, Protocol
+from typing import Annotated, Any, NamedTuple, Protocol, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from tierod.core.block import Block
+from tierod.core.block import Block, tuning
+from tierod.core.errors import ParameterError
 from tierod.core.findings import Defect, Element, Finding, Status
 from tierod.core.graph import Memory, Result, scan, trace
 from tierod.core.recording import Aligned, Recording
+from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.decision import Decision
-from tierod.monitors.harness.own_level import OwnLevel
 from tierod.vehicles import Vehicle
 
 
@@ -50,7 +53,7 @@ class Conclusion:
     loops: Mapping[str, Any] = field(default_factory=dict)
     consistency: Mapping[str, float] = field(default_factory=dict)
     parameters: tuple[tuple[str, float, str, float | None, str], ...] = ()
-    own_level: OwnLevel | None = None
+    own_level: Baseline | None = None
     remarks: Mapping[str, str] = field(default_factory=dict)
     withheld: tuple[str, ...] = ()
     course: tuple[StatusChange, ...] = ()
@@ -134,6 +137,31 @@ class BlockSession(ABC):
         """The verdict over all pieces."""
 
 
+def tuning_rows(block: Block) -> list[tuple[str, float, str, float | None, str]]:
+    """Every float of a monitor's own tuning: rows (name, value, unit, deviation, source); not those of its vehicle.
+
+    Args:
+        block: of a monitor
+    """
+    rows: list[tuple[str, float, str, float | None, str]] = []
+    for path, value in tuning(block):
+        if ".parameters." not in f".{path}" and not path.startswith("verdict.limits.") and math.isfinite(value):
+            rows.append((path, value, _unit_of(block, path), None, f"tuning of {type(block).__name__}"))
+    return rows
+
+
+def _unit_of(block: Any, path: str) -> str:
+    """The unit of a float field, from the annotation of its dataclass or NamedTuple."""
+    *way, name = path.split(".")
+    holder = block
+    for step in way:
+        holder = holder[int(step)] if step.isdigit() else getattr(holder, step)
+    if not (dataclasses.is_dataclass(holder) or hasattr(holder, "_fields")):
+        return ""
+    hint = get_type_hints(type(holder), include_extras=True).get(name)
+    return str(get_args(hint)[1]) if get_origin(hint) is Annotated else ""
+
+
 @dataclass(frozen=True)
 class Variant:
     """One way of doing a monitor's job.
@@ -151,7 +179,7 @@ class Variant:
     name: str
     summary: str
     source: str
-    open: Callable[[Vehicle, float, OwnLevel | None], Session]
+    open: Callable[[Vehicle, float, Baseline | None], Session]
     decisions: tuple[Decision, ...] = ()
     required: tuple[str, ...] | None = None
 
@@ -225,3 +253,29 @@ class Monitor:
         slowest = min(rates, default=self.rate)
         fitting = [rate for rate in (self.rate, *self.slower) if rate <= 1.05 * slowest]
         return replace(self, rate=fitting[0] if fitting else (self.rate, *self.slower)[-1])
+
+
+def opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: Baseline | None = None) -> Session:
+    """The session of a variant for a vehicle.
+
+    Args:
+        monitor: on the grid of the recording
+        variant: of the monitor
+        vehicle: that is judged
+        own_level: baseline of earlier drives; None where there is none
+
+    Raises:
+        ParameterError: the variant cannot run with this vehicle
+    """
+    try:
+        session = variant.open(vehicle, monitor.rate, own_level)
+    except ParameterError as error:
+        raise ParameterError(f"the monitor '{monitor.name}' cannot run as '{variant.name}': {error}") from None
+    if lacking := [
+        name for name in ("signals", "traces", "refuse", "absorb", "conclude") if not hasattr(session, name)
+    ]:
+        raise ParameterError(
+            f"the session of the monitor '{monitor.name}', variant '{variant.name}', lacks {', '.join(lacking)}; "
+            "derive it from tierod.BlockSession"
+        )
+    return session

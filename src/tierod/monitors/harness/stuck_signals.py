@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.block import leaves, named_tuple, rebuild
+from tierod.core.block import Scalar, leaves, named_tuple, rebuild
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import (
     absolute,
@@ -20,17 +20,20 @@ from tierod.core.graph.maths import (
     present,
     where,
 )
-from tierod.monitors.harness.contradicted_values import (
+from tierod.monitors.harness.related_signals import FOLLOWS, RATES, SAME_SPEED, SPEEDS, TURN, is_ordered, is_turned
+from tierod.monitors.harness.repeated_values import (
+    NEW,
     Contradiction,
+    EqualValues,
     PairLimits,
     angle_beside_rate,
     beside_followed,
     beside_turn,
+    is_changing,
     rate_beside_angle,
+    repeated,
     speed_beside_others,
 )
-from tierod.monitors.harness.related_signals import FOLLOWS, RATES, SAME_SPEED, SPEEDS, TURN, is_ordered, is_turned
-from tierod.monitors.harness.repeated_values import NEW, Run, is_changing, repeated
 from tierod.physics.lag import share_reached
 
 
@@ -91,11 +94,11 @@ class StuckSignals:
         """Runs of every signal, contradictions in the order of the pairs, offsets of the rates, residual of turns, and
         for how long turns did not fit while all their signals changed [s]."""
 
-        runs: tuple[Run, ...]
+        runs: tuple[EqualValues, ...]
         contradictions: tuple[Contradiction, ...]
-        offsets: tuple[Any, ...]
-        turn: Any
-        misfit_seconds: Any
+        offsets: tuple[Scalar, ...]
+        turn: Scalar
+        misfit_seconds: Scalar
 
     def __post_init__(self) -> None:
         if not self.names or len(set(self.all_names)) < len(self.all_names):
@@ -170,7 +173,7 @@ class StuckSignals:
         seconds = [where(flag, runs[name].seconds, 0.0) for name, flag in zip(self.names, flags, strict=True)]
         return self.State(tuple(runs.values()), contradictions, offsets, turn, misfit), self.Output(*seconds)
 
-    def _moves(self, now: dict[str, Any], before: dict[str, Run]) -> dict[str, Any]:
+    def _moves(self, now: dict[str, Scalar], before: dict[str, EqualValues]) -> dict[str, Scalar]:
         """Whether the car moves, for each signal: by its speeds; where there are none, whether most forces change."""
         speeds = [name for name in SPEEDS if name in now]
         known = any_of(0.0, *(present(now[name]) for name in speeds))
@@ -187,7 +190,7 @@ class StuckSignals:
             moves[name] = where(known, fast, most)
         return moves
 
-    def _rests_alone(self, run: Run, moves: Any, ordered: bool) -> Any:
+    def _rests_alone(self, run: EqualValues, moves: Scalar, ordered: bool) -> Scalar:
         """Whether a signal that changed with every sample rests at a value without reason."""
         if ordered:
             return 0.0
@@ -202,14 +205,14 @@ class StuckSignals:
             resting,
         )
 
-    def _offset(self, offset: Any, rate: Any, angle: Any, angle_before: Any) -> Any:
+    def _offset(self, offset: Scalar, rate: Scalar, angle: Scalar, angle_before: Scalar) -> Scalar:
         """Mean of a rate less the change of its angle, followed slowly."""
         known = all_of(present(rate), present(angle), present(angle_before))
         error = rate - (angle - where(known, angle_before, 0.0)) / self.sample_time - offset
         share = share_reached(self.sample_time / self.offset_time)
         return where(known, offset + share * where(known, error, 0.0), offset)
 
-    def _turn(self, residual: Any, now: dict[str, Any]) -> Any:
+    def _turn(self, residual: Scalar, now: dict[str, Scalar]) -> Scalar:
         """Lateral acceleration less speed times yaw rate, smoothed."""
         if not self.turns:
             return 0.0
@@ -219,7 +222,7 @@ class StuckSignals:
         share = share_reached(self.sample_time / self.smoothing)
         return residual + where(known, share * where(known, error, 0.0), 0.0)
 
-    def _misfit(self, turn: Any, runs: dict[str, Run]) -> Any:
+    def _misfit(self, turn: Scalar, runs: dict[str, EqualValues]) -> Scalar:
         """Time of this sample in which a turn does not fit though nothing rests: wrong units, signs or delays [s]."""
         if not self.turns:
             return 0.0
@@ -227,11 +230,11 @@ class StuckSignals:
         return where(both(alive, absolute(turn) > self.turn), self.sample_time, 0.0)
 
     def _contradicted(
-        self, state: State, now: dict[str, Any], runs: dict[str, Run], offsets: tuple[Any, ...], turn: Any
-    ) -> tuple[tuple[Contradiction, ...], dict[str, Any]]:
+        self, state: State, now: dict[str, Scalar], runs: dict[str, EqualValues], offsets: tuple[Scalar, ...], turn: Any
+    ) -> tuple[tuple[Contradiction, ...], dict[str, Scalar]]:
         """Every pair one sample on, and whether each signal is contradicted."""
         limits = PairLimits(*(getattr(self, each) for each in PairLimits._fields))
-        pairs: list[tuple[str, Contradiction, Any, Any]] = []
+        pairs: list[tuple[str, Contradiction, Scalar, Scalar]] = []
         old = iter(state.contradictions)
         for offset, (rate, angle) in zip(offsets, self.rates, strict=True):
             pairs.append((rate, *rate_beside_angle(limits, next(old), now, runs, rate, angle, offset), 0.0))
@@ -246,7 +249,7 @@ class StuckSignals:
             followed = beside_followed(limits, next(old), now[other], runs[name], runs[other], share)
             pairs.append((name, *followed, 3.0 * runs[name].longest))
         after: list[Contradiction] = []
-        found: dict[str, Any] = {}
+        found: dict[str, Scalar] = {}
         for name, memory, violated, least in pairs:
             seconds = where(violated, minimum(memory.seconds + self.sample_time, 2.0 * self.delay), 0.0)
             after.append(memory._replace(seconds=seconds))

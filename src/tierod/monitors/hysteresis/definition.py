@@ -15,8 +15,9 @@ from tierod.core.signals import SIGNALS
 from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.detectors.rule_design import alarms_at
 from tierod.methods.identification.hysteresis import HysteresisFriction, HysteresisIdentification, Support
-from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Conclusion, Monitor, Session, Variant
+from tierod.monitors.harness.verdict import Obstacle, withheld
 from tierod.monitors.hysteresis.assist_ratio import torque_defects
 from tierod.monitors.hysteresis.decisions import INCREASE
 from tierod.vehicles import Vehicle
@@ -100,7 +101,7 @@ class HysteresisSession:
     signals: tuple[str, ...] = SIGNALS_USED
     traces: Mapping[str, str] = {}
 
-    def __init__(self, name: str, support: Support, vehicle: Vehicle, rate: float, own_level: OwnLevel | None):
+    def __init__(self, name: str, support: Support, vehicle: Vehicle, rate: float, own_level: Baseline | None):
         self.name, self.support, self.vehicle, self.own_level = name, support, vehicle, own_level
         self._limits = vehicle.parameters_for(IncreaseLimits) if vehicle.calibrated else None
         self.rule = INCREASE.rule
@@ -118,7 +119,7 @@ class HysteresisSession:
     def conclude(self) -> Conclusion:
         """The friction of the loop, and what it means."""
         found = self.identification.identify(self._recording(), self.support)
-        level = OwnLevel(
+        level = Baseline(
             self.vehicle.name, self.name, found.friction_torque, found.standard_deviation, "N*m",
             sum(abs(balance.path) for balance in found.loops) / max(found.mean_rate, 1e-9),
         )  # fmt: skip
@@ -195,15 +196,9 @@ class HysteresisSession:
         return Estimate(estimate.quantity, estimate.value, estimate.standard_deviation, estimate.unit, reference)
 
     def _withheld(self, cause: str, status: Status, found: HysteresisFriction | None = None) -> Finding:
-        return Finding(
-            self.name,
-            status,
-            f"Friction of the steering: {status.value}; {cause}.",
-            estimate=self._estimate(found, {}) if found else None,
-            evidence=_evidence(found) if found else {},
-            cause=cause,
-            action=_REMEDIES[status],
-        )
+        obstacle = Obstacle(status, cause, _REMEDIES[status])
+        evidence, estimate = (_evidence(found), self._estimate(found, {})) if found else ({}, None)
+        return withheld(self.name, "Friction of the steering", [obstacle], evidence, estimate=estimate)
 
 
 _REMEDIES = {
@@ -230,8 +225,8 @@ def _evidence(found: HysteresisFriction) -> dict[str, float]:
     return evidence
 
 
-def _open(support: Support) -> Callable[[Vehicle, float, OwnLevel | None], Session]:
-    def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
+def _open(support: Support) -> Callable[[Vehicle, float, Baseline | None], Session]:
+    def open_(vehicle: Vehicle, rate: float, own_level: Baseline | None) -> Session:
         return HysteresisSession(f"hysteresis, {support}", support, vehicle, rate, own_level)
 
     return open_

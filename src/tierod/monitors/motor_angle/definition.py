@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from tierod.core.errors import ParameterError
-from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Monitor, Variant
 from tierod.monitors.motor_angle.decisions import DECISIONS
 from tierod.monitors.motor_angle.detector import MotorAngleMonitor
@@ -19,7 +19,7 @@ from tierod.vehicles import Vehicle
 PAPER = "Reinelt, Lundquist, Johansson, On-line sensor monitoring in an active front steering system, SAE 2005-01-1271"
 
 
-def _open(voltages: str, vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> MotorAngleSession:
+def _open(voltages: str, vehicle: Vehicle, rate: float, own_level: Baseline | None) -> MotorAngleSession:
     plausibility, gear = None, _if_told(vehicle, Superposition)
     if gear is not None:
         gain, which = _if_told(vehicle, VariableGain), WhichAngle(1.0 / rate)

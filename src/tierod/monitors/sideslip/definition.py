@@ -8,7 +8,7 @@ from typing import Any
 
 from tierod.core.errors import ParameterError
 from tierod.models.steered_vehicle import SteeredVehicle
-from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Monitor, Session, Variant
 from tierod.monitors.sideslip.car_signals import BY_WIRE
 from tierod.monitors.sideslip.combined import CombinedSideslip
@@ -22,7 +22,7 @@ from tierod.vehicles import Vehicle
 
 PAPER = "Yih, Ryu, Gerdes, Vehicle state estimation using steering torque (2004)"
 
-Opener = Callable[[Vehicle, float, OwnLevel | None], Session]
+Opener = Callable[[Vehicle, float, Baseline | None], Session]
 
 
 SLOWEST = {"two-stage-kalman": 50.0, "conventional-poles": 50.0}
@@ -43,7 +43,7 @@ def _refuse_slow(rate: float, slowest: float) -> None:
 
 
 def _paper(name: str, build: Callable[[SteeredVehicle.Parameters, float], Any]) -> Opener:
-    def open_(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
+    def open_(vehicle: Vehicle, rate: float, own_level: Baseline | None) -> Session:
         _refuse_slow(rate, SLOWEST.get(name, 0.0))
         block = build(vehicle.parameters_for(SteeredVehicle.Parameters), 1.0 / rate)
         block = replace(block, axles=block.axles.of_vehicle(vehicle))
@@ -52,7 +52,7 @@ def _paper(name: str, build: Callable[[SteeredVehicle.Parameters, float], Any]) 
     return open_
 
 
-def _combined(vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> Session:
+def _combined(vehicle: Vehicle, rate: float, own_level: Baseline | None) -> Session:
     _refuse_slow(rate, SLOWEST_BY_WIRE if BY_WIRE in vehicle else 0.0)
     block = CombinedSideslip.of_vehicle(vehicle, 1.0 / rate)
     return CombinedSession(block, vehicle, rate, "sideslip, combined", COMBINED_TRACES)

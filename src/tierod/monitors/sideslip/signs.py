@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from tierod.monitors.harness.odd_one_out import odd_ones_out
+from tierod.monitors.harness.related_signals import odd_ones_out
 
 TOGETHER = ("steering angle", "yaw rate", "lateral acceleration", "steering torque")
 """What has the same sign in a steady turn."""

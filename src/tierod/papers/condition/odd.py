@@ -10,7 +10,7 @@ from tierod.core.errors import TierodError
 from tierod.core.findings import Diagnosis, Status
 from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
-from tierod.monitors.run import diagnose
+from tierod.monitors.diagnose import diagnose
 from tierod.papers.condition.odd_drives import NOT_HEALTHY, odd_drives
 from tierod.papers.condition.runs import BEST, VARIANTS, calibrations
 from tierod.papers.condition.sensors import GOAL

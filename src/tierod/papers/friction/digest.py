@@ -13,6 +13,7 @@ from tierod.core.block import leaves, skeleton
 from tierod.core.findings import Status
 from tierod.core.graph import Result, scan
 from tierod.core.recording import Aligned, Recording
+from tierod.core.statement import STATUSES
 from tierod.papers.friction.cases import Case
 from tierod.papers.friction.estimators import BASELINES, DEFAULT, ESTIMATORS, monitor
 
@@ -26,7 +27,11 @@ READY_SECONDS = 50.0
 """Enabled time before an estimate counts [s]: as printed by Mohtat et al., section 5."""
 
 ALARM = 3.0
-"""Code of the running verdict from which friction is reported as risen; one more is a fault."""
+"""Level of the running verdict from which friction is reported as risen; one more is a fault."""
+
+_LEVEL = {Status.NOT_READY: 0.0, Status.HEALTHY: 2.0, Status.RISING: ALARM, Status.FAULT: ALARM + 1.0}
+LEVELS = np.array([_LEVEL.get(status, 1.0) for status in STATUSES])
+"""Of each status by its code; 1 where friction is not identifiable."""
 
 
 @dataclass(frozen=True)
@@ -196,7 +201,7 @@ def _changed_at(case: Case) -> float | None:
 
 
 def _verdict(judge: Any, result: Result, changed_at: float | None) -> Verdict:
-    code, ratio = result["verdict.code"], result["verdict.ratio"]
+    code, ratio = LEVELS[result["verdict.running"].astype(int)], result["verdict.ratio"]
     enabled = np.cumsum(result["estimate.enabled"]) / RATE
     judged = code >= 2.0
     change = len(code) if changed_at is None else round(changed_at * RATE)
@@ -205,7 +210,7 @@ def _verdict(judge: Any, result: Result, changed_at: float | None) -> Verdict:
         alarms = np.flatnonzero(code[change:] >= ALARM + kind)
         if len(alarms):
             delays[kind] = float(enabled[change + alarms[0]] - enabled[change])
-    own = judge.state_of(result.state).verdict.own
+    own = result.at(-1).verdict.baseline
     ratios = (float(ratio[judged].min()), float(ratio[judged].max())) if judged.any() else (math.nan, math.nan)
     return Verdict(
         status=judge.finding(result).status,

@@ -9,14 +9,12 @@ from functools import cache
 from typing import Any
 
 from tierod.models.friction_estimation import FrictionParameters
-from tierod.monitors.friction.baseline import BaselineFrictionMonitor, BaselineGate, BaselineParameters
 from tierod.monitors.friction.conditioning import AngleObserver, SteeringConditioning
-from tierod.monitors.friction.joint_filter import equal_low_pass
 from tierod.monitors.friction.monitor import FrictionMonitor
+from tierod.monitors.friction.presets import consistent, equal_low_pass, printed, printed_open, unscented
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
 from tierod.monitors.friction.presliding_tuning import DEVIATIONS, PROCESS, PreslidingTuning
-from tierod.monitors.friction.refined import consistent, printed, printed_open
-from tierod.monitors.friction.unscented import unscented
+from tierod.monitors.friction.variance_method import VarianceFrictionMonitor, VarianceGate, VarianceParameters
 from tierod.vehicles import Vehicle, load
 
 VEHICLE = "midsize-eps"
@@ -98,14 +96,14 @@ def monitor(level: tuple[float, float] | None = None) -> FrictionMonitor:
     return FrictionMonitor.of_vehicle(vehicle(), 0.01, *(level or (None, 0.0)))
 
 
-def _baseline(gate: BaselineGate | None = None, literal_sign: bool = False) -> BaselineFrictionMonitor:
-    parameters = vehicle().parameters_for(BaselineParameters)
-    return BaselineFrictionMonitor(parameters, math.inf, gate=gate, literal_sign=literal_sign)
+def _baseline(gate: VarianceGate | None = None, literal_sign: bool = False) -> VarianceFrictionMonitor:
+    parameters = vehicle().parameters_for(VarianceParameters)
+    return VarianceFrictionMonitor(parameters, math.inf, gate=gate, literal_sign=literal_sign)
 
 
-def _gate_in_g() -> BaselineGate:
+def _gate_in_g() -> VarianceGate:
     """The printed gate with its limits of lateral acceleration read in g: printed in m/s^2 they hardly ever open."""
-    return BaselineGate(minimum_acceleration=0.1 * GRAVITY, maximum_acceleration=0.5 * GRAVITY)
+    return VarianceGate(minimum_acceleration=0.1 * GRAVITY, maximum_acceleration=0.5 * GRAVITY)
 
 
 ESTIMATORS: Mapping[str, Callable[[], Any]] = {
@@ -127,10 +125,10 @@ ESTIMATORS: Mapping[str, Callable[[], Any]] = {
 }
 """Blocks with outputs `friction_torque` and `enabled`; the default estimator runs with its verdict, see `monitor`."""
 
-BASELINES: Mapping[str, Callable[[], BaselineFrictionMonitor]] = {
+BASELINES: Mapping[str, Callable[[], VarianceFrictionMonitor]] = {
     BASELINE: _baseline,
     BASELINE_SIGN: lambda: _baseline(literal_sign=True),
-    BASELINE_GATED: lambda: _baseline(BaselineGate()),
+    BASELINE_GATED: lambda: _baseline(VarianceGate()),
     BASELINE_IN_G: lambda: _baseline(_gate_in_g()),
 }
 """Forms of the baseline monitor, whose figure is a variance over 15 s."""

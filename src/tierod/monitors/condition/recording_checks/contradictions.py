@@ -10,7 +10,7 @@ import numpy as np
 
 from tierod.monitors.condition.recording_checks.witnesses import OVER_SPEED, TIMES_SPEED, YAW_SENSOR, Witness
 from tierod.monitors.condition.signals import WHEELS
-from tierod.monitors.harness.odd_one_out import Pair, odd_ones_out
+from tierod.monitors.harness.related_signals import Pair, odd_ones_out
 
 STEP = 0.04
 """Between two values that are compared [s]."""

@@ -8,9 +8,9 @@ import pytest
 from tierod.cli import main
 from tierod.core.errors import TierodError
 from tierod.io.readers import read
-from tierod.monitors.harness.inspection import refusals, taken
+from tierod.monitors.diagnose import diagnose
+from tierod.monitors.harness.acceptance import refusals, taken
 from tierod.monitors.registry import MONITORS
-from tierod.monitors.run import diagnose
 from tierod.vehicles import load
 
 RECORDINGS = {

@@ -17,7 +17,7 @@ SCHEMA = "tierod.own-level/1"
 
 
 @dataclass(frozen=True)
-class OwnLevel:
+class Baseline:
     """A quantity of this vehicle as it was when it was sound.
 
     Args:
@@ -39,7 +39,7 @@ class OwnLevel:
     learnt: str = ""
 
 
-def load_own_level(path: str | Path) -> OwnLevel:
+def load_baseline(path: str | Path) -> Baseline:
     """The level in a file.
 
     Raises:
@@ -54,17 +54,17 @@ def load_own_level(path: str | Path) -> OwnLevel:
     return level
 
 
-def _level(text: str) -> OwnLevel:
+def _level(text: str) -> Baseline:
     """The level in the text of a file; ValueError says in words why there is none."""
     if not text.strip():
         raise ValueError("it is empty")
     document = json_document(text)
     if not isinstance(document, dict) or document.pop("schema", None) != SCHEMA:
         raise ValueError(f"its schema is not {SCHEMA}")
-    names = {field.name for field in dataclasses.fields(OwnLevel)}
+    names = {field.name for field in dataclasses.fields(Baseline)}
     if strange := sorted(names.symmetric_difference({"learnt", *document})):
         raise ValueError(f"{', '.join(strange)} is missing or not known")
-    level = OwnLevel(**document)
+    level = Baseline(**document)
     figures = (level.value, level.deviation, level.seconds)
     if not all(isinstance(figure, int | float) and math.isfinite(figure) for figure in figures):
         raise ValueError("value, deviation and seconds must be finite numbers")
@@ -73,7 +73,7 @@ def _level(text: str) -> OwnLevel:
     return level
 
 
-def store_own_level(level: OwnLevel, path: str | Path) -> Path:
+def store_baseline(level: Baseline, path: str | Path) -> Path:
     """Write the level to a file, whole or not at all.
 
     Raises:
@@ -82,7 +82,7 @@ def store_own_level(level: OwnLevel, path: str | Path) -> Path:
     return write_text(path, json.dumps({"schema": SCHEMA, **dataclasses.asdict(level)}, indent=2) + "\n")
 
 
-def keep_first(level: OwnLevel, path: str | Path) -> str:
+def keep_first(level: Baseline, path: str | Path) -> str:
     """Write the level where no file is; one that is there is never changed, so that no slow fault becomes part of it.
 
     Args:
@@ -98,11 +98,11 @@ def keep_first(level: OwnLevel, path: str | Path) -> str:
     with holding(path) as place:
         if place.exists():
             return f"{path} was written by another program meanwhile and stays; this recording was judged without it"
-        store_own_level(level, place)
+        store_baseline(level, place)
     return f"written to {path}; later recordings are judged against it"
 
 
-def refuse_foreign(level: OwnLevel, vehicle: str, monitor: str, path: str | Path = "the stored level") -> None:
+def refuse_foreign(level: Baseline, vehicle: str, monitor: str, path: str | Path = "the stored level") -> None:
     """Stop where a level belongs to another vehicle or another way of measuring.
 
     Raises:

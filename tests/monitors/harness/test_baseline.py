@@ -7,23 +7,23 @@ import pytest
 
 from tierod.core.errors import InputError
 from tierod.core.findings import Status
-from tierod.monitors.harness.own_level import OwnLevel, load_own_level, store_own_level
-from tierod.monitors.run import diagnose
+from tierod.monitors.diagnose import diagnose
+from tierod.monitors.harness.baseline import Baseline, load_baseline, store_baseline
 from tierod.proving_ground import drive
 
-LEVEL = OwnLevel("midsize-eps", "friction, pre-sliding", 4.0, 0.1, "N*m", 100.0, "2026-01-01T00:00:00+00:00")
+LEVEL = Baseline("midsize-eps", "friction, pre-sliding", 4.0, 0.1, "N*m", 100.0, "2026-01-01T00:00:00+00:00")
 
 
 def test_a_healthy_recording_stores_it_and_a_later_one_is_judged_against_it(tmp_path):
     path = tmp_path / "level.json"
     first = diagnose(drive(minutes=8.0, friction=2.0, seed=2), "midsize-eps", own_level=path)
     assert first.findings[0].status is Status.HEALTHY
-    stored = load_own_level(path)
+    stored = load_baseline(path)
     assert stored.value == pytest.approx(2.0, abs=0.1)
     assert stored.learnt == first.created
     later = diagnose(drive(minutes=8.0, friction=3.8, seed=3), "midsize-eps", own_level=path).findings[0]
     assert later.status is Status.FAULT, "3.8 N·m is below every limit of the vehicle file"
-    assert load_own_level(path) == stored
+    assert load_baseline(path) == stored
 
 
 def test_a_faulty_recording_stores_nothing(tmp_path):
@@ -57,15 +57,15 @@ def test_a_file_that_is_none_of_ours_is_refused(tmp_path, text, reason):
     path = tmp_path / "level.json"
     path.write_text(text)
     with pytest.raises(InputError, match=f"is not a level that tierod stored .*{reason}.*remove it to learn anew"):
-        load_own_level(path)
+        load_baseline(path)
 
 
 @pytest.mark.parametrize("fields", [{"value": "4"}, {"value": None}, {"value": -4.0}, {"deviation": math.nan}])
 def test_figures_that_cannot_be_are_refused(tmp_path, fields):
-    path = store_own_level(dataclasses.replace(LEVEL, **fields), tmp_path / "level.json")
+    path = store_baseline(dataclasses.replace(LEVEL, **fields), tmp_path / "level.json")
     with pytest.raises(InputError, match="is not a level that tierod stored"):
-        load_own_level(path)
+        load_baseline(path)
 
 
 def test_what_is_stored_is_read_back(tmp_path):
-    assert load_own_level(store_own_level(LEVEL, tmp_path / "level.json")) == LEVEL
+    assert load_baseline(store_baseline(LEVEL, tmp_path / "level.json")) == LEVEL

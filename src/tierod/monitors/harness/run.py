@@ -13,25 +13,19 @@ import numpy as np
 
 from tierod import __version__
 from tierod.core.decimation import Decimator, bins_each
-from tierod.core.errors import InputError, ParameterError
-from tierod.core.findings import Diagnosis, Finding, Trace
+from tierod.core.errors import InputError
+from tierod.core.findings import Diagnosis, Trace
 from tierod.core.recording import Aligned, Recording
 from tierod.io.derive import complete, ingredients
 from tierod.io.readers import SHARE_READ
-from tierod.monitors.harness.decided import decided
-from tierod.monitors.harness.input_defects import InputDefects, contradicted, with_defects
-from tierod.monitors.harness.judged_time import JudgedTime
-from tierod.monitors.harness.named_vehicle import other_vehicle
+from tierod.monitors.harness.acceptance import refuse_unsuitable
+from tierod.monitors.harness.baseline import Baseline, refuse_foreign
+from tierod.monitors.harness.decision_report import Passing, decided
+from tierod.monitors.harness.input_checks import InputChecks
 from tierod.monitors.harness.over_time import OverTime
-from tierod.monitors.harness.own_level import OwnLevel, refuse_foreign
-from tierod.monitors.harness.passing import Passing
-from tierod.monitors.harness.pieces import CHUNK, OVERLAP, joined
-from tierod.monitors.harness.quality_over_chunks import QualityOverChunks
+from tierod.monitors.harness.pieces import CHUNK, OVERLAP, Silence, joined
 from tierod.monitors.harness.sample_digest import SampleDigest
-from tierod.monitors.harness.session import Conclusion, Monitor, Session, StatusChange, Variant
-from tierod.monitors.harness.silence import Silence
-from tierod.monitors.harness.stuck_over_drive import StuckOverDrive
-from tierod.monitors.harness.suitable import refuse_unsuitable
+from tierod.monitors.harness.session import Conclusion, Monitor, Session, StatusChange, Variant, opened
 from tierod.vehicles import Vehicle
 
 if TYPE_CHECKING:
@@ -59,7 +53,7 @@ class Run:
         monitor: Monitor,
         variant: Variant,
         vehicle: Vehicle,
-        own_level: OwnLevel | None = None,
+        own_level: Baseline | None = None,
         memory: str | Path | None = None,
         kept: OverTime | None = None,
     ):
@@ -70,20 +64,16 @@ class Run:
         self.feed = _feed(memory, vehicle, monitor) if memory else None
         self._digest = SampleDigest(_common(monitor)) if memory else None
         self.kept = kept
-        self.learnt: OwnLevel | None = None
+        self.learnt: Baseline | None = None
         self.course: tuple[StatusChange, ...] = ()
         self.code_courses: Mapping[str, tuple[StatusChange, ...]] = {}
-        used = ingredients([*monitor.required, *monitor.optional])
-        self._quality = QualityOverChunks(used)
-        self._stuck = StuckOverDrive(self.session.signals, monitor.rate, monitor.subjects)
-        self._judged = JudgedTime(monitor.required, monitor.rate)
-        self._defects = InputDefects(self._stuck.names)
-        self.needs = tuple(dict.fromkeys((*used, *self._stuck.beside)))
+        self._inputs = InputChecks(monitor, self.session.signals)
+        self.needs = self._inputs.needs
         self._passing = Passing(variant.decisions, self.session)
         self._before: Recording | None = None
         self._start: float | None = None
         self._steps = 0
-        self._silence, self._paced = Silence(), False
+        self._silence = Silence()
         self._metadata: dict[str, Any] = {}
         units = dict.fromkeys(self.session.signals, "") | dict(self.session.traces)
         self._traces = {name: Decimator(name, unit, bins_each(len(units))) for name, unit in units.items()}
@@ -100,15 +90,14 @@ class Run:
         begin, last = piece.span
         whole = complete(joined(self._before, piece), [*self.monitor.required, *self.monitor.optional])
         complete_piece = whole.slice(begin) if self._before else whole
-        self._quality.add(complete_piece)
+        self._inputs.quality.add(complete_piece)
         if self._digest:
             self._digest.add(piece)
         self._metadata |= {k: v for k, v in piece.metadata.items() if k != SHARE_READ}
         if self._start is None:
             refuse_unsuitable(self.monitor, self.vehicle, complete_piece)
             self._start = begin
-        if not self._paced:
-            self._paced = self._quality.refuse_slow(self.monitor.required, self.monitor.minimum_rate)
+        self._inputs.refuse_slow()
         self._before = piece.slice(last - OVERLAP)
         waiting: list[tuple[Aligned, Aligned]] = []
         count = 0
@@ -118,7 +107,7 @@ class Run:
             if count > CHUNK * self.monitor.rate:
                 self._absorb(waiting, whole)
                 waiting, count = [], len(aligned.time)
-            waiting.append((aligned, self._stuck.without(aligned, whole)))
+            waiting.append((aligned, self._inputs.stuck.without(aligned, whole)))
         self._absorb(waiting, whole)
 
     def _grid(self, whole: Recording, begin: float, last: float) -> Iterator[Aligned]:
@@ -150,9 +139,8 @@ class Run:
         if not parts:
             return
         aligned, usable = (_together(each) for each in zip(*parts, strict=True))
-        self._judged.add(usable)
         assert self._start is not None
-        self._defects.add(whole, self._start, float(aligned.time[-1]), self._stuck.spans())
+        self._inputs.add(whole, self._start, usable)
         # What is stuck is shown as it was recorded; only the monitor does not see it.
         shown = {**dict(zip(aligned.names, aligned.values.T, strict=True)), **self.session.absorb(usable)}
         if self.feed:
@@ -174,9 +162,9 @@ class Run:
         """
         if not self._steps:
             raise InputError("the recording holds no samples; check that the file is whole and the channel map fits it")
-        self._quality.refuse_unusable(self.monitor.required)
-        contradictions = self._quality.contradictions()
-        conclusion = self._limited(self.session.conclude(), contradictions)
+        self._inputs.quality.refuse_unusable(self.monitor.required)
+        contradictions = self._inputs.quality.contradictions()
+        conclusion = self._inputs.limited(self.session.conclude(), contradictions)
         self.learnt, self.course = conclusion.own_level, conclusion.course
         self.code_courses = conclusion.code_courses
         diagnosis = self._diagnosis(conclusion, contradictions, command)
@@ -185,31 +173,16 @@ class Run:
             diagnosis = diagnosis.remarked("fault memory", taken)
         return diagnosis
 
-    def _limited(self, conclusion: Conclusion, contradictions: Sequence[str]) -> Conclusion:
-        """The conclusion, with what is wrong with its signals, and with what of the recording was judged at all."""
-        defects = (*self._defects.found(self._quality.units), *conclusion.defects)
-        named = contradicted(with_defects(conclusion.finding, defects, self.monitor), contradictions, self.monitor)
-        finding = self._judged.limited(named, self.monitor.title, self.monitor.reaction, self._stuck.lasting())
-        course = conclusion.course
-        if finding.status is not named.status and self._judged.last is not None:
-            course = (*course, StatusChange(self._judged.last, finding.status))
-        return dataclasses.replace(
-            conclusion,
-            finding=dataclasses.replace(finding, evidence={**finding.evidence, **self._judged.evidence()}),
-            own_level=conclusion.own_level if finding.status is conclusion.finding.status else None,
-            course=course,
-        )
-
     def _diagnosis(self, conclusion: Conclusion, contradictions: Sequence[str], command: str) -> Diagnosis:
         return Diagnosis(
-            findings=(self._with_warnings(conclusion.finding, contradictions),),
+            findings=(self._inputs.warned(conclusion.finding, contradictions, self._metadata, self.vehicle.name),),
             elements=conclusion.elements,
             traces=self._shown(conclusion.withheld),
             histograms=dict(conclusion.histograms),
             loops=dict(conclusion.loops),
             consistency=dict(conclusion.consistency),
             remarks=dict(conclusion.remarks),
-            quality=self._quality.rows(),
+            quality=self._inputs.quality.rows(),
             parameters=(*self.vehicle.rows(), *conclusion.parameters),
             decisions=decided(
                 self.variant.decisions,
@@ -233,24 +206,11 @@ class Run:
     def _shown(self, withheld: Collection[str]) -> dict[str, Trace]:
         """The traces, those of signals in the units of the recording."""
         traces = {name: each.trace() for name, each in self._traces.items() if name not in withheld}
-        units = self._quality.units
+        units = self._inputs.quality.units
         for name in self.session.signals:
             if name in traces and name not in self.session.traces:
                 traces[name] = dataclasses.replace(traces[name], unit=units.get(name, ""))
         return traces
-
-    def _with_warnings(self, finding: Finding, contradictions: Sequence[str]) -> Finding:
-        """The finding with what a reader must know of vehicle and recording besides."""
-        other = other_vehicle(self._metadata, self.vehicle.name)
-        told = (
-            *finding.warnings,
-            *((other,) if other else ()),
-            *self._stuck.warnings(self._quality.units),
-            *contradictions,
-            *self._quality.range_warnings(),
-            *self._metadata.get("warnings", ()),
-        )
-        return dataclasses.replace(finding, warnings=tuple(dict.fromkeys(told)))
 
 
 def _feed(memory: str | Path, vehicle: Vehicle, monitor: Monitor) -> MemoryFeed:
@@ -271,29 +231,3 @@ def _common(monitor: Monitor) -> set[str]:
     """Channels that every variant reads: judged by another one, a recording has the same fingerprint."""
     own = [monitor, *(monitor.needing(variant) for variant in monitor.variants.values())]
     return set.intersection(*(set(ingredients([*each.required, *each.optional])) for each in own))
-
-
-def opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: OwnLevel | None = None) -> Session:
-    """The session of a variant for a vehicle.
-
-    Args:
-        monitor: on the grid of the recording
-        variant: of the monitor
-        vehicle: that is judged
-        own_level: baseline of earlier drives; None where there is none
-
-    Raises:
-        ParameterError: the variant cannot run with this vehicle
-    """
-    try:
-        session = variant.open(vehicle, monitor.rate, own_level)
-    except ParameterError as error:
-        raise ParameterError(f"the monitor '{monitor.name}' cannot run as '{variant.name}': {error}") from None
-    if lacking := [
-        name for name in ("signals", "traces", "refuse", "absorb", "conclude") if not hasattr(session, name)
-    ]:
-        raise ParameterError(
-            f"the session of the monitor '{monitor.name}', variant '{variant.name}', lacks {', '.join(lacking)}; "
-            "derive it from tierod.BlockSession"
-        )
-    return session

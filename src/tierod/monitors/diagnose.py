@@ -12,11 +12,11 @@ from tierod.core.findings import Diagnosis, Status
 from tierod.core.recording import Recording
 from tierod.io.derive import complete
 from tierod.io.writers import require_writable, write
+from tierod.monitors.harness.baseline import Baseline, keep_first, load_baseline
 from tierod.monitors.harness.named_vehicle import vehicle_named_in
 from tierod.monitors.harness.over_time import OverTime
-from tierod.monitors.harness.own_level import OwnLevel, keep_first, load_own_level
 from tierod.monitors.harness.pieces import pieces_of, share_read
-from tierod.monitors.harness.running import Run
+from tierod.monitors.harness.run import Run
 from tierod.monitors.harness.session import Monitor, Variant
 from tierod.monitors.registry import MONITORS, obstacle
 from tierod.vehicles import Vehicle, load
@@ -30,7 +30,7 @@ def diagnose(
     *,
     dbc: Any = None,
     channel_map: Any = None,
-    own_level: OwnLevel | str | Path | None = None,
+    own_level: Baseline | str | Path | None = None,
     memory: str | Path | None = None,
     signals: str | Path | None = None,
     command: str = "",
@@ -67,7 +67,7 @@ def diagnose(
     car = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)
     definition, chosen = find(monitor or usual_monitor(car), variant)
     asked = variant is not None or isinstance(monitor, Variant)
-    known = own_level if isinstance(own_level, OwnLevel) else _stored(own_level)
+    known = own_level if isinstance(own_level, Baseline) else _stored(own_level)
     kept = None if signals is None else OverTime()
     run = Run(definition, chosen, car, known, memory, kept)
     for place, piece in enumerate(pieces_of(source, run.needs, car, dbc, channel_map)):
@@ -87,7 +87,7 @@ def diagnose(
     return diagnosis
 
 
-def _kept(run: Run, path: str | Path, known: OwnLevel | None, diagnosis: Diagnosis) -> str:
+def _kept(run: Run, path: str | Path, known: Baseline | None, diagnosis: Diagnosis) -> str:
     """What became of the file of the baseline, in a sentence; the first healthy recording writes it."""
     if known is not None:
         return f"judged against {path}, learnt {known.learnt or 'at a time unknown'}; the file stays as it is"
@@ -113,8 +113,8 @@ def _suited(definition: Monitor, asked: Variant | None, piece: Recording) -> tup
     return definition.needing(picked).suited_to(piece), picked
 
 
-def _stored(path: str | Path | None) -> OwnLevel | None:
-    return load_own_level(path) if path is not None and Path(path).exists() else None
+def _stored(path: str | Path | None) -> Baseline | None:
+    return load_baseline(path) if path is not None and Path(path).exists() else None
 
 
 def usual_monitor(vehicle: Vehicle) -> str:

@@ -11,15 +11,15 @@ from monitors.friction.drives import driven
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.graph import scan
 from tierod.models.eps_column import rate_hold
-from tierod.monitors.friction.baseline import (
-    BaselineFrictionMonitor,
-    BaselineGate,
-    BaselineParameters,
+from tierod.monitors.friction.signals import SteeringSample
+from tierod.monitors.friction.variance_method import (
+    VarianceFrictionMonitor,
+    VarianceGate,
+    VarianceParameters,
     calibrated,
 )
-from tierod.monitors.friction.steering_sample import SteeringSample
 
-PARAMETERS = BaselineParameters(
+PARAMETERS = VarianceParameters(
     mass=CAR.mass,
     front_distance=CAR.front_distance,
     rear_distance=CAR.rear_distance,
@@ -32,10 +32,10 @@ PARAMETERS = BaselineParameters(
     motor_ratio=CAR.motor_ratio,
     nominal_friction=4.0,
 )
-UNGATED = BaselineFrictionMonitor(PARAMETERS, threshold=math.inf, gate=None)
+UNGATED = VarianceFrictionMonitor(PARAMETERS, threshold=math.inf, gate=None)
 
 
-def variances(monitor: BaselineFrictionMonitor, friction: float, seed: int) -> np.ndarray:
+def variances(monitor: VarianceFrictionMonitor, friction: float, seed: int) -> np.ndarray:
     run = scan(monitor, driven(friction, seed))
     return run["variance"][run["ready"] > 0.0]
 
@@ -80,7 +80,7 @@ def test_the_printed_sign_compares_the_torque_with_its_negative():
 
 
 def test_the_printed_gate_opens_seldom():
-    run = scan(replace(UNGATED, gate=BaselineGate()), driven(4.0, 1))
+    run = scan(replace(UNGATED, gate=VarianceGate()), driven(4.0, 1))
     assert 0.005 < np.mean(run["enabled"]) < 0.06
 
 
@@ -97,7 +97,7 @@ def test_the_printed_gate_opens_seldom():
     ],
 )
 def test_each_condition_of_the_gate(angle, acceleration, slip, opened):
-    assert BaselineGate().opened(angle, acceleration, slip) == opened
+    assert VarianceGate().opened(angle, acceleration, slip) == opened
 
 
 @pytest.mark.parametrize("column", range(7))

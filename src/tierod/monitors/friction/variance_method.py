@@ -6,25 +6,25 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.block import leaves
+from tierod.core.block import Scalar, leaves
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.graph import Result
 from tierod.core.graph.maths import absolute, all_of, both, maximum, present, where
 from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.models.eps_column import column_after, driving_torque, rate_hold
 from tierod.monitors.friction.rolling_variance import RollingVariance
-from tierod.monitors.friction.steering_sample import SteeringSample
+from tierod.monitors.friction.signals import SteeringSample
 from tierod.physics.aligning import aligning_torque_from_steer
 from tierod.physics.friction import coulomb
 from tierod.physics.lag import share_reached
 
 
 @dataclass(frozen=True)
-class BaselineParameters:
+class VarianceParameters:
     """Parameters of the baseline monitor, named as in a vehicle file.
 
     Args:
@@ -55,7 +55,7 @@ class BaselineParameters:
 
 
 @dataclass(frozen=True)
-class BaselineGate:
+class VarianceGate:
     """Where the linear single track is trusted.
 
     Source: Mohtat et al., section 4.2. On simulated drives this opens 2.7 % of the time (printed: 36 %).
@@ -71,7 +71,7 @@ class BaselineGate:
     maximum_acceleration: Annotated[float, "m/s**2"] = 0.5
     maximum_slip: Annotated[float, "rad"] = math.radians(5.0)
 
-    def opened(self, steering_wheel_angle: Any, lateral_acceleration: Any, front_slip: Any) -> Any:
+    def opened(self, steering_wheel_angle: Scalar, lateral_acceleration: Scalar, front_slip: Scalar) -> Scalar:
         """Whether the sample counts; a missing signal closes the gate."""
         acceleration = absolute(lateral_acceleration)
         return all_of(
@@ -85,12 +85,12 @@ class BaselineGate:
 class AligningTorqueObserver(NamedTuple):
     """State of the disturbance observer: the column and the torque of the tyres on it."""
 
-    steering_wheel_angle: Any
-    steering_wheel_rate: Any
-    self_aligning_torque: Any
+    steering_wheel_angle: Scalar
+    steering_wheel_rate: Scalar
+    self_aligning_torque: Scalar
 
 
-class BaselineVerdict(NamedTuple):
+class VarianceOutput(NamedTuple):
     """What the baseline monitor knows after a sample.
 
     Args:
@@ -113,7 +113,7 @@ class BaselineVerdict(NamedTuple):
 
 
 @dataclass(frozen=True)
-class BaselineFrictionMonitor:
+class VarianceFrictionMonitor:
     """Infer friction from the variance of the difference of two self-aligning torques.
 
     A Luenberger observer of angle, rate and self-aligning torque knows the nominal friction only; friction beyond it
@@ -136,9 +136,9 @@ class BaselineFrictionMonitor:
     the last numerator C_r, see `tierod.physics.aligning`.
     """
 
-    parameters: BaselineParameters
+    parameters: VarianceParameters
     threshold: Annotated[float, "N**2*m**2"]
-    gate: BaselineGate | None
+    gate: VarianceGate | None
     literal_sign: bool = False
     pole_rate: Annotated[float, "1/s"] = 15.0
     minimum_speed: Annotated[float, "m/s"] = 3.0
@@ -153,16 +153,16 @@ class BaselineFrictionMonitor:
         """Observer, torques of the sample before, and window."""
 
         observer: AligningTorqueObserver
-        driver_torque: Any
-        motor_torque: Any
-        rate: Any
+        driver_torque: Scalar
+        motor_torque: Scalar
+        rate: Scalar
         window: RollingVariance.State
 
     def init(self) -> State:
         """At rest, with an empty window."""
         return self.State(AligningTorqueObserver(0.0, 0.0, 0.0), 0.0, 0.0, 0.0, self._window.init())
 
-    def step(self, state: State, sample: SteeringSample) -> tuple[State, BaselineVerdict]:
+    def step(self, state: State, sample: SteeringSample) -> tuple[State, VarianceOutput]:
         """One sample on."""
         observer = self._observe(state, sample.steering_wheel_angle)
         external = self._external_torque(sample)
@@ -178,7 +178,7 @@ class BaselineFrictionMonitor:
             where(present(sample.steering_wheel_rate), sample.steering_wheel_rate, state.rate),
             window,
         )
-        return after, BaselineVerdict(
+        return after, VarianceOutput(
             external,
             observer.self_aligning_torque,
             spread.variance,
@@ -192,7 +192,7 @@ class BaselineFrictionMonitor:
     def _window(self) -> RollingVariance:
         return RollingVariance(self.block_samples, self.blocks)
 
-    def _observe(self, state: State, angle: Any) -> AligningTorqueObserver:
+    def _observe(self, state: State, angle: Scalar) -> AligningTorqueObserver:
         """Eq (2) one sample on, corrected by the angle; a missing angle corrects nothing."""
         p, before = self.parameters, state.observer
         angle_gain, rate_gain, torque_gain = self.observer_gains()
@@ -210,7 +210,7 @@ class BaselineFrictionMonitor:
             predicted.self_aligning_torque + torque_gain * error,
         )
 
-    def observer_gains(self) -> tuple[Any, Any, Any]:
+    def observer_gains(self) -> tuple[Scalar, Scalar, Scalar]:
         """Gains of angle [], rate [1/s] and torque [N m/rad] on the angle's error that make the triple pole."""
         p = self.parameters
         decay, gain = rate_hold(p.sample_time, p.column_damping, p.column_inertia)
@@ -223,7 +223,7 @@ class BaselineFrictionMonitor:
         rate_gain = (rate_gain + coupling * torque_gain) / decay
         return angle_gain - p.sample_time * rate_gain, rate_gain, torque_gain
 
-    def _external_torque(self, sample: SteeringSample) -> Any:
+    def _external_torque(self, sample: SteeringSample) -> Scalar:
         p = self.parameters
         torque = aligning_torque_from_steer(
             sample.steering_wheel_angle,
@@ -239,21 +239,21 @@ class BaselineFrictionMonitor:
         )
         return -torque if self.literal_sign else torque
 
-    def _complete(self, sample: SteeringSample) -> Any:
+    def _complete(self, sample: SteeringSample) -> Scalar:
         """Whether every signal is there and the vehicle fast enough for eq (1)."""
         return all_of(
             sample.vehicle_speed > self.minimum_speed,
             *(present(value) for _, value in leaves(sample)),
         )
 
-    def _gated(self, sample: SteeringSample, external_torque: Any) -> Any:
+    def _gated(self, sample: SteeringSample, external_torque: Scalar) -> Scalar:
         if self.gate is None:
             return 1.0
         slip = external_torque / (self.parameters.trail * self.parameters.front_cornering_stiffness)
         return self.gate.opened(sample.steering_wheel_angle, sample.lateral_acceleration, slip)
 
 
-def calibrated(monitor: BaselineFrictionMonitor, healthy: Sequence[Result], quantile: float) -> BaselineFrictionMonitor:
+def calibrated(monitor: VarianceFrictionMonitor, healthy: Sequence[Result], quantile: float) -> VarianceFrictionMonitor:
     """The monitor with its threshold from drives of the healthy car.
 
     Args:

@@ -11,11 +11,11 @@ from tierod.core.findings import Estimate, Finding, Status
 from tierod.core.graph import Result
 from tierod.core.series import Stride
 from tierod.methods.detectors.rule_design import alarms_at
-from tierod.monitors.friction.baseline import BaselineFrictionMonitor
-from tierod.monitors.friction.decisions import BASELINE_DECISIONS
+from tierod.monitors.friction.decisions import VARIANCE_DECISIONS
 from tierod.monitors.friction.over_drive import EstimateOverDrive
-from tierod.monitors.friction.session import tuning_rows
-from tierod.monitors.harness.session import BlockSession, Conclusion
+from tierod.monitors.friction.variance_method import VarianceFrictionMonitor
+from tierod.monitors.harness.session import BlockSession, Conclusion, tuning_rows
+from tierod.monitors.harness.verdict import Obstacle, withheld
 
 QUANTITY = "variance between two self-aligning torques about the kingpins"
 
@@ -23,7 +23,7 @@ NEEDED_WINDOWS = 4
 """Windows without which there is no verdict: one alone may hold one manoeuvre."""
 
 
-class BaselineSession(BlockSession):
+class VarianceSession(BlockSession):
     """Collects the variance of every full window.
 
     Args:
@@ -32,7 +32,7 @@ class BaselineSession(BlockSession):
         rate: of the samples [Hz]
     """
 
-    def __init__(self, name: str, block: BaselineFrictionMonitor, rate: float):
+    def __init__(self, name: str, block: VarianceFrictionMonitor, rate: float):
         traces = {
             "variance": ("variance", "N**2*m**2"),
             "external_torque": ("self_aligning_torque_from_motion", "N*m"),
@@ -83,8 +83,8 @@ class BaselineSession(BlockSession):
         else:
             status, cause = Status.NOT_TESTABLE, "the vehicle file gives no threshold for the variance"
             action = "take baseline_variance from healthy drives of this car, or use the variant 'pre-sliding'"
-        headline = f"Friction of the steering by the baseline method: {status.value}; {cause}."
-        return Finding(self.name, status, headline, evidence=evidence, cause=cause, action=action)
+        subject = "Friction of the steering by the baseline method"
+        return withheld(self.name, subject, [Obstacle(status, cause, action)], evidence)
 
     def _judged(self, variances: np.ndarray, evidence: dict[str, float]) -> Finding:
         later = variances[len(variances) // 2 :]
@@ -105,7 +105,7 @@ class BaselineSession(BlockSession):
             "the two self-aligning torques differ more than on the healthy car" if fault else "the two torques agree",
             "judge again with the variant 'pre-sliding', which gives a torque" if fault else "none",
             ("the variance depends on tyres and parameters of the car as much as on friction",),
-            (BASELINE_DECISIONS[0].name,) if fault else (),
+            (VARIANCE_DECISIONS[0].name,) if fault else (),
         )
 
     def _began(self, above: np.ndarray) -> float | None:

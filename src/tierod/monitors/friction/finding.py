@@ -1,0 +1,288 @@
+"""The finding on friction: the block's last statement in words, with limits, reasons and what to do."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+from tierod.core.findings import Estimate, Finding, Status
+from tierod.core.statement import STATUSES
+from tierod.monitors.friction.decisions import ABSOLUTE, OWN_LEVEL
+from tierod.monitors.friction.notices import FrictionRun, notices
+from tierod.monitors.friction.obstacles import obstacles
+from tierod.monitors.friction.verdict import BY_LIMIT
+from tierod.monitors.harness.verdict import withheld
+
+SUBJECT = "Friction of the steering"
+
+PLACE = "friction torque at the steering wheel axis"
+
+CLOSE = 0.9
+"""Share of the limit of a fault from which rising friction is called close to it: a third of the way from 1.2 to 1.6
+times the own level is left at the least."""
+
+SETTLE = (
+    "calibrate the torques, compare with this car's own level from an earlier sound drive, or measure with a "
+    "lock-to-lock turn what was added"
+)
+
+
+def finding_of(run: FrictionRun) -> Finding:
+    """The block's last statement in words.
+
+    Args:
+        run: what is known after the last sample
+
+    Returns:
+        healthy, rising, fault; suspect where an alarm came and went, or friction ended above a limit too late for one;
+        or why no verdict is possible: not available, not enabled, not ready, not identifiable
+    """
+    statement = run.judged.statement
+    if found := obstacles(run.judged, run.verdict.tuning):
+        return withheld(run.monitor, SUBJECT, found, _evidence(run), ("value and verdict are withheld",))
+    limits, status = limits_of(run), STATUSES[round(statement.status)]
+    cause, action = explained(run, limits, status)
+    return Finding(
+        monitor=run.monitor,
+        status=status,
+        headline=f"{SUBJECT} {run.friction:.2f} ± {statement.deviation:.2f} N·m: {status.value}, "
+        f"{held_against(run, limits, status)}.",
+        since=statement.since + run.start_time if statement.since >= 0.0 else None,
+        estimate=Estimate(PLACE, run.friction, statement.deviation, "N*m", _reference(run, limits)),
+        evidence=_evidence(run),
+        cause=cause,
+        action=action,
+        warnings=notices(run),
+        decided_by=_decided_by(run, status),
+    )
+
+
+def _decided_by(run: FrictionRun, status: Status) -> tuple[str, ...]:
+    """Names of the decisions behind an alarm."""
+    if status not in (Status.RISING, Status.FAULT):
+        return ()
+    rules = ABSOLUTE if run.judged.statement.kind == BY_LIMIT else OWN_LEVEL
+    return (rules[status is Status.FAULT].name,)
+
+
+def _reference(run: FrictionRun, limits: Limits) -> dict[str, float]:
+    """What the value is drawn against; rising and fault are where they act: the lower of absolute and relative."""
+    reference = {
+        "nominal": run.limits.nominal_friction,
+        "rising": limits.rising.acts_from,
+        "fault": limits.fault.acts_from,
+    }
+    if run.judged.known_level > 0.0:
+        reference["own level"] = run.judged.known_level
+    return reference
+
+
+def _evidence(run: FrictionRun) -> dict[str, float]:
+    figures, own = run.judged.figures, run.judged.baseline
+    worked, enabled = figures.worked_seconds, figures.enabled_seconds
+    evidence = {
+        "recording_s": figures.seconds,
+        "enabled_s": enabled,
+        "enabled_share": enabled / figures.seconds if figures.seconds > 0.0 else 0.0,
+        "enabled_left_share": figures.left_seconds / enabled if enabled > 0.0 else 0.0,
+        "signals_present_share": figures.settled_seconds / figures.seconds if figures.seconds > 0.0 else 0.0,
+        "opposed_torques_share": figures.opposed_seconds / worked if worked > 0.0 else 0.0,
+        "excitation": run.judged.fit.excitation,
+        "balance_misfit": run.judged.fit.misfit,
+        "alarm_s": figures.alarm_seconds,
+    }
+    if run.verdict.limits is not None:
+        evidence |= {
+            "balance_error_Nm": run.judged.fit.residual,
+            "vehicle_rising_limit_Nm": run.limits.rising_friction,
+            "vehicle_fault_limit_Nm": run.limits.fault_friction,
+        }
+        if run.judged.known_level > 0.0:
+            evidence |= {
+                "ratio_to_own_level": run.judged.ratio,
+                "own_level_Nm": own.level,
+                "own_level_deviation_Nm": own.deviation,
+                "own_level_learnt_s": own.seconds,
+            }
+        evidence |= run.evidence
+    return evidence
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Where an alarm begins.
+
+    Args:
+        friction: the estimate [N*m]
+        absolute: limit of the vehicle file [N*m]
+        absolute_from: where that acts: the torques' gain and the estimate must not explain the excess [N*m]
+        ratio: limit of friction to the baseline [-]
+        relative_from: where that acts [N*m]; infinite without a baseline
+    """
+
+    friction: Annotated[float, "N*m"]
+    absolute: Annotated[float, "N*m"]
+    absolute_from: Annotated[float, "N*m"]
+    ratio: Annotated[float, ""]
+    relative_from: Annotated[float, "N*m"]
+
+    @property
+    def acts_from(self) -> float:
+        """Where the first of them acts [N*m]."""
+        return min(self.absolute_from, self.relative_from)
+
+    @property
+    def in_margin(self) -> bool:
+        """Whether friction is above the limit of the vehicle file, but not by more than the margin."""
+        return self.absolute < self.friction <= self.absolute_from
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Of rising friction, and of a fault."""
+
+    rising: Limit
+    fault: Limit
+
+
+def limits_of(run: FrictionRun) -> Limits:
+    """The limits as they act on the last estimate of a run."""
+    verdict, friction = run.verdict, run.friction
+    level = verdict.relative_level(run.judged.known_level) if run.judged.known_level > 0.0 else math.inf
+    deviation = run.judged.statement.deviation / run.judged.fit.misfit
+
+    def limit(absolute: float, ratio: float) -> Limit:
+        return Limit(friction, absolute, verdict.acts_from(absolute, deviation), ratio, ratio * level)
+
+    return Limits(
+        limit(run.limits.rising_friction, verdict.tuning.rising_ratio),
+        limit(run.limits.fault_friction, verdict.tuning.fault_ratio),
+    )
+
+
+def held_against(run: FrictionRun, limits: Limits, status: Status) -> str:
+    """What the value was held against, the reason for the status first."""
+    ratio = _ratio(run)
+    if status in (Status.RISING, Status.FAULT):
+        limit = limits.fault if status is Status.FAULT else limits.rising
+        if run.judged.statement.kind == BY_LIMIT:
+            name = "fault limit" if status is Status.FAULT else "limit of rising friction"
+            parts = [f"above the {name} of {limit.absolute:.4g} N·m, which acts from {limit.absolute_from:.2f}", ratio]
+        else:
+            parts = [f"{ratio}, {status.value} from {limit.ratio:.4g} times"]
+        parts.append(f"nominal {run.limits.nominal_friction:.4g} N·m")
+        parts.append(_fault_to_come(limits) if status is Status.RISING else "")
+    else:
+        parts = []
+        if run.judged.implausible > 0.5:
+            parts.append(f"implausible, below {run.verdict.tuning.smallest_friction:.2g} times nominal")
+        parts.append(
+            f"nominal {run.limits.nominal_friction:.4g}, rising from {limits.rising.acts_from:.2f}, fault "
+            f"from {limits.fault.acts_from:.2f} N·m"
+        )
+        parts += [ratio, *(_margins(run, limits, status) if status is Status.HEALTHY else [])]
+    return "; ".join(part for part in parts if part)
+
+
+def explained(run: FrictionRun, limits: Limits, status: Status) -> tuple[str, str]:
+    """Cause and action of a status that rests on the estimate."""
+    if status is Status.HEALTHY:
+        return _healthy(run, limits)
+    if status is Status.SUSPECT:
+        return _suspect(run, limits)
+    cause = _alarm(run, limits.fault if status is Status.FAULT else limits.rising, status)
+    if status is Status.FAULT:
+        return (
+            cause,
+            "inspect column joints, bearings, steering gear and motor for corrosion, water or damage before driving on",
+        )
+    cause = "; it is ".join((cause, *_margins(run, limits, status)))
+    if limits.fault.in_margin:
+        return cause, f"have the steering inspected now, and settle whether it is a fault: {SETTLE}"
+    if limits.rising.friction > CLOSE * limits.fault.acts_from:
+        return cause, (
+            f"it is close to a fault, which acts from {limits.fault.acts_from:.2f} N·m: inspect the boots of the "
+            "steering gear, joints and bearings now, and record again"
+        )
+    return cause, "watch it: record again within days, and inspect the boots of the steering gear at the next service"
+
+
+def _ratio(run: FrictionRun) -> str:
+    if run.judged.known_level <= 0.0:
+        return ""
+    return f"{run.judged.ratio:.2f} times its own level of {run.judged.known_level:.2f} N·m"
+
+
+def _fault_to_come(limits: Limits) -> str:
+    fault = limits.fault
+    if fault.in_margin:
+        return f"above the fault limit of {fault.absolute:.4g} N·m too, which acts from {fault.absolute_from:.2f}"
+    if fault.friction > fault.acts_from:
+        return f"beyond the {fault.acts_from:.2f} N·m of a fault, but not for long enough to be one"
+    return f"fault from {fault.acts_from:.2f} N·m"
+
+
+def _margins(run: FrictionRun, limits: Limits, status: Status) -> list[str]:
+    """The strongest limit that friction is above, but within the margin; empty if none."""
+    margin = run.verdict.tuning.confidence * run.verdict.tuning.gain_deviation
+    named = [("fault limit", limits.fault), ("limit of rising friction", limits.rising)]
+    return [
+        f"above the {name} of {limit.absolute:.4g} N·m, but within the {margin:.0%} by which the torque sensors' gain "
+        "may be off"
+        for name, limit in (named[:1] if status is Status.RISING else named)
+        if limit.in_margin
+    ][:1]
+
+
+def _healthy(run: FrictionRun, limits: Limits) -> tuple[str, str]:
+    margins = _margins(run, limits, Status.HEALTHY)
+    if not margins:
+        return "friction stayed below every limit", "none; store the learnt level for the next recording"
+    cause = f"friction is {margins[0]}"
+    if run.verdict.learnt_level is not None:
+        return (
+            f"{cause}; against the own level that was handed in it has not risen",
+            "none if that level is of a sound car; if not, calibrate the torques or turn from lock to lock",
+        )
+    return cause, f"settle whether it has risen before its level is stored as that of a sound car: {SETTLE}"
+
+
+def _suspect(run: FrictionRun, limits: Limits) -> tuple[str, str]:
+    if run.judged.implausible > 0.5:
+        nominal = run.limits.nominal_friction
+        least = run.verdict.tuning.smallest_friction
+        return (
+            f"friction is implausible: {run.friction / nominal:.2f} times nominal, where no steering has "
+            f"less than {least:.2g}; motor_torque or driver_torque is clipped, or its gain too low, or motor_ratio is "
+            "not that of this car",
+            "check range and gain of the torques and the vehicle file, and record again: a fault may hide behind it",
+        )
+    inspect = "if it returns, inspect the column's joints, the steering gear and the boots for water"
+    causes = []
+    if run.judged.pending > 0.5:
+        own = run.friction > limits.rising.relative_from
+        above = (
+            f"{run.judged.ratio:.2f} times its own level, rising from {limits.rising.ratio:.4g} times"
+            if own
+            else f"{run.friction:.2f} N·m, rising from {limits.rising.absolute_from:.2f}"
+        )
+        causes.append(
+            f"friction was last {above}, but the recording ended or signals were lost before it could be confirmed"
+        )
+    if run.judged.figures.worst_alarm > 0.0:
+        seconds = run.judged.figures.alarm_seconds
+        causes.append(f"friction was above a limit for {seconds:.0f} s of enabled time and fell back")
+    return "; ".join(causes), f"record again, with all signals to the end; {inspect}"
+
+
+def _alarm(run: FrictionRun, limit: Limit, status: Status) -> str:
+    if run.judged.statement.kind == BY_LIMIT:
+        return (
+            f"friction is above the limit of the vehicle file by more than the torque sensors' gain may be off: "
+            f"{limit.absolute:.4g} N·m, which acts from {limit.absolute_from:.2f}"
+        )
+    return (
+        f"friction rose above this car's own level of {run.judged.known_level:.2f} N·m: {run.judged.ratio:.2f} "
+        f"times it, {status.value} from {limit.ratio:.4g} times ({limit.relative_from:.2f} N·m)"
+    )

@@ -1,0 +1,100 @@
+"""The input signals of a monitor over a recording: quality, stuck values, defects, and until when all were there."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from tierod.core.findings import Finding
+from tierod.core.recording import Aligned, Recording
+from tierod.io.derive import ingredients
+from tierod.monitors.harness.input_defects import InputDefects, contradicted, with_defects
+from tierod.monitors.harness.judged_time import JudgedTime
+from tierod.monitors.harness.named_vehicle import other_vehicle
+from tierod.monitors.harness.quality_over_chunks import QualityOverChunks
+from tierod.monitors.harness.session import Conclusion, Monitor, StatusChange
+from tierod.monitors.harness.stuck_over_drive import StuckOverDrive
+
+
+class InputChecks:
+    """Checks the signals piece by piece, before and beside the monitor, and changes its conclusion accordingly.
+
+    Args:
+        monitor: on the grid of the recording
+        signals: that its session takes
+
+    `needs` are the channels that are read.
+    """
+
+    def __init__(self, monitor: Monitor, signals: Sequence[str]):
+        used = ingredients([*monitor.required, *monitor.optional])
+        self.monitor = monitor
+        self.quality = QualityOverChunks(used)
+        self.stuck = StuckOverDrive(signals, monitor.rate, monitor.subjects)
+        self.judged = JudgedTime(monitor.required, monitor.rate)
+        self.defects = InputDefects(self.stuck.names)
+        self.needs = tuple(dict.fromkeys((*used, *self.stuck.beside)))
+        self._paced = False
+
+    def refuse_slow(self) -> None:
+        """Refuse required signals that come too slowly, until the rate of each is known.
+
+        Raises:
+            InputError: one comes at less than the minimum rate of the monitor
+        """
+        if not self._paced:
+            self._paced = self.quality.refuse_slow(self.monitor.required, self.monitor.minimum_rate)
+
+    def add(self, whole: Recording, start: float, usable: Aligned) -> None:
+        """The next samples.
+
+        Args:
+            whole: the piece that they were taken from
+            start: of the recording [s]
+            usable: what the monitor takes, without what is stuck
+        """
+        self.judged.add(usable)
+        self.defects.add(whole, start, float(usable.time[-1]), self.stuck.spans())
+
+    def limited(self, conclusion: Conclusion, contradictions: Sequence[str]) -> Conclusion:
+        """The conclusion, with what is wrong with its signals, and with what of the recording was judged at all.
+
+        Args:
+            conclusion: of the session
+            contradictions: of the signals over the drive, as sentences
+        """
+        defects = (*self.defects.found(self.quality.units), *conclusion.defects)
+        named = contradicted(with_defects(conclusion.finding, defects, self.monitor), contradictions, self.monitor)
+        finding = self.judged.limited(named, self.monitor.title, self.monitor.reaction, self.stuck.lasting())
+        course = conclusion.course
+        if finding.status is not named.status and self.judged.last is not None:
+            course = (*course, StatusChange(self.judged.last, finding.status))
+        return dataclasses.replace(
+            conclusion,
+            finding=dataclasses.replace(finding, evidence={**finding.evidence, **self.judged.evidence()}),
+            own_level=conclusion.own_level if finding.status is conclusion.finding.status else None,
+            course=course,
+        )
+
+    def warned(
+        self, finding: Finding, contradictions: Sequence[str], metadata: Mapping[str, Any], judged_as: str
+    ) -> Finding:
+        """The finding with what a reader must know of vehicle and recording besides.
+
+        Args:
+            finding: of the monitor
+            contradictions: of the signals over the drive, as sentences
+            metadata: of the recording
+            judged_as: name of the vehicle whose parameters are used
+        """
+        other = other_vehicle(metadata, judged_as)
+        warnings = (
+            *finding.warnings,
+            *((other,) if other else ()),
+            *self.stuck.warnings(self.quality.units),
+            *contradictions,
+            *self.quality.range_warnings(),
+            *metadata.get("warnings", ()),
+        )
+        return dataclasses.replace(finding, warnings=tuple(dict.fromkeys(warnings)))
