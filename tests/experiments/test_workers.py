@@ -88,7 +88,7 @@ def test_no_worker_outlives_a_parent_that_is_killed(tmp_path):
 
 def test_a_script_without_a_guard_is_told_what_to_do(tmp_path):
     script = tmp_path / "unguarded.py"
-    script.write_text("from campaigns.worker_tasks import do\nfrom tierod.experiments.workers import Workers\n"
+    script.write_text("from experiments.worker_tasks import do\nfrom tierod.experiments.workers import Workers\n"
                       "print(list(Workers(do, 1).run([('square', 2)])))\n")  # fmt: skip
     done = subprocess.run([sys.executable, script], env=environment(), capture_output=True, text=True, check=False)
     assert done.returncode != 0
