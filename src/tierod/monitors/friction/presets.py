@@ -29,7 +29,7 @@ def equal_low_pass(cutoff: float, sample_time: float = 0.01) -> Butterworth:
     """The low-pass that the monitors of six signals take where the rate is noisy.
 
     Args:
-        cutoff: 5 Hz restores the estimate at a rate noise of 0.05 rad/s, see docs/friction.md [Hz]
+        cutoff: 5 Hz restores the estimate at a rate noise of 0.05 rad/s, see docs/explanation/friction.md [Hz]
         sample_time: dt [s]
     """
     return Butterworth(FrictionSample, sample_time, maximum_gap=0.1, cutoff=cutoff)
