@@ -188,7 +188,7 @@ def unscented(
     Args:
         parameters: of the joint model
         smoothing_rate: eps, rate at which tanh reaches 76 % [rad/s]
-        initial_friction_variance: P_T [(N m)^2], as in `refined.consistent`
+        initial_friction_variance: P_T [(N m)^2], as in `consistent`
 
     Source: Mohtat et al., appendix B and section 6; Q_Mz = 1e4 and Q_Tf = 0.001 [assumed].
     """
