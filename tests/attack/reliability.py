@@ -7,6 +7,7 @@ import json
 import platform
 import sys
 import tempfile
+import threading
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -50,14 +51,15 @@ def attack(
         share: of the changed signals and kills that are made [-]
     """
     until = time.monotonic() + seconds
+    sys.path.insert(0, str(ROOT / "tests"))  # some modules name their neighbours as the tests do
     figures: dict[str, Any] = {
         "date": datetime.now(UTC).date().isoformat(),
         "machine": f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
         "seed": seed,
         "corpus": _corpus(report),
+        "others": {},
+        "targets": {},
     }
-    sys.path.insert(0, str(ROOT / "tests"))  # some modules name their neighbours as the tests do
-    figures["others"] = {}
     for title, name, number, divisible in OTHERS:
         report(f"{title} ...")
         with tempfile.TemporaryDirectory(prefix="tierod-attack-") as folder:
@@ -65,10 +67,16 @@ def attack(
             figures["others"][title] = module.run(
                 max(round(share * number), 1) if divisible else number, seed, Path(folder)
             )
-    found = run_all(
-        list(TARGETS), count, seed, workers, until, lambda name, tally: report(f"{name}: {tally.cases} cases")
-    )
-    figures["targets"] = {name: _figures(tally) for name, tally in found.items()}
+        keep(figures)
+    one_at_a_time = threading.Lock()
+
+    def progress(name: str, tally: Tally) -> None:
+        with one_at_a_time:
+            report(f"{name}: {tally.cases} cases")
+            figures["targets"][name] = _figures(tally)
+            keep(figures)
+
+    run_all(list(TARGETS), count, seed, workers, until, progress)
     return figures
 
 
@@ -180,13 +188,22 @@ def _shown(value: Any) -> str:
     return str(value)
 
 
+def keep(figures: dict[str, Any]) -> None:
+    """Write the figures that there are, after each part: what ends a run of hours does not take them along.
+
+    Args:
+        figures: as `attack` gives them, or the first of them
+    """
+    FIGURES.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+
+
 def write(figures: dict[str, Any]) -> None:
     """Keep the figures, and put their table between the marks of the page.
 
     Args:
         figures: as `attack` gives them
     """
-    FIGURES.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+    keep(figures)
     text = PAGE.read_text(encoding="utf-8")
     before, _, rest = text.partition(MARKS[0])
     PAGE.write_text(before + MARKS[0] + table(figures) + MARKS[1] + rest.partition(MARKS[1])[2], encoding="utf-8")
