@@ -80,14 +80,13 @@ from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.monitors.friction.unscented import unscented
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 from tierod.monitors.harness.stuck_signals import StuckSignals
-from tierod.monitors.motor_angle.comparison import SensorComparison
-from tierod.monitors.motor_angle.detector import MotorAngleMonitor
+from tierod.monitors.motor_angle.comparison import ResidualGate, SensorComparison
 from tierod.monitors.motor_angle.electrical import ElectricalChecks
+from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition
-from tierod.monitors.motor_angle.residual import ResidualGate
 from tierod.monitors.motor_angle.second_tests import Backwards, Increments, NotFollowing, Stuck
-from tierod.monitors.motor_angle.voltages import MotorVoltages
+from tierod.monitors.motor_angle.signals import MotorVoltages
 from tierod.monitors.motor_angle.which_angle import WhichAngle
 from tierod.monitors.sideslip.car_signals import FromCarSignals
 from tierod.monitors.sideslip.combined import CombinedSideslip

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from monitors.motor_angle.monitored import columns
 from tierod.core.graph import scan
-from tierod.monitors.motor_angle.comparison import ANGLE_DRIFT, ANGLE_THRESHOLD, SensorComparison
-from tierod.monitors.motor_angle.residual import ResidualGate
+from tierod.monitors.motor_angle.comparison import ANGLE_DRIFT, ANGLE_THRESHOLD, ResidualGate, SensorComparison
 from tierod.monitors.motor_angle.second_tests import Increments
 
 STEP, POLES, FLUX, SPEED, SECONDS = 1e-3, 4.0, 0.0085, 30.0, 8.0
@@ -19,9 +19,16 @@ def samples(offset=0.0, gain=1.0, speed=SPEED):
     time = np.arange(round(SECONDS / STEP)) * STEP
     angle = speed * time
     wrong = np.where(time > 6.0, offset / POLES + (gain - 1.0) * speed * (time - 6.0), 0.0)
-    constant = np.ones(len(time))
-    return np.column_stack(
-        [POLES * wrong, angle + wrong, speed * constant, 0.001 * constant, FLUX * constant, 0.0 * constant, angle]
+    return columns(
+        BLOCK,
+        len(time),
+        angle_residual_electrical=POLES * wrong,
+        motor_angle_mechanical=angle + wrong,
+        motor_speed=speed,
+        motor_angle_standard_deviation=0.001,
+        motor_flux=FLUX,
+        standing=0.0,
+        motor_angle=angle,
     )
 
 

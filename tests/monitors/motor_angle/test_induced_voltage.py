@@ -9,7 +9,7 @@ import pytest
 
 from monitors.motor_angle.monitored import COLUMN, SOUND, changed, recording
 from tierod.core.findings import Status
-from tierod.monitors.motor_angle.induced_voltage import FITS, InducedVoltage
+from tierod.monitors.motor_angle.voltage_balance import FITS, InducedVoltage
 from tierod.monitors.run import diagnose
 from tierod.papers.motor_angle.fault_drives import RATE
 from tierod.vehicles import load

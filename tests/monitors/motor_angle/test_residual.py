@@ -1,16 +1,23 @@
 import numpy as np
 import pytest
 
+from monitors.motor_angle.monitored import columns
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.monitors.motor_angle.residual import ResidualGate
+from tierod.monitors.motor_angle.comparison import ResidualGate
 
 GATE = ResidualGate(4.0, 0.0085, start=0.1)
 
 
 def counted(speed=20.0, deviation=0.005, flux=0.0085, standing=0.0, angle=1.0, samples=3000):
-    columns = (0.0, angle, speed, deviation, flux, standing)
-    return scan(GATE, np.column_stack([np.broadcast_to(each, samples) for each in columns]))
+    seen = {
+        "motor_angle_mechanical": angle,
+        "motor_speed": speed,
+        "motor_angle_standard_deviation": deviation,
+        "motor_flux": flux,
+        "standing": standing,
+    }
+    return scan(GATE, columns(GATE, samples, **seen))
 
 
 def test_it_counts_one_value_in_a_millisecond_after_start_and_hold():

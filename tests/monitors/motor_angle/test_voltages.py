@@ -5,7 +5,7 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.monitors.motor_angle.voltages import MotorVoltages, VoltageSignals
+from tierod.monitors.motor_angle.signals import MotorAngleSample, MotorVoltages
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 
 WANTED = StatorVector(3.0, -2.0)
@@ -13,7 +13,7 @@ DUTY = [0.5 + value / 13.0 for value in inverse_clarke(WANTED)]
 
 
 def row(**values):
-    return [values.get(name, math.nan) for name in VoltageSignals._fields]
+    return [values.get(name, math.nan) for name in MotorAngleSample._fields]
 
 
 SAMPLES = np.array(

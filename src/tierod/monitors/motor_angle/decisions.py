@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from string import Formatter
 from typing import Annotated, Any
 
 from tierod.methods.detectors.cusum import Cusum
@@ -9,9 +10,9 @@ from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine
 from tierod.methods.detectors.stopping_rules import CusumRule
 from tierod.monitors.harness.decision import Decision, Demonstrated, OwnRule
 from tierod.monitors.motor_angle.comparison import ANGLE_DRIFT, ANGLE_THRESHOLD, SPEED_DRIFT, SPEED_THRESHOLD
-from tierod.monitors.motor_angle.detector import MODEL_DRIFT, MODEL_THRESHOLD
 from tierod.monitors.motor_angle.electrical import ElectricalChecks
 from tierod.monitors.motor_angle.finding import FIVE_DEGREES
+from tierod.monitors.motor_angle.monitor import MODEL_DRIFT, MODEL_THRESHOLD
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility
 from tierod.monitors.motor_angle.second_tests import Backwards, NotFollowing, Stuck
 
@@ -29,7 +30,7 @@ ANGLE_DESIGN = RuleDesign(
 turning (docs/motor-angle.md), and carried on to 0.9 rad."""
 
 TURNING, DRIVEN = Demonstrated(10.4), Demonstrated(15.0)
-"""Hours of 900 sound drives with parameters astray, turning and in all; docs/motor-angle.md, Monitoring."""
+"""Hours of 900 fault-free drives with parameters astray, turning and in all; docs/motor-angle.md, Monitoring."""
 
 _SOURCE = (
     "sound drives on the bench, voltages measured, with resistance, flux and inductance astray (docs/motor-angle.md); "
@@ -37,10 +38,10 @@ _SOURCE = (
 )
 
 
-def _of(part: type[Any], told: str, *names: str) -> OwnRule:
-    """The rule of a part, with the numbers that its class has."""
-    values = {name: float(getattr(part, name)) for name in names}
-    return OwnRule(told.format(**values), values)
+def _numbers(part: type[Any], words: str) -> OwnRule:
+    """The rule of a part in words, with the numbers that its class has."""
+    values = {name: float(getattr(part, name)) for _, name, _, _ in Formatter().parse(words) if name}
+    return OwnRule(words.format(**values), values)
 
 
 def _decision(
@@ -64,13 +65,12 @@ def _electrical(
     name: str,
     distance: str,
     words: str,
-    *names: str,
     statistic: str,
     levels: tuple[float, ...],
     demonstrated: Demonstrated | None = None,
     below: bool = False,
 ) -> Decision:
-    rule = _of(ElectricalChecks, words, *names)
+    rule = _numbers(ElectricalChecks, words)
     return _decision(name, distance, rule, "electrical", statistic, levels, demonstrated, below)
 
 
@@ -78,22 +78,20 @@ def _either(level: float) -> tuple[float, float]:
     return level, -level
 
 
-ANGLE = Decision(
-    name="angle",
-    distance=f"sensor less observer, electrical, one value in a millisecond [rad]; {BORNE:.4f} rad are one deviation "
-    "of what is borne",
-    rule=Cusum(ANGLE_DRIFT, ANGLE_THRESHOLD, 2.0 * ANGLE_THRESHOLD),
-    place="block.comparison.angle",
-    mean_time_between_false_alarms=300.0,
-    demonstrated=TURNING,
-    source=f"residuals made 2.5 times as large, carried on; shown: {_SOURCE}",
-    design=ANGLE_DESIGN,
-    statistic="angle_residual_sum",
-    levels=(ANGLE_THRESHOLD,),
-)
-
 DECISIONS = (
-    ANGLE,
+    Decision(
+        name="angle",
+        distance=f"sensor less observer, electrical, one value in a millisecond [rad]; {BORNE:.4f} rad are one "
+        "deviation of what is borne",
+        rule=Cusum(ANGLE_DRIFT, ANGLE_THRESHOLD, 2.0 * ANGLE_THRESHOLD),
+        place="block.comparison.angle",
+        mean_time_between_false_alarms=300.0,
+        demonstrated=TURNING,
+        source=f"residuals made 2.5 times as large, carried on; shown: {_SOURCE}",
+        design=ANGLE_DESIGN,
+        statistic="angle_residual_sum",
+        levels=(ANGLE_THRESHOLD,),
+    ),
     _decision(
         "speed",
         "what the sensor gains in 10 ms less what the observer gains [rad/s]",
@@ -122,7 +120,7 @@ DECISIONS = (
     _decision(
         "stuck",
         "travel of the observer while the sensor stays where it is",
-        _of(Stuck, "more than {travel:g} rad within {still:g} rad of the sensor", "travel", "still"),
+        _numbers(Stuck, "more than {travel:g} rad within {still:g} rad of the sensor"),
         "comparison.stuck",
         "turned_while_sensor_stood",
         _either(Stuck.travel),
@@ -130,7 +128,7 @@ DECISIONS = (
     _decision(
         "not following",
         "sensor less its target",
-        _of(NotFollowing, "more than {widest:g} rad for {hold:g} s", "widest", "hold"),
+        _numbers(NotFollowing, "more than {widest:g} rad for {hold:g} s"),
         "not_following",
         "following_error",
         _either(NotFollowing.widest),
@@ -139,7 +137,7 @@ DECISIONS = (
     _decision(
         "plausibility",
         "pinion less what motor, steering wheel and torsion bar make of it",
-        _of(AnglePlausibility, "more than {greatest:g} rad for {hold:g} s", "greatest", "hold"),
+        _numbers(AnglePlausibility, "more than {greatest:g} rad for {hold:g} s"),
         "plausibility",
         "pinion_angle_mismatch",
         _either(AnglePlausibility.greatest),
@@ -149,68 +147,55 @@ DECISIONS = (
         "supply low",
         "supply",
         "below {least_supply:g} V for {hold:g} s",
-        "least_supply",
-        "hold",
-        statistic="supply_voltage",
-        levels=(ElectricalChecks.least_supply,),
+        "supply_voltage",
+        (ElectricalChecks.least_supply,),
         below=True,
     ),
     _electrical(
         "angle lost",
         "age of the last reading",
         "above {longest_gap:g} s",
-        "longest_gap",
-        statistic="age_of_angle",
-        levels=(ElectricalChecks.longest_gap,),
-        demonstrated=DRIVEN,
+        "age_of_angle",
+        (ElectricalChecks.longest_gap,),
+        DRIVEN,
     ),
     _electrical(
         "angle leaps",
         "change from one reading to the next",
         "beyond {greatest_speed:g} rad/s and {step_margin:g} rad",
-        "greatest_speed",
-        "step_margin",
-        statistic="leap_of_angle",
-        levels=(1.0,),
-        demonstrated=DRIVEN,
+        "leap_of_angle",
+        (1.0,),
+        DRIVEN,
     ),
     _electrical(
         "resolver amplitude",
         "amplitude of sine and cosine over that of the start, less one",
         "beyond {amplitude_margin:g} for {hold:g} s",
-        "amplitude_margin",
-        "hold",
-        statistic="change_of_resolver_amplitude",
-        levels=_either(ElectricalChecks.amplitude_margin),
+        "change_of_resolver_amplitude",
+        _either(ElectricalChecks.amplitude_margin),
     ),
     _electrical(
         "resolver mismatch",
         "angle less that of its own sine and cosine",
         "beyond {greatest_mismatch:g} rad for {hold:g} s",
-        "greatest_mismatch",
-        "hold",
-        statistic="resolver_mismatch_electrical",
-        levels=_either(ElectricalChecks.greatest_mismatch),
+        "resolver_mismatch_electrical",
+        _either(ElectricalChecks.greatest_mismatch),
     ),
     _electrical(
         "current sum",
         "sum of the phases",
         "beyond {greatest_sum:g} A for {hold:g} s",
-        "greatest_sum",
-        "hold",
-        statistic="sum_of_phase_currents",
-        levels=_either(ElectricalChecks.greatest_sum),
+        "sum_of_phase_currents",
+        _either(ElectricalChecks.greatest_sum),
     ),
     *(
         _electrical(
             f"{quantity} saturated",
             f"samples for which a {quantity} stands still at its peak, while the motor turns",
             f"{{same_samples:g}} samples beyond {{least_peak_{quantity}:g}} {unit}",
-            "same_samples",
-            f"least_peak_{quantity}",
-            statistic=f"samples_of_a_still_{quantity}",
-            levels=(ElectricalChecks.same_samples,),
-            demonstrated=DRIVEN,
+            f"samples_of_a_still_{quantity}",
+            (ElectricalChecks.same_samples,),
+            DRIVEN,
         )
         for quantity, unit in (("current", "A"), ("voltage", "V"))
     ),

@@ -9,10 +9,10 @@ from tierod.core.errors import ParameterError
 from tierod.monitors.harness.own_level import OwnLevel
 from tierod.monitors.harness.session import Monitor, Variant
 from tierod.monitors.motor_angle.decisions import DECISIONS
-from tierod.monitors.motor_angle.detector import MotorAngleMonitor
+from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, VariableGain
 from tierod.monitors.motor_angle.session import MotorAngleSession
-from tierod.monitors.motor_angle.voltages import COMMANDED, DUTY_CYCLES, MEASURED, SIGNALS, VARIANTS, MotorVoltages
+from tierod.monitors.motor_angle.signals import COMMANDED, DUTY_CYCLES, MEASURED, SIGNALS, VARIANTS, MotorVoltages
 from tierod.monitors.motor_angle.which_angle import WhichAngle
 from tierod.vehicles import Vehicle
 
@@ -20,15 +20,15 @@ PAPER = "Reinelt, Lundquist, Johansson, On-line sensor monitoring in an active f
 
 
 def _open(voltages: str, vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> MotorAngleSession:
-    plausibility, gear = None, _if_told(vehicle, Superposition)
+    plausibility, gear = None, _if_given(vehicle, Superposition)
     if gear is not None:
-        gain, which = _if_told(vehicle, VariableGain), WhichAngle(1.0 / rate)
+        gain, which = _if_given(vehicle, VariableGain), WhichAngle(1.0 / rate)
         plausibility = AnglePlausibility(gear, 1.0 / rate, gain=gain, which=which)
     source = MotorVoltages(voltages)  # type: ignore[arg-type]
     return MotorAngleSession(MotorAngleMonitor.of_vehicle(vehicle, 1.0 / rate, plausibility, source), vehicle, rate)
 
 
-def _if_told(vehicle: Vehicle, kind: Any) -> Any:
+def _if_given(vehicle: Vehicle, kind: Any) -> Any:
     """Parameters that a vehicle file may leave out."""
     try:
         return vehicle.parameters_for(kind)

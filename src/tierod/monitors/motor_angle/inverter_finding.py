@@ -1,11 +1,11 @@
-"""What is said of an inverter of which only the command was recorded."""
+"""Remarks on an inverter of which only the command was recorded."""
 
 from __future__ import annotations
 
 import math
 from typing import Annotated, NamedTuple
 
-from tierod.monitors.motor_angle.voltages import TOLD
+from tierod.monitors.motor_angle.signals import IN_WORDS
 
 KNEE_APART, KNEE_SIGMAS = 1.4, 4.0
 """A knee is another than the vehicle file's where it lies beyond this factor, and by so many standard deviations."""
@@ -14,7 +14,7 @@ KNEE_REACHED = 0.95
 """Share of the way to the end of what is learnt, from which the knee may lie beyond."""
 
 
-class Lost(NamedTuple):
+class InverterLoss(NamedTuple):
     """What the inverter was found to take from its command.
 
     Args:
@@ -42,7 +42,7 @@ class Lost(NamedTuple):
         return abs(self.apart) > KNEE_REACHED * self.widest
 
 
-def inverter_remarks(lost: Lost | None, voltages: str) -> tuple[str, ...]:
+def inverter_remarks(lost: InverterLoss | None, voltages: str) -> tuple[str, ...]:
     """Which voltages a finding rests on, and whether the inverter is another than the vehicle file's.
 
     Args:
@@ -51,20 +51,20 @@ def inverter_remarks(lost: Lost | None, voltages: str) -> tuple[str, ...]:
     """
     if lost is None:
         return ()
-    told = (
-        f"the voltages are {TOLD[voltages]}: {lost.voltage_loss:.2f} V a phase, with a knee at "
+    rests_on = (
+        f"the voltages are {IN_WORDS[voltages]}: {lost.voltage_loss:.2f} V a phase, with a knee at "
         f"{lost.knee_current:.2g} A; measured voltages tell the angle better"
     )
     if abs(lost.apart) < max(math.log(KNEE_APART), KNEE_SIGMAS * lost.knee_deviation):
-        return (told,)
+        return (rests_on,)
     wrong = (
         f"the inverter's knee is {lost.knee_current:.2g} A and not {lost.nominal_knee:.2g} A as in the vehicle file: "
         "correct inverter_knee_current; the angle is known less well until it is learnt"
     )
-    return (told, wrong)
+    return (rests_on, wrong)
 
 
-def knee_beyond(lost: Lost) -> tuple[str, str] | None:
+def knee_beyond(lost: InverterLoss) -> tuple[str, str] | None:
     """Cause and cure where the knee may be further away than an observer learns."""
     if not lost.beyond:
         return None

@@ -12,14 +12,13 @@ from tierod.core.graph import Result, scan
 from tierod.core.recording import Aligned
 from tierod.models.commanded_motor import CommandedMotorParameters
 from tierod.monitors.harness.session import BlockSession, Conclusion
-from tierod.monitors.motor_angle.alarm_courses import AlarmCourses
-from tierod.monitors.motor_angle.detector import NOT_READY, MotorAngleMonitor
-from tierod.monitors.motor_angle.finding import STARTLES, SURPRISING, SUSPECTS, Drive, judge, root_of
-from tierod.monitors.motor_angle.induced_voltage import InducedVoltage
-from tierod.monitors.motor_angle.inverter_finding import Lost
+from tierod.monitors.motor_angle.alarms import AlarmCourses
+from tierod.monitors.motor_angle.finding import DISTURBING, SURPRISING, SUSPECTS, Drive, judge, root_of
+from tierod.monitors.motor_angle.inverter_finding import InverterLoss
 from tierod.monitors.motor_angle.misread import misread
-from tierod.monitors.motor_angle.voltage_balance import VoltageBalance
-from tierod.monitors.motor_angle.voltages import DUTY_CYCLES, SIGNALS
+from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
+from tierod.monitors.motor_angle.signals import DUTY_CYCLES, SIGNALS
+from tierod.monitors.motor_angle.voltage_balance import InducedVoltage, VoltageBalance
 from tierod.physics.clarke_park import StatorVector
 from tierod.physics.inverter import phase_signs
 from tierod.vehicles import Vehicle
@@ -31,18 +30,18 @@ SLICE = 200_000
 """Samples that are judged at once, lest all outputs of a long piece lie in memory together."""
 
 TRACES = {
-    "residual": ("angle_residual_electrical", "rad"),
-    "motor_angle_standard_deviation": ("angle_residual_electrical_standard_deviation", "rad"),
-    "angle_sum": ("angle_residual_sum", "rad"),
-    "motor_angle": ("estimated_motor_angle", "rad"),
-    "estimated_motor_speed": ("estimated_motor_speed", "rad/s"),
-    "speed_residual": ("motor_speed_residual", "rad/s"),
-    "motor_resistance": ("estimated_motor_resistance", "ohm"),
-    "motor_flux": ("estimated_motor_flux", "V*s"),
-    "mismatch": ("pinion_angle_mismatch", "rad"),
-    "known": ("angle_known", ""),
-    "nis": ("nis", ""),
-    "speed_sum": ("speed_residual_sum", "rad/s"),
+    "estimate.angle_residual_electrical": ("angle_residual_electrical", "rad"),
+    "estimate.motor_angle_standard_deviation": ("angle_residual_electrical_standard_deviation", "rad"),
+    "compared.angle_sum": ("angle_residual_sum", "rad"),
+    "estimate.motor_angle": ("estimated_motor_angle", "rad"),
+    "estimate.motor_speed": ("estimated_motor_speed", "rad/s"),
+    "compared.speed_residual": ("motor_speed_residual", "rad/s"),
+    "estimate.motor_resistance": ("estimated_motor_resistance", "ohm"),
+    "estimate.motor_flux": ("estimated_motor_flux", "V*s"),
+    "plausible.mismatch": ("pinion_angle_mismatch", "rad"),
+    "compared.known": ("angle_known", ""),
+    "estimate.nis": ("nis", ""),
+    "compared.speed_sum": ("speed_residual_sum", "rad/s"),
     "tested.model_sum": ("innovation_sum", ""),
     "tested.backwards_sum": ("turned_backwards", ""),
     "tested.turned_meanwhile": ("turned_while_sensor_stood", "rad"),
@@ -66,14 +65,14 @@ AT_READINGS = (
 """Traces that are known at readings only; 0 stands for none in between."""
 
 INVERTER_TRACES = {
-    "inverter_voltage_loss": ("estimated_inverter_voltage_loss", "V"),
-    "inverter_knee_current": ("estimated_inverter_knee_current", "A"),
+    "estimate.inverter_voltage_loss": ("estimated_inverter_voltage_loss", "V"),
+    "estimate.inverter_knee_current": ("estimated_inverter_knee_current", "A"),
 }
 """Those that it shows besides where the voltage is commanded."""
 
 
 class MotorAngleSession(BlockSession):
-    """Runs the block, and tells whether the sensor of the motor's angle can be trusted.
+    """Runs the block, and collects what the finding about the sensor of the motor's angle rests on.
 
     Args:
         block: the monitor
@@ -82,7 +81,7 @@ class MotorAngleSession(BlockSession):
     """
 
     def __init__(self, block: MotorAngleMonitor, vehicle: Vehicle, rate: float):
-        bare = () if block.plausibility is not None else ("mismatch",)
+        bare = () if block.plausibility is not None else ("plausible.mismatch",)
         shown = TRACES | (INVERTER_TRACES if block.observer.commanded else {})
         super().__init__(block, {output: name for output, name in shown.items() if output not in bare})
         self.monitor, self.vehicle, self.rate = block, vehicle, rate
@@ -130,10 +129,11 @@ class MotorAngleSession(BlockSession):
         signals = dict(zip(aligned.names, values.T, strict=True))
         self.collect(time, signals, result)
         shown = {name: result[output] for name, output in self._outputs.items()}
-        known, windows = result["known"] > 0.5, result["tells"] > 0.5
-        shown["angle_residual_electrical"] = np.where(known, shown["angle_residual_electrical"], np.nan)
-        deviation = self.monitor.observer.parameters.motor_pole_pairs * result["motor_angle_standard_deviation"]
-        shown["angle_residual_electrical_standard_deviation"] = np.where(known, deviation, np.nan)
+        known, windows = result["compared.known"] > 0.5, result["compared.complete"] > 0.5
+        residual, deviation = "angle_residual_electrical", "angle_residual_electrical_standard_deviation"
+        shown[residual] = np.where(known, shown[residual], np.nan)
+        pole_pairs = self.monitor.observer.parameters.motor_pole_pairs
+        shown[deviation] = np.where(known, pole_pairs * shown[deviation], np.nan)
         window = round(self.monitor.comparison.increments.window * self.rate)
         for name in AT_READINGS:
             shown[name] = np.where(shown[name] == 0.0, np.nan, shown[name])
@@ -143,8 +143,7 @@ class MotorAngleSession(BlockSession):
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         """Alarms and figures of one piece."""
         self._courses.add(time, result)
-        self._over.add(result)
-        self._over.look(signals)
+        self._over.add(signals, result)
         current = StatorVector(signals["motor_current_alpha"], signals["motor_current_beta"])
         parameters = self.monitor.observer.parameters
         taken = StatorVector(np.zeros(len(time)), np.zeros(len(time)))
@@ -154,12 +153,7 @@ class MotorAngleSession(BlockSession):
         alarmed = np.maximum.accumulate(result["alarms.model"] > 0.5) | self._alarmed
         self._alarmed = bool(alarmed[-1])
         self._induced.add(_complex(current)[alarmed], voltage[alarmed])
-        self._balance.add(
-            _complex(current),
-            voltage,
-            signals["motor_angle_mechanical"],
-            _complex(taken),
-        )
+        self._balance.add(_complex(current), voltage, signals["motor_angle_mechanical"], _complex(taken))
 
     def conclude(self) -> Conclusion:
         """The finding, and the course of every trouble code."""
@@ -168,110 +162,100 @@ class MotorAngleSession(BlockSession):
         drive = self._over.drive(self.rate, self._courses.starts, self.monitor)
         drive = drive._replace(misread=wrong, contradicting=self._induced.share())
         finding = judge(drive, self.vehicle)
-        # What was not the sensor's fault but the user's must fill no fault memory.
+        # A wrong recording is no fault of the sensor and must not enter the fault memory.
         if finding.status is Status.NOT_TESTABLE:
             return Conclusion(finding)
         root = root_of(drive)
-        mute = "motor-angle-stuck" if root == "model" else "motor-currents" if root in STARTLES else ""
+        mute = "motor-angle-stuck" if root == "model" else "motor-currents" if root in DISTURBING else ""
         codes = {name: self._courses.of_code(name, mute=name == mute) for name in self._courses.codes}
         return Conclusion(finding, course=tuple(self._courses.course), code_courses=codes)
 
 
-def _stood(values: np.ndarray, told: np.ndarray, samples: int) -> np.ndarray:
-    """Values that each stand for so many samples from where they are told, else NaN: single points make no line."""
+def _stood(values: np.ndarray, fresh: np.ndarray, samples: int) -> np.ndarray:
+    """Values that each stand for so many samples from where they are fresh, else NaN: single points make no line."""
     place = np.arange(len(values))
-    last = np.maximum.accumulate(np.where(told, place, -1))
+    last = np.maximum.accumulate(np.where(fresh, place, -1))
     return np.where((last >= 0) & (place - last <= samples), values[last], np.nan)
 
 
 def _complex(vector: StatorVector) -> np.ndarray:
-    return vector.alpha + 1j * vector.beta
-
-
-def _lost(values: list[float], monitor: MotorAngleMonitor) -> Lost | None:
-    parameters = monitor.observer.parameters
-    if not isinstance(parameters, CommandedMotorParameters):
-        return None
-    loss, knee, deviation = values
-    return Lost(loss, knee, deviation, parameters.inverter_knee_current, monitor.observer.tuning.widest_knee)
+    return np.asarray(vector.alpha + 1j * vector.beta)
 
 
 class _OverDrive:
     """Figures over the pieces of a recording."""
 
     def __init__(self) -> None:
-        self.seen = self.known = self.counted = self.windows = self.ready = 0
-        self.sum = self.squares = self.together = self.observed = self.sensed = self.nis = 0.0
-        self.surprised = self.since_model = 0
-        self.after = [0, 0.0, 0.0]
+        self.seen = self.known = self.since_model = self.surprised = 0
+        self.nis = self.mismatch = 0.0
+        self.residuals, self.alarmed = np.zeros(3), np.zeros(3)  # count, sum and sum of squares
+        self.gains = np.zeros(4)  # windows, and products of the gains: both, the observer's, the sensor's
         self.suspected = np.zeros(len(SUSPECTS) + 1, dtype=int)
         self.resistance = self.flux = np.nan
-        self.lost = [0.0, 0.0, 0.0]
-        self.alarmed = False
-        self.mismatch = 0.0
+        self.inverter = (0.0, 0.0, 0.0)
         self.pinion = self.torque = False
 
-    def look(self, signals: Mapping[str, np.ndarray]) -> None:
-        """Which slow signals there are."""
+    def add(self, signals: Mapping[str, np.ndarray], result: Result) -> None:
+        """The next piece."""
         self.pinion |= bool(np.isfinite(signals["pinion_angle"]).any())
         self.torque |= bool(np.isfinite(signals["driver_torque"]).any())
-
-    def add(self, result: Result) -> None:
-        """The next piece."""
-        counts, tells, known = (result[name] > 0.5 for name in ("counts", "tells", "known"))
-        residual = result["residual"]
+        counts, complete, known = (result[f"compared.{name}"] > 0.5 for name in ("counts", "complete", "known"))
+        residual, nis = result["estimate.angle_residual_electrical"], result["estimate.nis"]
         self.seen += len(residual)
-        self.ready += int(np.count_nonzero(result["verdict"] > NOT_READY + 0.5))
         self.known += int(known.sum())
-        self.counted += int(counts.sum())
-        self.sum += float(residual[counts].sum())
-        self.squares += float((residual[counts] ** 2).sum())
-        sensor, observer = result["sensor_gain"][tells], result["observer_gain"][tells]
-        self.windows += int(tells.sum())
-        self.together += float(sensor @ observer)
-        self.observed += float(observer @ observer)
-        self.sensed += float(sensor @ sensor)
-        self.nis += float(result["nis"].sum())
-        from_here = 0 if self.since_model else int(np.argmax(result["alarms.model"] > 0.5))
-        if self.since_model or result["alarms.model"].max() > 0.5:
-            self.since_model += len(residual) - from_here
-            self.surprised += int(np.count_nonzero(result["nis"][from_here:] > SURPRISING))
-        late = counts & (result["alarms.angle"] > 0.5)
-        self.after[0] += int(late.sum())
-        self.after[1] += float(residual[late].sum())
-        self.after[2] += float((residual[late] ** 2).sum())
+        self.residuals += _powers(residual[counts])
+        self.alarmed += _powers(residual[counts & (result["alarms.angle"] > 0.5)])
+        sensor, observer = (result[f"compared.{name}_gain"][complete] for name in ("sensor", "observer"))
+        self.gains += (len(sensor), sensor @ observer, observer @ observer, sensor @ sensor)
+        self.nis += float(nis.sum())
+        model = result["alarms.model"] > 0.5
+        if self.since_model or model.any():
+            after = nis[0 if self.since_model else int(np.argmax(model)) :]
+            self.since_model += len(after)
+            self.surprised += int(np.count_nonzero(after > SURPRISING))
         apart = result["alarms.plausibility"] > 0.5
-        self.mismatch = max(self.mismatch, float(np.abs(result["mismatch"][apart]).max(initial=0.0)))
-        self.suspected += np.bincount(result["suspect"].astype(int), minlength=len(self.suspected))
+        self.mismatch = max(self.mismatch, float(np.abs(result["plausible.mismatch"][apart]).max(initial=0.0)))
+        self.suspected += np.bincount(result["plausible.suspect"].astype(int), minlength=len(self.suspected))
         if known.any():
-            self.resistance, self.flux = (float(result[f"motor_{name}"][known][-1]) for name in ("resistance", "flux"))
-
-        self.lost = [float(result[f"inverter_{name}"][-1]) for name in Lost._fields[:3]]
+            self.resistance, self.flux = (
+                float(result[f"estimate.motor_{name}"][known][-1]) for name in ("resistance", "flux")
+            )
+        loss, knee, deviation = (float(result[f"estimate.inverter_{name}"][-1]) for name in InverterLoss._fields[:3])
+        self.inverter = (loss, knee, deviation)
 
     def drive(self, rate: float, starts: Mapping[str, float], monitor: MotorAngleMonitor) -> Drive:
         """The figures so far."""
-        count, total, squares = self.after if self.after[0] else (self.counted, self.sum, self.squares)
-        mean = total / max(count, 1)
-        deviation = max(squares / max(count, 1) - mean * mean, 0.0) ** 0.5
-        energy = (self.observed * self.sensed) ** 0.5
+        count, total, squares = self.alarmed if self.alarmed[0] else self.residuals
+        mean = float(total) / max(count, 1.0)
+        windows, together, observed, sensed = self.gains.tolist()
+        energy = (observed * sensed) ** 0.5
+        parameters, lost = monitor.observer.parameters, None
+        if isinstance(parameters, CommandedMotorParameters):
+            widest = monitor.observer.tuning.widest_knee
+            lost = InverterLoss(*self.inverter, parameters.inverter_knee_current, widest)
         return Drive(
             seconds=self.seen / rate,
             known=self.known / rate,
-            counted=self.counted,
+            counted=int(self.residuals[0]),
             offset=mean,
-            offset_deviation=deviation,
-            rms=(self.squares / max(self.counted, 1)) ** 0.5,
-            windows=self.windows,
-            slope=self.together / self.observed if self.observed else np.nan,
-            agreement=abs(self.together) / energy if energy else 0.0,
+            offset_deviation=max(float(squares) / max(count, 1.0) - mean * mean, 0.0) ** 0.5,
+            rms=(float(self.residuals[2]) / max(self.residuals[0], 1.0)) ** 0.5,
+            windows=int(windows),
+            slope=together / observed if observed else np.nan,
+            agreement=abs(together) / energy if energy else 0.0,
             nis=self.nis / max(self.seen, 1),
             surprised=self.surprised / max(self.since_model, 1),
-            resistance=self.resistance / monitor.observer.parameters.motor_resistance,
-            flux=self.flux / monitor.observer.parameters.motor_flux,
+            resistance=self.resistance / parameters.motor_resistance,
+            flux=self.flux / parameters.motor_flux,
             suspect=float(np.argmax(self.suspected[1:]) + 1) if self.suspected[1:].any() else 0.0,
             starts=dict(starts),
             voltages=monitor.voltages.source,
-            lost=_lost(self.lost, monitor),
+            lost=lost,
             mismatch=self.mismatch,
             untwisted=monitor.plausibility is not None and self.pinion and not self.torque,
         )
+
+
+def _powers(values: np.ndarray) -> tuple[float, float, float]:
+    """Count, sum and sum of squares."""
+    return len(values), float(values.sum()), float((values**2).sum())

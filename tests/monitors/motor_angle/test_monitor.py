@@ -4,10 +4,15 @@ import numpy as np
 import pytest
 
 from monitors.motor_angle.monitored import COLUMN, MONITOR, SOUND, alarms_of, changed
+from tierod.core.findings import Status
 from tierod.core.graph import scan
-from tierod.monitors.motor_angle.detector import FAULT, HEALTHY, NOT_ENABLED, NOT_READY
+from tierod.core.statement import code_of
+from tierod.monitors.motor_angle.alarms import ALARMS
 from tierod.papers.motor_angle.fault_drives import RATE, drive
 from tierod.papers.motor_angle.fault_kinds import FAULTS, FIVE_DEGREES
+
+FAULT, HEALTHY = code_of(Status.FAULT), code_of(Status.HEALTHY)
+NOT_ENABLED, NOT_READY = code_of(Status.NOT_ENABLED), code_of(Status.NOT_READY)
 
 BEGIN = 62_000
 """A sample at which the drive turns."""
@@ -29,9 +34,9 @@ def test_it_turns_where_the_tests_begin():
 @pytest.mark.parametrize("seed", [3, 4])
 def test_a_sound_drive_raises_nothing_and_is_called_sound(seed):
     found = scan(MONITOR, SOUND(seed).samples)
-    assert found["verdict"][:49_990].max() == NOT_READY
-    assert set(np.unique(found["verdict"][50_000:])) == {NOT_ENABLED, HEALTHY}
-    assert found["known"].sum() > 10_000
+    assert found["statement.status"][:49_990].min() == NOT_READY
+    assert set(np.unique(found["statement.status"][50_000:])) == {NOT_ENABLED, HEALTHY}
+    assert found["compared.known"].sum() > 10_000
     assert alarms_of(SOUND(seed).samples) == {}
 
 
@@ -62,7 +67,7 @@ def test_what_makes_the_drive_stall_is_found(name):
     found = alarms_of(faulty.samples)
     assert found
     assert min(found.values()) - BEGIN in range(400)
-    assert scan(MONITOR, faulty.samples)["verdict"][-1] == FAULT
+    assert scan(MONITOR, faulty.samples)["statement.status"][-1] == FAULT
 
 
 def test_turning_backwards_outside_the_loop_is_found():
@@ -82,6 +87,20 @@ def test_an_alarm_ends_when_the_sensor_is_well_again():
     assert found["alarms.angle"][-1] == 0.0
 
 
+def test_a_fault_is_stated_with_kind_beginning_and_magnitude():
+    found = scan(MONITOR, sensor(lambda angle: angle + FIVE_DEGREES))
+    fault = found["statement.status"] == FAULT
+    first = int(np.argmax(fault))
+    names = [each.name for each in ALARMS]
+    assert names[int(found["statement.kind"][first]) - 1] == "angle"
+    assert found["statement.since"][first] == pytest.approx(first / RATE, abs=1e-6)
+    assert found["statement.since"][~fault].max() == -1.0
+    assert found["statement.evidence"][fault].min() >= 1.0
+    assert found["statement.evidence"][~fault].max() < 1.0
+    turning = fault & (found["statement.magnitude"] != 0.0)
+    assert np.abs(found["statement.magnitude"][turning]).mean() == pytest.approx(4.0 * FIVE_DEGREES, rel=0.2)
+
+
 def test_nothing_at_all_is_no_fault():
     found = scan(MONITOR, np.full((100, len(COLUMN)), math.nan))
-    assert found["verdict"].max() == NOT_READY
+    assert set(found["statement.status"]) == {NOT_READY}
