@@ -8,7 +8,7 @@ States, samples and outputs are trees of NamedTuples and tuples whose leaves are
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from numbers import Real
 from types import UnionType
@@ -25,29 +25,41 @@ from typing import (
     runtime_checkable,
 )
 
+from typing_extensions import TypeVar  # knows defaults: a bare `Block` is a block of anything
+
 Scalar: TypeAlias = float
-"""A number inside a block: a float, or the symbol that stands for it while the block is traced."""
+"""A number inside a block: a float, and while the block is traced the symbol that stands for it."""
+
+Truth: TypeAlias = bool | float
+"""A condition: True or 1.0 where it holds, False or 0.0 where not; a comparison of two `Scalar` gives one."""
 
 Tree: TypeAlias = Any
 """A scalar, or a (named) tuple of trees."""
 
+T = TypeVar("T")
+State = TypeVar("State", default=Any)
+Given = TypeVar("Given", default=Any)
+Output = TypeVar("Output", covariant=True, default=Any)
+
 
 @runtime_checkable
-class Block(Protocol):
+class Block(Protocol[State, Given, Output]):
     """Anything causal with memory: estimators, detectors, gates, discretised plants, sensor models.
+
+    Its three types are those of the state, of one sample (the class `Sample`) and of the output.
 
     `step` may take further arguments with defaults (`enabled` of the detectors): they are for composition inside
     another block; what drives a whole block (scan, stream, batch, generated C) feeds Sample and nothing else.
     """
 
     @property
-    def Sample(self) -> type:
+    def Sample(self) -> type[Given]:
         """The NamedTuple class of one sample."""
 
-    def init(self) -> Tree:
+    def init(self) -> State:
         """The state before the first sample."""
 
-    def step(self, state: Tree, sample: Tree) -> tuple[Tree, Tree]:
+    def step(self, state: State, sample: Given, /) -> tuple[State, Output]:
         """One sample on: (state, sample) -> (next state, output)."""
 
 
@@ -60,10 +72,10 @@ class Ring(NamedTuple):
 
     size: int
     initial: float = 0.0
-    oldest: Any = None
-    newest: Any = None
+    oldest: Scalar = None  # type: ignore[assignment]  # a driver puts it in before every step
+    newest: Scalar | None = None
 
-    def push(self, value: Any) -> Ring:
+    def push(self, value: Scalar) -> Ring:
         """The ring with `value` as its newest sample."""
         return self._replace(newest=value)
 
@@ -78,18 +90,19 @@ def leaves(tree: Tree, path: str = "") -> Iterator[tuple[str, Any]]:
         yield path, tree
 
 
-def rebuild(tree: Tree, values: Any) -> Tree:
+def rebuild(tree: T, values: Iterable[Any]) -> T:
     """A tree of the same shape as `tree` with its leaves taken from `values` in order."""
     source = iter(values)
     return map_leaves(lambda _leaf: next(source), tree)
 
 
-def map_leaves(function: Callable[[Any], Any], tree: Tree) -> Tree:
+def map_leaves(function: Callable[[Any], Any], tree: T) -> T:
     """The tree with `function` applied to every leaf."""
     if isinstance(tree, tuple) and not isinstance(tree, Ring):
         branches = [map_leaves(function, branch) for branch in tree]
-        return type(tree)(*branches) if hasattr(tree, "_fields") else tuple(branches)
-    return function(tree)
+        kind: Callable[..., T] = type(tree)
+        return kind(*branches) if hasattr(tree, "_fields") else kind(branches)
+    return function(tree)  # type: ignore[no-any-return]  # a leaf for a leaf
 
 
 def skeleton(annotation: Any) -> Tree:
@@ -129,7 +142,8 @@ def derived(annotation: Any, name: str, unit: str) -> Any:
         inner, *notes = get_args(annotation)
         return Annotated[inner, unit.format(notes[0] or "1")]
     if get_origin(annotation) is tuple:
-        return tuple[tuple(derived(branch, name, unit) for branch in get_args(annotation))]  # type: ignore[misc]
+        parts = tuple(derived(branch, name, unit) for branch in get_args(annotation))
+        return tuple[parts]  # type: ignore[valid-type]  # an annotation made at run time
     if isinstance(annotation, type) and hasattr(annotation, "_fields"):
         hints = get_type_hints(annotation, include_extras=True)
         return named_tuple(name, [(field, derived(hints[field], name, unit)) for field in annotation._fields])

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from tierod.core.block import Scalar
 
 
-def ackermann_angle(mean_angle: Any, gain: Any) -> Any:
+def ackermann_angle(mean_angle: Scalar, gain: Scalar) -> Scalar:
     """Steer [rad] of the left front wheel; the right one has the gain with the other sign.
 
     Args:
@@ -21,7 +21,7 @@ def ackermann_angle(mean_angle: Any, gain: Any) -> Any:
     return mean_angle + gain * mean_angle * mean_angle
 
 
-def ackermann_slope(mean_angle: Any, gain: Any) -> Any:
+def ackermann_slope(mean_angle: Scalar, gain: Scalar) -> Scalar:
     """Turn of the left front wheel per turn of the mean steer [-]: the derivative of `ackermann_angle`.
 
     Args:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import sqrt
 
 AIR_DENSITY = 1.2
@@ -13,13 +14,13 @@ AIR_DENSITY = 1.2
 class AirForces(NamedTuple):
     """What the air does to a car, in the directions of the body."""
 
-    longitudinal: Any
-    lateral: Any
-    yaw_moment: Any
+    longitudinal: Scalar
+    lateral: Scalar
+    yaw_moment: Scalar
 
 
 def air_forces(
-    forward: Any, sideways: Any, drag_area: Any, side_area: Any, lead: Any, density: Any = AIR_DENSITY
+    forward: Scalar, sideways: Scalar, drag_area: Scalar, side_area: Scalar, lead: Scalar, density: Scalar = AIR_DENSITY
 ) -> AirForces:
     """Forces [N] and yaw moment [N*m] of the air at the centre of gravity.
 

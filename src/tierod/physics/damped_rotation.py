@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import exp, maximum
 
 LEAST_DAMPING = 1e-4
@@ -21,13 +22,13 @@ class DampedRotation(NamedTuple):
         angle_per_torque: [rad/(N*m)]
     """
 
-    kept: Any
-    path: Any
-    rate_per_torque: Any
-    angle_per_torque: Any
+    kept: Scalar
+    path: Scalar
+    rate_per_torque: Scalar
+    angle_per_torque: Scalar
 
 
-def damped_rotation(inertia: Any, damping: Any, time: Any) -> DampedRotation:
+def damped_rotation(inertia: Scalar, damping: Scalar, time: Scalar) -> DampedRotation:
     """The motion of a damped body under a constant torque, exact.
 
     Args:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, maximum, sign, where
 
 
-def end_stop_torque(angle: Any, rate: Any, lock: Any, stiffness: Any, damping: Any) -> Any:
+def end_stop_torque(angle: Scalar, rate: Scalar, lock: Scalar, stiffness: Scalar, damping: Scalar) -> Scalar:
     """Torque [N*m] of an elastic, damped stop, positive where it opposes a turn to the left.
 
     Args:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from tierod.core.block import Scalar
 
 
-def gear_coupling_torque(motor_angle: Any, shaft_angle: Any, ratio: Any, stiffness: Any) -> Any:
+def gear_coupling_torque(motor_angle: Scalar, shaft_angle: Scalar, ratio: Scalar, stiffness: Scalar) -> Scalar:
     """Torque [N*m] that an elastic gear takes from the motor; the shaft gets it times the ratio.
 
     Args:
@@ -20,7 +20,7 @@ def gear_coupling_torque(motor_angle: Any, shaft_angle: Any, ratio: Any, stiffne
     return stiffness * (motor_angle - ratio * shaft_angle)
 
 
-def superposed_angle(motor_angle: Any, input_angle: Any, motor_ratio: Any, input_ratio: Any) -> Any:
+def superposed_angle(motor_angle: Scalar, input_angle: Scalar, motor_ratio: Scalar, input_ratio: Scalar) -> Scalar:
     """Angle of the pinion [rad] behind a planetary gear with two inputs; rates superpose alike.
 
     Args:
@@ -35,7 +35,7 @@ def superposed_angle(motor_angle: Any, input_angle: Any, motor_ratio: Any, input
     return motor_angle / motor_ratio + input_angle / input_ratio
 
 
-def variable_gain(speed: Any, standing: Any, fast: Any, middle_speed: Any) -> Any:
+def variable_gain(speed: Scalar, standing: Scalar, fast: Scalar, middle_speed: Scalar) -> Scalar:
     """Wanted turn of the pinion [-] per turn that the steering wheel gives it without motor, over the speed.
 
     It falls from one gain to the other and passes the mean of both at the middle speed:
@@ -52,7 +52,7 @@ def variable_gain(speed: Any, standing: Any, fast: Any, middle_speed: Any) -> An
     return fast + (standing - fast) / (1.0 + share * share)
 
 
-def superposed_target(input_angle: Any, gain: Any, motor_ratio: Any, input_ratio: Any) -> Any:
+def superposed_target(input_angle: Scalar, gain: Scalar, motor_ratio: Scalar, input_ratio: Scalar) -> Scalar:
     """Angle of the motor [rad] that makes the pinion turn by `gain` times what the steering wheel gives it.
 
     Args:

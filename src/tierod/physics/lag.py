@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from tierod.core.graph.maths import exp, expm1, maximum
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import Number, exp, expm1, maximum
 
 SHORTEST = 1e-4
 """Lag below which it counts as this long [s]: far below a sample, and nothing is divided by zero."""
@@ -18,11 +19,11 @@ class Lagged(NamedTuple):
         end: at its end [unit of the input]
     """
 
-    mean: Any
-    end: Any
+    mean: Scalar
+    end: Scalar
 
 
-def lagged_ramp(before: Any, after: Any, output: Any, lag: Any, time: Any) -> Lagged:
+def lagged_ramp(before: Scalar, after: Scalar, output: Scalar, lag: Scalar, time: Scalar) -> Lagged:
     """What a lag of the first order makes of a ramp, exact.
 
     Args:
@@ -40,7 +41,7 @@ def lagged_ramp(before: Any, after: Any, output: Any, lag: Any, time: Any) -> La
     return Lagged(0.5 * (before + after) - lag / time * (end - output), end)
 
 
-def share_reached(elapsed: Any) -> Any:
+def share_reached(elapsed: Number) -> Number:
     """Share of a step that a lag of the first order has followed.
 
     Args:
@@ -51,7 +52,7 @@ def share_reached(elapsed: Any) -> Any:
     return -expm1(-elapsed)
 
 
-def gauss_markov_noise(deviation: Any, time: Any, step: Any) -> Any:
+def gauss_markov_noise(deviation: Scalar, time: Scalar, step: Scalar) -> Scalar:
     """Variance that a Gauss-Markov process of the first order gains in a sample.
 
     Args:

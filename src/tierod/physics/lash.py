@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, maximum, sign, where
 
 
-def lash_torque(twist: Any, twist_rate: Any, stiffness: Any, damping: Any, play: Any) -> Any:
+def lash_torque(twist: Scalar, twist_rate: Scalar, stiffness: Scalar, damping: Scalar, play: Scalar) -> Scalar:
     """Torque [N*m] that a meshing passes on, in the direction of its twist; a force where twist is a distance [m].
 
     Args:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import limit
 
 
-def driving_limit(speed: Any, maximum_torque: Any, base_speed: Any, no_load_speed: Any) -> Any:
+def driving_limit(speed: Scalar, maximum_torque: Scalar, base_speed: Scalar, no_load_speed: Scalar) -> Scalar:
     """Greatest torque [N*m] in the direction in which the speed counts positive.
 
     Args:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import cos, sin, tan
 
 
-def planar_acceleration(speed: Any, speed_rate: Any, sideslip_angle: Any, course_rate: Any) -> tuple[Any, Any]:
+def planar_acceleration(
+    speed: Scalar, speed_rate: Scalar, sideslip_angle: Scalar, course_rate: Scalar
+) -> tuple[Scalar, Scalar]:
     """Longitudinal and lateral acceleration [m/s**2] of the centre of gravity, in axes of the body.
 
     Args:
@@ -23,7 +24,7 @@ def planar_acceleration(speed: Any, speed_rate: Any, sideslip_angle: Any, course
     return speed_rate * along - across * side, speed_rate * side + across * along
 
 
-def lateral_acceleration_of_turning(forward_speed: Any, yaw_rate: Any, sideslip_rate: Any) -> Any:
+def lateral_acceleration_of_turning(forward_speed: Scalar, yaw_rate: Scalar, sideslip_rate: Scalar) -> Scalar:
     """Lateral acceleration [m/s**2] at a steady forward speed.
 
     Args:
@@ -35,7 +36,9 @@ def lateral_acceleration_of_turning(forward_speed: Any, yaw_rate: Any, sideslip_
     return forward_speed * (yaw_rate + sideslip_rate)
 
 
-def longitudinal_acceleration(forward_rate: Any, forward_speed: Any, sideslip_angle: Any, yaw_rate: Any) -> Any:
+def longitudinal_acceleration(
+    forward_rate: Scalar, forward_speed: Scalar, sideslip_angle: Scalar, yaw_rate: Scalar
+) -> Scalar:
     """Longitudinal acceleration [m/s**2] of the centre of gravity.
 
     Args:
@@ -49,7 +52,7 @@ def longitudinal_acceleration(forward_rate: Any, forward_speed: Any, sideslip_an
     return forward_rate - forward_speed * tan(sideslip_angle) * yaw_rate
 
 
-def forward_rate(acceleration: Any, forward_speed: Any, sideslip_angle: Any, yaw_rate: Any) -> Any:
+def forward_rate(acceleration: Scalar, forward_speed: Scalar, sideslip_angle: Scalar, yaw_rate: Scalar) -> Scalar:
     """Derivative of the forward speed [m/s**2] from a longitudinal acceleration: `longitudinal_acceleration` turned.
 
     Args:

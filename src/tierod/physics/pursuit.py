@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from tierod.core.block import Scalar
 
 
-def pursuit_curvature(offset_ahead: Any, reach: Any) -> Any:
+def pursuit_curvature(offset_ahead: Scalar, reach: Scalar) -> Scalar:
     """Curvature [1/m] of the arc that leads back to a straight path at a distance.
 
     Args:

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from tierod.core.block import Scalar
 
 
 def column_balance(
-    torque: Any, friction: Any, tie_rod_force: Any, angle: Any, rate: Any, rack_ratio: Any, stiffness: Any, damping: Any
-) -> Any:
+    torque: Scalar,
+    friction: Scalar,
+    tie_rod_force: Scalar,
+    angle: Scalar,
+    rate: Scalar,
+    rack_ratio: Scalar,
+    stiffness: Scalar,
+    damping: Scalar,
+) -> Scalar:
     """Torque that is left to turn column and rack [N*m]: their inertia at the column times its acceleration.
 
     Args:
@@ -29,8 +36,8 @@ def column_balance(
 
 
 def tie_rod_force_of_balance(
-    torque: Any, friction: Any, mass: Any, lateral_acceleration: Any, per_mass: Any, per_torque: Any
-) -> Any:
+    torque: Scalar, friction: Scalar, mass: Scalar, lateral_acceleration: Scalar, per_mass: Scalar, per_torque: Scalar
+) -> Scalar:
     """Force of the tie rods [N] as a mix of lateral acceleration and torque.
 
     Args:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import limit
 
 
-def rolling_resistance(load: Any, coefficient: Any) -> Any:
+def rolling_resistance(load: Scalar, coefficient: Scalar) -> Scalar:
     """Greatest force [N] against rolling: dry, so that a wheel on a slight grade stays where it is.
 
     Args:
@@ -19,7 +18,9 @@ def rolling_resistance(load: Any, coefficient: Any) -> Any:
     return coefficient * load
 
 
-def holding_friction(speed: Any, driving: Any, greatest: Any, inertia: Any, stopping_time: Any) -> Any:
+def holding_friction(
+    speed: Scalar, driving: Scalar, greatest: Scalar, inertia: Scalar, stopping_time: Scalar
+) -> Scalar:
     """Dry friction [N or N*m] that stops motion, then holds against what drives, and never turns motion round.
 
     Args:

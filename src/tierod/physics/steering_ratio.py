@@ -6,10 +6,11 @@ work the same number turns a torque about the kingpin into a torque at the steer
 
 from __future__ import annotations
 
-from typing import Any
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import Number
 
 
-def variable_ratio(steering_wheel_angle: Any, centre_ratio: Any, growth: Any) -> Any:
+def variable_ratio(steering_wheel_angle: Scalar, centre_ratio: Scalar, growth: Scalar) -> Scalar:
     """Ratio [-] of a rack that becomes more direct away from the centre.
 
     Args:
@@ -20,7 +21,7 @@ def variable_ratio(steering_wheel_angle: Any, centre_ratio: Any, growth: Any) ->
     return centre_ratio * (1.0 + growth * steering_wheel_angle * steering_wheel_angle)
 
 
-def road_wheel_angle(steering_wheel_angle: Any, centre_ratio: Any, growth: Any = 0.0) -> Any:
+def road_wheel_angle(steering_wheel_angle: Scalar, centre_ratio: Scalar, growth: Scalar = 0.0) -> Scalar:
     """Mean steer [rad] of the front wheels: the integral of the ratio over the steering-wheel angle.
 
     Args:
@@ -31,7 +32,7 @@ def road_wheel_angle(steering_wheel_angle: Any, centre_ratio: Any, growth: Any =
     return centre_ratio * steering_wheel_angle * (1.0 + growth / 3.0 * steering_wheel_angle * steering_wheel_angle)
 
 
-def torque_at_steering_wheel(kingpin_torque: Any, ratio: Any) -> Any:
+def torque_at_steering_wheel(kingpin_torque: Scalar, ratio: Scalar) -> Scalar:
     """Torque [N*m] felt at the steering wheel for a torque about the kingpins, without losses.
 
     Args:
@@ -43,7 +44,7 @@ def torque_at_steering_wheel(kingpin_torque: Any, ratio: Any) -> Any:
     return ratio * kingpin_torque
 
 
-def column_torque_of_motor(motor_torque: Any, gear_ratio: Any) -> Any:
+def column_torque_of_motor(motor_torque: Number, gear_ratio: Scalar) -> Number:
     """Torque [N*m] at the column of an assist motor, without losses.
 
     Args:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import sin
 
 
-def torque_ripple(motor_angle: Any, motor_torque: Any, cogging_torque: Any, ripple_share: Any, order: Any) -> Any:
+def torque_ripple(
+    motor_angle: Scalar, motor_torque: Scalar, cogging_torque: Scalar, ripple_share: Scalar, order: Scalar
+) -> Scalar:
     """Torque [N*m] that cogging and ripple add at the shaft.
 
     Args:

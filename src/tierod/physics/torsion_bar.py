@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import Number
 
 
 def torsion_bar_torque(
-    wheel_angle: Any,
-    pinion_angle: Any,
-    stiffness: Any,
-    wheel_rate: Any = 0.0,
-    pinion_rate: Any = 0.0,
-    damping: Any = 0.0,
-) -> Any:
+    wheel_angle: Scalar,
+    pinion_angle: Scalar,
+    stiffness: Scalar,
+    wheel_rate: Scalar = 0.0,
+    pinion_rate: Scalar = 0.0,
+    damping: Scalar = 0.0,
+) -> Scalar:
     """Torque [N*m] of the bar on the pinion, positive towards left; it acts on the wheel with the other sign.
 
     Args:
@@ -28,7 +29,7 @@ def torsion_bar_torque(
     return stiffness * (wheel_angle - pinion_angle) + damping * (wheel_rate - pinion_rate)
 
 
-def torsion_bar_twist(driver_torque: Any, stiffness: Any) -> Any:
+def torsion_bar_twist(driver_torque: Number, stiffness: Scalar) -> Number:
     """Twist [rad] of the bar under a torque, the difference of wheel and pinion angle at rest.
 
     Args:

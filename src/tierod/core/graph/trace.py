@@ -173,9 +173,9 @@ def _state_symbols(initial: Tree) -> tuple[Tree, list[Any], list[Any]]:
             raise TraceError(
                 f"the delay line {path} holds {leaf.size} samples; give it a size of at least 1 (a whole number)"
             )
-        symbol = casadi.SX.sym(path)
+        symbol: Any = casadi.SX.sym(path)
         (heads if isinstance(leaf, Ring) else plain).append(symbol)
-        values.append(leaf._replace(oldest=symbol) if isinstance(leaf, Ring) else symbol)
+        values.append(Ring(leaf.size, leaf.initial, symbol) if isinstance(leaf, Ring) else symbol)
     return rebuild(initial, values), plain, heads
 
 

@@ -244,7 +244,5 @@ class ElectricalChecks:
             clipped.append(Clipped(where(there, value, old.last), same, since))
             counts.append(where(turned > self.least_turn, same, 0.0))
             flags.append(counts[-1] > self.same_samples - 0.5)
-        parts = slice(None, 5), slice(5, None)
-        saturated = tuple(where(any_of(*flags[part]), 1.0, 0.0) for part in parts)
-        longest = tuple(greatest_of(*counts[part]) for part in parts)
-        return tuple(clipped), saturated, longest
+        saturated = where(any_of(*flags[:5]), 1.0, 0.0), where(any_of(*flags[5:]), 1.0, 0.0)
+        return tuple(clipped), saturated, (greatest_of(*counts[:5]), greatest_of(*counts[5:]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tierod.core.errors import InputError
 from tierod.core.findings import Status
@@ -178,8 +179,8 @@ def _stood(values: np.ndarray, fresh: np.ndarray, samples: int) -> np.ndarray:
     return np.where((last >= 0) & (place - last <= samples), values[last], np.nan)
 
 
-def _complex(vector: StatorVector) -> np.ndarray:
-    return np.asarray(vector.alpha + 1j * vector.beta)
+def _complex(vector: StatorVector[NDArray[np.float64]]) -> NDArray[np.complex128]:
+    return vector.alpha + 1j * vector.beta
 
 
 class _OverDrive:

@@ -9,6 +9,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.methods.identification.normal_equations import solved
+
 WINDOW: Annotated[float, "s"] = 5e-3
 """Over which the equation is integrated: at 400 rad/s electrical the rotor turns by 2 rad meanwhile."""
 
@@ -167,19 +169,18 @@ class VoltageBalance:
         phase = np.array(phases)
         normal = (np.conj(phase)[:, None] * gram[np.ix_(places, places)] * phase).real
         right = (np.conj(phase) * gram[places, _VOLTAGE]).real
-        scale = np.sqrt(np.diag(normal))
         power = gram[_VOLTAGE, _VOLTAGE].real
-        if not (scale.all() and power > 0.0) or np.linalg.cond(normal / np.outer(scale, scale)) > 1e6:
+        found = solved(normal, right, power, windows, worst=1e6)
+        if found is None or not power > 0.0:
             return None
-        found = np.linalg.solve(normal, right)
-        left = max(power - float(found @ right), 0.0)
+        resistance, inductance, along, across = found.values[:4].tolist()
         return Balance(
             reading,
-            float(found[0]),
-            float(found[1]),
-            float(np.hypot(found[2], found[3])),
-            float(np.arctan2(found[3], found[2])),
-            math.sqrt(left / power),
+            resistance,
+            inductance,
+            math.hypot(along, across),
+            math.atan2(across, along),
+            math.sqrt(found.left / power),
             windows,
             math.sqrt(gram[_GAIN, _GAIN].real / windows),
             math.sqrt(gram[_ROTOR, _ROTOR].real / windows),
