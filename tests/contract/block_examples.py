@@ -64,6 +64,7 @@ from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
 from tierod.monitors.condition.substitutes import Reconfiguration
 from tierod.monitors.driver_torque.delayed import DelayedHandTorque
 from tierod.monitors.driver_torque.hands import HandsMonitor
+from tierod.monitors.driver_torque.hands_filters import WheelAcceleration
 from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
 from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.printed import PrintedObserver
@@ -203,6 +204,7 @@ def examples() -> dict[type, Callable[[], Any]]:
             HandsMonitor.of_vehicle(load("column-bench"), 1e-3),
             ColumnSigns(18.0, 1e-3),
         ),
+        WheelAcceleration: lambda: WheelAcceleration.at(1e-3),
         HandsMonitor: lambda: HandsMonitor.of_vehicle(load("column-bench"), 1e-3),
         BaselineFrictionMonitor: lambda: BaselineFrictionMonitor(
             load("midsize-eps").parameters_for(BaselineParameters), threshold=1000.0, gate=None

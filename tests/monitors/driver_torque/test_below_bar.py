@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tierod.monitors.driver_torque.below_bar import BelowBarOverDrive
+from tierod.monitors.driver_torque.column_regression import BelowBarOverDrive
 
 INERTIA, RATIO = 1.6e-4, 18.0
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tierod.monitors.driver_torque.geometry import GeometryOverDrive
+from tierod.monitors.driver_torque.column_regression import GeometryOverDrive
 
 RATIO, STIFFNESS = 18.0, 140.0
 

@@ -1,19 +1,19 @@
 import numpy as np
 import pytest
 
-from tierod.monitors.driver_torque.wheel_acceleration import accelerated, slope_filters
+from tierod.monitors.driver_torque.hands_filters import WheelAcceleration, WheelRate
 
 STEP = 1e-3
 
 
 def followed(rate):
-    """Acceleration [rad/s^2] told after every sample of a rate [rad/s]."""
-    slope, slow = slope_filters(STEP)
-    smooth, told = (slope.init(), slow.init()), []
+    """Acceleration [rad/s^2] given after every sample of a rate [rad/s]."""
+    block = WheelAcceleration.at(STEP)
+    state, found = block.init(), []
     for value in rate:
-        smooth, acceleration = accelerated(slope, slow, smooth, float(value))
-        told.append(acceleration)
-    return np.array(told)
+        state, output = block.step(state, WheelRate(float(value)))
+        found.append(output.steering_wheel_acceleration)
+    return np.array(found)
 
 
 def test_a_ramp_is_followed_exactly():

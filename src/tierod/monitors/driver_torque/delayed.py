@@ -9,10 +9,10 @@ from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import both, sqrt, where
 from tierod.methods.estimators.fixed_lag import FixedLag
 from tierod.models.column_observation import MotorTorque
+from tierod.monitors.driver_torque.design import Column, column_of_vehicle, design, process_noises
 from tierod.monitors.driver_torque.observer import UNKNOWN, resting_state
 from tierod.monitors.driver_torque.starting import ColumnSample, Starting, StartState
-from tierod.monitors.driver_torque.tuning import ColumnTuning, design, process_noises
-from tierod.monitors.driver_torque.vehicle_column import column_of_vehicle, usual_tuning
+from tierod.monitors.driver_torque.tuning import ColumnTuning, usual_tuning
 from tierod.vehicles import Vehicle
 
 DELAY = 0.02
@@ -88,7 +88,7 @@ class DelayedHandTorque:
 
     @classmethod
     def of_parameters(
-        cls, parameters: Any, sample_time: float = 1e-3, delay: float = DELAY, tuning: ColumnTuning | None = None
+        cls, parameters: Column, sample_time: float = 1e-3, delay: float = DELAY, tuning: ColumnTuning | None = None
     ) -> DelayedHandTorque:
         """The smoother of a column.
 

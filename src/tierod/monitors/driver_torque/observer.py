@@ -10,9 +10,9 @@ from tierod.core.graph.maths import both, present, sqrt, where
 from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.models.column_observation import MotorTorque
 from tierod.models.steering_column import ColumnOutput
+from tierod.monitors.driver_torque.design import Column, Layout, column_of_vehicle, design
 from tierod.monitors.driver_torque.starting import ColumnSample, Phase, Starting, StartState
-from tierod.monitors.driver_torque.tuning import ColumnTuning, Layout, design
-from tierod.monitors.driver_torque.vehicle_column import column_of_vehicle, usual_tuning
+from tierod.monitors.driver_torque.tuning import ColumnTuning, usual_tuning
 from tierod.vehicles import Vehicle
 
 UNKNOWN = 10.0
@@ -102,7 +102,7 @@ class ColumnObserver:
 
     @classmethod
     def of_parameters(
-        cls, parameters: Any, sample_time: float = 1e-3, tuning: ColumnTuning | None = None
+        cls, parameters: Column, sample_time: float = 1e-3, tuning: ColumnTuning | None = None
     ) -> ColumnObserver:
         """The observer of a column.
 

@@ -20,8 +20,9 @@ from tierod.models.disturbances import with_disturbance_states
 from tierod.models.linear import LinearSystem
 from tierod.models.steering_column import ColumnOutput, ColumnParameters
 from tierod.models.two_inertia_column import TwoInertiaColumn, without_gear
+from tierod.monitors.driver_torque.design import linear_of
 from tierod.monitors.driver_torque.starting import ColumnSample
-from tierod.monitors.driver_torque.tuning import ColumnTuning, linear_of
+from tierod.monitors.driver_torque.tuning import ColumnTuning
 
 COLUMNS = ("full", "series spring", "torsion bar", "printed spring", "balanced", "balanced without feed-through")
 """What an observer of the paper may be made of: the full column, the mechanical reduction with one of its springs

@@ -7,7 +7,7 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.core.block import leaves, rebuild
 from tierod.core.graph.maths import all_of, either, maximum, present, where
-from tierod.monitors.driver_torque.tuning import Layout
+from tierod.monitors.driver_torque.design import Layout
 
 
 class ColumnSample(NamedTuple):

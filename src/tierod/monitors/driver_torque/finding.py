@@ -1,4 +1,4 @@
-"""What a drive says of the driver's hands, and of the column that a vehicle file describes."""
+"""The finding over a drive: the driver's hands, and whether the column is as the vehicle file describes it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tierod.vehicles import Vehicle
 LEAST_READY = 5.0
 """Time for which the torque must be known before anything is concluded [s]: some seconds of every state."""
 STILL_TORQUE, STILL_ANGLE = 0.1, math.radians(0.5)
-"""A bar and a wheel that change by less tell nothing of hands: noise and rounding of production sensors."""
+"""A bar and a wheel that change by less show nothing of hands: noise and rounding of production sensors."""
 LOCKED_TORQUE = 5.0
 """Span of the bar's torque under which no hands keep a wheel still; a lock does [N m]."""
 LONG_OFF = 5.0
@@ -56,7 +56,7 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules) -> Finding
     notices = _notices(drive, vehicle, rules)
     action = "correct the vehicle file before the disturbance torque is used" if notices else "none"
     notices += () if drive.contradiction is not None else (UNCHECKED,)
-    return Finding(name, Status.HEALTHY, _told(drive), None, estimate, evidence, action=action, warnings=notices)
+    return Finding(name, Status.HEALTHY, _headline(drive), None, estimate, evidence, action=action, warnings=notices)
 
 
 def _notices(drive: Drive, vehicle: Vehicle, rules: FitRules) -> tuple[str, ...]:
@@ -73,7 +73,7 @@ def _notices(drive: Drive, vehicle: Vehicle, rules: FitRules) -> tuple[str, ...]
     )
 
 
-def _told(drive: Drive) -> str:
+def _headline(drive: Drive) -> str:
     share = drive.on / drive.ready if drive.ready > 0.0 else 0.0
     longest = max((each.duration for each in drive.stretches), default=0.0)
     unsure = f", {drive.uncertain / drive.ready:.0%} uncertain" if drive.uncertain > 0.005 * drive.ready else ""
@@ -84,7 +84,7 @@ def _told(drive: Drive) -> str:
 
 
 def _value(drive: Drive) -> dict[str, float]:
-    """What is told of the hands, where it can be believed."""
+    """Evidence of the hands, where vehicle file and recording fit."""
     found = {
         "hands_on_s": drive.on,
         "hands_off_s": drive.off,
@@ -104,7 +104,7 @@ def _value(drive: Drive) -> dict[str, float]:
 
 
 def _evidence(drive: Drive, vehicle: Vehicle, rules: FitRules) -> dict[str, float]:
-    """What the signals and the innovations show, whether or not the torque of the hands can be told."""
+    """What the signals and the innovations show, whether or not the torque of the hands is stated."""
     found = {
         "ready_s": drive.ready,
         "torsion_bar_torque_span_Nm": drive.torque_span,
@@ -125,7 +125,7 @@ def _evidence(drive: Drive, vehicle: Vehicle, rules: FitRules) -> dict[str, floa
 
 
 def _obstacle(drive: Drive) -> tuple[Status, str, str] | None:
-    """Why nothing can be told: status, cause, what to do; None where something can."""
+    """Why nothing can be stated: status, cause, what to do; None where something can."""
     if drive.turned:
         return Status.NOT_TESTABLE, "; ".join(drive.turned), "correct the channel map and judge the recording again"
     if drive.ready < LEAST_READY:
