@@ -89,7 +89,6 @@ from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superpos
 from tierod.monitors.motor_angle.second_tests import Backwards, Increments, NotFollowing, Stuck
 from tierod.monitors.motor_angle.signals import MotorVoltages
 from tierod.monitors.motor_angle.which_angle import WhichAngle
-from tierod.monitors.sideslip.car_signals import FromCarSignals
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.conventional import (
     ConventionalKalman,
@@ -97,6 +96,7 @@ from tierod.monitors.sideslip.conventional import (
     conventional_kalman,
     conventional_poles,
 )
+from tierod.monitors.sideslip.monitor import SideslipMonitor
 from tierod.monitors.sideslip.two_stage import TwoStageKalman, TwoStagePoles, two_stage_kalman, two_stage_poles
 from tierod.papers.column.column_friction import ColumnFrictionObserver
 from tierod.papers.column.control.intervention import DriverIntervention, Noise
@@ -191,7 +191,7 @@ def examples() -> dict[type, Callable[[], Any]]:
         ConventionalPoles: lambda: conventional_poles(BY_WIRE, DT),
         TwoStageKalman: lambda: two_stage_kalman(BY_WIRE, DT),
         TwoStagePoles: lambda: two_stage_poles(BY_WIRE, DT),
-        FromCarSignals: lambda: FromCarSignals.of_vehicle(two_stage_kalman(BY_WIRE, 1e-3), load("steer-by-wire")),
+        SideslipMonitor: lambda: SideslipMonitor.of_vehicle(two_stage_kalman(BY_WIRE, 1e-3), load("steer-by-wire")),
         JudgedEstimator: lambda: JudgedEstimator(
             consistent(CAR), FrictionVerdict(FrictionLimits(4.0, 4.8, 7.5), sample_time=DT)
         ),

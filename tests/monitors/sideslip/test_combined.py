@@ -13,8 +13,8 @@ from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.monitors.sideslip.combined import SMOOTHING, CombinedSideslip
+from tierod.monitors.sideslip.combined_estimate import CombinedSample
 from tierod.monitors.sideslip.combined_identifiability import identifiability
-from tierod.monitors.sideslip.combined_sample import CombinedSample
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning, Wandering
 from tierod.monitors.sideslip.decisions import limit_rule
 from tierod.proving_ground import Sensor, SensorSet, run

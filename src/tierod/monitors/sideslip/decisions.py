@@ -31,12 +31,14 @@ LEAST_COVERAGE = 0.8
 
 def offset_rule() -> HeldThreshold:
     """For the yaw rate's offset over the usual one."""
-    return OFFSET_DESIGN.block()
+    rule: HeldThreshold = OFFSET_DESIGN.block()
+    return rule
 
 
 def misfit_rule() -> HeldThreshold:
     """For the logarithm of the mean NIS over its usual deviation."""
-    return MISFIT_DESIGN.block()
+    rule: HeldThreshold = MISFIT_DESIGN.block()
+    return rule
 
 
 def limit_rule(certainty: float) -> HeldThreshold:
@@ -53,7 +55,7 @@ OFFSET_DECISION = Decision(
     distance="mean yaw rate of the standing car, or beside lateral acceleration and steering alike, in standard "
     "deviations of a calibrated sensor's offset (0.12 degrees per second)",
     rule=offset_rule(),
-    place="_sensors.offset_rule",
+    place="drive.sensors.offset_rule",
     mean_time_between_false_alarms=1e6,
     demonstrated=Demonstrated(24.0),
     source="Gaussian offsets; drives of the virtual car, random and mixed",
