@@ -86,7 +86,7 @@ from tierod.monitors.motor_angle.electrical import ElectricalChecks
 from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition
-from tierod.monitors.motor_angle.second_tests import Backwards, Increments, NotFollowing, Stuck
+from tierod.monitors.motor_angle.second_tests import Increments, NotFollowing, Stuck
 from tierod.monitors.motor_angle.signals import MotorVoltages
 from tierod.monitors.motor_angle.which_angle import WhichAngle
 from tierod.monitors.sideslip.combined import CombinedSideslip
@@ -241,7 +241,6 @@ def examples() -> dict[type, Callable[[], Any]]:
         ElectricalChecks: lambda: ElectricalChecks(4.0),
         AnglePlausibility: lambda: AnglePlausibility(Superposition(22.5, 1.0, 140.0)),
         Increments: Increments,
-        Backwards: Backwards,
         Stuck: Stuck,
         NotFollowing: NotFollowing,
         WhichAngle: WhichAngle,

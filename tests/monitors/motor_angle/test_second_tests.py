@@ -4,7 +4,7 @@ import pytest
 from monitors.motor_angle.monitored import columns
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.monitors.motor_angle.second_tests import Backwards, Increments, NotFollowing, Stuck
+from tierod.monitors.motor_angle.second_tests import Increments, NotFollowing, Stuck
 
 TIME = np.arange(4000) / 1e4
 
@@ -45,14 +45,6 @@ def test_standing_and_slow_windows_tell_nothing():
     assert scan(Increments(), turning(5.0 * TIME, 5.0 * TIME))["complete"].sum() == 0.0
 
 
-def test_a_sensor_that_turns_backwards_is_found_after_three_windows():
-    gains = scan(Increments(), turning(-50.0 * TIME, 50.0 * TIME))
-    found = scan(Backwards(), np.column_stack([gains["sensor"], gains["observer"], gains["complete"]]))
-    assert np.argmax(found["alarm"]) / 1e4 == pytest.approx(0.04, abs=0.011)
-    sound = scan(Backwards(), np.column_stack([gains["observer"], gains["observer"], gains["complete"]]))
-    assert sound["alarm"].max() == 0.0
-
-
 @pytest.mark.parametrize("sensor", [lambda angle: angle, sparse])
 def test_a_stuck_sensor_is_found_once_the_motor_has_turned(sensor):
     angle = 50.0 * TIME
@@ -77,7 +69,7 @@ def test_a_target_that_never_moves_or_is_missing_tells_nothing():
         assert following(target, 20.0 * TIME).max() == 0.0
 
 
-@pytest.mark.parametrize("make", [lambda: Increments(window=0.0), lambda: Stuck(travel=-1.0), lambda: Backwards(0.0)])
+@pytest.mark.parametrize("make", [lambda: Increments(window=0.0), lambda: Stuck(travel=-1.0)])
 def test_tests_that_cannot_be_are_refused(make):
     with pytest.raises(ParameterError):
         make()

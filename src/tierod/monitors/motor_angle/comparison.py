@@ -7,17 +7,20 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.fields import check_ranges
-from tierod.core.graph.maths import absolute, all_of, both, log, maximum, minimum, present, where
+from tierod.core.graph.maths import absolute, all_of, both, log, maximum, minimum, present, sign, where
 from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.methods.detectors.cusum import Cusum
 from tierod.methods.detectors.threshold import Debounce
-from tierod.monitors.motor_angle.second_tests import Backwards, Increments, SensorBesideObserver, Stuck
+from tierod.monitors.motor_angle.second_tests import Increments, SensorBesideObserver, Stuck
 
 ANGLE_DRIFT, ANGLE_THRESHOLD = 0.044, 0.9
 """Of the electrical angle's sum, one value a millisecond [rad]: see docs/motor-angle.md, Monitoring."""
 
 SPEED_DRIFT, SPEED_THRESHOLD = 0.5, 2.0
 """Of the speed's sum, one value in 10 ms [rad/s]: see docs/motor-angle.md, Monitoring."""
+
+BACKWARDS = 3.0
+"""So many more windows against the observer than with it: sine and cosine, or two phases, are swapped []."""
 
 
 @dataclass(frozen=True)
@@ -98,14 +101,15 @@ class SensorComparison:
     Args:
         gate: when the difference counts
         increments: what both gain over a window
-        stuck, backwards: tests of what they gain
+        stuck: whether the sensor stands still while the observer turns
+        backwards: sum of windows in which the sensor turns against the observer, less those with it
         angle, speed: sums of the differences of angle and of speed
     """
 
     gate: ResidualGate
     increments: Increments
     stuck: Stuck = field(default_factory=Stuck)
-    backwards: Backwards = field(default_factory=Backwards)
+    backwards: Cusum = field(default_factory=lambda: Cusum(0.0, BACKWARDS, BACKWARDS, "upper"))
     angle: Cusum = field(default_factory=lambda: Cusum(ANGLE_DRIFT, ANGLE_THRESHOLD, 2.0 * ANGLE_THRESHOLD))
     speed: Cusum = field(default_factory=lambda: Cusum(SPEED_DRIFT, SPEED_THRESHOLD, 2.0 * SPEED_THRESHOLD))
 
@@ -163,7 +167,8 @@ class SensorComparison:
         gained = gained._replace(complete=where(gated.known, gained.complete, 0.0))
         faster = (gained.sensor - gained.observer) / self.increments.window
         speed, speeds = self.speed.step(state.speed, faster, enabled=gained.complete)
-        backwards, against = self.backwards.step(state.backwards, gained)
+        against_it = -sign(gained.sensor * gained.observer)
+        backwards, against = self.backwards.step(state.backwards, against_it, enabled=gained.complete)
         stuck, still = self.stuck.step(state.stuck, sample, enabled=gated.known)
         return self.State(gate, increments, stuck, backwards, angle, speed), self.Output(
             gated.known,

@@ -9,12 +9,18 @@ from tierod.methods.detectors.cusum import Cusum
 from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine
 from tierod.methods.detectors.stopping_rules import CusumRule
 from tierod.monitors.harness.decision import Decision, Demonstrated, OwnRule
-from tierod.monitors.motor_angle.comparison import ANGLE_DRIFT, ANGLE_THRESHOLD, SPEED_DRIFT, SPEED_THRESHOLD
+from tierod.monitors.motor_angle.comparison import (
+    ANGLE_DRIFT,
+    ANGLE_THRESHOLD,
+    BACKWARDS,
+    SPEED_DRIFT,
+    SPEED_THRESHOLD,
+)
 from tierod.monitors.motor_angle.electrical import ElectricalChecks
 from tierod.monitors.motor_angle.finding import FIVE_DEGREES
 from tierod.monitors.motor_angle.monitor import MODEL_DRIFT, MODEL_THRESHOLD
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility
-from tierod.monitors.motor_angle.second_tests import Backwards, NotFollowing, Stuck
+from tierod.monitors.motor_angle.second_tests import NotFollowing, Stuck
 
 BORNE: Annotated[float, "rad"] = 2.5 * 0.0066
 """Standard deviation of the residuals that the sum of the angle is laid out for: two and a half times the bench's."""
@@ -112,10 +118,10 @@ DECISIONS = (
     _decision(
         "backwards",
         "sign of both gains over 10 ms, against each other",
-        Backwards().sum,
-        "comparison.backwards.sum",
+        Cusum(0.0, BACKWARDS, BACKWARDS, "upper"),
+        "comparison.backwards",
         "turned_backwards",
-        (Backwards.windows,),
+        (BACKWARDS,),
     ),
     _decision(
         "stuck",

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Annotated, NamedTuple
 
 from tierod.core.findings import Estimate, Finding, Status
 from tierod.monitors.motor_angle.alarms import ALARMS, BY_NAME
-from tierod.monitors.motor_angle.inverter_finding import InverterLoss, inverter_remarks, knee_beyond
-from tierod.monitors.motor_angle.signals import MEASURED, VARIANTS
+from tierod.monitors.motor_angle.drive import Drive, InverterLoss
+from tierod.monitors.motor_angle.signals import IN_WORDS, MEASURED
 from tierod.monitors.motor_angle.voltage_balance import FITS
 from tierod.monitors.motor_angle.which_angle import MOTOR, NOT_MOTOR, PINION, WHEEL
 from tierod.vehicles import Vehicle
@@ -34,9 +33,6 @@ TOGETHER = 1.0
 DISTURBING = ("stuck", "backwards", "electrical.resolver_mismatch", "electrical.angle_gradient", "not_following")
 """Sensor faults that disturb the observer: the drive stalls, as with swapped currents, or the angle leaps while the
 motor is slow and its increments count."""
-
-SURPRISING = 20.0
-"""An innovation beyond this comes in one of 6000 samples by chance: three measurements have a mean of three."""
 
 PASSING = 0.05
 """Share of surprising innovations since `model` alarmed, below which the motor's model held again at once."""
@@ -75,57 +71,11 @@ SUSPECTS = {
     NOT_MOTOR: "the steering wheel's angle or the pinion's, not the motor's,",
 }
 
+KNEE_APART, KNEE_SIGMAS = 1.4, 4.0
+"""A knee is another than the vehicle file's where it lies beyond this factor, and by so many standard deviations."""
+
 NOT_THE_SENSOR = ("model", "angle", "speed", "stuck", "backwards", "not_following", "electrical.angle_gradient")
 """Alarms that a wrong recording raises."""
-
-
-class Drive(NamedTuple):
-    """What was collected over a drive.
-
-    Args:
-        seconds, known: of the drive, and of these with a known angle
-        counted: values that counted
-        offset, offset_deviation: electrical difference: while the sum alarmed, or over all
-        rms: of all that counted
-        windows, slope, agreement: of the gains of sensor and observer, gain over gain, and their correlation
-        nis, surprised: mean of the normalised innovations, and share of surprising ones since `model` alarmed
-        resistance, flux: over those of the vehicle file
-        suspect: code of the angle that plausibility suspects
-        starts: first instants of alarms
-        voltages: that the observer was fed with
-        lost: what the inverter took; None where the voltages were measured
-        misread: cause and cure, where the whole recording is consistent once it is read otherwise
-        contradicting: share of the induced voltage that contradicts its turning since `model` alarmed; else NaN
-        mismatch: greatest one of the three angles while they did not fit, at the pinion
-        untwisted: whether the three angles were not compared for want of the driver's torque
-    """
-
-    seconds: Annotated[float, "s"]
-    known: Annotated[float, "s"]
-    counted: int
-    offset: Annotated[float, "rad"]
-    offset_deviation: Annotated[float, "rad"]
-    rms: Annotated[float, "rad"]
-    windows: int
-    slope: float
-    agreement: float
-    nis: float
-    surprised: float
-    resistance: float
-    flux: float
-    suspect: float
-    starts: dict[str, float]
-    voltages: str = MEASURED
-    lost: InverterLoss | None = None
-    misread: tuple[str, str] | None = None
-    contradicting: float = math.nan
-    mismatch: Annotated[float, "rad"] = 0.0
-    untwisted: bool = False
-
-    @property
-    def monitor(self) -> str:
-        """Name of the monitor and its variant."""
-        return f"motor-angle, {VARIANTS[self.voltages]}"
 
 
 def judge(drive: Drive, vehicle: Vehicle) -> Finding:
@@ -290,3 +240,36 @@ def _evidence(drive: Drive) -> dict[str, float]:
     for name in (each.name for each in ALARMS if each.name in drive.starts):
         found[f"{name.removeprefix('electrical.')}_alarm_from_s"] = drive.starts[name]
     return found
+
+
+def inverter_remarks(lost: InverterLoss | None, voltages: str) -> tuple[str, ...]:
+    """Which voltages a finding rests on, and whether the inverter is another than the vehicle file's.
+
+    Args:
+        lost: what the inverter was found to take; None where the voltages were measured
+        voltages: that the observer was fed with
+    """
+    if lost is None:
+        return ()
+    rests_on = (
+        f"the voltages are {IN_WORDS[voltages]}: {lost.voltage_loss:.2f} V a phase, with a knee at "
+        f"{lost.knee_current:.2g} A; measured voltages tell the angle better"
+    )
+    if abs(lost.apart) < max(math.log(KNEE_APART), KNEE_SIGMAS * lost.knee_deviation):
+        return (rests_on,)
+    wrong = (
+        f"the inverter's knee is {lost.knee_current:.2g} A and not {lost.nominal_knee:.2g} A as in the vehicle file: "
+        "correct inverter_knee_current; the angle is known less well until it is learnt"
+    )
+    return (rests_on, wrong)
+
+
+def knee_beyond(lost: InverterLoss) -> tuple[str, str] | None:
+    """Cause and cure where the knee may be further away than an observer learns."""
+    if not lost.beyond:
+        return None
+    return (
+        f"the inverter's knee lies beyond what is learnt, at {lost.knee_current:.2g} A where the vehicle file says "
+        f"{lost.nominal_knee:.2g} A",
+        "find inverter_knee_current with 'tierod identify inverter', or record the voltages",
+    )

@@ -7,9 +7,8 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.fields import check_ranges
-from tierod.core.graph.maths import absolute, all_of, any_of, both, minimum, negated, present, sign, where
+from tierod.core.graph.maths import absolute, all_of, any_of, both, minimum, negated, present, where
 from tierod.core.ranges import POSITIVE
-from tierod.methods.detectors.cusum import Cusum
 from tierod.methods.detectors.threshold import Debounce
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.signals import MotorAngleSample
@@ -95,33 +94,6 @@ class Increments:
             where(ends, where(seen.standing, 1.0, 0.0), stood),
         )
         return after, self.Output(gained, turned, where(complete, 1.0, 0.0))
-
-
-@dataclass(frozen=True)
-class Backwards:
-    """Alarm when the sensor turns against the observer: sine and cosine, or two phases, are swapped.
-
-    Args:
-        windows: so many more against than with []
-    """
-
-    windows: Annotated[float, "", POSITIVE] = 3.0
-    sum: Cusum = field(init=False, repr=False)
-
-    Sample = Increments.Output
-    Output = Cusum.Output
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "sum", Cusum(0.0, self.windows, self.windows, sides="upper"))
-        check_ranges(self)
-
-    def init(self) -> Cusum.State:
-        """Nothing seen."""
-        return self.sum.init()
-
-    def step(self, state: Cusum.State, sample: Increments.Output) -> tuple[Cusum.State, Cusum.Output]:
-        """One sample on."""
-        return self.sum.step(state, -sign(sample.sensor * sample.observer), enabled=sample.complete)
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from tierod.core.recording import Aligned
 from tierod.models.commanded_motor import CommandedMotorParameters
 from tierod.monitors.harness.session import BlockSession, Conclusion
 from tierod.monitors.motor_angle.alarms import AlarmCourses
-from tierod.monitors.motor_angle.finding import DISTURBING, SURPRISING, SUSPECTS, Drive, judge, root_of
-from tierod.monitors.motor_angle.inverter_finding import InverterLoss
+from tierod.monitors.motor_angle.drive import DriveFigures
+from tierod.monitors.motor_angle.finding import DISTURBING, judge, root_of
 from tierod.monitors.motor_angle.misread import misread
 from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.signals import DUTY_CYCLES, SIGNALS
@@ -86,7 +86,7 @@ class MotorAngleSession(BlockSession):
         shown = TRACES | (INVERTER_TRACES if block.observer.commanded else {})
         super().__init__(block, {output: name for output, name in shown.items() if output not in bare})
         self.monitor, self.vehicle, self.rate = block, vehicle, rate
-        self._courses, self._over = AlarmCourses(rate), _OverDrive()
+        self._courses, self._over = AlarmCourses(rate), DriveFigures()
         p = block.observer.parameters
         self._balance = VoltageBalance(p.motor_pole_pairs, p.sample_time)
         self._alarmed = False
@@ -181,82 +181,3 @@ def _stood(values: np.ndarray, fresh: np.ndarray, samples: int) -> np.ndarray:
 
 def _complex(vector: StatorVector[NDArray[np.float64]]) -> NDArray[np.complex128]:
     return vector.alpha + 1j * vector.beta
-
-
-class _OverDrive:
-    """Figures over the pieces of a recording."""
-
-    def __init__(self) -> None:
-        self.seen = self.known = self.since_model = self.surprised = 0
-        self.nis = self.mismatch = 0.0
-        self.residuals, self.alarmed = np.zeros(3), np.zeros(3)  # count, sum and sum of squares
-        self.gains = np.zeros(4)  # windows, and products of the gains: both, the observer's, the sensor's
-        self.suspected = np.zeros(len(SUSPECTS) + 1, dtype=int)
-        self.resistance = self.flux = np.nan
-        self.inverter = (0.0, 0.0, 0.0)
-        self.pinion = self.torque = False
-
-    def add(self, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """The next piece."""
-        self.pinion |= bool(np.isfinite(signals["pinion_angle"]).any())
-        self.torque |= bool(np.isfinite(signals["driver_torque"]).any())
-        counts, complete, known = (result[f"compared.{name}"] > 0.5 for name in ("counts", "complete", "known"))
-        residual, nis = result["estimate.angle_residual_electrical"], result["estimate.nis"]
-        self.seen += len(residual)
-        self.known += int(known.sum())
-        self.residuals += _powers(residual[counts])
-        self.alarmed += _powers(residual[counts & (result["alarms.angle"] > 0.5)])
-        sensor, observer = (result[f"compared.{name}_gain"][complete] for name in ("sensor", "observer"))
-        self.gains += (len(sensor), sensor @ observer, observer @ observer, sensor @ sensor)
-        self.nis += float(nis.sum())
-        model = result["alarms.model"] > 0.5
-        if self.since_model or model.any():
-            after = nis[0 if self.since_model else int(np.argmax(model)) :]
-            self.since_model += len(after)
-            self.surprised += int(np.count_nonzero(after > SURPRISING))
-        apart = result["alarms.plausibility"] > 0.5
-        self.mismatch = max(self.mismatch, float(np.abs(result["plausible.mismatch"][apart]).max(initial=0.0)))
-        self.suspected += np.bincount(result["plausible.suspect"].astype(int), minlength=len(self.suspected))
-        if known.any():
-            self.resistance, self.flux = (
-                float(result[f"estimate.motor_{name}"][known][-1]) for name in ("resistance", "flux")
-            )
-        loss, knee, deviation = (float(result[f"estimate.inverter_{name}"][-1]) for name in InverterLoss._fields[:3])
-        self.inverter = (loss, knee, deviation)
-
-    def drive(self, rate: float, starts: Mapping[str, float], monitor: MotorAngleMonitor) -> Drive:
-        """The figures so far."""
-        count, total, squares = self.alarmed if self.alarmed[0] else self.residuals
-        mean = float(total) / max(count, 1.0)
-        windows, together, observed, sensed = self.gains.tolist()
-        energy = (observed * sensed) ** 0.5
-        parameters, lost = monitor.observer.parameters, None
-        if isinstance(parameters, CommandedMotorParameters):
-            widest = monitor.observer.tuning.widest_knee
-            lost = InverterLoss(*self.inverter, parameters.inverter_knee_current, widest)
-        return Drive(
-            seconds=self.seen / rate,
-            known=self.known / rate,
-            counted=int(self.residuals[0]),
-            offset=mean,
-            offset_deviation=max(float(squares) / max(count, 1.0) - mean * mean, 0.0) ** 0.5,
-            rms=(float(self.residuals[2]) / max(self.residuals[0], 1.0)) ** 0.5,
-            windows=int(windows),
-            slope=together / observed if observed else np.nan,
-            agreement=abs(together) / energy if energy else 0.0,
-            nis=self.nis / max(self.seen, 1),
-            surprised=self.surprised / max(self.since_model, 1),
-            resistance=self.resistance / parameters.motor_resistance,
-            flux=self.flux / parameters.motor_flux,
-            suspect=float(np.argmax(self.suspected[1:]) + 1) if self.suspected[1:].any() else 0.0,
-            starts=dict(starts),
-            voltages=monitor.voltages.source,
-            lost=lost,
-            mismatch=self.mismatch,
-            untwisted=monitor.plausibility is not None and self.pinion and not self.torque,
-        )
-
-
-def _powers(values: np.ndarray) -> tuple[float, float, float]:
-    """Count, sum and sum of squares."""
-    return len(values), float(values.sum()), float((values**2).sum())

@@ -156,11 +156,6 @@ class CombinedSideslip:
             most_misfit=tuning.most_misfit,
         )
 
-    @property
-    def Estimate(self) -> type:
-        """NamedTuple class of the output."""
-        return CombinedEstimate
-
     def init(self) -> CombinedState:
         """Straight ahead, with everything as the vehicle file tells."""
         return CombinedState(self.filter.init(), self.slowest, 0.0, self.angle_gate.init(), 0.0, 1.0)

@@ -15,7 +15,8 @@ from tierod.experiments.effort import Effort
 from tierod.methods.identification.inverter_knee import InverterFit, identify_inverter
 from tierod.methods.identification.motor_recording import MotorRecording
 from tierod.models.commanded_motor import CommandedMotorParameters
-from tierod.monitors.motor_angle.inverter_finding import InverterLoss, inverter_remarks
+from tierod.monitors.motor_angle.drive import InverterLoss
+from tierod.monitors.motor_angle.finding import inverter_remarks
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.signals import COMMANDED
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
