@@ -181,7 +181,7 @@ def test_at_the_start_nothing_is_told():
     found = identifiability(block, block.init())
     assert found.identified == ()
     assert found.left == pytest.approx(1.0)
-    assert str(found).startswith("The drive tells none of the unknowns.")
+    assert str(found).startswith("The drive identifies none of the unknowns.")
 
 
 @pytest.mark.parametrize("step", [0.0, -0.01, 0.1, math.nan])

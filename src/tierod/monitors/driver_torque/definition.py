@@ -32,7 +32,7 @@ _BARE = ("statement.deviation", "disturbance_torque_deviation", "nis")
 _DELAYED = ("disturbance_torque", "disturbance_torque_deviation", "nis")
 
 PRINTED = ("mechanical", "balanced", "full")
-LATER = f"The torque is told {1e3 * DELAY:.0f} ms after it acted; truth and error are those of the time when it acted."
+LATER = f"The torque is given {1e3 * DELAY:.0f} ms after it acted; truth and error are those of the time when it acted."
 NO_GEAR = (
     "The gear's vibration is too fast for {rate:g} samples per second, so it is left out: bar and gear are one spring, "
     "and gear and motor one inertia."
@@ -132,7 +132,7 @@ _VARIANTS = (
 DRIVER_TORQUE = Monitor(
     name="driver-torque",
     title="Torque of the driver's hands",
-    summary="Estimates the torque that the driver's hands put on the wheel, and tells whether they are on it.",
+    summary="Estimates the torque that the driver's hands put on the wheel, and decides whether they are on it.",
     source=PAPER,
     required=("steering_wheel_angle", "driver_torque"),
     optional=("motor_torque", "motor_target_torque", "motor_angle_mechanical", TRUTH),

@@ -20,7 +20,7 @@ UNKNOWN = 10.0
 
 
 class ColumnEstimate(NamedTuple):
-    """What an observer says of a column; a deviation is one standard deviation, of a column that is as believed.
+    """What an observer estimates of a column; a deviation is one standard deviation, of a column as assumed.
 
     Args:
         hand_torque: that the driver's hands put on the steering wheel
@@ -74,7 +74,7 @@ class ColumnObserver:
         starting: what it does in gaps
 
     Without the motor's angle (`outputs` of the tuning) what is below the bar is known through the bar alone: the
-    disturbance torque becomes slower and noisier, and an offset of the bar cannot be told from a twist of it.
+    disturbance torque becomes slower and noisier, and an offset of the bar cannot be separated from a twist of it.
 
     Source: Raffone, eq (18), with no noise on the mechanical states, a rate of the hands' torque, and a bank.
     """

@@ -44,7 +44,7 @@ _SHIFT = 1.0
 
 
 class PrintedEstimate(NamedTuple):
-    """What an observer of the paper says of the column."""
+    """What an observer of the paper estimates of the column."""
 
     hand_torque: Annotated[float, "N*m"]
     disturbance_torque: Annotated[float, "N*m"]

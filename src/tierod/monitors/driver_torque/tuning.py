@@ -22,7 +22,7 @@ class ColumnTuning:
         steering_wheel_angle_noise, motor_angle_noise, driver_torque_noise: standard deviation of a sample
         hand_torque_rate_walk: of the rate of the hands' torque, while they move smoothly
         hand_torque_walk: of the torque itself while it jumps; 0 for hands that never do, which leaves one filter
-        calm_time, jump_time: between two jumps of the hands, and for which the filter for one has its say, in the mean
+        calm_time, jump_time: between two jumps of the hands, and how long one lasts, in the mean
         disturbance_torque_walk: at the motor's shaft
         reversal_walk: of the disturbance torque while friction reverses; 0 for none, which leaves a filter less
         reversal_time, reversing_time: between two reversals, and for which one lasts, in the mean

@@ -108,14 +108,14 @@ ALARMS = (
         "angle",
         "angle",
         "motor-angle-offset",
-        "the angle sensor differs from the angle that currents and voltages tell",
+        "the angle sensor differs from the angle that currents and voltages give",
         "check the sensor's magnet and its zero",
     ),
     Alarm(
         "speed",
         "speed",
         "motor-angle-offset",
-        "the angle sensor turns at another speed than currents and voltages tell",
+        "the angle sensor turns at another speed than currents and voltages give",
         "check the sensor: its gain, or what it lost meanwhile",
     ),
     Alarm(

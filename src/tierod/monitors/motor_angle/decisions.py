@@ -39,8 +39,8 @@ TURNING, DRIVEN = Demonstrated(10.4), Demonstrated(15.0)
 """Hours of 900 fault-free drives with parameters astray, turning and in all; docs/motor-angle.md, Monitoring."""
 
 _SOURCE = (
-    "sound drives on the bench, voltages measured, with resistance, flux and inductance astray (docs/motor-angle.md); "
-    "hours of turning"
+    "fault-free drives on the bench, voltages measured, with resistance, flux and inductance astray "
+    "(docs/motor-angle.md); hours of turning"
 )
 
 
@@ -61,7 +61,7 @@ def _decision(
     below: bool = False,
 ) -> Decision:
     source = _SOURCE if demonstrated is TURNING else _SOURCE.replace("hours of turning", "hours driven")
-    source = source if demonstrated else "what no sound part does; the bench's drives do not hold what it reads"
+    source = source if demonstrated else "what no fault-free part does; the bench's drives do not hold what it reads"
     return Decision(
         name, distance, rule, f"block.{place}", None, demonstrated, source, "h", None, statistic, levels, below=below
     )

@@ -49,7 +49,7 @@ def _variant(voltages: str, summary: str) -> Variant:
 MOTOR_ANGLE = Monitor(
     name="motor-angle",
     title="Sensor of the motor's angle",
-    summary="Compares a motor's angle sensor with the angle that its currents and voltages tell, and names its faults.",
+    summary="Compares a motor's angle sensor with the angle that its currents and voltages give, and names its faults.",
     source=PAPER,
     required=_required(MEASURED),
     optional=(
@@ -80,7 +80,7 @@ MOTOR_ANGLE = Monitor(
             ),
             _variant(
                 COMMANDED,
-                "The same on the voltages that the inverter is told to make, what it takes from them found beside.",
+                "The same on the voltages that the inverter is commanded to make; what it takes of them found beside.",
             ),
             _variant(
                 DUTY_CYCLES,

@@ -47,7 +47,7 @@ SENSOR_ALONE = (
     "the motor's angle contradicts currents and voltages, which fit each other",
     "check the sensor and its line: sign, noise, and the unit of motor_angle_mechanical in the channel map",
 )
-"""What `model` means where the induced voltage turns as its size says."""
+"""What `model` means where the induced voltage turns as its magnitude requires."""
 
 CONFIRMED = (
     "the motor's angle stays away from target_motor_angle_mechanical, though currents and voltages confirm the sensor: "
@@ -112,7 +112,7 @@ def _judged(drive: Drive, vehicle: Vehicle) -> Finding:
     estimate = None
     if drive.counted:
         estimate = Estimate(
-            "difference of the motor's angle sensor from the angle that its currents tell, electrical",
+            "difference of the motor's angle sensor from the angle that its currents give, electrical",
             drive.offset,
             drive.offset_deviation,
             "rad",
@@ -123,12 +123,12 @@ def _judged(drive: Drive, vehicle: Vehicle) -> Finding:
     if drive.known < LEAST_KNOWN:
         cause = f"the motor turned fast enough for {drive.known:.1f} s, {LEAST_KNOWN:g} s are needed"
         headline = f"The sensor of the motor's angle was not judged: {cause}."
-        action = "record faster or longer steering; below about 10 rad/s of the shaft the currents tell no angle"
+        action = "record faster or longer steering; below about 10 rad/s of the shaft the currents determine no angle"
         return Finding(drive.monitor, Status.NOT_ENABLED, headline, None, estimate, evidence, cause, action)
     headline = (
-        f"The sensor of the motor's angle is sound: over {drive.known:.1f} s of turning it differs by "
+        f"The sensor of the motor's angle is healthy: over {drive.known:.1f} s of turning it differs by "
         f"{math.degrees(drive.rms):.1f}° electrical rms from what currents and "
-        f"{'voltages' if drive.lost is None else 'commanded voltages'} tell."
+        f"{'voltages' if drive.lost is None else 'commanded voltages'} give."
     )
     return Finding(drive.monitor, Status.HEALTHY, headline, None, estimate, evidence, action="none")
 
@@ -155,7 +155,7 @@ def _fault(drive: Drive, vehicle: Vehicle, estimate: Estimate | None, evidence: 
     cause, action = _cause_of(root, drive)
     if root == "plausibility":
         cause += f"; {SUSPECTS.get(drive.suspect, 'which of them is wrong')}" + (
-            " is the wrong one" if drive.suspect else " cannot be told"
+            " is the wrong one" if drive.suspect else " cannot be decided"
         )
         cause += _or_torque(drive, vehicle)
     if root == "model" and math.isfinite(drive.resistance * drive.flux) and cause == BY_NAME[root].cause:
@@ -253,7 +253,7 @@ def inverter_remarks(lost: InverterLoss | None, voltages: str) -> tuple[str, ...
         return ()
     rests_on = (
         f"the voltages are {IN_WORDS[voltages]}: {lost.voltage_loss:.2f} V a phase, with a knee at "
-        f"{lost.knee_current:.2g} A; measured voltages tell the angle better"
+        f"{lost.knee_current:.2g} A; measured voltages give the angle better"
     )
     if abs(lost.apart) < max(math.log(KNEE_APART), KNEE_SIGMAS * lost.knee_deviation):
         return (rests_on,)

@@ -30,7 +30,7 @@ LEAST_CHANGE = 10.0
 
 
 def misread(collected: VoltageBalance, p: SampledMotorParameters, current_noise: float) -> tuple[str, str] | None:
-    """Cause and cure, where one reading explains the whole recording and is not what the recording says.
+    """Cause and cure, where one reading explains the whole recording and is not that of the recording.
 
     Args:
         collected: over the whole recording

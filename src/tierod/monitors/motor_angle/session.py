@@ -28,7 +28,7 @@ LEAST_SHARE = 0.8
 """Share of the samples that currents and voltages must bring."""
 
 SLICE = 200_000
-"""Samples that are judged at once, lest all outputs of a long piece lie in memory together."""
+"""Samples that are judged at once, so that the outputs of a long piece do not lie in memory together."""
 
 TRACES = {
     "estimate.angle_residual_electrical": ("angle_residual_electrical", "rad"),
@@ -118,7 +118,7 @@ class MotorAngleSession(BlockSession):
         supply = aligned.values[:, aligned.names.index("supply_voltage")]
         if self.monitor.voltages.source == DUTY_CYCLES and not np.isfinite(supply).any():
             raise InputError(
-                "duty cycles tell a voltage with the supply_voltage only, and the recording begins without one; give a "
+                "duty cycles give a voltage with the supply_voltage only, and the recording begins without one; give a "
                 "channel map that names it, or record motor_target_voltage_alpha and motor_target_voltage_beta"
             )
 

@@ -24,7 +24,7 @@ VARIANTS = {MEASURED: "stator-frame", COMMANDED: "commanded-voltage", DUTY_CYCLE
 """Names of the monitor's variants."""
 
 IN_WORDS = {
-    COMMANDED: "those that the inverter was told to make, less what it was found to take",
+    COMMANDED: "those that the inverter was commanded to make, less what it was found to take",
     DUTY_CYCLES: "duty cycles times the supply, less what the inverter was found to take",
 }
 """Voltages that were not measured."""

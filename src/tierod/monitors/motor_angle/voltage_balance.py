@@ -141,7 +141,7 @@ class VoltageBalance:
             self._merge()
 
     def _merge(self) -> None:
-        """Neighbours become one part, lest days of driving fill the memory."""
+        """Neighbours become one part, so that days of driving do not fill the memory."""
         pairs = range(0, len(self._parts), 2)
         self._parts = [np.sum(self._parts[k : k + 2], axis=0) for k in pairs]
         self._windows = [sum(self._windows[k : k + 2]) for k in pairs]

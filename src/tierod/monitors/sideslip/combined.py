@@ -45,7 +45,7 @@ FARTHEST = 3.5
 running away where the linearised filter is too sure. Never less than one, a factor of e."""
 
 FARTHEST_SHOWN = 10.0
-"""Distance from the limit beyond which more standard deviations say no more."""
+"""Distance from the limit beyond which more standard deviations mean nothing more."""
 
 NARROWEST = 1.0
 """How far a factor always may be [-, natural logarithm]: none of a tyre is known better than to a factor of e."""
@@ -157,7 +157,7 @@ class CombinedSideslip:
         )
 
     def init(self) -> CombinedState:
-        """Straight ahead, with everything as the vehicle file tells."""
+        """Straight ahead, with everything as the vehicle file gives it."""
         return CombinedState(self.filter.init(), self.slowest, 0.0, self.angle_gate.init(), 0.0, 1.0)
 
     def step(self, state: CombinedState, sample: CombinedSample) -> tuple[CombinedState, CombinedEstimate]:

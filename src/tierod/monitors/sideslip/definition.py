@@ -82,7 +82,7 @@ _VARIANTS = (
     ),
     Variant(
         "two-stage-kalman",
-        "The steering tells the aligning torque, that and the yaw rate the sideslip; Kalman gains. From 50 Hz on.",
+        "The steering gives the aligning torque, that and the yaw rate the sideslip; Kalman gains. From 50 Hz on.",
         f"{PAPER}, eqs (18) to (24)",
         _paper("two-stage-kalman", two_stage_kalman),
         DECISIONS,

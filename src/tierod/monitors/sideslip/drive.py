@@ -30,10 +30,10 @@ CLEAR = 0.5
 """Correlation from which two signals are taken to go together or against each other. Slow turns give above 0.9."""
 
 FASTEST_STANDING = 3.0
-"""Speed [m/s] up to which the car is taken to manoeuvre, where torque and lateral acceleration tell little."""
+"""Speed [m/s] up to which the car is taken to manoeuvre, where torque and lateral acceleration show little."""
 
 FEWEST = 300
-"""Samples from which on a correlation says something."""
+"""Samples from which on a correlation counts."""
 
 
 class SideslipDrive:
@@ -175,6 +175,6 @@ class SignsOverDrive:
         return found
 
     def turned(self) -> tuple[str, ...]:
-        """The signal of `TOGETHER` whose sign contradicts the others; several where they cannot be told apart."""
+        """The signal of `TOGETHER` whose sign contradicts the others; several where they cannot be separated."""
         clear = {pair: value > 0.0 for pair, value in self.agreements().items() if abs(value) > CLEAR}
         return odd_ones_out(TOGETHER, clear)

@@ -111,7 +111,7 @@ def _beside_truth(finding: Finding, seconds: float) -> Finding:
         finding,
         status=Status.SUSPECT,
         headline=f"{finding.headline} But {cause}; the error is {error:.2f} degrees (root mean square).",
-        cause=f"{cause}: parameters of the vehicle file or offsets of sensors are wrong by more than it says",
+        cause=f"{cause}: parameters of the vehicle file or offsets of sensors are wrong by more than it covers",
         action="take that error as the uncertainty, or fit stiffness and friction of the vehicle file to the "
         "truth and calibrate the sensors",
         decided_by=(BAND_DECISION.name,),
@@ -123,7 +123,7 @@ def _with_offset(finding: Finding, drive: SideslipDrive) -> Finding:
     if (offset := drive.sensors.offset(drive.motion.yaw_rate_offset())) is None:
         return finding
     cause = (
-        f"the yaw rate has an offset of {_signed(math.degrees(offset.value), 1)} degrees per second, told by its "
+        f"the yaw rate has an offset of {_signed(math.degrees(offset.value), 1)} degrees per second, shown by its "
         f"mean {offset.shown_by}"
     )
     healthy, suspect = finding.status is Status.HEALTHY, finding.status is Status.SUSPECT

@@ -92,7 +92,7 @@ class ObserverEstimate(NamedTuple):
 
 
 class ObserverState(NamedTuple):
-    """Of the observer itself, the sideslip angle it said last, and the slip angles of the axles then."""
+    """Of the observer itself, the last sideslip angle, and the slip angles of the axles then."""
 
     own: Tree
     sideslip_angle: Annotated[Scalar, "rad"]
@@ -105,7 +105,7 @@ class LowSpeed:
 
     Args:
         slowest: below it nothing is estimated: wheel speed sensors see nothing slower
-        settled: above it the observer alone is believed. Between the two the sideslip of a car without slip at its
+        settled: above it the observer alone counts. Between the two the sideslip of a car without slip at its
             tyres takes over, rear_share times the steer, to which the model tends as the speed falls
         rear_share: distance of the rear axle from the centre of gravity over the wheelbase
     """
@@ -160,7 +160,7 @@ class ObserverNoise:
     torque_time: Annotated[float, "s", NOT_NEGATIVE] = 0.03
 
     def torque_variance(self, sample_time: float) -> float:
-        """Variance [N2 m2] of a white reading that tells as much as one whose error lasts."""
+        """Variance [N2 m2] of a white reading that is worth as much as one whose error lasts."""
         return self.torque_reading**2 * max(1.0, 2.0 * self.torque_time / sample_time)
 
 
