@@ -8,11 +8,15 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.core.findings import Status
 from tierod.core.graph import Result
-from tierod.monitors.driver_torque.column_regression import ColumnGeometry
-from tierod.monitors.driver_torque.contradicting import Contradiction
+from tierod.core.statement import code_of
+from tierod.methods.analysis.consistency import Consistency, ConsistencyAccumulator
+from tierod.monitors.driver_torque.column_regression import BelowBarOverDrive, ColumnGeometry, GeometryOverDrive
+from tierod.monitors.driver_torque.contradicting import Contradiction, ContradictionOverDrive
 from tierod.monitors.driver_torque.hands import OFF, ON, UNCERTAIN
 from tierod.monitors.driver_torque.signs import SignVerdict, wrong_signs
+from tierod.vehicles import Vehicle
 
 TRUTH = "truth_hand_torque"
 """Channel of a virtual car with the true torque of the hands."""
@@ -107,9 +111,20 @@ class Drive(NamedTuple):
 
 
 class DriveFigures:
-    """Figures over the pieces of a recording."""
+    """Figures over the pieces of a recording.
 
-    def __init__(self) -> None:
+    Args:
+        vehicle: whose column it is
+        rate: of the samples [Hz]
+        nis: whether the observer has one
+    """
+
+    def __init__(self, vehicle: Vehicle, rate: float, nis: bool) -> None:
+        ratio, stiffness = vehicle["motor_ratio"], vehicle["torsion_bar_stiffness"]
+        self._rate, self._stretches = rate, Stretches(1.0 / rate)
+        self._geometry, self._below = GeometryOverDrive(rate), BelowBarOverDrive(ratio, rate)
+        self._contradiction = ContradictionOverDrive(ratio, stiffness, rate)
+        self._consistency = ConsistencyAccumulator() if nis else None
         self.seen = self.ready = self.compared = 0
         self.hand = self.variance = self.error = self.peak = self.peak_deviation = 0.0
         self.states = dict.fromkeys((OFF, UNCERTAIN, ON), 0)
@@ -118,9 +133,18 @@ class DriveFigures:
         self.judged, self.turned, self.motor = 0, dict.fromkeys(SIGNED, 0), "motor_target_torque"
         self.powered = False
 
-    def add(self, ready: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """The next piece: where the torque is known, signals and outputs."""
+    def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
+        """The next piece: time [s], signals and outputs by name, (n,) each."""
         hand, deviation = result["statement.magnitude"], result["statement.deviation"]
+        ready = (result["statement.status"] == code_of(Status.HEALTHY)) & np.isfinite(hand)
+        bar = signals["steering_wheel_angle"], signals["motor_angle_mechanical"], signals["driver_torque"]
+        self._stretches.add(time, result["hands"])
+        self._geometry.add(*bar)
+        self._contradiction.add(*bar)
+        given, wanted = signals["motor_torque"], signals["motor_target_torque"]
+        self._below.add(np.where(np.isfinite(given), given, wanted), *bar[1:])
+        if self._consistency is not None:
+            self._consistency.add(result["nis"][ready], result["present"][ready])
         self.seen += len(ready)
         self.ready += int(ready.sum())
         self.hand += float(np.sum(hand[ready] ** 2))
@@ -147,9 +171,13 @@ class DriveFigures:
                 self.peak, self.peak_deviation = float(hand[at]), float(deviation[at])
         self.inertia_error, self.torque_offset = float(result["inertia_error"][-1]), float(result["torque_offset"][-1])
 
-    def drive(self, rate: float) -> Drive:
-        """The figures so far, those of others left open."""
-        count = max(self.ready, 1)
+    def consistency(self) -> Consistency | None:
+        """Of the observer; None where it has no NIS."""
+        return self._consistency.result() if self._consistency is not None else None
+
+    def drive(self) -> Drive:
+        """The figures so far."""
+        count, rate, consistency = max(self.ready, 1), self._rate, self.consistency()
         turned = {name: float(seen > MOSTLY * self.judged) for name, seen in self.turned.items()}
         torque, angle = (max(span[1] - span[0], 0.0) for span in self.spans.values())
         return Drive(
@@ -164,15 +192,16 @@ class DriveFigures:
             error=math.sqrt(self.error / self.compared) if self.compared else math.nan,
             torque_span=torque,
             angle_span=angle,
-            nis=math.nan,
+            nis=consistency.nis if consistency else math.nan,
             sample_time=1.0 / rate,
             inertia_error=self.inertia_error,
             torque_offset=self.torque_offset,
-            geometry=None,
-            motor_inertia=None,
+            geometry=self._geometry.found(),
+            motor_inertia=self._below.inertia(),
             turned=wrong_signs(
                 SignVerdict(**turned, angles_judged=1.0, torque_judged=1.0, motor_judged=1.0), self.motor
             ),
-            stretches=(),
+            stretches=tuple(self._stretches.found()),
+            contradiction=self._contradiction.found(),
             motor=self.motor if self.powered else "",
         )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
@@ -11,12 +10,8 @@ import numpy as np
 from tierod.core.findings import Status
 from tierod.core.graph import Result
 from tierod.core.recording import Aligned
-from tierod.core.statement import code_of
-from tierod.methods.analysis.consistency import ConsistencyAccumulator
-from tierod.monitors.driver_torque.column_regression import BelowBarOverDrive, GeometryOverDrive
-from tierod.monitors.driver_torque.contradicting import ContradictionOverDrive
 from tierod.monitors.driver_torque.decisions import FitRules
-from tierod.monitors.driver_torque.drive import TRUTH, DriveFigures, Stretches
+from tierod.monitors.driver_torque.drive import TRUTH, DriveFigures
 from tierod.monitors.driver_torque.finding import judge
 from tierod.monitors.driver_torque.misfits import distances
 from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
@@ -82,17 +77,13 @@ class DriverTorqueSession(BlockSession):
         self._build, self._usual, self.vehicle, self.rate, self.name = build, usual, vehicle, rate, name
         self.traces = {**self.traces, "true_hand_torque": "N*m"}
         self.signals = (*self.signals, TRUTH)
-        self._geometry, self._stretches = GeometryOverDrive(rate), Stretches(1.0 / rate)
-        self._contradiction = ContradictionOverDrive(vehicle["motor_ratio"], vehicle["torsion_bar_stiffness"], rate)
-        self._below = BelowBarOverDrive(vehicle["motor_ratio"], rate)
-        self._over, self._remark, self.rules = DriveFigures(), remark, FitRules()
+        self._figures, self._remark, self.rules = DriveFigures(vehicle, rate, "nis" not in lacking), remark, FitRules()
         self._truth, self._nis = np.full(delay, np.nan), np.empty(0)
-        self._consistency = None if "nis" in lacking else ConsistencyAccumulator()
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each; the first one shows what is measured."""
         columns = dict(zip(aligned.names, aligned.values.T, strict=True))
-        if not self._over.seen:
+        if not self._figures.seen:
             self.block = self._suited(columns)
         truth = np.concatenate([self._truth, columns[TRUTH]])
         kept = len(truth) - len(self._truth)
@@ -112,41 +103,21 @@ class DriverTorqueSession(BlockSession):
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         """Torques, states of the hands and innovations of one piece."""
-        healthy = result["statement.status"] == code_of(Status.HEALTHY)
-        ready = healthy & np.isfinite(result["statement.magnitude"])
         self._nis = result["nis"] / np.where(result["present"] > 0.0, result["present"], np.nan)
-        angles = signals["steering_wheel_angle"], signals["motor_angle_mechanical"]
-        self._stretches.add(time, result["hands"])
-        self._geometry.add(*angles, signals["driver_torque"])
-        self._contradiction.add(*angles, signals["driver_torque"])
-        given, wanted = signals["motor_torque"], signals["motor_target_torque"]
-        self._below.add(np.where(np.isfinite(given), given, wanted), angles[1], signals["driver_torque"])
-        if self._consistency is not None:
-            self._consistency.add(result["nis"][ready], result["present"][ready])
-        self._over.add(ready, signals, result)
+        self._figures.add(time, signals, result)
 
     def conclude(self) -> Conclusion:
         """The finding, and how consistent the observer was."""
-        found = self._consistency.result() if self._consistency is not None else None
-        drive = self._over.drive(self.rate)._replace(
-            nis=found.nis if found else math.nan,
-            geometry=self._geometry.found(),
-            motor_inertia=self._below.inertia(),
-            stretches=tuple(self._stretches.found()),
-            contradiction=self._contradiction.found(),
-        )
+        drive, found = self._figures.drive(), self._figures.consistency()
         finding = judge(drive, self.vehicle, self.name, self.rules)
         fits = finding.status is Status.HEALTHY
         unfit = finding.status is Status.SUSPECT
         withheld = (TRUTH,) if fits else (TRUTH, *(name for name in self.traces if not (unfit and name == "nis")))
-        remarks = {"estimate": WITHHELD if unfit else self._remark if fits else ""}
-        seen = distances(drive, self.vehicle) if fits or unfit else {}
-        if found is None:
-            return Conclusion(finding, remarks=_given(remarks), withheld=withheld, distances=seen)
-        remarks["consistency"] = SIZED
-        figures = {"enabled_samples": float(found.samples), "nis_mean": found.nis}
-        return Conclusion(finding, consistency=figures, remarks=_given(remarks), withheld=withheld, distances=seen)
-
-
-def _given(remarks: dict[str, str]) -> dict[str, str]:
-    return {part: remark for part, remark in remarks.items() if remark}
+        remarks = {"estimate": WITHHELD if unfit else self._remark if fits else "", "consistency": SIZED * bool(found)}
+        return Conclusion(
+            finding,
+            consistency={"enabled_samples": float(found.samples), "nis_mean": found.nis} if found else {},
+            remarks={part: remark for part, remark in remarks.items() if remark},
+            withheld=withheld,
+            distances=distances(drive, self.vehicle) if fits or unfit else {},
+        )

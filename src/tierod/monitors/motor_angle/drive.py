@@ -7,12 +7,18 @@ from collections.abc import Mapping
 from typing import Annotated, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tierod.core.graph import Result
 from tierod.models.commanded_motor import CommandedMotorParameters
+from tierod.monitors.motor_angle.alarms import AlarmCourses
+from tierod.monitors.motor_angle.misread import misread
 from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.signals import MEASURED, VARIANTS
+from tierod.monitors.motor_angle.voltage_balance import InducedVoltage, VoltageBalance
 from tierod.monitors.motor_angle.which_angle import NOT_MOTOR
+from tierod.physics.clarke_park import StatorVector
+from tierod.physics.inverter import phase_signs
 
 SURPRISING = 20.0
 """An innovation beyond this comes in one of 6000 samples by chance: three measurements have a mean of three."""
@@ -99,9 +105,18 @@ class Drive(NamedTuple):
 
 
 class DriveFigures:
-    """Figures over the pieces of a recording."""
+    """Figures over the pieces of a recording.
 
-    def __init__(self) -> None:
+    Args:
+        monitor: whose outputs they are of
+        rate: of the samples [Hz]
+    """
+
+    def __init__(self, monitor: MotorAngleMonitor, rate: float) -> None:
+        p = monitor.observer.parameters
+        self._monitor, self._rate, self.courses = monitor, rate, AlarmCourses(rate)
+        self._balance = VoltageBalance(p.motor_pole_pairs, p.sample_time)
+        self._induced = InducedVoltage(p.motor_resistance, p.motor_inductance, p.motor_flux, p.sample_time)
         self.seen = self.known = self.since_model = self.surprised = 0
         self.nis = self.mismatch = 0.0
         self.residuals, self.alarmed = np.zeros(3), np.zeros(3)  # count, sum and sum of squares
@@ -111,8 +126,10 @@ class DriveFigures:
         self.inverter = (0.0, 0.0, 0.0)
         self.pinion = self.torque = False
 
-    def add(self, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """The next piece."""
+    def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
+        """The next piece: time [s], signals and outputs by name, (n,) each."""
+        self.courses.add(time, result)
+        self._add_voltages(signals, result)
         self.pinion |= bool(np.isfinite(signals["pinion_angle"]).any())
         self.torque |= bool(np.isfinite(signals["driver_torque"]).any())
         counts, complete, known = (result[f"compared.{name}"] > 0.5 for name in ("counts", "complete", "known"))
@@ -139,8 +156,20 @@ class DriveFigures:
         loss, knee, deviation = (float(result[f"estimate.inverter_{name}"][-1]) for name in InverterLoss._fields[:3])
         self.inverter = (loss, knee, deviation)
 
-    def drive(self, rate: float, starts: Mapping[str, float], monitor: MotorAngleMonitor) -> Drive:
+    def _add_voltages(self, signals: Mapping[str, np.ndarray], result: Result) -> None:
+        current = StatorVector(signals["motor_current_alpha"], signals["motor_current_beta"])
+        parameters = self._monitor.observer.parameters
+        taken = StatorVector(np.zeros(len(current.alpha)), np.zeros(len(current.alpha)))
+        if isinstance(parameters, CommandedMotorParameters):
+            taken = phase_signs(current, parameters.inverter_knee_current)
+        voltage = result["voltage.alpha"] + 1j * result["voltage.beta"]
+        alarmed = np.maximum.accumulate(result["alarms.model"] > 0.5) | (self.since_model > 0)
+        self._induced.add(_complex(current)[alarmed], voltage[alarmed])
+        self._balance.add(_complex(current), voltage, signals["motor_angle_mechanical"], _complex(taken))
+
+    def drive(self) -> Drive:
         """The figures so far."""
+        monitor, rate = self._monitor, self._rate
         count, total, squares = self.alarmed if self.alarmed[0] else self.residuals
         mean = float(total) / max(count, 1.0)
         windows, together, observed, sensed = self.gains.tolist()
@@ -164,12 +193,18 @@ class DriveFigures:
             resistance=self.resistance / parameters.motor_resistance,
             flux=self.flux / parameters.motor_flux,
             suspect=float(np.argmax(self.suspected[1:]) + 1) if self.suspected[1:].any() else 0.0,
-            starts=dict(starts),
+            starts=dict(self.courses.starts),
             voltages=monitor.voltages.source,
             lost=lost,
+            misread=misread(self._balance, parameters, monitor.observer.tuning.current_noise),
+            contradicting=self._induced.share(),
             mismatch=self.mismatch,
             untwisted=monitor.plausibility is not None and self.pinion and not self.torque,
         )
+
+
+def _complex(vector: StatorVector[NDArray[np.float64]]) -> NDArray[np.complex128]:
+    return vector.alpha + 1j * vector.beta
 
 
 def _powers(values: np.ndarray) -> tuple[float, float, float]:

@@ -5,23 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tierod.core.errors import InputError
 from tierod.core.findings import Status
 from tierod.core.graph import Result, scan
 from tierod.core.recording import Aligned
-from tierod.models.commanded_motor import CommandedMotorParameters
 from tierod.monitors.harness.session import BlockSession, Conclusion
-from tierod.monitors.motor_angle.alarms import AlarmCourses
 from tierod.monitors.motor_angle.drive import DriveFigures
 from tierod.monitors.motor_angle.finding import DISTURBING, judge, root_of
-from tierod.monitors.motor_angle.misread import misread
 from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.signals import DUTY_CYCLES, SIGNALS
-from tierod.monitors.motor_angle.voltage_balance import InducedVoltage, VoltageBalance
-from tierod.physics.clarke_park import StatorVector
-from tierod.physics.inverter import phase_signs
 from tierod.vehicles import Vehicle
 
 LEAST_SHARE = 0.8
@@ -86,11 +79,7 @@ class MotorAngleSession(BlockSession):
         shown = TRACES | (INVERTER_TRACES if block.observer.commanded else {})
         super().__init__(block, {output: name for output, name in shown.items() if output not in bare})
         self.monitor, self.vehicle, self.rate = block, vehicle, rate
-        self._courses, self._over = AlarmCourses(rate), DriveFigures()
-        p = block.observer.parameters
-        self._balance = VoltageBalance(p.motor_pole_pairs, p.sample_time)
-        self._alarmed = False
-        self._induced = InducedVoltage(p.motor_resistance, p.motor_inductance, p.motor_flux, p.sample_time)
+        self._figures = DriveFigures(block, rate)
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
@@ -143,33 +132,19 @@ class MotorAngleSession(BlockSession):
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         """Alarms and figures of one piece."""
-        self._courses.add(time, result)
-        self._over.add(signals, result)
-        current = StatorVector(signals["motor_current_alpha"], signals["motor_current_beta"])
-        parameters = self.monitor.observer.parameters
-        taken = StatorVector(np.zeros(len(time)), np.zeros(len(time)))
-        if isinstance(parameters, CommandedMotorParameters):
-            taken = phase_signs(current, parameters.inverter_knee_current)
-        voltage = result["voltage.alpha"] + 1j * result["voltage.beta"]
-        alarmed = np.maximum.accumulate(result["alarms.model"] > 0.5) | self._alarmed
-        self._alarmed = bool(alarmed[-1])
-        self._induced.add(_complex(current)[alarmed], voltage[alarmed])
-        self._balance.add(_complex(current), voltage, signals["motor_angle_mechanical"], _complex(taken))
+        self._figures.add(time, signals, result)
 
     def conclude(self) -> Conclusion:
         """The finding, and the course of every trouble code."""
-        observer = self.monitor.observer
-        wrong = misread(self._balance, observer.parameters, observer.tuning.current_noise)
-        drive = self._over.drive(self.rate, self._courses.starts, self.monitor)
-        drive = drive._replace(misread=wrong, contradicting=self._induced.share())
+        drive, courses = self._figures.drive(), self._figures.courses
         finding = judge(drive, self.vehicle)
         # A wrong recording is no fault of the sensor and must not enter the fault memory.
         if finding.status is Status.NOT_TESTABLE:
             return Conclusion(finding)
         root = root_of(drive)
         mute = "motor-angle-stuck" if root == "model" else "motor-currents" if root in DISTURBING else ""
-        codes = {name: self._courses.of_code(name, mute=name == mute) for name in self._courses.codes}
-        return Conclusion(finding, course=tuple(self._courses.course), code_courses=codes)
+        codes = {name: courses.of_code(name, mute=name == mute) for name in courses.codes}
+        return Conclusion(finding, course=tuple(courses.course), code_courses=codes)
 
 
 def _stood(values: np.ndarray, fresh: np.ndarray, samples: int) -> np.ndarray:
@@ -177,7 +152,3 @@ def _stood(values: np.ndarray, fresh: np.ndarray, samples: int) -> np.ndarray:
     place = np.arange(len(values))
     last = np.maximum.accumulate(np.where(fresh, place, -1))
     return np.where((last >= 0) & (place - last <= samples), values[last], np.nan)
-
-
-def _complex(vector: StatorVector[NDArray[np.float64]]) -> NDArray[np.complex128]:
-    return vector.alpha + 1j * vector.beta
