@@ -12,6 +12,7 @@ import numpy as np
 from tierod.core.block import Scalar, Tree, rebuild, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import limit, maximum, present, where
+from tierod.methods.estimators.fixed_gain import error_radius, stationary_covariance
 from tierod.methods.estimators.luenberger import observe
 from tierod.methods.estimators.pole_placement import discrete_poles
 from tierod.methods.estimators.shapes import leaf_names
@@ -255,39 +256,6 @@ def scheduled(
         rows.append([*chosen.ravel(), *spreads, weight[0, 0], weight[0, 1], weight[1, 1]])
     _require_stable_between(model, gains)
     return Schedule.through(rows)
-
-
-class Spread(NamedTuple):
-    """Covariance of the estimate after a sample, and of the innovation."""
-
-    corrected: np.ndarray
-    innovation: np.ndarray
-
-
-def stationary_covariance(
-    system: LinearSystem, gain: np.ndarray, process: Sequence[float], reading: Sequence[float]
-) -> Spread:
-    """What noise makes of an observer with a fixed gain, in the long run.
-
-    Args:
-        system: discrete
-        gain: K of x = x- + K (y - C x-)
-        process: variance that each state gains per sample
-        reading: variance of each measurement
-
-    Source: P = (I - K C)(A P A' + Q)(I - K C)' + K R K' (Joseph), solved for P.
-    """
-    from scipy.linalg import solve_discrete_lyapunov
-
-    A, C, Q, R = system.A, system.C, np.diag(process), np.diag(reading)
-    left = np.eye(len(A)) - gain @ C
-    corrected = solve_discrete_lyapunov(left @ A, left @ Q @ left.T + gain @ R @ gain.T)
-    return Spread(corrected, C @ (A @ corrected @ A.T + Q) @ C.T + R)
-
-
-def error_radius(system: LinearSystem, gain: np.ndarray) -> float:
-    """Largest size of the eigenvalues of the error, (I - K C) A; below one it decays."""
-    return float(np.abs(np.linalg.eigvals((np.eye(len(system.A)) - gain @ system.C) @ system.A)).max())
 
 
 def _require_stable_between(model: Scheduling, gains: Sequence[np.ndarray]) -> None:

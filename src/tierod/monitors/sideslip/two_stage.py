@@ -11,6 +11,7 @@ import numpy as np
 from tierod.core.block import Scalar, Tree
 from tierod.core.graph.maths import present, where
 from tierod.core.ranges import NOT_NEGATIVE
+from tierod.methods.estimators.fixed_gain import stationary_covariance
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.luenberger import Luenberger
 from tierod.methods.estimators.pole_placement import discrete_poles, observer_gain
@@ -34,7 +35,6 @@ from tierod.monitors.sideslip.schedule import (
     Scheduling,
     faster_poles,
     scheduled,
-    stationary_covariance,
 )
 
 DISTURBANCE_POLES = (-60.0, -65.0, -70.0)
