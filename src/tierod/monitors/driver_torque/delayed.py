@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import both, sqrt, where
 from tierod.methods.estimators.fixed_lag import FixedLag
@@ -41,15 +42,15 @@ def smoothing(tuning: ColumnTuning) -> ColumnTuning:
 class DelayedEstimate(NamedTuple):
     """Torque of the hands as it was before the lag, its standard deviation, and whether it can be used."""
 
-    hand_torque: Annotated[float, "N*m"]
-    hand_torque_deviation: Annotated[float, "N*m"]
-    ready: Annotated[float, ""]
+    hand_torque: Annotated[Scalar, "N*m"]
+    hand_torque_deviation: Annotated[Scalar, "N*m"]
+    ready: Annotated[Scalar, ""]
 
 
 class DelayedState(NamedTuple):
     """Memory of the smoother, and of the gaps in its samples."""
 
-    smoother: Any
+    smoother: Tree
     start: StartState
 
 

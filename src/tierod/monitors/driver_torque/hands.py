@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar, Tree
 from tierod.core.graph.maths import absolute, both, either, limit, negated, present, sqrt, where
@@ -250,7 +250,7 @@ class HandsMonitor:
             acceleration=where(anew, 0.0, state.acceleration),
         )
 
-    def _absurd(self, wheel: Any) -> Scalar:
+    def _absurd(self, wheel: Tree) -> Scalar:
         """Whether what was learnt is no wheel of the vehicle's: hands were taken for none."""
         return either(
             absolute(wheel.torque_offset) > self.greatest_offset,
@@ -264,7 +264,9 @@ class HandsMonitor:
         turning = both(alone, absolute(state.rate) > self.least_rate)
         return tuple(where(each, 1.0, 0.0) for each in (shaken, turning, alone))
 
-    def _output(self, hands: Scalar, ratio: Scalar, up: Scalar, down: Scalar, learnt: Any, off: Any, on: Any) -> Output:
+    def _output(
+        self, hands: Scalar, ratio: Scalar, up: Scalar, down: Scalar, learnt: Tree, off: Tree, on: Tree
+    ) -> Output:
         evidence_on, evidence_off = up / self.to_on.threshold, down / self.to_off.threshold
         against = where(hands > 0.75, evidence_off, where(hands < 0.25, evidence_on, 0.0))
         shown = where(against > self.doubt, UNCERTAIN, hands)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar, Tree, leaves, rebuild
 from tierod.core.graph.maths import log, where
@@ -178,7 +178,7 @@ _ANY_RATE = 25.0
 """Variance of its rate [rad^2/s^2]."""
 
 
-def log_likelihood(estimate: Any) -> Scalar:
+def log_likelihood(estimate: Tree) -> Scalar:
     """Of the angle of one sample, less a constant; 0 where it is missing.
 
     Args:

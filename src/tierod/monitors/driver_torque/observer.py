@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.block import leaves
+from tierod.core.block import Scalar, Tree, leaves
 from tierod.core.graph.maths import both, present, sqrt, where
 from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.models.column_observation import MotorTorque
@@ -36,27 +36,27 @@ class ColumnEstimate(NamedTuple):
         ready: 1 while the estimate can be used; 0 before the first complete sample, in a long gap, and while settling
     """
 
-    hand_torque: Annotated[float, "N*m"]
-    hand_torque_deviation: Annotated[float, "N*m"]
-    disturbance_torque: Annotated[float, "N*m"]
-    disturbance_torque_deviation: Annotated[float, "N*m"]
-    steering_wheel_angle: Annotated[float, "rad"]
-    motor_angle_mechanical: Annotated[float, "rad"]
-    gear_angle: Annotated[float, "rad"]
-    steering_wheel_rate: Annotated[float, "rad/s"]
-    motor_speed: Annotated[float, "rad/s"]
-    gear_rate: Annotated[float, "rad/s"]
-    offset: Annotated[float, ""]
+    hand_torque: Annotated[Scalar, "N*m"]
+    hand_torque_deviation: Annotated[Scalar, "N*m"]
+    disturbance_torque: Annotated[Scalar, "N*m"]
+    disturbance_torque_deviation: Annotated[Scalar, "N*m"]
+    steering_wheel_angle: Annotated[Scalar, "rad"]
+    motor_angle_mechanical: Annotated[Scalar, "rad"]
+    gear_angle: Annotated[Scalar, "rad"]
+    steering_wheel_rate: Annotated[Scalar, "rad/s"]
+    motor_speed: Annotated[Scalar, "rad/s"]
+    gear_rate: Annotated[Scalar, "rad/s"]
+    offset: Annotated[Scalar, ""]
     innovation: ColumnOutput
-    nis: Annotated[float, ""]
-    present: Annotated[float, ""]
-    ready: Annotated[float, ""]
+    nis: Annotated[Scalar, ""]
+    present: Annotated[Scalar, ""]
+    ready: Annotated[Scalar, ""]
 
 
 class ColumnMemory(NamedTuple):
     """Memory of the observer: state of its filters, and of the gaps in its samples."""
 
-    bank: Any
+    bank: Tree
     start: StartState
 
 
@@ -130,7 +130,7 @@ class ColumnObserver:
         bank = phase.chosen(self.bank.at(resting), moved, state.bank)
         return ColumnMemory(bank, start), self._estimate(start, self.bank.mean(bank), estimate, phase)
 
-    def _estimate(self, start: StartState, mean: Any, estimate: Any, phase: Phase) -> ColumnEstimate:
+    def _estimate(self, start: StartState, mean: Tree, estimate: Tree, phase: Phase) -> ColumnEstimate:
         layout = self.starting.layout
         settled = both(start.started > 0.5, start.settling <= 0.0)
         unknown = where(settled, 0.0, UNKNOWN**2)
@@ -156,7 +156,7 @@ class ColumnObserver:
         )
 
 
-def resting_state(model: Any, layout: Layout, sample: ColumnSample) -> Any:
+def resting_state(model: Any, layout: Layout, sample: ColumnSample) -> Tree:
     """The state of a column's filter if the column were at rest under this sample; zeros where values are missing.
 
     Args:
@@ -180,5 +180,5 @@ def resting_state(model: Any, layout: Layout, sample: ColumnSample) -> Any:
     return model.State(*(known.get(name, 0.0) for name in model.State._fields))
 
 
-def _there(value: Any) -> Any:
+def _there(value: Scalar) -> Scalar:
     return where(present(value), value, 0.0)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.graph.maths import present, where
 from tierod.methods.analysis.fitness import require_fit
@@ -46,12 +47,12 @@ _SHIFT = 1.0
 class PrintedEstimate(NamedTuple):
     """What an observer of the paper estimates of the column."""
 
-    hand_torque: Annotated[float, "N*m"]
-    disturbance_torque: Annotated[float, "N*m"]
-    steering_wheel_angle: Annotated[float, "rad"]
-    motor_angle_mechanical: Annotated[float, "rad"]
-    steering_wheel_rate: Annotated[float, "rad/s"]
-    motor_speed: Annotated[float, "rad/s"]
+    hand_torque: Annotated[Scalar, "N*m"]
+    disturbance_torque: Annotated[Scalar, "N*m"]
+    steering_wheel_angle: Annotated[Scalar, "rad"]
+    motor_angle_mechanical: Annotated[Scalar, "rad"]
+    steering_wheel_rate: Annotated[Scalar, "rad/s"]
+    motor_speed: Annotated[Scalar, "rad/s"]
 
 
 _SHOWN = (
@@ -68,8 +69,8 @@ _SHOWN = (
 class PrintedState(NamedTuple):
     """Memory: the filter's mean, and the motor's torque until now."""
 
-    mean: Any
-    motor_torque: Any
+    mean: Tree
+    motor_torque: Annotated[Scalar, "N*m"]
 
 
 @dataclass(frozen=True)

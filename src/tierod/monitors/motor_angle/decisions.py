@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from string import Formatter
-from typing import Annotated, Any
+from typing import Annotated
 
 from tierod.methods.detectors.cusum import Cusum
 from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine
@@ -44,7 +44,7 @@ _SOURCE = (
 )
 
 
-def _numbers(part: type[Any], words: str) -> OwnRule:
+def _numbers(part: type, words: str) -> OwnRule:
     """The rule of a part in words, with the numbers that its class has."""
     values = {name: float(getattr(part, name)) for _, name, _, _ in Formatter().parse(words) if name}
     return OwnRule(words.format(**values), values)
@@ -53,7 +53,7 @@ def _numbers(part: type[Any], words: str) -> OwnRule:
 def _decision(
     name: str,
     distance: str,
-    rule: Any,
+    rule: Cusum | OwnRule,
     place: str,
     statistic: str,
     levels: tuple[float, ...],

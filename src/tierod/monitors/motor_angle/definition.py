@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any
+from typing import TypeVar
 
 from tierod.core.errors import ParameterError
 from tierod.monitors.harness.own_level import OwnLevel
@@ -19,6 +19,9 @@ from tierod.vehicles import Vehicle
 PAPER = "Reinelt, Lundquist, Johansson, On-line sensor monitoring in an active front steering system, SAE 2005-01-1271"
 
 
+Part = TypeVar("Part")
+
+
 def _open(voltages: str, vehicle: Vehicle, rate: float, own_level: OwnLevel | None) -> MotorAngleSession:
     plausibility, gear = None, _if_given(vehicle, Superposition)
     if gear is not None:
@@ -28,7 +31,7 @@ def _open(voltages: str, vehicle: Vehicle, rate: float, own_level: OwnLevel | No
     return MotorAngleSession(MotorAngleMonitor.of_vehicle(vehicle, 1.0 / rate, plausibility, source), vehicle, rate)
 
 
-def _if_given(vehicle: Vehicle, kind: Any) -> Any:
+def _if_given(vehicle: Vehicle, kind: type[Part]) -> Part | None:
     """Parameters that a vehicle file may leave out."""
     try:
         return vehicle.parameters_for(kind)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, NamedTuple, get_type_hints
+from typing import Annotated, NamedTuple, get_type_hints
 
-from tierod.core.block import Scalar
+from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import (
     absolute,
@@ -239,7 +239,7 @@ class MotorAngleObserver:
         size = len(mean)
         return Belief(type(mean)(*kept[:size]), tuple(kept[size:]))
 
-    def _pace(self, pace: Pace, after: Belief, estimate: Any) -> Pace:
+    def _pace(self, pace: Pace, after: Belief, estimate: Tree) -> Pace:
         """Standing below the speed at which the drop of an uncertain resistance is as large as the back-EMF."""
         t, p = self.tuning, self.parameters
         share = share_reached(p.sample_time / t.lag)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, NamedTuple, Self
 
 from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError
@@ -188,8 +188,8 @@ class CombinedSideslip:
         return after, self._estimate(after, inputs, estimate, running, lost)
 
     def _filtered(
-        self, state: CombinedState, sample: CombinedSample, inputs: Any, running: Scalar, free: Scalar
-    ) -> tuple[Belief, Any]:
+        self, state: CombinedState, sample: CombinedSample, inputs: Tree, running: Scalar, free: Scalar
+    ) -> tuple[Belief, Tree]:
         """A step of the filter, held where nothing runs; a steering angle as input is its mean over the sample."""
         given = inputs._replace(vehicle_speed=where(running, inputs.vehicle_speed, math.inf))
         if not self.filter.model.steering:
@@ -198,7 +198,7 @@ class CombinedSideslip:
         return self.filter.step(state.belief, self.filter.Sample(given, self._measured(sample)), process_noise=noise)
 
     def _estimate(
-        self, after: CombinedState, inputs: Any, estimate: Any, running: Scalar, lost: Scalar
+        self, after: CombinedState, inputs: Tree, estimate: Tree, running: Scalar, lost: Scalar
     ) -> CombinedEstimate:
         """The output, with the speed and the angle of the last sample that was used."""
         seen = inputs._replace(vehicle_speed=after.vehicle_speed)
@@ -229,7 +229,7 @@ class CombinedSideslip:
         torque = where(known, sample.road_wheel_torque, 0.0)
         return self.filter.model.Input(speed, along, torque, where(known, 1.0, 0.0)), where(known, 0.0, 1.0)
 
-    def _measured(self, sample: CombinedSample) -> Any:
+    def _measured(self, sample: CombinedSample) -> Tree:
         return self.filter.model.Output(*(getattr(sample, name) for name in self.filter.model.Output._fields))
 
     def _process_noise(self, belief: Belief, running: Scalar, free: Scalar) -> tuple[Scalar, ...]:
@@ -260,7 +260,7 @@ class CombinedSideslip:
         pairs = zip(start.covariance, belief.covariance, strict=True)
         return Belief(type(belief.mean)(*mean), tuple(where(lost, first, now) for first, now in pairs))
 
-    def _kept(self, mean: Any, lateral: Scalar) -> Any:
+    def _kept(self, mean: Tree, lateral: Scalar) -> Tree:
         """The mean with every factor held within what its prior makes possible.
 
         Friction is at least what the lateral acceleration shows, as far as that is below the usual friction.

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import Scalar
+from tierod.core.block import Scalar, Tree
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import absolute, arctan, exp, limit, sqrt
 from tierod.methods.estimators.kalman import KalmanFilter
@@ -121,7 +121,7 @@ class Derived(NamedTuple):
     front_friction_used: Annotated[Scalar, ""]
 
 
-def derived_fields(filter: KalmanFilter, belief: Belief, inputs: Any) -> dict[str, Scalar]:
+def derived_fields(filter: KalmanFilter, belief: Belief, inputs: Tree) -> dict[str, Scalar]:
     """Fields of `CombinedEstimate` that follow from a belief.
 
     Args:
@@ -131,7 +131,7 @@ def derived_fields(filter: KalmanFilter, belief: Belief, inputs: Any) -> dict[st
     """
     parameters = filter.parameters
 
-    def derived(mean: Any) -> Derived:
+    def derived(mean: Tree) -> Derived:
         forces = filter.model.forces(mean, inputs, parameters)
         return Derived(
             arctan(mean.lateral_speed / inputs.vehicle_speed),

@@ -70,7 +70,7 @@ class ConventionalKalman(SteeringTorqueObserver):
         own, estimate = self.filter.step(own, self.filter.Sample(inputs, measured))
         safe = model.Input(seen.road_wheel_torque, seen.vehicle_speed)
 
-        def torque(mean: Any) -> Scalar:
+        def torque(mean: SteeredVehicle.State) -> Scalar:
             return _aligning(mean, safe, self.filter.parameters.continuous)
 
         rows = jacobian(lambda mean: (torque(mean),), own.mean)
@@ -195,6 +195,6 @@ def placed(design: Design, factor: float, sample_time: float) -> np.ndarray:
     return np.linalg.solve(A, predictor)
 
 
-def _aligning(mean: Any, inputs: Any, p: Any) -> Scalar:
+def _aligning(mean: SteeredVehicle.State, inputs: SteeredVehicle.Input, p: SteeredVehicle.Parameters) -> Scalar:
     torque: Scalar = aligning_torque(*SteeredVehicle.parts(mean, inputs), p)
     return torque

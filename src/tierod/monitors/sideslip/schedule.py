@@ -99,7 +99,7 @@ class ScheduledState(NamedTuple):
 class Scheduled(NamedTuple):
     """What a scheduled observer gives: mean, variances of what was asked for, and the innovations."""
 
-    mean: Any
+    mean: Tree
     variances: tuple[Scalar, ...]
     nis: Annotated[Scalar, ""]
     readings: Annotated[Scalar, ""]

@@ -258,6 +258,6 @@ def _vehicle(noise: ObserverNoise, sample_time: float) -> tuple[Any, tuple[float
     return sampled_vehicle(sample_time), process, (noise.yaw_rate_reading**2, noise.torque_variance(sample_time))
 
 
-def _part(p: Any, model: Any) -> Any:
+def _part(p: SteeredVehicle.Parameters, model: Any) -> Any:
     """The parameters of a part of the vehicle."""
     return model.Parameters(*(getattr(p, each.name) for each in dataclasses.fields(model.Parameters)))
