@@ -117,7 +117,7 @@ def skeleton(annotation: Any) -> Tree:
     return 0.0
 
 
-def units(annotation: Any) -> list[str]:
+def units(annotation: object) -> list[str]:
     """The unit of every leaf that a NamedTuple class declares (`Annotated[float, "rad"]`), "" where none is said."""
     if get_origin(annotation) is Annotated:
         inner, *notes = get_args(annotation)
@@ -131,9 +131,9 @@ def units(annotation: Any) -> list[str]:
     return [""]
 
 
-def named_tuple(name: str, fields: list[tuple[str, Any]]) -> type:
+def named_tuple(name: str, fields: Iterable[tuple[str, object]]) -> type:
     """A NamedTuple class made at run time, from (field, annotation) pairs."""
-    return NamedTuple(name, fields)  # type: ignore[misc, return-value]
+    return NamedTuple(name, fields)  # type: ignore[return-value]  # a call of NamedTuple gives a class
 
 
 def derived(annotation: Any, name: str, unit: str) -> Any:
@@ -150,7 +150,7 @@ def derived(annotation: Any, name: str, unit: str) -> Any:
     return annotation
 
 
-def tuning(block: Any, path: str = "") -> Iterator[tuple[str, float]]:
+def tuning(block: object, path: str = "") -> Iterator[tuple[str, float]]:
     """(dotted path, value) of every float in a block's fields, nested dataclasses and tuples included.
 
     A whole number in a field of floats is a float: `Cusum(1, 4, 20)` is `Cusum(1.0, 4.0, 20.0)`.
@@ -181,7 +181,7 @@ def _with_tuning(block: Any, values: Iterator[Any]) -> Any:
     return block
 
 
-def structure(block: Any) -> Any:
+def structure(block: object) -> object:
     """What of a block decides the shape of its graph: types and every field that is not a float.
 
     Types stand for themselves, not for their names: a class written anew under an old name is another one. Values come
@@ -194,7 +194,7 @@ def structure(block: Any) -> Any:
     return (type(block), block)
 
 
-def _parts(block: Any) -> list[tuple[str, Any]]:
+def _parts(block: object) -> list[tuple[str, Any]]:
     """(name, value) of every field of a dataclass or tuple, as its annotation means it; none of anything else."""
     if isinstance(block, type) or not (isinstance(block, tuple) or dataclasses.is_dataclass(block)):
         return []
@@ -218,7 +218,7 @@ def _hints(kind: type) -> dict[str, Any]:
         return {}
 
 
-def _as_meant(value: Any, hint: Any) -> Any:
+def _as_meant(value: object, hint: object) -> object:
     """A number in a field of floats as a float, in tuples of floats too; anything else as it is."""
     if isinstance(value, tuple) and get_origin(hint) is tuple:
         inner = get_args(hint)

@@ -14,8 +14,8 @@ from tierod.experiments.alarms import ALARMS, JUDGEMENTS, Window, alarms_of, dur
 from tierod.experiments.figures import Moments, area_under_curve
 from tierod.experiments.judged import Judged
 from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.harness.running import Run
 from tierod.monitors.harness.session import Conclusion, Monitor, Session, StatusChange, Variant
-from tierod.monitors.run import Run
 from tierod.vehicles import Vehicle
 
 TRUTH = "truth_"

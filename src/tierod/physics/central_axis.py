@@ -1,4 +1,4 @@
-"""Rolling without slip: what yaw rate, wheel speeds and steer tell of each other.
+"""Rolling without slip: relations between yaw rate, wheel speeds and steer.
 
 A lever is how far to the left of the vehicle's axis a point lies: half the track for left wheels, less than zero for
 right ones.

@@ -6,7 +6,8 @@ A friction torque returned here opposes motion: it has the sign of the rate and 
 from __future__ import annotations
 
 from tierod.core.block import Scalar
-from tierod.core.graph.maths import Number, absolute, exp, expm1, maximum, power, sign, tanh, where
+from tierod.core.graph.maths import Number, absolute, exp, maximum, power, sign, tanh, where
+from tierod.physics.lag import share_reached
 
 
 def coulomb(rate: Scalar, level: Scalar) -> Scalar:
@@ -108,7 +109,7 @@ def dahl_mean(normalised: Scalar, angle_increment: Scalar, dahl_angle: Scalar) -
     direction = sign(angle_increment)
     travel = absolute(angle_increment) / dahl_angle
     short = travel < 1e-6
-    lag = where(short, 0.5 * travel, 1.0 + expm1(-travel) / where(short, 1.0, travel))
+    lag = where(short, 0.5 * travel, 1.0 - share_reached(travel) / where(short, 1.0, travel))
     return normalised + (direction - normalised) * lag
 
 

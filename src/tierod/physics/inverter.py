@@ -78,7 +78,7 @@ def phase_signs(current: StatorVector[Number], knee_current: Scalar) -> StatorVe
 
 
 def commanded_voltage(duty_cycles: PhaseValues, supply_voltage: Scalar) -> StatorVector:
-    """Mean voltage [V] over a period of modulation that the switches are told to make, in the stator's axes.
+    """Mean voltage [V] over a period of modulation that is commanded to the switches, in the stator's axes.
 
     Args:
         duty_cycles: share of the period for which each phase is tied to the upper rail [-]

@@ -1,27 +1,9 @@
-"""Acceleration of a body that moves in a plane."""
+"""Planar motion of a car: its accelerations, and following a path by aiming at a point ahead."""
 
 from __future__ import annotations
 
 from tierod.core.block import Scalar
-from tierod.core.graph.maths import cos, sin, tan
-
-
-def planar_acceleration(
-    speed: Scalar, speed_rate: Scalar, sideslip_angle: Scalar, course_rate: Scalar
-) -> tuple[Scalar, Scalar]:
-    """Longitudinal and lateral acceleration [m/s**2] of the centre of gravity, in axes of the body.
-
-    Args:
-        speed: of the centre of gravity along its path [m/s]
-        speed_rate: its derivative [m/s**2]
-        sideslip_angle: [rad]
-        course_rate: yaw rate plus rate of the sideslip angle [rad/s]
-
-    Source: Li, Frey, Gauterin, eq (17), with the terms of a changing speed, which are left out there.
-    """
-    across = speed * course_rate
-    along, side = cos(sideslip_angle), sin(sideslip_angle)
-    return speed_rate * along - across * side, speed_rate * side + across * along
+from tierod.core.graph.maths import tan
 
 
 def lateral_acceleration_of_turning(forward_speed: Scalar, yaw_rate: Scalar, sideslip_rate: Scalar) -> Scalar:
@@ -62,3 +44,16 @@ def forward_rate(acceleration: Scalar, forward_speed: Scalar, sideslip_angle: Sc
         yaw_rate: [rad/s]
     """
     return acceleration + forward_speed * tan(sideslip_angle) * yaw_rate
+
+
+def pursuit_curvature(offset_ahead: Scalar, reach: Scalar) -> Scalar:
+    """Curvature [1/m] of the arc that leads back to a straight path at a distance.
+
+    Args:
+        offset_ahead: lateral offset from the path that would be reached there on the present course, positive to the
+            left [m]
+        reach: distance [m], positive
+
+    Source: pure pursuit; Amidi, Integrated Mobile Robot Control, CMU-RI-TR-90-17 (1990): 2 x / L^2.
+    """
+    return -2.0 * offset_ahead / (reach * reach)

@@ -8,7 +8,7 @@ The lateral slip is the tangent of the slip angle; below 0.1 rad the angle itsel
 from __future__ import annotations
 
 from tierod.core.block import Scalar
-from tierod.core.graph.maths import Number, absolute, maximum, sign, sqrt, where
+from tierod.core.graph.maths import Number, absolute, maximum, sign, sqrt
 
 
 def linear_lateral_force(slip_angle: Number, cornering_stiffness: Scalar) -> Number:
@@ -214,18 +214,3 @@ def parking_torque(load: Scalar, adhesion: Scalar, pressure: Scalar) -> Scalar:
     Source: Gough's formula, as in Sharp and Granger, Proc. IMechE D 217 (2003) 87: M = (mu W / 3) sqrt(W / p).
     """
     return adhesion * load / 3.0 * sqrt(load / pressure)
-
-
-def brush_slip_share(force: Scalar, adhesion: Scalar, load: Scalar) -> Scalar:
-    """Share [-] of the brush model's sliding slip at which it makes this lateral force.
-
-    Args:
-        force: lateral force [N], of either sign
-        adhesion: friction coefficient of tyre and road [-]
-        load: vertical load [N]
-
-    Inverse of `brush_lateral_force`: x = 1 - (1 - |F| / (mu Fz))^(1/3), held at one beyond the limit.
-    """
-    unused = maximum(1.0 - absolute(force) / (adhesion * load), 0.0)
-    root: Scalar = where(unused > 0.0, where(unused > 0.0, unused, 1.0) ** (1.0 / 3.0), 0.0)
-    return sign(force) * (1.0 - root)

@@ -73,6 +73,7 @@ class Stream(Generic[State, Given, Output]):
         self._read = struct.Struct(f"{len(self.outputs)}d").unpack_from
         self._input_bytes, self._output_bytes = self.inputs.data.cast("B"), self.outputs.data.cast("B")
         self._before = memory.count
+        self._count: Callable[[], int]
         self.advance = self._bind(runner) if isinstance(runner, CompiledKernel) else self._interpreted(runner)
 
     def push(self, sample: Given | Mapping[str, float] | Iterable[float]) -> Output:

@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.strides import Stride
+from tierod.core.series import Stride
 
 SIGNALS = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
 """The signals of the torsion bar: wheel angle = motor angle / ratio + torque of the bar / stiffness + constant."""

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from tierod.methods.detectors.cusum import Cusum
-from tierod.methods.detectors.held_threshold import HeldThreshold
+from tierod.methods.detectors import Detector
+from tierod.methods.detectors.control_charts import Cusum
 from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine, alarms_at
 from tierod.methods.detectors.stopping_rules import CusumRule, HoldRule
 from tierod.monitors.driver_torque.hands import THRESHOLDS
@@ -55,8 +55,8 @@ class FitRules:
         above: for one that can only be too large
     """
 
-    either: HeldThreshold = field(default_factory=FIT_DESIGN.block)
-    above: HeldThreshold = field(default_factory=MISFIT_DESIGN.block)
+    either: Detector = field(default_factory=FIT_DESIGN.block)
+    above: Detector = field(default_factory=MISFIT_DESIGN.block)
 
     def apart(self, difference: float, spread: float) -> bool:
         """Whether a difference is more than chance.

@@ -11,10 +11,10 @@ from tierod.core.errors import ParameterError
 from tierod.methods.analysis.fitness import require_fit
 from tierod.methods.estimators.mixing import Switching
 from tierod.methods.estimators.stationary_bank import StationaryBank
-from tierod.models.below_bar import BelowBarParameters
 from tierod.models.column_observation import ColumnObservation, linear_column, observed_column
 from tierod.models.linear import LinearSystem
 from tierod.models.steering_column import ColumnParameters, SteeringColumn
+from tierod.models.steering_wheel import BelowBarParameters
 from tierod.models.two_inertia_column import TwoInertiaColumn, TwoInertiaParameters, without_gear
 from tierod.monitors.driver_torque.tuning import ColumnTuning
 from tierod.vehicles import Vehicle

@@ -6,10 +6,9 @@ from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
-from tierod.core.fields import check_ranges
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
 from tierod.core.graph.maths import absolute, all_of, both, log, maximum, minimum, present, sign, where
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
-from tierod.methods.detectors.cusum import Cusum
+from tierod.methods.detectors.control_charts import Cusum
 from tierod.methods.detectors.threshold import Debounce
 from tierod.monitors.motor_angle.second_tests import Increments, SensorBesideObserver, Stuck
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from string import Formatter
 from typing import Annotated
 
-from tierod.methods.detectors.cusum import Cusum
+from tierod.methods.detectors.control_charts import Cusum
 from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine
 from tierod.methods.detectors.stopping_rules import CusumRule
 from tierod.monitors.harness.decision import Decision, Demonstrated, OwnRule

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tierod.core.graph import Result
-from tierod.models.commanded_motor import CommandedMotorParameters
+from tierod.models.stator_frame_motor import CommandedMotorParameters
 from tierod.monitors.motor_angle.alarms import AlarmCourses
 from tierod.monitors.motor_angle.misread import misread
 from tierod.monitors.motor_angle.monitor import MotorAngleMonitor

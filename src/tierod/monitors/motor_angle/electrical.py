@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
-from tierod.core.fields import check_ranges
+from tierod.core.fields import POSITIVE, check_ranges
 from tierod.core.graph.maths import (
     absolute,
     all_of,
@@ -24,7 +24,6 @@ from tierod.core.graph.maths import (
     sin,
     where,
 )
-from tierod.core.ranges import POSITIVE
 from tierod.methods.detectors.threshold import Debounce
 from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.physics.angle import wrapped

@@ -9,7 +9,7 @@ from tierod.core.block import Scalar, leaves
 from tierod.core.findings import Status
 from tierod.core.graph.maths import both, greatest_of, maximum, present, where
 from tierod.core.statement import Statement, code_of
-from tierod.methods.detectors.cusum import Cusum
+from tierod.methods.detectors.control_charts import Cusum
 from tierod.monitors.motor_angle.alarms import ALARMS
 from tierod.monitors.motor_angle.comparison import ResidualGate, SensorComparison
 from tierod.monitors.motor_angle.electrical import ElectricalAlarms, ElectricalChecks, ElectricalFigures

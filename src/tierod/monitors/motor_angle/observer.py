@@ -23,8 +23,7 @@ from tierod.core.graph.maths import (
 )
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.shapes import Belief
-from tierod.models.commanded_motor import CommandedMotorParameters
-from tierod.models.stator_frame_motor import SampledMotorParameters, StatorFrameMotor
+from tierod.models.stator_frame_motor import CommandedMotorParameters, SampledMotorParameters, StatorFrameMotor
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning, angle_variance_place, stator_filter
 from tierod.physics.angle import wrapped
 from tierod.physics.inverter import LONGEST_SIGN

@@ -6,9 +6,8 @@ from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
-from tierod.core.fields import check_ranges
+from tierod.core.fields import POSITIVE, check_ranges
 from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, negated, present, where
-from tierod.core.ranges import POSITIVE
 from tierod.methods.detectors.threshold import Debounce
 from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.monitors.motor_angle.which_angle import MOTOR, NONE, PINION, WHEEL, Opinions, WhichAngle

@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from tierod.core.fields import check_ranges
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
 from tierod.methods.estimators.kalman import KalmanFilter
-from tierod.models.commanded_motor import CommandedMotor, CommandedMotorParameters
-from tierod.models.stator_frame_motor import SampledMotorParameters, StatorFrameMotor
+from tierod.models.stator_frame_motor import (
+    CommandedMotor,
+    CommandedMotorParameters,
+    SampledMotorParameters,
+    StatorFrameMotor,
+)
 
 _TINY = 1e-14
 """Variance that the angle gains per sample besides that of the speed [rad^2]: keeps the covariance positive."""

@@ -6,9 +6,8 @@ from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
-from tierod.core.fields import check_ranges
+from tierod.core.fields import POSITIVE, check_ranges
 from tierod.core.graph.maths import absolute, all_of, any_of, limit, where
-from tierod.core.ranges import POSITIVE
 from tierod.methods.detectors.threshold import Debounce
 
 NONE, MOTOR, WHEEL, PINION, NOT_MOTOR = 0.0, 1.0, 2.0, 3.0, 4.0

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import exp, where
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.physics.single_track import front_slip_speed, rear_slip_speed
 from tierod.vehicles.vehicle import Vehicle
 

@@ -12,9 +12,9 @@ from typing import Annotated, NamedTuple, Self
 
 from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import absolute, both, limit, log, maximum, present, sqrt, where
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
-from tierod.methods.detectors.held_threshold import HeldThreshold
+from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.linear_algebra import diagonal
 from tierod.methods.estimators.shapes import Belief

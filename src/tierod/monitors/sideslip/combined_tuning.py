@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field, fields, replace
 from typing import Annotated
 
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.models.lateral_parameters import OF_STEERING, UNKNOWNS
 from tierod.monitors.sideslip.monitor import BY_WIRE
 from tierod.physics.lag import gauss_markov_noise

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from tierod.methods.detectors.held_threshold import HeldThreshold
+from tierod.methods.detectors import Detector
+from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.detectors.rule_design import RuleDesign
 from tierod.methods.detectors.stopping_rules import HoldRule
 from tierod.monitors.harness.decision import Decision, Demonstrated, OwnRule
@@ -29,16 +30,14 @@ LEAST_COVERAGE = 0.8
 """Share of the time for which the 95 % band must hold a truth; less is not luck but a band that knows too little."""
 
 
-def offset_rule() -> HeldThreshold:
+def offset_rule() -> Detector:
     """For the yaw rate's offset over the usual one."""
-    rule: HeldThreshold = OFFSET_DESIGN.block()
-    return rule
+    return OFFSET_DESIGN.block()
 
 
-def misfit_rule() -> HeldThreshold:
+def misfit_rule() -> Detector:
     """For the logarithm of the mean NIS over its usual deviation."""
-    rule: HeldThreshold = MISFIT_DESIGN.block()
-    return rule
+    return MISFIT_DESIGN.block()
 
 
 def limit_rule(certainty: float) -> HeldThreshold:

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from tierod.core.findings import Estimate, Finding, Status
-from tierod.methods.detectors.held_threshold import HeldThreshold
+from tierod.methods.detectors import Detector
 from tierod.methods.detectors.rule_design import alarms_at
 from tierod.monitors.sideslip.decisions import (
     BAND_DECISION,
@@ -75,7 +75,7 @@ def withheld(drive: SideslipDrive, name: str, reason: Obstacle) -> Finding:
     return Finding(name, status, headline, evidence=drive.evidence(), cause=cause, action=action)
 
 
-def judge(drive: SideslipDrive, name: str, misfit_rule: HeldThreshold, nis: float) -> Finding:
+def judge(drive: SideslipDrive, name: str, misfit_rule: Detector, nis: float) -> Finding:
     """The finding where the sideslip was estimated.
 
     Args:

@@ -11,8 +11,8 @@ import numpy as np
 
 from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import all_of, limit, maximum, present, sqrt, where
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.models.linear import linearise
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.sideslip.axles import Axles, Slips

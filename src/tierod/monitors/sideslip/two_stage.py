@@ -9,8 +9,8 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from tierod.core.block import Scalar, Tree
+from tierod.core.fields import NOT_NEGATIVE
 from tierod.core.graph.maths import present, where
-from tierod.core.ranges import NOT_NEGATIVE
 from tierod.methods.estimators.fixed_gain import stationary_covariance
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.luenberger import Luenberger

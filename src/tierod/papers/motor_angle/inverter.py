@@ -14,7 +14,7 @@ from tierod.core.graph import scan
 from tierod.experiments.effort import Effort
 from tierod.methods.identification.inverter_knee import InverterFit, identify_inverter
 from tierod.methods.identification.motor_recording import MotorRecording
-from tierod.models.commanded_motor import CommandedMotorParameters
+from tierod.models.stator_frame_motor import CommandedMotorParameters
 from tierod.monitors.motor_angle.drive import InverterLoss
 from tierod.monitors.motor_angle.finding import inverter_remarks
 from tierod.monitors.motor_angle.observer import MotorAngleObserver

@@ -1,8 +1,8 @@
 import math
 
 from models.friction_paper import CAR
-from tierod.models.below_bar import BelowBarParameters
 from tierod.models.friction_estimation import FrictionParameters
+from tierod.models.steering_wheel import BelowBarParameters
 from tierod.vehicles import load
 
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tierod.core.toml_lines import line_of
+from tierod.core.toml_document import line_of
 
 TEXT = """\
 # a comment = 1

@@ -9,7 +9,7 @@ from example_models import random_linear
 from tierod.core.block import rebuild, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.methods.estimators.interacting import InteractingFilter
+from tierod.methods.estimators.imm import ImmFilter
 from tierod.methods.estimators.kalman import KalmanFilter
 
 SWITCHING = ((0.95, 0.05), (0.2, 0.8))
@@ -18,7 +18,7 @@ SWITCHING = ((0.95, 0.05), (0.2, 0.8))
 def bank(noises=((0.1, 0.2, 0.3), (2.0, 2.0, 2.0))):
     system, model, parameters = random_linear(np.random.default_rng(0), 3, 1, 2)
     filters = tuple(KalmanFilter(model, parameters, (0.0,) * 3, (1.0,) * 3, noise, (0.5, 0.6)) for noise in noises)
-    return system, InteractingFilter(filters, SWITCHING, (0.6, 0.4))
+    return system, ImmFilter(filters, SWITCHING, (0.6, 0.4))
 
 
 def test_the_numbers_of_filterpy():
@@ -95,6 +95,6 @@ def test_filters_of_other_models_are_refused():
     _, model, parameters = random_linear(np.random.default_rng(0), 2, 1, 2)
     small = KalmanFilter(model, parameters, (0.0,) * 2, (1.0,) * 2, (0.1, 0.1), (0.5, 0.6))
     with pytest.raises(ParameterError, match="share one state"):
-        InteractingFilter((one.filters[0], small), SWITCHING, (0.5, 0.5))
+        ImmFilter((one.filters[0], small), SWITCHING, (0.5, 0.5))
     with pytest.raises(ParameterError, match="no masks and no gate"):
-        InteractingFilter((one.filters[0], dataclasses.replace(one.filters[1], gate=10.0)), SWITCHING, (0.5, 0.5))
+        ImmFilter((one.filters[0], dataclasses.replace(one.filters[1], gate=10.0)), SWITCHING, (0.5, 0.5))

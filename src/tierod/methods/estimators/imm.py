@@ -1,18 +1,18 @@
-"""Interacting multiple models: Kalman filters of one state, each for one behaviour, weighed by their likelihood."""
+"""Interacting multiple models (IMM): Kalman filters of one state under several models, weighed by their likelihood."""
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Annotated, Any, NamedTuple, get_type_hints
+from typing import Annotated, NamedTuple, get_type_hints
 
-from tierod.core.block import Tree, named_tuple, rebuild, skeleton
+from tierod.core.block import Scalar, Tree, Truth, named_tuple, rebuild
 from tierod.core.errors import ParameterError
-from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import log, present, where
+from tierod.core.model import Model
 from tierod.methods.estimators.kalman import KalmanFilter
-from tierod.methods.estimators.kernels import correct, held_covariance, usable
-from tierod.methods.estimators.linear_algebra import Matrix, Vector, add, diagonal, dot, minus, plus, product, unpack
+from tierod.methods.estimators.kernels import correct_in_turn, held_covariance, usable
+from tierod.methods.estimators.linear_algebra import Matrix, Vector, add, diagonal, dot, plus
 from tierod.methods.estimators.mixing import (
     Switching,
     check_probabilities,
@@ -25,9 +25,8 @@ from tierod.methods.estimators.mixing import (
 )
 from tierod.methods.estimators.shapes import (
     Belief,
-    class_of_innovation_variance,
-    class_of_variance,
     estimate_class,
+    filled,
     leaf_names,
     leaf_values,
     sample_class,
@@ -37,11 +36,11 @@ from tierod.methods.estimators.shapes import (
 class Likely(NamedTuple):
     """A correction with its likelihood: mean, packed covariance, normalised innovation squared, number, logarithm."""
 
-    mean: tuple[Any, ...]
-    covariance: tuple[Any, ...]
-    nis: Any
-    present: Any
-    log_likelihood: Any
+    mean: tuple[Scalar, ...]
+    covariance: tuple[Scalar, ...]
+    nis: Scalar
+    present: Scalar
+    log_likelihood: Scalar
 
 
 def correct_with_likelihood(mean: Vector, covariance: Vector, rows: Matrix, residuals: Vector, noise: Vector) -> Likely:
@@ -49,28 +48,21 @@ def correct_with_likelihood(mean: Vector, covariance: Vector, rows: Matrix, resi
 
     The constant of the Gaussian density is left out: models that are compared see the same outputs.
     """
-    shift: Vector = [0.0] * len(mean)
-    nis: Any = 0.0
-    count: Any = 0.0
-    log_determinant: Any = 0.0
-    for row, residual, variance in zip(rows, residuals, noise, strict=True):
-        spread = plus(dot(row, product(unpack(covariance), row)), variance)
-        done = correct(covariance, (row,), (minus(residual, dot(row, shift)),), (variance,), shift)
-        log_determinant = plus(log_determinant, where(present(residual), log(spread), 0.0))
-        nis, count = plus(nis, done.nis), plus(count, done.present)
-        shift, covariance = done.shift, done.covariance
-    return Likely(add(mean, shift), tuple(covariance), nis, count, -0.5 * (nis + log_determinant))
+    done, _, spreads = correct_in_turn(covariance, rows, residuals, noise)
+    logarithms = [where(present(value), log(spread), 0.0) for value, spread in zip(residuals, spreads, strict=True)]
+    log_likelihood = -0.5 * (done.nis + functools.reduce(plus, logarithms, 0.0))
+    return Likely(add(mean, done.shift), done.covariance, done.nis, done.present, log_likelihood)
 
 
-class InteractingState(NamedTuple):
+class ImmState(NamedTuple):
     """Belief of every filter, and the probability that its model is the right one."""
 
-    beliefs: tuple[Any, ...]
-    probabilities: tuple[Any, ...]
+    beliefs: tuple[Belief, ...]
+    probabilities: tuple[Scalar, ...]
 
 
 @dataclass(frozen=True)
-class InteractingFilter:
+class ImmFilter:
     """Interacting multiple models: Kalman filters of one state whose estimates are mixed by the models' probabilities.
 
     Args:
@@ -110,13 +102,13 @@ class InteractingFilter:
     @property
     def Estimate(self) -> type:
         """NamedTuple class of the output."""
-        return interacting_estimate_class(self.filters[0].model, len(self.filters))
+        return imm_estimate_class(self.filters[0].model, len(self.filters))
 
-    def init(self) -> InteractingState:
+    def init(self) -> ImmState:
         """The beliefs before the first sample."""
-        return InteractingState(tuple(f.init() for f in self.filters), tuple(self.initial_probabilities))
+        return ImmState(tuple(f.init() for f in self.filters), tuple(self.initial_probabilities))
 
-    def step(self, state: InteractingState, sample: Any) -> tuple[InteractingState, Any]:
+    def step(self, state: ImmState, sample: Tree) -> tuple[ImmState, Tree]:
         """One sample on: mix, let every filter predict and correct, weigh."""
         origin = mixing(state.probabilities, self.switching)
         means = [leaf_values(belief.mean) for belief in state.beliefs]
@@ -133,7 +125,7 @@ class InteractingFilter:
         held = self._held(state, probabilities, done, sample)
         return held, self._estimate(held, origin.predicted, done, innovations, spreads, self._whole(sample))
 
-    def _held(self, state: InteractingState, probabilities: Vector, done: list[Likely], sample: Any) -> Any:
+    def _held(self, state: ImmState, probabilities: Vector, done: list[Likely], sample: Tree) -> ImmState:
         """The next state; a missing input holds means and probabilities and lets the covariances grow."""
         whole = self._whole(sample)
         beliefs = []
@@ -147,68 +139,47 @@ class InteractingFilter:
         shares = tuple(probabilities)
         if whole is not True:
             shares = tuple(where(whole, a, b) for a, b in zip(shares, state.probabilities, strict=True))
-        return InteractingState(tuple(beliefs), shares)
+        return ImmState(tuple(beliefs), shares)
 
-    def _whole(self, sample: Any) -> Any:
+    def _whole(self, sample: Tree) -> Truth:
         return usable(leaf_values(sample.input)) if self.filters[0].hold_missing_input else True
 
     def _estimate(
         self,
-        state: InteractingState,
+        state: ImmState,
         predicted: Vector,
         done: list[Likely],
         innovations: Matrix,
         spreads: Matrix,
-        whole: Any,
-    ) -> Any:
-        model = self.filters[0].model
+        whole: Truth,
+    ) -> Tree:
         means = [leaf_values(belief.mean) for belief in state.beliefs]
         mean = weighed(state.probabilities, means)
-        covariance = mixture_covariance(
-            state.probabilities, mean, means, [belief.covariance for belief in state.beliefs]
-        )
+        covariances = [belief.covariance for belief in state.beliefs]
+        variance = diagonal(mixture_covariance(state.probabilities, mean, means, covariances))
         expected = weighed(predicted, innovations)
-        outputs = skeleton(model.Output)
+        spread = mixture_variance(predicted, expected, innovations, spreads)
         nis, count = dot(state.probabilities, [each.nis for each in done]), done[0].present
         if whole is not True:
             nis, count = where(whole, nis, 0.0), where(whole, count, 0.0)
-        return self.Estimate(
-            rebuild(state.beliefs[0].mean, mean),
-            rebuild(skeleton(class_of_variance(model)), diagonal(covariance)),
-            rebuild(outputs, expected),
-            rebuild(
-                skeleton(class_of_innovation_variance(model)),
-                mixture_variance(predicted, expected, innovations, spreads),
-            ),
-            nis,
-            count,
-            state.probabilities,
-        )
+        return filled(self.Estimate, mean, variance, expected, spread, (nis, count), state.probabilities)
 
 
-@lru_cache(maxsize=64)
-def interacting_estimate_class(model: type, count: int) -> type:
+@functools.lru_cache(maxsize=64)
+def imm_estimate_class(model: Model, count: int) -> type:
     """Output of a bank: that of one filter, and the probability of each model."""
     single = estimate_class(model, False)
     hints = get_type_hints(single, include_extras=True)
     fields = [(name, hints[name]) for name in single._fields]  # type: ignore[attr-defined]
     shares = tuple[(Annotated[float, ""],) * count]  # type: ignore[misc, valid-type]
-    return named_tuple("InteractingEstimate", [*fields, ("probabilities", shares)])
+    return named_tuple("ImmEstimate", [*fields, ("probabilities", shares)])
 
 
-def _filtered(filter_: KalmanFilter, start: Belief, sample: Any) -> tuple[Likely, tuple[Any, ...], tuple[Any, ...]]:
+def _filtered(filter_: KalmanFilter, start: Belief, sample: Tree) -> tuple[Likely, Vector, Vector]:
     """One filter's step from a mixed belief: its correction, innovations, and their variances."""
     entering = leaf_values(filter_.input_noise)
     predicted = filter_._predict(start, sample.input, leaf_values(filter_.process_noise), entering)
-
-    def output(at: Tree) -> Tree:
-        return filter_.model.output(at, sample.input, filter_.parameters)
-
-    at = rebuild(skeleton(filter_.model.State), predicted.mean)
-    rows = jacobian(output, at)
-    measured, expected = leaf_values(sample.measured), leaf_values(output(at))
-    innovation = tuple(a - b for a, b in zip(measured, expected, strict=True))
+    rows, innovation, known = filter_.innovations(predicted, sample)
     noise = leaf_values(filter_.measurement_noise)
-    full = unpack(predicted.covariance)
-    spread = tuple(plus(dot(row, product(full, row)), value) for row, value in zip(rows, noise, strict=True))
+    spread = tuple(plus(each, value) for each, value in zip(known, noise, strict=True))
     return correct_with_likelihood(predicted.mean, predicted.covariance, rows, innovation, noise), innovation, spread
