@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tierod.methods.estimators.fixed_lag import FixedLag
-from tierod.methods.estimators.interacting import InteractingFilter
+from tierod.methods.estimators.imm import ImmFilter
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.stationary import StationaryFilter
 from tierod.methods.estimators.stationary_bank import StationaryBank
@@ -81,7 +81,7 @@ class PlainFilter:
 class InteractingModels:
     """`IMMEstimator` over Kalman filters."""
 
-    def __init__(self, block: InteractingFilter, system: LinearSystem):
+    def __init__(self, block: ImmFilter, system: LinearSystem):
         from filterpy.kalman import IMMEstimator
         from filterpy.kalman import KalmanFilter as Peer
 

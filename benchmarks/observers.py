@@ -20,13 +20,14 @@ from benchmarks.observer_peers import (
 from tierod.core.block import Block
 from tierod.core.graph.kernel import kernel
 from tierod.core.graph.trace import initial_memory
-from tierod.methods.estimators.interacting import InteractingFilter
+from tierod.methods.estimators.imm import ImmFilter
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.models.steering_column import ColumnParameters
 from tierod.monitors.driver_torque.delayed import DelayedHandTorque, smoothing
+from tierod.monitors.driver_torque.design import design, process_noises
 from tierod.monitors.driver_torque.printed import PrintedObserver
-from tierod.monitors.driver_torque.tuning import ColumnTuning, design, process_noises
+from tierod.monitors.driver_torque.tuning import ColumnTuning
 from tierod.papers.column.column_friction import ColumnFrictionObserver
 from tierod.papers.column.swept_bench import swept
 from tierod.vehicles import load
@@ -96,7 +97,7 @@ def _samples() -> np.ndarray:
     return np.column_stack([before, run["steering_wheel_angle"], run["motor_angle_mechanical"], run["driver_torque"]])
 
 
-def _interacting(bank: StationaryBank, noises: Sequence[np.ndarray], tuning: ColumnTuning) -> InteractingFilter:
+def _interacting(bank: StationaryBank, noises: Sequence[np.ndarray], tuning: ColumnTuning) -> ImmFilter:
     """The default's bank with covariances that are worked out anew in every sample."""
     start = tuple(map(float, np.diag(full(bank.noises[0].covariance))))
     filters = tuple(
@@ -110,7 +111,7 @@ def _interacting(bank: StationaryBank, noises: Sequence[np.ndarray], tuning: Col
         )
         for noise in noises
     )
-    return InteractingFilter(filters, bank.switching, (1.0 / len(filters),) * len(filters))
+    return ImmFilter(filters, bank.switching, (1.0 / len(filters),) * len(filters))
 
 
 def sideslip_comparisons() -> list[Comparison]:

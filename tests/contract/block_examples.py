@@ -14,17 +14,13 @@ from tierod.diagnosis.debounce import DebounceCounter, DebounceCounters
 from tierod.diagnosis.rules import RuleDiagnosis
 from tierod.diagnosis.substitution import Substitute, SubstitutionGraph
 from tierod.diagnosis.switchover import Switchover
-from tierod.methods.detectors.counter import GatedCounter
-from tierod.methods.detectors.cusum import Cusum
-from tierod.methods.detectors.geometric_average import GeometricAverage
-from tierod.methods.detectors.held_threshold import HeldThreshold
+from tierod.methods.detectors.control_charts import Cusum, GeometricAverage, HeldThreshold
 from tierod.methods.detectors.likelihood_ratio import LikelihoodRatio
 from tierod.methods.detectors.moments import BatchMoments, ExponentialMoments, MovingMoments
-from tierod.methods.detectors.sequential_test import SequentialTest
+from tierod.methods.detectors.sequential_test import SequentialTest, TwoSided
 from tierod.methods.detectors.threshold import Debounce, Hysteresis
-from tierod.methods.detectors.two_sided import TwoSided
 from tierod.methods.estimators.fixed_lag import FixedLag
-from tierod.methods.estimators.interacting import InteractingFilter
+from tierod.methods.estimators.imm import ImmFilter
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.luenberger import Luenberger
 from tierod.methods.estimators.mixing import switching_of
@@ -32,11 +28,9 @@ from tierod.methods.estimators.stationary import StationaryFilter
 from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.methods.estimators.unscented import UnscentedFilter
 from tierod.methods.filters.butterworth import Butterworth
-from tierod.methods.filters.delay import Delay
+from tierod.methods.filters.each import Delay, InputHold
 from tierod.methods.filters.first_order import Differentiator, FirstOrderLowPass
-from tierod.methods.filters.hold import InputHold
 from tierod.methods.filters.jump_gate import JumpGate
-from tierod.methods.filters.play import Play
 from tierod.methods.identification.innovations import Innovations
 from tierod.methods.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
 from tierod.methods.identification.simulation import Simulation
@@ -64,6 +58,7 @@ from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
 from tierod.monitors.condition.substitutes import Reconfiguration
 from tierod.monitors.driver_torque.delayed import DelayedHandTorque
 from tierod.monitors.driver_torque.hands import HandsMonitor
+from tierod.monitors.driver_torque.hands_filters import WheelAcceleration
 from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
 from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.printed import PrintedObserver
@@ -80,16 +75,14 @@ from tierod.monitors.friction.steering_sample import SteeringSample
 from tierod.monitors.friction.unscented import unscented
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 from tierod.monitors.harness.stuck_signals import StuckSignals
-from tierod.monitors.motor_angle.comparison import SensorComparison
-from tierod.monitors.motor_angle.detector import MotorAngleMonitor
+from tierod.monitors.motor_angle.comparison import ResidualGate, SensorComparison
 from tierod.monitors.motor_angle.electrical import ElectricalChecks
+from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition
-from tierod.monitors.motor_angle.residual import ResidualGate
-from tierod.monitors.motor_angle.second_tests import Backwards, Increments, NotFollowing, Stuck
-from tierod.monitors.motor_angle.voltages import MotorVoltages
+from tierod.monitors.motor_angle.second_tests import Increments, NotFollowing, Stuck
+from tierod.monitors.motor_angle.signals import MotorVoltages
 from tierod.monitors.motor_angle.which_angle import WhichAngle
-from tierod.monitors.sideslip.car_signals import FromCarSignals
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.conventional import (
     ConventionalKalman,
@@ -97,6 +90,7 @@ from tierod.monitors.sideslip.conventional import (
     conventional_kalman,
     conventional_poles,
 )
+from tierod.monitors.sideslip.monitor import SideslipMonitor
 from tierod.monitors.sideslip.two_stage import TwoStageKalman, TwoStagePoles, two_stage_kalman, two_stage_poles
 from tierod.papers.column.column_friction import ColumnFrictionObserver
 from tierod.papers.column.control.intervention import DriverIntervention, Noise
@@ -157,7 +151,6 @@ def examples() -> dict[type, Callable[[], Any]]:
             PositionControl.design(COLUMN, 140.0, 1e-3, feed_forward=0.9),
             DriverIntervention.design(Noise(0.05, 20.0), 1e-3),
         ),
-        GatedCounter: lambda: GatedCounter(DT),
         Cusum: lambda: Cusum(0.5, 4.0, 20.0),
         GeometricAverage: lambda: GeometricAverage(0.2, 0.8, restart=True),
         HeldThreshold: lambda: HeldThreshold(0.5, 3),
@@ -182,7 +175,6 @@ def examples() -> dict[type, Callable[[], Any]]:
         Differentiator: lambda: Differentiator(SteeringSample, DT, 0.05, 0.02),
         InputHold: lambda: InputHold(SteeringSample, DT, 0.05),
         JumpGate: lambda: JumpGate(SteeringSample, DT, 0.05, 5.0),
-        Play: lambda: Play(SteeringSample, DT, 0.05, 0.1),
         SteeringConditioning: SteeringConditioning,
         PreslidingFrictionFilter: lambda: PreslidingFrictionFilter(CAR),
         FrictionMonitor: lambda: FrictionMonitor.of_vehicle(load("midsize-eps")),
@@ -191,7 +183,7 @@ def examples() -> dict[type, Callable[[], Any]]:
         ConventionalPoles: lambda: conventional_poles(BY_WIRE, DT),
         TwoStageKalman: lambda: two_stage_kalman(BY_WIRE, DT),
         TwoStagePoles: lambda: two_stage_poles(BY_WIRE, DT),
-        FromCarSignals: lambda: FromCarSignals.of_vehicle(two_stage_kalman(BY_WIRE, 1e-3), load("steer-by-wire")),
+        SideslipMonitor: lambda: SideslipMonitor.of_vehicle(two_stage_kalman(BY_WIRE, 1e-3), load("steer-by-wire")),
         JudgedEstimator: lambda: JudgedEstimator(
             consistent(CAR), FrictionVerdict(FrictionLimits(4.0, 4.8, 7.5), sample_time=DT)
         ),
@@ -204,11 +196,12 @@ def examples() -> dict[type, Callable[[], Any]]:
             HandsMonitor.of_vehicle(load("column-bench"), 1e-3),
             ColumnSigns(18.0, 1e-3),
         ),
+        WheelAcceleration: lambda: WheelAcceleration.at(1e-3),
         HandsMonitor: lambda: HandsMonitor.of_vehicle(load("column-bench"), 1e-3),
         BaselineFrictionMonitor: lambda: BaselineFrictionMonitor(
             load("midsize-eps").parameters_for(BaselineParameters), threshold=1000.0, gate=None
         ),
-        InteractingFilter: lambda: InteractingFilter(
+        ImmFilter: lambda: ImmFilter(
             tuple(replace(consistent(CAR).filter, maskable=(), hold_missing_input=True) for _ in range(2)),
             switching_of((1.0, 0.1), DT),
             (0.5, 0.5),
@@ -240,7 +233,6 @@ def examples() -> dict[type, Callable[[], Any]]:
         ElectricalChecks: lambda: ElectricalChecks(4.0),
         AnglePlausibility: lambda: AnglePlausibility(Superposition(22.5, 1.0, 140.0)),
         Increments: Increments,
-        Backwards: Backwards,
         Stuck: Stuck,
         NotFollowing: NotFollowing,
         WhichAngle: WhichAngle,

@@ -1,4 +1,4 @@
-"""The sampled motor against closed forms: a winding alone, a rotor that is driven, and one under torque."""
+"""The sampled motor against closed forms: a winding alone, a rotor driven or under torque, an inverter before it."""
 
 import math
 from dataclasses import replace
@@ -6,7 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tierod.models.stator_frame_motor import SampledMotorParameters, StatorFrameMotor
+from tierod.models.stator_frame_motor import (
+    CommandedMotor,
+    CommandedMotorParameters,
+    SampledMotorParameters,
+    StatorFrameMotor,
+)
+from tierod.physics.clarke_park import StatorVector
+from tierod.physics.inverter import lost_voltage
 
 MOTOR = SampledMotorParameters(0.05, 1e-4, 0.01, 4.0, 1e-4, 1e-4, 1e-4)
 HEAVY = replace(MOTOR, motor_inertia=1e9, motor_damping=0.0)
@@ -60,3 +67,25 @@ def test_standing_the_angle_goes_on_by_what_is_given_alone():
     turning = StatorFrameMotor.transition(begun, NOTHING._replace(angle_increment=0.01), MOTOR)
     assert standing.angle == pytest.approx(1.01)
     assert turning.angle == pytest.approx(1.0 + 50.0 * 1e-4, rel=1e-4)
+
+
+VALUES = (0.05, 1e-4, 0.01, 4.0, 1e-4, 1e-4)
+INVERTER = CommandedMotorParameters(*VALUES, inverter_voltage_loss=0.8, inverter_knee_current=2.0)
+FED = SampledMotorParameters(*VALUES)
+COMMAND = StatorFrameMotor.Input(3.0, -1.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("current", [(8.0, 3.0), (0.4, -0.3), (-1.5, 6.0)])
+def test_it_is_a_motor_with_the_loss_taken_from_the_command(current):
+    state = CommandedMotor.State(*current, 40.0, 0.3, 0.1, 0.1, -0.02, 0.8, math.log(0.5))
+    found = CommandedMotor.transition(state, COMMAND, INVERTER)
+    lost = lost_voltage(StatorVector(*current), 13.0, 1e-6, 1e-4, 0.67, 1.0)
+    made = COMMAND._replace(voltage_alpha=3.0 - lost.alpha, voltage_beta=-1.0 - lost.beta)
+    np.testing.assert_allclose(found[:7], StatorFrameMotor.transition(StatorFrameMotor.State(*state[:7]), made, FED))
+    assert found[7:] == state[7:]
+
+
+def test_an_inverter_without_loss_makes_its_command():
+    state = CommandedMotor.State(8.0, 3.0, 40.0, 0.3, 0.1, 0.0, 0.0, 0.0, 0.0)
+    found = CommandedMotor.transition(state, COMMAND, INVERTER)
+    np.testing.assert_allclose(found[:7], StatorFrameMotor.transition(StatorFrameMotor.State(*state[:7]), COMMAND, FED))

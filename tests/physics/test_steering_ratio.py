@@ -1,8 +1,17 @@
+"""Steering from wheel to road wheels: the ratio between them, Ackermann's angles, and the torsion bar that measures.
+
+A ratio here is road-wheel angle per steering-wheel angle (about 1/15), the rho of Mohtat et al., eq (2). By virtual
+work the same number turns a torque about the kingpin into a torque at the steering wheel.
+"""
+
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from tierod.physics import steering_ratio as gear
+from tierod.physics.steering_ratio import ackermann_angle, ackermann_slope, torsion_bar_torque, torsion_bar_twist
 
 
 @given(st.floats(-10, 10), st.floats(0, 0.01))
@@ -15,3 +24,33 @@ def test_ratio_is_the_slope_of_the_angle(angle, growth):
 def test_torques_across_gears():
     assert gear.torque_at_steering_wheel(155.0, 1.0 / 15.5) == pytest.approx(10.0)
     assert gear.column_torque_of_motor(0.5, 20.0) == 10.0
+
+
+TRACK, WHEELBASE = 1.55, 2.83
+
+
+@pytest.mark.parametrize(("steer", "error"), [(0.1, 0.005), (-0.2, 0.02), (0.35, 0.055), (-0.5, 0.12)])
+def test_full_gain_lets_both_wheels_roll_about_one_centre(steer, error):
+    """Exact condition: tan of each wheel is wheelbase over radius less or plus half the track."""
+    radius = WHEELBASE / math.tan(steer)
+    left = math.atan(WHEELBASE / (radius - 0.5 * TRACK))
+    right = math.atan(WHEELBASE / (radius + 0.5 * TRACK))
+    mean, gain = 0.5 * (left + right), 0.5 * TRACK / WHEELBASE
+    difference = ackermann_angle(mean, gain) - ackermann_angle(mean, -gain)
+    assert difference == pytest.approx(left - right, rel=error)
+    assert 0.5 * (ackermann_angle(mean, gain) + ackermann_angle(mean, -gain)) == pytest.approx(mean)
+
+
+@given(st.floats(-0.7, 0.7), st.floats(-0.3, 0.3))
+def test_slope_is_the_derivative(steer, gain):
+    rise = ackermann_angle(steer + 1e-5, gain) - ackermann_angle(steer - 1e-5, gain)
+    assert ackermann_slope(steer, gain) == pytest.approx(rise / 2e-5, rel=1e-6)
+
+
+def test_bar_pulls_the_pinion_after_the_wheel():
+    assert torsion_bar_torque(0.02, 0.0, 140.0) == pytest.approx(2.8)
+    assert torsion_bar_torque(0.0, 0.0, 140.0, 1.0, 0.0, 0.05) == pytest.approx(0.05)
+
+
+def test_twist_inverts_the_torque_at_rest():
+    assert torsion_bar_twist(torsion_bar_torque(0.03, 0.01, 140.0), 140.0) == pytest.approx(0.02)

@@ -56,17 +56,6 @@ def test_aligning_torque_peaks_at_a_quarter_of_the_sliding_slip():
     assert torque.max() == pytest.approx(LIMIT * HALF_LENGTH * 27.0 / 256.0)
 
 
-@given(st.floats(-0.999, 0.999))
-def test_slip_share_inverts_the_brush_force(share):
-    force = tyre.brush_lateral_force(share * tyre.sliding_slip(*BRUSH), *BRUSH)
-    assert tyre.brush_slip_share(force, ADHESION, LOAD) == pytest.approx(share, abs=1e-5)
-
-
-def test_slip_share_is_held_at_the_limit():
-    assert tyre.brush_slip_share(2.0 * LIMIT, ADHESION, LOAD) == 1.0
-    assert tyre.brush_slip_share(-LIMIT, ADHESION, LOAD) == -1.0
-
-
 def test_relaxation_settles_at_the_slip_and_holds_when_standing():
     deflection, speed, length = 0.0, 10.0, 0.3
     for _ in range(10_000):

@@ -8,7 +8,7 @@ States, samples and outputs are trees of NamedTuples and tuples whose leaves are
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from numbers import Real
 from types import UnionType
@@ -25,29 +25,41 @@ from typing import (
     runtime_checkable,
 )
 
+from typing_extensions import TypeVar  # knows defaults: a bare `Block` is a block of anything
+
 Scalar: TypeAlias = float
-"""A number inside a block: a float, or the symbol that stands for it while the block is traced."""
+"""A number inside a block: a float, and while the block is traced the symbol that stands for it."""
+
+Truth: TypeAlias = bool | float
+"""A condition: True or 1.0 where it holds, False or 0.0 where not; a comparison of two `Scalar` gives one."""
 
 Tree: TypeAlias = Any
 """A scalar, or a (named) tuple of trees."""
 
+T = TypeVar("T")
+State = TypeVar("State", default=Any)
+Given = TypeVar("Given", default=Any)
+Output = TypeVar("Output", covariant=True, default=Any)
+
 
 @runtime_checkable
-class Block(Protocol):
+class Block(Protocol[State, Given, Output]):
     """Anything causal with memory: estimators, detectors, gates, discretised plants, sensor models.
+
+    Its three types are those of the state, of one sample (the class `Sample`) and of the output.
 
     `step` may take further arguments with defaults (`enabled` of the detectors): they are for composition inside
     another block; what drives a whole block (scan, stream, batch, generated C) feeds Sample and nothing else.
     """
 
     @property
-    def Sample(self) -> type:
+    def Sample(self) -> type[Given]:
         """The NamedTuple class of one sample."""
 
-    def init(self) -> Tree:
+    def init(self) -> State:
         """The state before the first sample."""
 
-    def step(self, state: Tree, sample: Tree) -> tuple[Tree, Tree]:
+    def step(self, state: State, sample: Given, /) -> tuple[State, Output]:
         """One sample on: (state, sample) -> (next state, output)."""
 
 
@@ -60,10 +72,10 @@ class Ring(NamedTuple):
 
     size: int
     initial: float = 0.0
-    oldest: Any = None
-    newest: Any = None
+    oldest: Scalar = None  # type: ignore[assignment]  # a driver puts it in before every step
+    newest: Scalar | None = None
 
-    def push(self, value: Any) -> Ring:
+    def push(self, value: Scalar) -> Ring:
         """The ring with `value` as its newest sample."""
         return self._replace(newest=value)
 
@@ -78,18 +90,19 @@ def leaves(tree: Tree, path: str = "") -> Iterator[tuple[str, Any]]:
         yield path, tree
 
 
-def rebuild(tree: Tree, values: Any) -> Tree:
+def rebuild(tree: T, values: Iterable[Any]) -> T:
     """A tree of the same shape as `tree` with its leaves taken from `values` in order."""
     source = iter(values)
     return map_leaves(lambda _leaf: next(source), tree)
 
 
-def map_leaves(function: Callable[[Any], Any], tree: Tree) -> Tree:
+def map_leaves(function: Callable[[Any], Any], tree: T) -> T:
     """The tree with `function` applied to every leaf."""
     if isinstance(tree, tuple) and not isinstance(tree, Ring):
         branches = [map_leaves(function, branch) for branch in tree]
-        return type(tree)(*branches) if hasattr(tree, "_fields") else tuple(branches)
-    return function(tree)
+        kind: Callable[..., T] = type(tree)
+        return kind(*branches) if hasattr(tree, "_fields") else kind(branches)
+    return function(tree)  # type: ignore[no-any-return]  # a leaf for a leaf
 
 
 def skeleton(annotation: Any) -> Tree:
@@ -104,7 +117,7 @@ def skeleton(annotation: Any) -> Tree:
     return 0.0
 
 
-def units(annotation: Any) -> list[str]:
+def units(annotation: object) -> list[str]:
     """The unit of every leaf that a NamedTuple class declares (`Annotated[float, "rad"]`), "" where none is said."""
     if get_origin(annotation) is Annotated:
         inner, *notes = get_args(annotation)
@@ -118,9 +131,9 @@ def units(annotation: Any) -> list[str]:
     return [""]
 
 
-def named_tuple(name: str, fields: list[tuple[str, Any]]) -> type:
+def named_tuple(name: str, fields: Iterable[tuple[str, object]]) -> type:
     """A NamedTuple class made at run time, from (field, annotation) pairs."""
-    return NamedTuple(name, fields)  # type: ignore[misc, return-value]
+    return NamedTuple(name, fields)  # type: ignore[return-value]  # a call of NamedTuple gives a class
 
 
 def derived(annotation: Any, name: str, unit: str) -> Any:
@@ -129,14 +142,15 @@ def derived(annotation: Any, name: str, unit: str) -> Any:
         inner, *notes = get_args(annotation)
         return Annotated[inner, unit.format(notes[0] or "1")]
     if get_origin(annotation) is tuple:
-        return tuple[tuple(derived(branch, name, unit) for branch in get_args(annotation))]  # type: ignore[misc]
+        parts = tuple(derived(branch, name, unit) for branch in get_args(annotation))
+        return tuple[parts]  # type: ignore[valid-type]  # an annotation made at run time
     if isinstance(annotation, type) and hasattr(annotation, "_fields"):
         hints = get_type_hints(annotation, include_extras=True)
         return named_tuple(name, [(field, derived(hints[field], name, unit)) for field in annotation._fields])
     return annotation
 
 
-def tuning(block: Any, path: str = "") -> Iterator[tuple[str, float]]:
+def tuning(block: object, path: str = "") -> Iterator[tuple[str, float]]:
     """(dotted path, value) of every float in a block's fields, nested dataclasses and tuples included.
 
     A whole number in a field of floats is a float: `Cusum(1, 4, 20)` is `Cusum(1.0, 4.0, 20.0)`.
@@ -167,7 +181,7 @@ def _with_tuning(block: Any, values: Iterator[Any]) -> Any:
     return block
 
 
-def structure(block: Any) -> Any:
+def structure(block: object) -> object:
     """What of a block decides the shape of its graph: types and every field that is not a float.
 
     Types stand for themselves, not for their names: a class written anew under an old name is another one. Values come
@@ -180,7 +194,7 @@ def structure(block: Any) -> Any:
     return (type(block), block)
 
 
-def _parts(block: Any) -> list[tuple[str, Any]]:
+def _parts(block: object) -> list[tuple[str, Any]]:
     """(name, value) of every field of a dataclass or tuple, as its annotation means it; none of anything else."""
     if isinstance(block, type) or not (isinstance(block, tuple) or dataclasses.is_dataclass(block)):
         return []
@@ -204,7 +218,7 @@ def _hints(kind: type) -> dict[str, Any]:
         return {}
 
 
-def _as_meant(value: Any, hint: Any) -> Any:
+def _as_meant(value: object, hint: object) -> object:
     """A number in a field of floats as a float, in tuples of floats too; anything else as it is."""
     if isinstance(value, tuple) and get_origin(hint) is tuple:
         inner = get_args(hint)

@@ -91,7 +91,7 @@ class Claim:
         source: who claims it, and where
         printed: the figure there, a number in the unit or words where it is a range; None where none is given
         measured: our figure in the unit; None where it cannot be measured here, NaN where that was tried in vain
-        goal: what the figure should be; None where it is only told
+        goal: what the figure should be; None where it is only reported
         unit: of all three, in the notation of pint
         note: what one has to know to read the figure
     """

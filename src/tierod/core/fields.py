@@ -1,15 +1,49 @@
-"""Fields of frozen dataclasses as parameters: unit, range, and a dotted path to each."""
+"""Fields of frozen dataclasses as parameters: unit, range, and a dotted path to each.
+
+A range stands beside the unit: `Annotated[float, "kg", POSITIVE]`.
+"""
 
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Iterator, Mapping
 from functools import cache
 from types import UnionType
 from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin, get_type_hints
 
 from tierod.core.errors import ParameterError
-from tierod.core.ranges import Range
+
+
+class Range(NamedTuple):
+    """The values that make sense, in the unit beside it.
+
+    Args:
+        low, high: limits
+        open_low: whether the lower limit itself is excluded
+    """
+
+    low: float = -math.inf
+    high: float = math.inf
+    open_low: bool = False
+
+    def holds(self, value: float) -> bool:
+        """Whether a number is finite and lies inside."""
+        return (
+            math.isfinite(value) and (self.low < value if self.open_low else self.low <= value) and value <= self.high
+        )
+
+    def __str__(self) -> str:
+        if self.high == math.inf:
+            return f"above {self.low:g}" if self.open_low else f"at least {self.low:g}"
+        return f"above {self.low:g} and at most {self.high:g}" if self.open_low else f"{self.low:g} to {self.high:g}"
+
+
+ANY = Range()
+POSITIVE = Range(0.0, math.inf, open_low=True)
+NOT_NEGATIVE = Range(0.0)
+SHARE = Range(0.0, 1.0)
+COUNT = Range(1.0)
 
 
 class Meaning(NamedTuple):
@@ -41,7 +75,7 @@ def hints(kind: Any) -> dict[str, Any]:
 
 
 @cache
-def meaning(annotation: Any) -> Meaning:
+def meaning(annotation: object) -> Meaning:
     """What an annotation like `Annotated[float, "kg", POSITIVE]` says."""
     if get_origin(annotation) is not Annotated:
         return Meaning(annotation, None, None)
@@ -50,7 +84,7 @@ def meaning(annotation: Any) -> Meaning:
     return Meaning(hint, unit, next((note for note in notes if isinstance(note, Range)), None))
 
 
-def alternatives(hint: Any) -> tuple[Any, ...]:
+def alternatives(hint: object) -> tuple[Any, ...]:
     """The members of a union without None, as they are written; the hint itself where it is none."""
     if get_origin(hint) in (Union, UnionType):
         return tuple(member for member in get_args(hint) if member is not type(None))
@@ -67,18 +101,18 @@ def members(means: Meaning) -> tuple[Meaning, ...]:
 
 
 @cache
-def below(annotation: Any, above: Meaning) -> Meaning:
+def below(annotation: object, above: Meaning) -> Meaning:
     """What the annotation of a part means, with the notes of the whole where it has none."""
     own = meaning(annotation)
     return Meaning(own.hint, above.unit if own.unit is None else own.unit, own.limits or above.limits)
 
 
-def numbers(instance: Any) -> dict[str, Number]:
+def numbers(instance: object) -> dict[str, Number]:
     """Every float field of a dataclass and of what is nested in it, by dotted path; elements of tuples by number."""
     return dict(_numbers(instance, Meaning(type(instance), None, None), ""))
 
 
-def _numbers(value: Any, means: Meaning, path: str) -> Iterator[tuple[str, Number]]:
+def _numbers(value: object, means: Meaning, path: str) -> Iterator[tuple[str, Number]]:
     if isinstance(value, float | int) and not isinstance(value, bool):
         floats = [member for member in members(means) if member.hint is float]
         if floats:
@@ -95,7 +129,7 @@ def _meanings(kind: Any) -> list[tuple[str, Meaning]]:
     return [(each.name, meaning(known[each.name])) for each in dataclasses.fields(kind)]
 
 
-def _parts(value: Any, means: Meaning) -> list[tuple[str, Any, Meaning]]:
+def _parts(value: object, means: Meaning) -> list[tuple[str, Any, Meaning]]:
     """(name, value, meaning) of what a value is made of; none for a plain one."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return [(name, getattr(value, name), means) for name, means in _meanings(type(value))]

@@ -1,4 +1,4 @@
-"""Output files: written beside the target and renamed, so that nobody ever finds a half-written one."""
+"""Output files: written beside the target and renamed, so that no reader ever finds a half-written one."""
 
 from __future__ import annotations
 

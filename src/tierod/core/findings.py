@@ -94,10 +94,10 @@ class Episode:
     """A time over which a sensor or an actuator was at fault.
 
     Args:
-        kind: of the fault, in words ("total loss", "positive offset"); empty where it could not be told
+        kind: of the fault, in words ("total loss", "positive offset"); empty where it is not identifiable
         start: [s] in the recording
         end: [s], None where it lasts to the end
-        size: of the fault; None where it has none, or could not be told
+        size: of the fault; None where it has none, or is not identifiable
         candidates: others that explain what was seen as well; empty where it is this one alone
     """
 
@@ -187,7 +187,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Decided:
-    """One rule by which a monitor decided, as a report tells it.
+    """One rule by which a monitor decided, as a report shows it.
 
     Args:
         name, distance, rule, false_alarms, source: in words

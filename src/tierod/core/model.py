@@ -1,45 +1,58 @@
 """What a model is: equations without memory.
 
 A model is a class without state of its own: `State`, `Input`, `Output` are NamedTuples, `Parameters` a frozen
-dataclass, and its two functions are pure. Noise belongs to the estimator that uses the model, not to the model.
+dataclass, and its two functions are pure: `output(x, u, p)` gives what is measured; `derivative(x, u, p)` of a
+continuous model gives the derivative of the state, `transition(x, u, p)` of a discrete one the state one sample on.
+Noise belongs to the estimator that uses the model, not to the model. `tests/contract/test_models.py` holds every model
+of the package to this.
 """
 
 from __future__ import annotations
 
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, TypeAlias
+
+from tierod.core.errors import ParameterError
+
+Model: TypeAlias = Any
+"""The class of a model: what takes any model knows its shapes only at run time, as of a `Tree`."""
 
 
-@runtime_checkable
-class Model(Protocol):
-    """Continuous equations x' = derivative(x, u, p), y = output(x, u, p)."""
+def require_discrete(model: Model) -> None:
+    """Refuse what is not a discrete model.
 
-    State: type
-    Input: type
-    Output: type
-    Parameters: type
+    Raises:
+        ParameterError: equations are missing, or continuous
+    """
+    if hasattr(model, "transition"):
+        return
+    name = getattr(model, "__name__", repr(model))
+    if hasattr(model, "derivative"):
+        raise ParameterError(
+            f"{name} is a continuous model and a filter steps in samples; "
+            "give tierod.models.discretise.discretise(model, method) instead"
+        )
+    raise ParameterError(f"{name} has no function `transition`; a filter needs a discrete model")
 
-    @staticmethod
-    def derivative(x: Any, u: Any, p: Any) -> Any:
-        """Time derivative of the state."""
 
-    @staticmethod
-    def output(x: Any, u: Any, p: Any) -> Any:
-        """What is measured."""
+def require_continuous(model: Model) -> None:
+    """Refuse what is not a continuous model.
+
+    Raises:
+        ParameterError: it has no derivative
+    """
+    if not hasattr(model, "derivative"):
+        raise ParameterError(f"{model.__name__} has no function `derivative`; only a continuous model is discretised")
 
 
-@runtime_checkable
-class DiscreteModel(Protocol):
-    """Sampled equations x+ = transition(x, u, p), y = output(x, u, p)."""
+def model_like(model: Model, name: str, meaning: str, **changed: Any) -> Model:
+    """The class of a model that is another one in all that is not changed.
 
-    State: type
-    Input: type
-    Output: type
-    Parameters: type
-
-    @staticmethod
-    def transition(x: Any, u: Any, p: Any) -> Any:
-        """The state one sample on."""
-
-    @staticmethod
-    def output(x: Any, u: Any, p: Any) -> Any:
-        """What is measured."""
+    Args:
+        model: the other one; its equations are not taken over
+        name: of the new class
+        meaning: its docstring
+        changed: shapes, and functions of state, input and parameters
+    """
+    shapes = {part: getattr(model, part) for part in ("State", "Input", "Output", "Parameters")}
+    members = {part: value if isinstance(value, type) else staticmethod(value) for part, value in changed.items()}
+    return type(name, (), {"__doc__": meaning, "__module__": model.__module__, **shapes, **members})

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tierod.core.errors import InputError
-from tierod.core.runs import runs
+from tierod.core.series import runs
 
 LATE = 0.5
 """A logger's buffers reorder samples by less than this [s]; a clock that was set back falls back by more."""

@@ -18,8 +18,7 @@ from typing import Any
 from tierod.core.errors import nearest
 from tierod.core.fields import Meaning, numbers
 from tierod.core.toml_builder import Builder
-from tierod.core.toml_document import Document
-from tierod.core.toml_lines import Location
+from tierod.core.toml_document import Document, Location
 
 __all__ = ["Document", "Location", "build", "override"]
 
@@ -38,7 +37,7 @@ def build(
         signal: unit that stands for `SIGNAL_UNIT` in annotations; None where no signal is known
 
     Raises:
-        ParameterError: an unknown or missing key, a wrong type, unit or value; file, line and nearest name are told
+        ParameterError: an unknown or missing key, a wrong type, unit or value, with file, line and nearest name
     """
     return Builder(document, signal).value(Meaning(kind, None, None), table, tuple(location), base)
 
@@ -85,7 +84,7 @@ def _flat(changes: Mapping[str, Any], above: str = "") -> list[tuple[str, Any]]:
     return pairs
 
 
-def _has(instance: Any, path: str) -> bool:
+def _has(instance: object, path: str) -> bool:
     """Whether a dotted path leads to a field that is not a float."""
     for name in path.split("."):
         if not (dataclasses.is_dataclass(instance) and name in {field.name for field in dataclasses.fields(instance)}):

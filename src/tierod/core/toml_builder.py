@@ -11,8 +11,7 @@ from typing import Any, Literal, get_args, get_origin
 
 from tierod.core.errors import InputError, ParameterError, TierodError, nearest
 from tierod.core.fields import Meaning, below, hints, meaning, members
-from tierod.core.toml_document import Document
-from tierod.core.toml_lines import Location
+from tierod.core.toml_document import Document, Location
 from tierod.core.units import scale
 
 SIGNAL_UNIT = "{signal}"
@@ -33,7 +32,7 @@ class Builder:
     document: Document
     signal: str | None
 
-    def value(self, means: Meaning, given: Any, location: tuple[str | int, ...], base: Any = None) -> Any:
+    def value(self, means: Meaning, given: object, location: tuple[str | int, ...], base: Any = None) -> Any:
         """A value of the type that an annotation means."""
         known = members(means)
         classes: list[Any] = [each.hint for each in known if dataclasses.is_dataclass(each.hint)]
@@ -65,7 +64,7 @@ class Builder:
         name = ".".join(map(str, location))
         return self.document.error(location, f"'{name}' {message}" if name else f"the document {message}")
 
-    def _plain(self, means: Meaning, given: Any, location: tuple[str | int, ...], base: Any) -> Any:
+    def _plain(self, means: Meaning, given: object, location: tuple[str | int, ...], base: Any) -> Any:
         hint = means.hint
         origin = get_origin(hint)
         if hint is Any:
@@ -89,7 +88,7 @@ class Builder:
             raise self._error(location, f"is {given}, but has to be {means.limits}")
         return given
 
-    def _number(self, means: Meaning, given: Any, location: tuple[str | int, ...], base: Any) -> float:
+    def _number(self, means: Meaning, given: object, location: tuple[str | int, ...], base: Any) -> float:
         unit = self._unit(means)
         beside, within = (f" {unit}", f" in {unit}") if unit else ("", "")
         if isinstance(given, str):
@@ -132,14 +131,14 @@ class Builder:
             wanted = f"is measured in '{unit}': {error}" if unit else "has to be a number without unit"
             raise self._error(location, f"is '{given}', but {wanted}") from None
 
-    def _choice(self, members: tuple[Any, ...], given: Any, location: tuple[str | int, ...]) -> Any:
+    def _choice(self, members: tuple[Any, ...], given: object, location: tuple[str | int, ...]) -> Any:
         for member in members:
             if type(member) is type(given) and member == given:
                 return member
         known = [str(member) for member in members]
         raise self._error(location, f"is {_shown(given)}, which is not among {', '.join(known)}")
 
-    def _elements(self, means: Meaning, given: Any, location: tuple[str | int, ...], base: Any) -> tuple[Any, ...]:
+    def _elements(self, means: Meaning, given: object, location: tuple[str | int, ...], base: Any) -> tuple[Any, ...]:
         inner = get_args(means.hint)
         if isinstance(given, dict) and isinstance(base, tuple) and all(key.isdigit() for key in given):
             merged: list[Any] = list(base)
@@ -161,7 +160,7 @@ class Builder:
             for number, (hint, value) in enumerate(zip(inner, given, strict=True))
         )
 
-    def _mapping(self, means: Meaning, given: Any, location: tuple[str | int, ...], base: Any) -> dict[str, Any]:
+    def _mapping(self, means: Meaning, given: object, location: tuple[str | int, ...], base: Any) -> dict[str, Any]:
         if not isinstance(given, dict):
             raise self._error(location, f"is {_shown(given)}, but has to be a table")
         inner = (get_args(means.hint) or (str, Any))[1]
@@ -215,7 +214,7 @@ def _default(field: Any) -> Any:
     return None if field.default_factory is dataclasses.MISSING else field.default_factory()
 
 
-def _shown(given: Any) -> str:
+def _shown(given: object) -> str:
     if isinstance(given, bool):
         return "true" if given else "false"
     text = "a table" if isinstance(given, dict) else "a list" if isinstance(given, list) else repr(given)

@@ -1,16 +1,157 @@
-"""A TOML file that has been read, with the lines of its keys for messages."""
+"""A TOML file that has been read, and the line of each of its keys, which the standard parser does not give."""
 
 from __future__ import annotations
 
 import dataclasses
+import re
+import tomllib
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from tierod.core.errors import ParameterError
 from tierod.core.files import expanded
-from tierod.core.toml_lines import Location, line_of
 from tierod.core.user_files import read_text, toml
+
+_TOKEN = re.compile(
+    r"""(?P<skip>[ \t\r]+|\#[^\n]*)
+      | (?P<end>\n)
+      | (?P<string>\"{3}(?:\\.|[^\\])*?\"{3,5}(?!\")|'{3}.*?'{3,5}(?!')|"(?:\\.|[^"\\\n])*"|'[^'\n]*')
+      | (?P<mark>[\[\]{},=.])
+      | (?P<bare>[^\s\#\[\]{},=."']+)""",
+    re.VERBOSE | re.DOTALL,
+)
+
+Location = Sequence[str | int]
+"""Keys and numbers of array elements, outermost first."""
+
+
+def line_of(text: str, location: Location) -> int | None:
+    """The line of a key, or of the innermost table that holds it where the key itself is absent; None if neither is.
+
+    Args:
+        text: a TOML document that has been read without error
+        location: the key with the tables and array elements around it; a key may also be written dotted
+    """
+    known = _lines(text)
+    parts = [str(part) for part in location]
+    for length in range(len(parts), 0, -1):
+        line = known.get(".".join(parts[:length]))
+        if line is not None:
+            return line
+    return None
+
+
+@lru_cache(maxsize=16)
+def _lines(text: str) -> dict[str, int]:
+    return _Scan(text).lines
+
+
+class _Scan:
+    """One pass over a document; `lines` holds the line of every table, key and array element by dotted name."""
+
+    def __init__(self, text: str):
+        self.tokens = list(_tokens(text))
+        self.at = 0
+        self.lines: dict[str, int] = {}
+        self.counts: dict[str, int] = {}
+        table: tuple[str, ...] = ()
+        while (token := self.peek()) is not None:
+            if token[0] == "end":
+                self.at += 1
+            elif token[1] == "[":
+                table = self.heading()
+            else:
+                self.pair(table)
+
+    def peek(self) -> tuple[str, str, int] | None:
+        """(kind, text, line) of the next token."""
+        return self.tokens[self.at] if self.at < len(self.tokens) else None
+
+    def take(self, *wanted: str) -> bool:
+        """Pass over the next token if its text is one of these."""
+        token = self.peek()
+        found = token is not None and token[1] in wanted
+        self.at += found
+        return found
+
+    def key(self) -> tuple[str, ...]:
+        """A dotted key."""
+        parts = [self.word()]
+        while self.take("."):
+            parts.append(self.word())
+        return tuple(parts)
+
+    def word(self) -> str:
+        kind, text, _ = self.tokens[self.at]
+        self.at += 1
+        return str(tomllib.loads(f"key = {text}")["key"]) if kind == "string" else text
+
+    def note(self, path: tuple[str, ...], line: int) -> None:
+        """Remember a path, and the tables that it makes on its way."""
+        for length in range(1, len(path) + 1):
+            self.lines.setdefault(".".join(path[:length]), line)
+
+    def heading(self) -> tuple[str, ...]:
+        """`[table]` or `[[array of tables]]`; a name on the way that is an array means its latest element."""
+        line = self.tokens[self.at][2]
+        self.take("[")
+        several = self.take("[")
+        path: tuple[str, ...] = ()
+        key = self.key()
+        for position, part in enumerate(key):
+            path = (*path, part)
+            name = ".".join(path)
+            if several and position == len(key) - 1:
+                self.counts[name] = self.counts.get(name, -1) + 1
+            if name in self.counts:
+                path = (*path, str(self.counts[name]))
+        while self.take("]"):
+            pass
+        self.lines[".".join(path)] = line
+        self.note(path, line)
+        return path
+
+    def pair(self, table: tuple[str, ...]) -> None:
+        """`key = value`, at the top or inside an inline table."""
+        line = self.tokens[self.at][2]
+        path = (*table, *self.key())
+        self.note(path, line)
+        self.take("=")
+        self.value(path)
+
+    def value(self, path: tuple[str, ...]) -> None:
+        """A value; inline tables and arrays are looked into."""
+        if self.take("{"):
+            while not self.take("}"):
+                if not self.take(",", "\n"):
+                    self.pair(path)
+        elif self.take("["):
+            count = 0
+            while not self.take("]"):
+                if not self.take(",", "\n"):
+                    element = (*path, str(count))
+                    self.note(element, self.tokens[self.at][2])
+                    self.value(element)
+                    count += 1
+        else:
+            self.plain()
+
+    def plain(self) -> None:
+        """A string, number, date or truth value: up to what can end it."""
+        while (token := self.peek()) is not None and token[0] != "end" and token[1] not in (",", "]", "}"):
+            self.at += 1
+
+
+def _tokens(text: str) -> Iterator[tuple[str, str, int]]:
+    line = 1
+    for found in _TOKEN.finditer(text):
+        kind = found.lastgroup or ""
+        if kind != "skip":
+            yield kind, found[0], line
+        line += found[0].count("\n")
 
 
 @dataclass(frozen=True)

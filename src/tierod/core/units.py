@@ -14,7 +14,7 @@ from typing import Any
 from tierod.core.errors import InputError, nearest
 
 COUNT = "count"
-"""Unit of a raw value that nobody has calibrated."""
+"""Unit of a raw value without calibration."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def tidy(text: str, wanted: str = "") -> str:
         wanted: the unit it will become, which decides what "g" means beside an acceleration
 
     Raises:
-        InputError: nobody knows the unit
+        InputError: an unknown unit
     """
     if len(text) > LONGEST:
         raise InputError(f"the unit '{text[:LONGEST]}...' has {len(text)} characters; {_WRITTEN}")

@@ -182,12 +182,12 @@ def _content(path: Path, most: int) -> bytes | None:
     return content if content is not None and len(content) <= most else None
 
 
-def _too_deep(document: Any) -> bool:
+def _too_deep(document: object) -> bool:
     """Whether tables and lists are nested more deeply than allowed."""
     return len(list(islice(_levels(document), MOST_DEPTH + 2))) > MOST_DEPTH + 1
 
 
-def _too_long(document: Any) -> str | None:
+def _too_long(document: object) -> str | None:
     """Where a whole number stands that does not fit into 64 bits, and perhaps into no float; None where all do."""
     numbers = (pair for level in _levels(document) for pair in level if isinstance(pair[1], int))
     return next((name[:80] for name, number in numbers if number.bit_length() > 64), None)
@@ -201,7 +201,7 @@ def _levels(document: Any) -> Iterator[list[tuple[str, Any]]]:
         level = [pair for name, each in level for pair in _entries(name, each)]
 
 
-def _entries(name: str, value: Any) -> list[tuple[str, Any]]:
+def _entries(name: str, value: object) -> list[tuple[str, object]]:
     """(dotted key, value) of what a table or a list of that key holds."""
     if isinstance(value, dict):
         return [(f"{name}.{key}".lstrip("."), each) for key, each in value.items()]

@@ -7,6 +7,7 @@ from functools import lru_cache
 from typing import Annotated, Any, NamedTuple
 
 from tierod.core.block import named_tuple
+from tierod.core.fields import POSITIVE
 from tierod.core.graph.maths import (
     absolute,
     all_of,
@@ -19,7 +20,6 @@ from tierod.core.graph.maths import (
     present,
     where,
 )
-from tierod.core.ranges import POSITIVE
 from tierod.diagnosis.symptoms import SymptomRule, SymptomTable
 
 

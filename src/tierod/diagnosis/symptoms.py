@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Annotated
 
-from tierod.core.ranges import NOT_NEGATIVE
+from tierod.core.fields import NOT_NEGATIVE
 
 
 @dataclass(frozen=True)

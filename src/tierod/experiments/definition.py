@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal
 
 from tierod.core.errors import ParameterError
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 
 LEARNT = "first sound drive"
 """Own level that a monitor judges against: learnt from the first drive without a fault of the same car."""

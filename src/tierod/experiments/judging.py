@@ -23,8 +23,8 @@ from tierod.experiments.judged import (
     outcome,
 )
 from tierod.monitors.harness.own_level import OwnLevel
+from tierod.monitors.harness.running import Run
 from tierod.monitors.harness.session import Conclusion, Monitor, Session, StatusChange, Variant
-from tierod.monitors.run import Run
 from tierod.vehicles import Vehicle
 
 TRUTH = "truth_"

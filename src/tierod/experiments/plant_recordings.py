@@ -9,7 +9,7 @@ import numpy as np
 
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
-from tierod.core.runs import runs
+from tierod.core.series import runs
 from tierod.experiments.plant_agreement import Agreement, agreement
 from tierod.experiments.plant_checks import STEP, courses
 from tierod.proving_ground.chassis import Axle, TwoTrack, Tyre

@@ -11,7 +11,7 @@ import numpy as np
 
 from tierod.core.findings import ChannelQuality
 from tierod.core.recording import Channel
-from tierod.core.runs import longest_run, runs
+from tierod.core.series import longest_run, runs
 from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, limit, sqrt
+from tierod.models.automated_parameters import AutomatedParameters, AutomatedState
 from tierod.physics.load_transfer import longitudinal_load_transfer
 from tierod.physics.single_track import front_axle_load, yaw_moment
 from tierod.physics.tyre import saturating_lateral_force
@@ -18,10 +20,10 @@ LEAST_ACROSS = 0.3
 class Torques(NamedTuple):
     """Of both steering motors at the column and of both drives at their wheels [N*m]."""
 
-    steering_motor_1: Any
-    steering_motor_2: Any
-    drive_left: Any
-    drive_right: Any
+    steering_motor_1: Scalar
+    steering_motor_2: Scalar
+    drive_left: Scalar
+    drive_right: Scalar
 
 
 class Forces(NamedTuple):
@@ -34,14 +36,14 @@ class Forces(NamedTuple):
         kingpin: torque of both kingpins that the tie rods hold, without its error [N*m]
     """
 
-    front: Any
-    rear: Any
-    along: Any
-    drive_difference: Any
-    kingpin: Any
+    front: Scalar
+    rear: Scalar
+    along: Scalar
+    drive_difference: Scalar
+    kingpin: Scalar
 
 
-def direction(x: Any, p: Any) -> tuple[Any, Any]:
+def direction(x: AutomatedState, p: AutomatedParameters) -> tuple[Scalar, Scalar]:
     """Sine and cosine of the road-wheel angle, good to 1e-4 up to 0.4 rad.
 
     Args:
@@ -53,7 +55,7 @@ def direction(x: Any, p: Any) -> tuple[Any, Any]:
     return angle * (1.0 - square / 6.0), 1.0 - 0.5 * square * (1.0 - square / 12.0)
 
 
-def drive_force(torque: Any, p: Any) -> Any:
+def drive_force(torque: Scalar, p: AutomatedParameters) -> Scalar:
     """Force along the vehicle [N] of drives whose wheels grip; their radius is the nominal one over the speed's scale.
 
     Args:
@@ -63,13 +65,13 @@ def drive_force(torque: Any, p: Any) -> Any:
     return p.wheel_speed_scale / p.wheel_radius * torque
 
 
-def _turn_slip(x: Any, p: Any) -> tuple[Any, Any]:
+def _turn_slip(x: AutomatedState, p: AutomatedParameters) -> tuple[Scalar, Scalar]:
     """Turn slips of a front and a rear wheel [1/m]."""
     inverse = 1.0 / (absolute(x.speed) + CRAWL)
     return (x.yaw_rate + p.steering_ratio * x.column_rate) * inverse, x.yaw_rate * inverse
 
 
-def forces_of(x: Any, torques: Torques, p: Any) -> Forces:
+def forces_of(x: AutomatedState, torques: Torques, p: AutomatedParameters) -> Forces:
     """What acts in a state.
 
     Args:
@@ -104,7 +106,7 @@ def forces_of(x: Any, torques: Torques, p: Any) -> Forces:
     )
 
 
-def yaw_acceleration_of(x: Any, forces: Forces, p: Any) -> Any:
+def yaw_acceleration_of(x: AutomatedState, forces: Forces, p: AutomatedParameters) -> Scalar:
     """Of the body [rad/s**2].
 
     Args:
@@ -118,7 +120,7 @@ def yaw_acceleration_of(x: Any, forces: Forces, p: Any) -> Any:
     return (moment - 2.0 * p.turn_slip_stiffness * (front_turn + rear_turn)) / p.yaw_inertia
 
 
-def tie_rod_force_of(x: Any, forces: Forces, p: Any) -> Any:
+def tie_rod_force_of(x: AutomatedState, forces: Forces, p: AutomatedParameters) -> Scalar:
     """Sum of both sides [N], positive where it opposes a turn to the left; by virtual work.
 
     Args:

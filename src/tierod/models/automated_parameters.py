@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class Fading:
         tie_rod: error of the tie rod's force
         loss: of an actuator's torque
         offset: of the yaw rate's and the angle's offset, and of the difference of the wheels
-        share: excess of wheel speeds and drives; load and tyres change while nobody drives, and hardly on the way
+        share: excess of wheel speeds and drives; load and tyres change while the car is parked, and hardly on the way
         road: grade and bank
     """
 
@@ -107,3 +107,34 @@ class Fading:
     offset: Annotated[float, "s"] = 600.0
     share: Annotated[float, "s"] = 3600.0
     road: Annotated[float, "s"] = 6.0
+
+
+class AutomatedState(NamedTuple):
+    """Motion, steering, and what is not known.
+
+    The force errors are true less modelled force; `grade_acceleration` and `bank_acceleration` are what the road's
+    slope takes from the acceleration forward and to the left; `torque_loss` is the lost share of the torque of
+    whatever actuator is suspected; `wheel_speed_difference` is the excess over its parameter, and so are offsets;
+    `wheel_speed_scale` the relative one; `drive_excess` is by what share both drives push harder than their torques
+    say, as a lighter vehicle or smaller tyres let them.
+    """
+
+    speed: Annotated[float, "m/s"]
+    lateral_speed: Annotated[float, "m/s"]
+    yaw_rate: Annotated[float, "rad/s"]
+    front_slip: Annotated[float, ""]
+    rear_slip: Annotated[float, ""]
+    column_angle: Annotated[float, "rad"]
+    column_rate: Annotated[float, "rad/s"]
+    friction_share: Annotated[float, ""]
+    front_force_error: Annotated[float, "N"]
+    rear_force_error: Annotated[float, "N"]
+    tie_rod_force_error: Annotated[float, "N"]
+    torque_loss: Annotated[float, ""]
+    yaw_rate_offset: Annotated[float, "rad/s"]
+    angle_offset: Annotated[float, "rad"]
+    grade_acceleration: Annotated[float, "m/s**2"]
+    bank_acceleration: Annotated[float, "m/s**2"]
+    wheel_speed_difference: Annotated[float, ""]
+    wheel_speed_scale: Annotated[float, ""]
+    drive_excess: Annotated[float, ""]

@@ -7,9 +7,11 @@ many filters side by side are avoided: sine and cosine of the small road-wheel a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple, TypeAlias
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, exp
 from tierod.models.automated_forces import (
     Forces,
@@ -19,10 +21,10 @@ from tierod.models.automated_forces import (
     tie_rod_force_of,
     yaw_acceleration_of,
 )
-from tierod.models.automated_parameters import AutomatedParameters, Fading
-from tierod.physics.damped_rotation import DampedRotation, damped_rotation
+from tierod.models.automated_parameters import AutomatedParameters, AutomatedState, Fading
 from tierod.physics.friction import dahl_update
-from tierod.physics.rack_balance import column_balance
+from tierod.physics.gear import column_balance
+from tierod.physics.lag import DampedRotation, damped_rotation
 from tierod.physics.single_track import (
     lateral_acceleration,
     lateral_acceleration_at,
@@ -41,35 +43,7 @@ class AutomatedVehicle:
     which is printed as its reciprocal; tyres, friction and loss of torque beyond the paper.
     """
 
-    class State(NamedTuple):
-        """Motion, steering, and what is not known.
-
-        The force errors are true less modelled force; `grade_acceleration` and `bank_acceleration` are what the road's
-        slope takes from the acceleration forward and to the left; `torque_loss` is the lost share of the torque of
-        whatever actuator is suspected; `wheel_speed_difference` is the excess over its parameter, and so are offsets;
-        `wheel_speed_scale` the relative one; `drive_excess` is by what share both drives push harder than their torques
-        say, as a lighter vehicle or smaller tyres let them.
-        """
-
-        speed: Annotated[float, "m/s"]
-        lateral_speed: Annotated[float, "m/s"]
-        yaw_rate: Annotated[float, "rad/s"]
-        front_slip: Annotated[float, ""]
-        rear_slip: Annotated[float, ""]
-        column_angle: Annotated[float, "rad"]
-        column_rate: Annotated[float, "rad/s"]
-        friction_share: Annotated[float, ""]
-        front_force_error: Annotated[float, "N"]
-        rear_force_error: Annotated[float, "N"]
-        tie_rod_force_error: Annotated[float, "N"]
-        torque_loss: Annotated[float, ""]
-        yaw_rate_offset: Annotated[float, "rad/s"]
-        angle_offset: Annotated[float, "rad"]
-        grade_acceleration: Annotated[float, "m/s**2"]
-        bank_acceleration: Annotated[float, "m/s**2"]
-        wheel_speed_difference: Annotated[float, ""]
-        wheel_speed_scale: Annotated[float, ""]
-        drive_excess: Annotated[float, ""]
+    State: TypeAlias = AutomatedState
 
     class Input(NamedTuple):
         """Torques that were asked for, of both motors at the column and of both drives at their wheels.
@@ -111,12 +85,12 @@ class AutomatedVehicle:
         sample_time: Annotated[float, "s"] = 0.01
 
     @staticmethod
-    def transition(x: Any, u: Any, p: Any) -> Any:
+    def transition(x: State, u: Input, p: Parameters) -> State:
         """The state one sample on."""
         return AutomatedVehicle.moved(AutomatedVehicle.deflected(x, p), u, p)
 
     @staticmethod
-    def deflected(x: Any, p: Any) -> Any:
+    def deflected(x: State, p: Parameters) -> State:
         """The first part of a step: the tyres roll, all else is kept; implicit, so that no speed is too fast."""
         sine, cosine = direction(x, p)
         across = x.lateral_speed + p.front_distance * x.yaw_rate
@@ -130,7 +104,7 @@ class AutomatedVehicle:
         )
 
     @staticmethod
-    def moved(x: Any, u: Any, p: Any) -> Any:
+    def moved(x: State, u: Input, p: Parameters) -> State:
         """The second part of a step: motion and steering under the forces of the new deflections."""
         step, torques = p.sample_time, _given(u[:4], u[8:], x)
         forces = forces_of(x, torques, p)
@@ -162,7 +136,7 @@ class AutomatedVehicle:
         )
 
     @staticmethod
-    def output(x: Any, u: Any, p: Any) -> Any:
+    def output(x: State, u: Input, p: Parameters) -> Output:
         """What is measured at the end of a step."""
         torques = _given(u[4:8], u[8:], x)
         forces = forces_of(x, torques, p)
@@ -185,19 +159,21 @@ class AutomatedVehicle:
         )
 
     @staticmethod
-    def forces(x: Any, u: Any, p: Any) -> Forces:
+    def forces(x: State, u: Input, p: Parameters) -> Forces:
         """What acts at the end of a step."""
         return forces_of(x, _given(u[4:8], u[8:], x), p)
 
 
-def _given(asked: Any, suspected: Any, x: Any) -> Torques:
+def _given(asked: Sequence[Scalar], suspected: Sequence[Scalar], x: AutomatedState) -> Torques:
     """Torques after what suspected actuators have lost; of the drives what pushes the vehicle that was calibrated."""
     given = Torques(*(torque * (1.0 - share * x.torque_loss) for torque, share in zip(asked, suspected, strict=True)))
     excess = 1.0 + x.drive_excess
     return given._replace(drive_left=excess * given.drive_left, drive_right=excess * given.drive_right)
 
 
-def _column_balance(x: Any, forces: Forces, torques: Torques, p: Any, rate: Any) -> Any:
+def _column_balance(
+    x: AutomatedState, forces: Forces, torques: Torques, p: AutomatedVehicle.Parameters, rate: Scalar
+) -> Scalar:
     """Sum of all torques on the column while it turns at a rate [N*m]."""
     driving = torques.steering_motor_1 + torques.steering_motor_2
     friction = p.nominal_friction * x.friction_share
@@ -207,7 +183,9 @@ def _column_balance(x: Any, forces: Forces, torques: Torques, p: Any, rate: Any)
     )
 
 
-def _steered(x: Any, forces: Forces, torques: Torques, p: Any) -> tuple[Any, Any, Any]:
+def _steered(
+    x: AutomatedState, forces: Forces, torques: Torques, p: AutomatedVehicle.Parameters
+) -> tuple[Scalar, Scalar, Scalar]:
     """Angle, rate and friction of the column after a step; exact for torques that stay constant over it."""
     torque, turning = _column_balance(x, forces, torques, p, 0.0), turning_column(p)
     turned = turning.path * x.column_rate + turning.angle_per_torque * torque
@@ -215,7 +193,7 @@ def _steered(x: Any, forces: Forces, torques: Torques, p: Any) -> tuple[Any, Any
     return x.column_angle + turned, rate, dahl_update(x.friction_share, turned, p.column_friction_angle)
 
 
-def turning_column(p: Any) -> DampedRotation:
+def turning_column(p: AutomatedVehicle.Parameters) -> DampedRotation:
     """What rate and torque of the column make of its angle and rate after one sample.
 
     Args:

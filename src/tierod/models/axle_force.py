@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import maximum, sin, sqrt
 from tierod.physics.magic_formula import magic_angle
 
@@ -14,21 +15,23 @@ LEAST_ACROSS = 0.3
 class AxleLoad(NamedTuple):
     """What loads an axle: vertical force [N], that force at rest [N], and force along the wheels [N]."""
 
-    vertical: Any
-    static: Any
-    longitudinal: Any
+    vertical: Scalar
+    static: Scalar
+    longitudinal: Scalar
 
 
 class AxleForce(NamedTuple):
     """Force across the wheels [N], greatest force that the road lends [N], angle inside the Magic Formula [rad]."""
 
-    lateral: Any
-    greatest: Any
-    angle: Any
+    lateral: Scalar
+    greatest: Scalar
+    angle: Scalar
 
 
-def axle_force(slip: Any, stiffness: Any, friction: Any, shape: Any, load: AxleLoad, growth: Any) -> AxleForce:
-    """Lateral force of an axle, and what `AxleForce` tells beside it.
+def axle_force(
+    slip: Scalar, stiffness: Scalar, friction: Scalar, shape: Scalar, load: AxleLoad, growth: Scalar
+) -> AxleForce:
+    """Lateral force of an axle, and the other fields of `AxleForce`.
 
     Args:
         slip: tangent of the slip angle, positive where the force is to the left [-]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import named_tuple, skeleton, units
+from tierod.core.block import Tree, named_tuple, skeleton, units
 from tierod.core.errors import ParameterError
+from tierod.core.model import Model
 from tierod.models.disturbances import with_disturbance_states, with_offset_state, with_outputs
-from tierod.models.linear import LinearSystem, as_model, linearise, sampled
+from tierod.models.linear import LinearSystem, Matrices, as_model, linearise, sampled
 from tierod.models.steering_column import ColumnInput, ColumnOutput
 
 OFFSETS: Mapping[str, tuple[str, str]] = {
@@ -37,11 +38,11 @@ class ColumnObservation(NamedTuple):
 
     continuous: LinearSystem
     discrete: LinearSystem
-    model: Any
-    parameters: Any
+    model: Model
+    parameters: Matrices
 
 
-def linear_column(column: Any, parameters: Any) -> LinearSystem:
+def linear_column(column: Model, parameters: Tree) -> LinearSystem:
     """A column without friction, linear through the origin.
 
     Args:

@@ -5,30 +5,31 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Annotated, Any
+from typing import Annotated
 
-from tierod.core.block import Tree, leaves, rebuild
+from tierod.core.block import Scalar, Tree, leaves, rebuild
 from tierod.core.errors import ParameterError, nearest
+from tierod.core.model import Model, model_like, require_continuous
 
 Derivative = Callable[[Tree], Tree]
 
 
-def _ahead(x: Tree, step: Any, slope: Tree) -> Tree:
+def _ahead(x: Tree, step: Scalar, slope: Tree) -> Tree:
     """x + step slope, leaf by leaf; a slope of 0.0 leaves its state as it is."""
     pairs = zip(leaves(x), leaves(slope), strict=True)
     moved = [a if isinstance(b, float) and b == 0.0 else a + step * b for (_, a), (_, b) in pairs]
     return rebuild(x, moved)
 
 
-def _euler(slope: Derivative, x: Tree, step: Any) -> Tree:
+def _euler(slope: Derivative, x: Tree, step: Scalar) -> Tree:
     return _ahead(x, step, slope(x))
 
 
-def _midpoint(slope: Derivative, x: Tree, step: Any) -> Tree:
+def _midpoint(slope: Derivative, x: Tree, step: Scalar) -> Tree:
     return _ahead(x, step, slope(_ahead(x, 0.5 * step, slope(x))))
 
 
-def _rk4(slope: Derivative, x: Tree, step: Any) -> Tree:
+def _rk4(slope: Derivative, x: Tree, step: Scalar) -> Tree:
     first = slope(x)
     second = slope(_ahead(x, 0.5 * step, first))
     third = slope(_ahead(x, 0.5 * step, second))
@@ -37,12 +38,12 @@ def _rk4(slope: Derivative, x: Tree, step: Any) -> Tree:
     return _ahead(x, step / 6.0, _ahead(inner, 1.0, fourth))
 
 
-METHODS: dict[str, Callable[[Derivative, Tree, Any], Tree]] = {"euler": _euler, "midpoint": _midpoint, "rk4": _rk4}
+METHODS: dict[str, Callable[[Derivative, Tree, Scalar], Tree]] = {"euler": _euler, "midpoint": _midpoint, "rk4": _rk4}
 """One-step methods by name: order 1, 2 and 4."""
 
 
 @lru_cache(maxsize=256)
-def discretise(model: Any, method: str, steps: int = 1) -> Any:
+def discretise(model: Model, method: str, steps: int = 1) -> Model:
     """The model sampled with an explicit method, its inputs constant over a sample.
 
     Args:
@@ -63,20 +64,19 @@ def discretise(model: Any, method: str, steps: int = 1) -> Any:
         raise ParameterError(f"'{method}' is not a method of discretisation{nearest(method, METHODS)}")
     if steps < 1:
         raise ParameterError(f"steps is {steps}; expected at least 1")
-    if not hasattr(model, "derivative"):
-        raise ParameterError(f"{model.__name__} has no function `derivative`; only a continuous model is discretised")
+    require_continuous(model)
     one_step = METHODS[method]
 
-    def transition(x: Tree, u: Tree, p: Any) -> Tree:
+    def transition(x: Tree, u: Tree, p: Tree) -> Tree:
         for _ in range(steps):
             x = one_step(lambda at: model.derivative(at, u, p.continuous), x, p.sample_time / float(steps))
         return x
 
-    return sampled_class(model, method, transition)
+    return sampled_model(model, method, transition)
 
 
-def sampled_class(model: Any, method: str, transition: Callable[[Tree, Tree, Any], Tree]) -> Any:
-    """The class of a discrete model that keeps the shapes and the output of a continuous one.
+def sampled_model(model: Model, method: str, transition: Callable[[Tree, Tree, Tree], Tree]) -> Model:
+    """The discrete model that keeps the shapes and the output of a continuous one.
 
     Args:
         model: continuous model
@@ -84,18 +84,16 @@ def sampled_class(model: Any, method: str, transition: Callable[[Tree, Tree, Any
         transition: of a sample, with parameters that are `continuous` and `sample_time`
     """
 
-    def output(x: Tree, u: Tree, p: Any) -> Tree:
+    def output(x: Tree, u: Tree, p: Tree) -> Tree:
         return model.output(x, u, p.continuous)
 
     fields = [("continuous", model.Parameters), ("sample_time", Annotated[float, "s"])]
-    members = {
-        "__doc__": f"{model.__name__}, sampled by {method}.",
-        "__module__": model.__module__,
-        "State": model.State,
-        "Input": model.Input,
-        "Output": model.Output,
-        "Parameters": dataclasses.make_dataclass("Parameters", fields, frozen=True),
-        "transition": staticmethod(transition),
-        "output": staticmethod(output),
-    }
-    return type(f"{model.__name__}{method.capitalize()}", (), members)
+    name = model.__name__
+    return model_like(
+        model,
+        f"{name}{method.capitalize()}",
+        f"{name}, sampled by {method}.",
+        Parameters=dataclasses.make_dataclass("Parameters", fields, frozen=True),
+        transition=transition,
+        output=output,
+    )

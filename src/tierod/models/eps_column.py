@@ -3,11 +3,41 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple, Protocol
 
-from tierod.core.graph.maths import exp, expm1
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import Number, exp
 from tierod.physics.friction import coulomb, viscous
+from tierod.physics.lag import share_reached
 from tierod.physics.steering_ratio import column_torque_of_motor, torque_at_steering_wheel
+
+
+class SteeringRatios(Protocol):
+    """Parameters with the ratios between column, motor and kingpins."""
+
+    @property
+    def motor_ratio(self) -> float:
+        """Turns of the motor per turn of the column [-]."""
+
+    @property
+    def steering_ratio(self) -> float:
+        """Angle of the road wheels per angle of the column [-]."""
+
+
+class SampledColumn(Protocol):
+    """Parameters with inertia and damping of the column, and the time of a sample."""
+
+    @property
+    def sample_time(self) -> float:
+        """[s]."""
+
+    @property
+    def column_damping(self) -> float:
+        """[N m s/rad]."""
+
+    @property
+    def column_inertia(self) -> float:
+        """[kg m^2]."""
 
 
 class EpsColumn:
@@ -67,7 +97,9 @@ class EpsColumn:
         return EpsColumn.Output(x.steering_wheel_angle, x.steering_wheel_rate)
 
 
-def driving_torque(driver_torque: Any, motor_torque: Any, self_aligning_torque: Any, p: Any) -> Any:
+def driving_torque(
+    driver_torque: Number, motor_torque: Number, self_aligning_torque: Number, p: SteeringRatios
+) -> Number:
     """Torque on the column without friction and damping [N m]: T_d + n T_m - rho M_z of eq (2).
 
     Args:
@@ -80,7 +112,7 @@ def driving_torque(driver_torque: Any, motor_torque: Any, self_aligning_torque: 
     return driven - torque_at_steering_wheel(self_aligning_torque, p.steering_ratio)
 
 
-def column_after(angle: Any, rate: Any, net_torque: Any, p: Any) -> tuple[Any, Any]:
+def column_after(angle: Scalar, rate: Scalar, net_torque: Scalar, p: SampledColumn) -> tuple[Scalar, Scalar]:
     """Angle [rad] and rate [rad/s] of the steering wheel one sample on.
 
     Args:
@@ -95,7 +127,7 @@ def column_after(angle: Any, rate: Any, net_torque: Any, p: Any) -> tuple[Any, A
     return angle + p.sample_time * rate, decay * rate + gain * net_torque
 
 
-def rate_hold(sample_time: Any, damping: Any, inertia: Any) -> tuple[Any, Any]:
+def rate_hold(sample_time: Scalar, damping: Scalar, inertia: Scalar) -> tuple[Scalar, Scalar]:
     """Decay of the rate over one sample and the rate gained per torque held constant over it.
 
     Args:
@@ -106,7 +138,7 @@ def rate_hold(sample_time: Any, damping: Any, inertia: Any) -> tuple[Any, Any]:
     Returns:
         (a, beta): a = exp(-dt B/J) [], beta = (1 - a)/B [rad/s/(N m)]; beta is exact, dt is already in it
 
-    Source: Mohtat et al., eqs (7) to (9), derived anew; expm1 keeps beta exact for small dt B/J.
+    Source: Mohtat et al., eqs (7) to (9), derived anew; `share_reached` keeps beta exact for small dt B/J.
     """
-    decay = -sample_time * damping / inertia
-    return exp(decay), -expm1(decay) / damping
+    elapsed = sample_time * damping / inertia
+    return exp(-elapsed), share_reached(elapsed) / damping

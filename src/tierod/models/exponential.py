@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
 
-from tierod.core.block import Tree, leaves, rebuild, skeleton
+from tierod.core.block import Scalar, Tree, leaves, rebuild, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import absolute, cos, exp, sin, sqrt, where
-from tierod.models.discretise import sampled_class
+from tierod.core.model import Model, require_continuous
+from tierod.models.discretise import sampled_model
 
 _SMALL = 1e-8  # squared half difference of the eigenvalues times the step; below, the series has all digits
 _SINGULAR = 1e-8  # product of the eigenvalues times the squared step; below, one counts as zero: 2e-9 off at most
@@ -17,7 +17,7 @@ _SHORT = 1e-2  # eigenvalue times the step; below, four terms of the series are 
 
 
 @lru_cache(maxsize=64)
-def discretise_pair(model: Any) -> Any:
+def discretise_pair(model: Model) -> Model:
     """A model of two states sampled by the exponential of its Jacobian, its inputs constant over a sample.
 
     Args:
@@ -33,25 +33,24 @@ def discretise_pair(model: Any) -> Any:
     Validity: exact for a model that is linear in its state, an integrator or two included; stable for any step where
     the model is. Source: x + h phi(h A) f(x), phi(Z) = (exp(Z) - 1) / Z, by the theorem of Cayley and Hamilton.
     """
-    if not hasattr(model, "derivative"):
-        raise ParameterError(f"{model.__name__} has no function `derivative`; only a continuous model is discretised")
+    require_continuous(model)
     count = len(list(leaves(skeleton(model.State))))
     if count != 2:
         raise ParameterError(
             f"{model.__name__} has {count} states; this exponential is of two: take tierod.models.discretise"
         )
 
-    def transition(x: Tree, u: Tree, p: Any) -> Tree:
+    def transition(x: Tree, u: Tree, p: Tree) -> Tree:
         def slope(at: Tree) -> Tree:
             return model.derivative(at, u, p.continuous)
 
         moved = _mean_slope(jacobian(slope, x), [leaf for _, leaf in leaves(slope(x))], p.sample_time)
         return rebuild(x, [a + p.sample_time * b for (_, a), b in zip(leaves(x), moved, strict=True)])
 
-    return sampled_class(model, "exponential", transition)
+    return sampled_model(model, "exponential", transition)
 
 
-def _mean_slope(rows: list[list[Any]], slope: list[Any], step: Any) -> tuple[Any, Any]:
+def _mean_slope(rows: list[list[Scalar]], slope: list[Scalar], step: Scalar) -> tuple[Scalar, Scalar]:
     """phi(step A) times the slope at the start of a sample: its mean over the sample."""
     (a, b), (c, d) = [[step * each for each in row] for row in rows]
     middle, spread = 0.5 * (a + d), 0.5 * (a - d)
@@ -69,7 +68,7 @@ def _mean_slope(rows: list[list[Any]], slope: list[Any], step: Any) -> tuple[Any
     return where(apart, whole[0], single[0]), where(apart, whole[1], single[1])
 
 
-def _of_one_eigenvalue(value: Any) -> Any:
+def _of_one_eigenvalue(value: Scalar) -> Scalar:
     """(phi(value) - 1) / value: what a matrix whose other eigenvalue is zero is multiplied with in phi."""
     away = absolute(value) > _SHORT
     safe = where(away, value, 1.0)
@@ -77,7 +76,7 @@ def _of_one_eigenvalue(value: Any) -> Any:
     return where(away, (exp(safe) - 1.0 - safe) / (safe * safe), series)
 
 
-def _halves(middle: Any, square: Any) -> tuple[Any, Any]:
+def _halves(middle: Scalar, square: Scalar) -> tuple[Scalar, Scalar]:
     """exp(middle) times cosh(root) and sinh(root) / root, with a square of the root that may be negative.
 
     Each eigenvalue has an exponential of its own: the hyperbolic functions of a stiff pair by themselves overflow.

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.models.below_bar import BelowBarParameters
+from tierod.core.block import Scalar
 from tierod.models.eps_column import column_after, driving_torque
+from tierod.models.steering_wheel import BelowBarParameters
 from tierod.physics.aligning import yaw_acceleration_from_aligning
 from tierod.physics.friction import smooth_coulomb
 
@@ -150,7 +151,7 @@ class SmoothFrictionEstimation:
 
 
 def _transition(
-    x: FrictionEstimation.State, u: FrictionEstimation.Input, p: FrictionParameters, friction: Any
+    x: FrictionEstimation.State, u: FrictionEstimation.Input, p: FrictionParameters, friction: Scalar
 ) -> FrictionEstimation.State:
     net = driving_torque(u.driver_torque, u.motor_torque, x.self_aligning_torque, p) - friction
     yaw_acceleration = yaw_acceleration_from_aligning(

@@ -10,9 +10,10 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Annotated, Any, NamedTuple, get_type_hints
 
-from tierod.core.block import named_tuple
+from tierod.core.block import Scalar, Tree, named_tuple
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.graph.maths import absolute, cos, exp, limit, maximum, sin, where
+from tierod.core.model import Model
 from tierod.models.axle_force import AxleForce, AxleLoad, axle_force
 from tierod.models.lateral_parameters import OF_STEERING, UNKNOWNS, Sampled
 from tierod.models.lateral_states import (
@@ -37,7 +38,7 @@ _MOST = 2.0
 
 
 @lru_cache(maxsize=64)
-def lateral_motion(unknowns: tuple[str, ...] = (), *, roll: bool = False, steering: bool = False) -> Any:
+def lateral_motion(unknowns: tuple[str, ...] = (), *, roll: bool = False, steering: bool = False) -> Model:
     """The sampled model with the wanted states.
 
     Args:
@@ -57,7 +58,7 @@ def lateral_motion(unknowns: tuple[str, ...] = (), *, roll: bool = False, steeri
             raise ParameterError(f"'{name}' is no unknown of the lateral motion{nearest(name, UNKNOWNS)}")
         if name in OF_STEERING and not steering:
             raise ParameterError(f"'{name}' needs the steering among the states; give steering=True or leave it out")
-    return type("LateralMotion", (_LateralMotion,), _members(unknowns, roll, steering))
+    return type("LateralMotion", (LateralMotion,), _members(unknowns, roll, steering))
 
 
 def _members(unknowns: tuple[str, ...], roll: bool, steering: bool) -> dict[str, Any]:
@@ -85,10 +86,10 @@ class _Seen(NamedTuple):
     body: Body
     roll: Roll
     steering: Steering
-    unknown: dict[str, Any]
+    unknown: dict[str, Scalar]
 
 
-class _LateralMotion:
+class LateralMotion:
     """Equations of the model; the class attributes are set by `lateral_motion`."""
 
     State: type
@@ -97,7 +98,7 @@ class _LateralMotion:
     steering: bool
 
     @classmethod
-    def transition(cls, x: Any, u: Any, p: Sampled) -> Any:
+    def transition(cls, x: Tree, u: Tree, p: Sampled) -> Tree:
         """The state one sample on: half a sample of the deflections, a whole one of the motion, half a sample again."""
         seen, step = cls._seen(x, u), p.sample_time
         half = seen._replace(body=cls._deflected(seen, u, p, 0.5 * step))
@@ -114,7 +115,7 @@ class _LateralMotion:
         return cls.State(*parts)
 
     @classmethod
-    def output(cls, x: Any, u: Any, p: Sampled) -> Any:
+    def output(cls, x: Tree, u: Tree, p: Sampled) -> Measured | MeasuredByWire:
         """What is measured."""
         seen = cls._seen(x, u)
         forces, car, unknown = cls._forces(seen, u, p), p.car, seen.unknown
@@ -131,12 +132,12 @@ class _LateralMotion:
         return MeasuredByWire(*measured, seen.steering.road_wheel_angle - unknown["road_wheel_angle_offset"])
 
     @classmethod
-    def forces(cls, x: Any, u: Any, p: Sampled) -> Forces:
+    def forces(cls, x: Tree, u: Tree, p: Sampled) -> Forces:
         """Forces of the axles in a state."""
         return cls._forces(cls._seen(x, u), u, p)
 
     @classmethod
-    def _seen(cls, x: Any, u: Any) -> _Seen:
+    def _seen(cls, x: Tree, u: Tree) -> _Seen:
         first = 6 if cls.roll else 4
         unknown = dict.fromkeys(UNKNOWNS, 0.0) | dict(zip(cls.unknowns, x[len(x) - len(cls.unknowns) :], strict=True))
         roll = Roll(x[4], x[5]) if cls.roll else Roll(0.0, 0.0)
@@ -147,7 +148,7 @@ class _LateralMotion:
         return _Seen(Body(*x[:4]), roll, steering, unknown)
 
     @classmethod
-    def _deflected(cls, seen: _Seen, u: Any, p: Sampled, time: Any) -> Body:
+    def _deflected(cls, seen: _Seen, u: Tree, p: Sampled, time: Scalar) -> Body:
         """The tyres roll for a while, all else kept: exact."""
         body, car, sine, cosine = seen.body, p.car, *_direction(seen)
         across = body.lateral_speed + (car.roll_arm * seen.roll.roll_rate if cls.roll else 0.0)
@@ -166,7 +167,7 @@ class _LateralMotion:
         return body._replace(front_deflection=after[0], rear_deflection=after[1])
 
     @classmethod
-    def _forces(cls, seen: _Seen, u: Any, p: Sampled) -> Forces:
+    def _forces(cls, seen: _Seen, u: Tree, p: Sampled) -> Forces:
         car, unknown = p.car, seen.unknown
         friction = car.tyre_friction * _factor(unknown["log_friction"])
         along = car.mass * u.longitudinal_acceleration
@@ -200,20 +201,20 @@ class _LateralMotion:
         return Forces(front, rear, across, rear.lateral, front_slip, rear_slip, pneumatic, behind, torque)
 
     @classmethod
-    def _trail(cls, front: AxleForce, load: Any, p: Sampled) -> Any:
+    def _trail(cls, front: AxleForce, load: Scalar, p: Sampled) -> Scalar:
         """Pneumatic trail of the axle [m]: of each wheel in proportion to its load, and vanishing with the slip."""
         car = p.car
         moved = 2.0 * car.front_load_transfer * front.lateral / load
         return car.pneumatic_trail * (1.0 + moved * moved) * cos(car.trail_shape * front.angle)
 
     @classmethod
-    def _acceleration(cls, seen: _Seen, forces: Forces, p: Sampled) -> Any:
+    def _acceleration(cls, seen: _Seen, forces: Forces, p: Sampled) -> Scalar:
         """Of all forces but gravity, at the centre of gravity [m/s**2]."""
         own = lateral_acceleration(forces.front_across, forces.rear_across, p.car.mass)
         return own + seen.unknown["side_force"] / p.car.mass
 
     @classmethod
-    def _yaw_acceleration(cls, seen: _Seen, forces: Forces, p: Sampled) -> Any:
+    def _yaw_acceleration(cls, seen: _Seen, forces: Forces, p: Sampled) -> Scalar:
         car = p.car
         own = yaw_acceleration(
             forces.front_across, forces.rear_across, car.yaw_inertia, car.front_distance, car.rear_distance
@@ -222,7 +223,7 @@ class _LateralMotion:
         return own + (seen.unknown["side_moment"] - trails) / car.yaw_inertia
 
     @classmethod
-    def _moved(cls, seen: _Seen, forces: Forces, u: Any, p: Sampled) -> Body:
+    def _moved(cls, seen: _Seen, forces: Forces, u: Tree, p: Sampled) -> Body:
         """A sample of lateral speed and yaw rate; the turning of one into the other by the midpoint."""
         body, step = seen.body, p.sample_time
         yaw_rate = body.yaw_rate + step * cls._yaw_acceleration(seen, forces, p)
@@ -243,7 +244,7 @@ class _LateralMotion:
         return Roll(roll.roll_angle + step * rate, rate)
 
     @classmethod
-    def _steered(cls, seen: _Seen, forces: Forces, u: Any, p: Sampled) -> Steering:
+    def _steered(cls, seen: _Seen, forces: Forces, u: Tree, p: Sampled) -> Steering:
         """A sample of the steering: damping and friction taken at its end, friction an elastic stop (Prandtl).
 
         The stop, unlike Dahl's law, does not slip away under the trembling of an estimated angle. Its stiffness counts
@@ -258,9 +259,11 @@ class _LateralMotion:
         damped = car.road_wheel_inertia + step * car.road_wheel_damping
         stopped = damped + step * step * level / car.road_wheel_friction_angle
 
-        def rate(share: Any, inertia: Any) -> Any:
-            moving = (car.road_wheel_inertia * steering.road_wheel_rate + step * (driving - level * share)) / inertia
-            return where(u.torque_known > 0.5, moving, steering.road_wheel_rate)
+        def rate(share: Scalar, inertia: Scalar) -> Scalar:
+            impulse: Scalar = step * (driving - level * share)
+            moving = (car.road_wheel_inertia * steering.road_wheel_rate + impulse) / inertia
+            after: Scalar = where(u.torque_known > 0.5, moving, steering.road_wheel_rate)
+            return after
 
         held = step * rate(steering.friction_share, stopped)
         share = limit(steering.friction_share + held / car.road_wheel_friction_angle, -1.0, 1.0)
@@ -268,11 +271,11 @@ class _LateralMotion:
         return Steering(steering.road_wheel_angle + step * after, after, share)
 
 
-def _factor(logarithm: Any) -> Any:
+def _factor(logarithm: Scalar) -> Scalar:
     """What a logarithmic unknown multiplies, held within a factor of seven."""
     return exp(limit(logarithm, -_MOST, _MOST))
 
 
-def _direction(seen: _Seen) -> tuple[Any, Any]:
+def _direction(seen: _Seen) -> tuple[Scalar, Scalar]:
     angle = seen.steering.road_wheel_angle
     return sin(angle), cos(angle)

@@ -93,7 +93,7 @@ class Sampled:
     """Parameters of the sampled model.
 
     Args:
-        car: as the vehicle file tells it
+        car: as in the vehicle file
         sample_time: between two samples
         usual: value to which every unknown returns, in their order
         fading: share of its distance from there that is left after a sample; one for a random walk

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.models.axle_force import AxleForce
 
 
@@ -76,10 +77,10 @@ class Forces(NamedTuple):
 
     front: AxleForce
     rear: AxleForce
-    front_across: Any
-    rear_across: Any
-    front_slip: Any
-    rear_slip: Any
-    pneumatic_trail: Any
-    rear_trail: Any
-    self_aligning_torque: Any
+    front_across: Scalar
+    rear_across: Scalar
+    front_slip: Scalar
+    rear_slip: Scalar
+    pneumatic_trail: Scalar
+    rear_trail: Scalar
+    self_aligning_torque: Scalar

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tierod.core.block import Tree, leaves, rebuild, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph.derivatives import jacobian
+from tierod.core.model import Model
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +36,14 @@ class LinearSystem:
     outputs: tuple[str, ...]
 
     @classmethod
-    def of(cls, A: Any, C: Any, B: Any = None, D: Any = None, states: tuple[str, ...] = ()) -> LinearSystem:
+    def of(
+        cls,
+        A: ArrayLike,
+        C: ArrayLike,
+        B: ArrayLike | None = None,
+        D: ArrayLike | None = None,
+        states: tuple[str, ...] = (),
+    ) -> LinearSystem:
         """A system from its matrices alone.
 
         Raises:
@@ -60,7 +69,7 @@ def _numbered(letter: str, count: int) -> tuple[str, ...]:
     return tuple(f"{letter}{k}" for k in range(count))
 
 
-def linearise(model: Any, parameters: Any, state: Tree, inputs: Tree) -> LinearSystem:
+def linearise(model: Model, parameters: Tree, state: Tree, inputs: Tree) -> LinearSystem:
     """Jacobians of a model at a point: the linear system of small deviations from it.
 
     Args:
@@ -103,20 +112,23 @@ def sampled(system: LinearSystem, sample_time: float) -> LinearSystem:
     return LinearSystem(exact[:n, :n], exact[:n, n:], system.C, system.D, *names)
 
 
+Entries: TypeAlias = tuple[tuple[float | int | None, ...], ...]
+
+
 @dataclass(frozen=True)
 class Matrices:
     """Entries of a linear model: floats are tuning; None (zero) and 1 (one) are structure and cost nothing."""
 
-    transition: tuple[tuple[float | int | None, ...], ...]
-    input: tuple[tuple[float | int | None, ...], ...]
-    output: tuple[tuple[float | int | None, ...], ...]
-    feedthrough: tuple[tuple[float | int | None, ...], ...]
+    transition: Entries
+    input: Entries
+    output: Entries
+    feedthrough: Entries
 
 
 class Linear(NamedTuple):
     """A discrete model and its parameters, ready for an estimator."""
 
-    model: Any
+    model: Model
     parameters: Matrices
 
 
@@ -131,7 +143,7 @@ def as_model(system: LinearSystem, state: type, inputs: type, output: type) -> L
     return Linear(linear_model(state, inputs, output), Matrices(*entries))
 
 
-def zero_order_hold(model: Any, parameters: Any, sample_time: float, state: Tree, inputs: Tree) -> Linear:
+def zero_order_hold(model: Model, parameters: Tree, sample_time: float, state: Tree, inputs: Tree) -> Linear:
     """A continuous model, linearised at a point and sampled exactly.
 
     Args:
@@ -144,12 +156,12 @@ def zero_order_hold(model: Any, parameters: Any, sample_time: float, state: Tree
     return as_model(system, model.State, model.Input, model.Output)
 
 
-def _entries(matrix: np.ndarray) -> tuple[tuple[float | int | None, ...], ...]:
+def _entries(matrix: np.ndarray) -> Entries:
     return tuple(tuple(None if v == 0.0 else 1 if v == 1.0 else float(v) for v in row) for row in matrix)
 
 
 @lru_cache(maxsize=256)
-def linear_model(state: type, inputs: type, output: type) -> Any:
+def linear_model(state: type, inputs: type, output: type) -> Model:
     """The discrete model whose parameters are its matrices."""
 
     def transition(x: Tree, u: Tree, p: Matrices) -> Tree:
@@ -158,19 +170,12 @@ def linear_model(state: type, inputs: type, output: type) -> Any:
     def observed(x: Tree, u: Tree, p: Matrices) -> Tree:
         return _combined(output, (p.output, x), (p.feedthrough, u))
 
-    members = {
-        "__doc__": "Linear discrete model.",
-        "State": state,
-        "Input": inputs,
-        "Output": output,
-        "Parameters": Matrices,
-        "transition": staticmethod(transition),
-        "output": staticmethod(observed),
-    }
-    return type("LinearModel", (), members)
+    shapes = {"State": state, "Input": inputs, "Output": output, "Parameters": Matrices}
+    functions = {"transition": staticmethod(transition), "output": staticmethod(observed)}
+    return type("LinearModel", (), {"__doc__": "Linear discrete model.", **shapes, **functions})
 
 
-def _combined(shape: type, *parts: tuple[Any, Tree]) -> Tree:
+def _combined(shape: type, *parts: tuple[Entries, Tree]) -> Tree:
     flat = [(matrix, [leaf for _, leaf in leaves(tree)]) for matrix, tree in parts]
     rows = []
     for k in range(len(parts[0][0])):

@@ -62,7 +62,7 @@ def balance(matrix: np.ndarray) -> np.ndarray:
     from scipy.linalg import matrix_balance
 
     _, (scale, _) = matrix_balance(matrix, permute=False, separate=True)
-    return scale
+    return np.asarray(scale)
 
 
 def modes(system: LinearSystem, state_scale: np.ndarray | None = None) -> list[Mode]:
@@ -80,7 +80,7 @@ def modes(system: LinearSystem, state_scale: np.ndarray | None = None) -> list[M
 
 def _phased(vector: np.ndarray) -> np.ndarray:
     """The vector divided by its largest entry; real where it can be."""
-    turned = vector / vector[np.argmax(np.abs(vector))]
+    turned: np.ndarray = vector / vector[np.argmax(np.abs(vector))]
     return turned.real if np.allclose(turned.imag, 0.0, atol=1e-9) else turned
 
 

@@ -1,4 +1,4 @@
-"""Motion of a car as wheels, yaw rate, steering angle and accelerations tell it, where nobody knows its torques.
+"""Motion of a car as observable from wheel speeds, yaw rate, steering angle and accelerations, its torques unknown.
 
 Speed and yaw rate may go anywhere that a driver, the road and the wind take them; what binds the sensors to each other
 is that the rear wheels roll, and that a car turns as it is steered.
@@ -7,10 +7,11 @@ is that the rear wheels roll, and that a car turns as it is steered.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
+from tierod.core.block import Scalar
+from tierod.core.fields import POSITIVE
 from tierod.core.graph.maths import arctan, exp, maximum
-from tierod.core.ranges import POSITIVE
 from tierod.physics.planar_motion import lateral_acceleration_of_turning
 from tierod.physics.single_track import lateral_acceleration_at, understeer_gradient
 
@@ -117,7 +118,7 @@ class RollingCar:
         tie_rod_force_offset: ClassVar[float] = 0.0
 
     @staticmethod
-    def transition(x: Any, u: Any, p: Any) -> Any:
+    def transition(x: State, u: Input | tuple[()], p: Parameters) -> State:
         """The state one sample on."""
         step = p.sample_time
         keep = Wander(*(exp(-step / time) for time in vars(p.wander).values()))
@@ -136,7 +137,7 @@ class RollingCar:
         )
 
     @staticmethod
-    def output(x: Any, u: Any, p: Any) -> Any:
+    def output(x: State, u: Input | tuple[()], p: Parameters) -> Output:
         """What is measured."""
         half_turn = 0.5 * p.track_width * (1.0 + x.track_width_error) * x.yaw_rate
         difference = p.wheel_speed_difference + x.wheel_speed_difference
@@ -155,7 +156,7 @@ class RollingCar:
         )
 
 
-def road_wheel_angle(x: Any, p: Any) -> Any:
+def road_wheel_angle(x: RollingCar.State, p: RollingCar.Parameters) -> Scalar:
     """Mean steer of the front wheels [rad] that turns the car so: rolling, understeer, and the lead of the steering.
 
     Args:

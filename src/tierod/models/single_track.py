@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.physics.single_track import front_slip_speed, lateral_acceleration, rear_slip_speed, yaw_acceleration
 from tierod.physics.tyre import linear_lateral_force
 
@@ -70,7 +71,7 @@ class SingleTrack:
         return SingleTrack.Output(x.yaw_rate, lateral_acceleration(front, rear, p.mass))
 
     @staticmethod
-    def axle_forces(x: State, u: Input, p: Parameters) -> tuple[Any, Any]:
+    def axle_forces(x: State, u: Input, p: Parameters) -> tuple[Scalar, Scalar]:
         """Lateral forces of the front and the rear axle [N], positive in a left turn."""
         speed, lateral_speed = u.vehicle_speed, u.vehicle_speed * x.sideslip_angle
         front = front_slip_speed(lateral_speed, x.yaw_rate, speed, u.road_wheel_angle, p.front_distance) / speed

@@ -1,12 +1,14 @@
-"""A permanent-magnet motor in the stator's axes, with its load, resistance and flux as states."""
+"""A permanent-magnet motor in the axes of its stator: fed with known voltages, or with an inverter's command."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import exp, where
 from tierod.physics.clarke_park import StatorVector, direction, electrical_angle, park
+from tierod.physics.inverter import phase_signs
 from tierod.physics.pm_motor import electromagnetic_torque, rotor_acceleration, stator_current_rate
 
 
@@ -46,7 +48,7 @@ class StatorFrameMotor:
     """Currents in the stator's axes, rotor, load torque, and how far resistance and flux are from their values.
 
     Nothing is turned into the rotor's axes by a measured angle, so that a fault of the angle sensor cannot enter. While
-    the motor stands, its currents tell nothing of the angle: then the angle goes on by increments that are given.
+    the motor stands, the angle is not observable from its currents: it goes on by increments that are given.
 
     Validity: no saliency, no saturation; sampled by the midpoint rule, for electrical speeds up to 0.3 rad per sample.
     Voltages are means over the sample that ends. Source: Reinelt et al., eqs (17), (18) and (16), the latter with
@@ -94,7 +96,9 @@ class StatorFrameMotor:
         return StatorFrameMotor.Output(x.current_alpha, x.current_beta, x.speed)
 
 
-def _slope(x: Any, u: Any, p: SampledMotorParameters) -> tuple[Any, Any, Any, Any]:
+def _slope(
+    x: StatorFrameMotor.State, u: StatorFrameMotor.Input, p: SampledMotorParameters
+) -> tuple[Scalar, Scalar, Scalar, Scalar]:
     """Rates of currents, speed and angle."""
     current, rotor = (
         StatorVector(x.current_alpha, x.current_beta),
@@ -117,7 +121,9 @@ def _slope(x: Any, u: Any, p: SampledMotorParameters) -> tuple[Any, Any, Any, An
     return (currents.alpha, currents.beta, acceleration, x.speed)
 
 
-def _ahead(x: Any, slope: tuple[Any, Any, Any, Any], time: Any) -> Any:
+def _ahead(
+    x: StatorFrameMotor.State, slope: tuple[Scalar, Scalar, Scalar, Scalar], time: Scalar
+) -> StatorFrameMotor.State:
     alpha, beta, acceleration, speed = slope
     return x._replace(
         current_alpha=x.current_alpha + time * alpha,
@@ -125,3 +131,58 @@ def _ahead(x: Any, slope: tuple[Any, Any, Any, Any], time: Any) -> Any:
         speed=x.speed + time * acceleration,
         angle=x.angle + time * speed,
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class CommandedMotorParameters(SampledMotorParameters):
+    """A motor, and the inverter that feeds it.
+
+    Args:
+        inverter_voltage_loss: what dead time and semiconductors take from a phase far above the knee [V]
+        inverter_knee_current: below it a phase's loss falls in proportion to its current [A]
+    """
+
+    inverter_voltage_loss: Annotated[float, "V"]
+    inverter_knee_current: Annotated[float, "A"]
+
+
+class CommandedMotor:
+    """`StatorFrameMotor` fed with the command of the inverter; its voltage loss and knee are states.
+
+    Validity: the loss is that of the currents at the beginning of a sample, for currents that change by less than the
+    knee within one. Source: `tierod.physics.inverter.lost_voltage`.
+    """
+
+    class State(NamedTuple):
+        """That of `StatorFrameMotor`; loss of a phase far above the knee, and logarithm of the knee over its value."""
+
+        current_alpha: Annotated[float, "A"]
+        current_beta: Annotated[float, "A"]
+        speed: Annotated[float, "rad/s"]
+        angle: Annotated[float, "rad"]
+        load_torque: Annotated[float, "N*m"]
+        log_resistance: Annotated[float, ""]
+        log_flux: Annotated[float, ""]
+        voltage_loss: Annotated[float, "V"]
+        log_knee: Annotated[float, ""]
+
+    Input = StatorFrameMotor.Input
+    Output = StatorFrameMotor.Output
+    Parameters = CommandedMotorParameters
+
+    @staticmethod
+    def transition(x: State, u: StatorFrameMotor.Input, p: CommandedMotorParameters) -> State:
+        """One sample on; the input holds the voltage that was commanded."""
+        knee = p.inverter_knee_current * exp(x.log_knee)
+        signs = phase_signs(StatorVector(x.current_alpha, x.current_beta), knee)
+        made = u._replace(
+            voltage_alpha=u.voltage_alpha - x.voltage_loss * signs.alpha,
+            voltage_beta=u.voltage_beta - x.voltage_loss * signs.beta,
+        )
+        motor = StatorFrameMotor.transition(StatorFrameMotor.State(*x[:7]), made, p)
+        return CommandedMotor.State(*motor, x.voltage_loss, x.log_knee)
+
+    @staticmethod
+    def output(x: State, u: StatorFrameMotor.Input, p: CommandedMotorParameters) -> StatorFrameMotor.Output:
+        """Currents and speed."""
+        return StatorFrameMotor.Output(x.current_alpha, x.current_beta, x.speed)

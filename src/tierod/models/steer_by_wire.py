@@ -6,8 +6,10 @@ Everything is stated at the road wheels, about the kingpins.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import Number
 from tierod.physics.friction import smooth_coulomb, viscous
 
 
@@ -31,11 +33,11 @@ class Actuator:
     power_assist_factor: Annotated[float, ""]
     steering_ratio: Annotated[float, ""]
 
-    def motor_torque(self, motor_current: Any) -> Any:
+    def motor_torque(self, motor_current: Number) -> Number:
         """Torque at the motor's shaft [N*m] of a current [A]."""
         return self.motor_torque_constant * motor_current
 
-    def road_wheel_torque(self, motor_torque: Any) -> Any:
+    def road_wheel_torque(self, motor_torque: Number) -> Number:
         """Torque at the road wheels [N*m] of a torque at the motor's shaft [N*m]."""
         passed = self.gearhead_efficiency * self.gearhead_ratio * motor_torque
         return self.power_assist_factor * passed / self.steering_ratio
@@ -128,7 +130,9 @@ class DisturbedSteering:
         return SteerByWire.Output(x.road_wheel_angle)
 
 
-def steering_acceleration(rate: Any, road_wheel_torque: Any, self_aligning_torque: Any, p: Any) -> Any:
+def steering_acceleration(
+    rate: Scalar, road_wheel_torque: Scalar, self_aligning_torque: Scalar, p: SteerByWire.Parameters
+) -> Scalar:
     """Acceleration of the road wheels [rad/s**2].
 
     Args:

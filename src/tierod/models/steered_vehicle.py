@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.models.single_track import SingleTrack
 from tierod.models.steer_by_wire import SteerByWire, steering_acceleration
 
@@ -106,7 +107,9 @@ class TorqueShownVehicle:
         return TorqueShownVehicle.Output(x.yaw_rate, aligning_torque(x, u, p))
 
 
-def aligning_torque(x: SingleTrack.State, u: SingleTrack.Input, p: Any) -> Any:
+def aligning_torque(
+    x: SingleTrack.State, u: SingleTrack.Input, p: SteeredVehicle.Parameters | TorqueShownVehicle.Parameters
+) -> Scalar:
     """Aligning torque of both front tyres about the kingpins [N*m], which opposes positive steer.
 
     Args:

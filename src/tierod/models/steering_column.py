@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from tierod.core.graph.maths import sign
 from tierod.physics.friction import dahl_slope
 from tierod.physics.gear import gear_coupling_torque
-from tierod.physics.torsion_bar import torsion_bar_torque
+from tierod.physics.steering_ratio import torsion_bar_torque
 
 
 class ColumnInput(NamedTuple):
@@ -154,5 +154,5 @@ class RubbingColumn:
         return SteeringColumn.output(_column(x), u, p)
 
 
-def _column(x: Any) -> SteeringColumn.State:
+def _column(x: RubbingColumn.State) -> SteeringColumn.State:
     return SteeringColumn.State(*x[:6])

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
 from tierod.physics.friction import smooth_coulomb
-from tierod.physics.rack_balance import column_balance
+from tierod.physics.gear import column_balance
 
 
 class StiffRack:

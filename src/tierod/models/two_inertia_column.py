@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.errors import ParameterError
 from tierod.models.steering_column import ColumnInput, ColumnOutput, ColumnParameters
-from tierod.physics.torsion_bar import torsion_bar_torque
+from tierod.physics.steering_ratio import torsion_bar_torque
 
 SPRINGS = ("series", "torsion bar", "printed")
 """What the one spring may be: torsion bar and gear in series, the bar alone, or their sum as printed."""

@@ -5,24 +5,23 @@ The torque acts about the kingpins of both front wheels together and is positive
 
 from __future__ import annotations
 
-from typing import Any
-
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import cos, sin
 
 
 def aligning_torque_from_steer(
-    steering_wheel_angle: Any,
-    lateral_acceleration: Any,
-    yaw_rate: Any,
-    speed: Any,
+    steering_wheel_angle: Scalar,
+    lateral_acceleration: Scalar,
+    yaw_rate: Scalar,
+    speed: Scalar,
     *,
-    mass: Any,
-    wheelbase: Any,
-    front_stiffness: Any,
-    rear_stiffness: Any,
-    trail: Any,
-    steering_ratio: Any,
-) -> Any:
+    mass: Scalar,
+    wheelbase: Scalar,
+    front_stiffness: Scalar,
+    rear_stiffness: Scalar,
+    trail: Scalar,
+    steering_ratio: Scalar,
+) -> Scalar:
     """Self-aligning torque [N*m] of the linear single track from angle, lateral acceleration and yaw rate.
 
     Args:
@@ -54,15 +53,15 @@ def aligning_torque_from_steer(
 
 
 def aligning_torque_from_yaw(
-    lateral_acceleration: Any,
-    yaw_acceleration: Any,
+    lateral_acceleration: Scalar,
+    yaw_acceleration: Scalar,
     *,
-    mass: Any,
-    yaw_inertia: Any,
-    front_distance: Any,
-    rear_distance: Any,
-    trail: Any,
-) -> Any:
+    mass: Scalar,
+    yaw_inertia: Scalar,
+    front_distance: Scalar,
+    rear_distance: Scalar,
+    trail: Scalar,
+) -> Scalar:
     """Self-aligning torque [N*m] from the balance of forces and moments, whatever the tyres.
 
     Args:
@@ -87,14 +86,14 @@ def aligning_torque_from_yaw(
 
 
 def front_force_from_motion(
-    lateral_acceleration: Any,
-    yaw_acceleration: Any,
+    lateral_acceleration: Scalar,
+    yaw_acceleration: Scalar,
     *,
-    mass: Any,
-    yaw_inertia: Any,
-    front_distance: Any,
-    rear_distance: Any,
-) -> Any:
+    mass: Scalar,
+    yaw_inertia: Scalar,
+    front_distance: Scalar,
+    rear_distance: Scalar,
+) -> Scalar:
     """Lateral force [N] of the front axle from the balance of forces and moments.
 
     Args:
@@ -111,7 +110,9 @@ def front_force_from_motion(
     return moment / (front_distance + rear_distance)
 
 
-def longitudinal_force_from_motion(acceleration: Any, yaw_rate: Any, *, mass: Any, rear_distance: Any) -> Any:
+def longitudinal_force_from_motion(
+    acceleration: Scalar, yaw_rate: Scalar, *, mass: Scalar, rear_distance: Scalar
+) -> Scalar:
     """Force [N] of all tyres along the body that goes with a motion on level ground, without drag and rolling.
 
     Args:
@@ -126,7 +127,7 @@ def longitudinal_force_from_motion(acceleration: Any, yaw_rate: Any, *, mass: An
     return mass * (acceleration - rear_distance * yaw_rate * yaw_rate)
 
 
-def force_across_wheels(lateral_force: Any, longitudinal_force: Any, steer: Any) -> Any:
+def force_across_wheels(lateral_force: Scalar, longitudinal_force: Scalar, steer: Scalar) -> Scalar:
     """Force [N] of the front axle across its steered wheels, which the trail turns into a torque.
 
     Args:
@@ -138,15 +139,15 @@ def force_across_wheels(lateral_force: Any, longitudinal_force: Any, steer: Any)
 
 
 def yaw_acceleration_from_aligning(
-    self_aligning_torque: Any,
-    lateral_acceleration: Any,
+    self_aligning_torque: Scalar,
+    lateral_acceleration: Scalar,
     *,
-    mass: Any,
-    yaw_inertia: Any,
-    front_distance: Any,
-    rear_distance: Any,
-    trail: Any,
-) -> Any:
+    mass: Scalar,
+    yaw_inertia: Scalar,
+    front_distance: Scalar,
+    rear_distance: Scalar,
+    trail: Scalar,
+) -> Scalar:
     """Yaw acceleration [rad/s**2] that goes with a self-aligning torque: eq (4) solved for the yaw acceleration.
 
     Args:

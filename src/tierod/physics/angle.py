@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import floor
 
 
-def wrapped(angle: Any) -> Any:
+def wrapped(angle: Scalar) -> Scalar:
     """The same direction within half a turn of zero [rad].
 
     Args:

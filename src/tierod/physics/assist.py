@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import Number, absolute, limit, maximum, minimum, sign
 
-from tierod.core.graph.maths import absolute, limit, maximum, minimum, sign
 
-
-def assist_speed_factor(speed: Any, half_speed: Any) -> Any:
+def assist_speed_factor(speed: Number, half_speed: Scalar) -> Number:
     """Share [-] of the standing assist that is left at a speed: 1 at rest, 1/2 at the half speed.
 
     Args:
@@ -18,14 +17,14 @@ def assist_speed_factor(speed: Any, half_speed: Any) -> Any:
 
 
 def assist_torque(
-    driver_torque: Any,
-    speed: Any,
-    linear_gain: Any,
-    quadratic_gain: Any,
-    dead_band: Any,
-    half_speed: Any,
-    maximum_torque: Any,
-) -> Any:
+    driver_torque: Number,
+    speed: Scalar,
+    linear_gain: Scalar,
+    quadratic_gain: Scalar,
+    dead_band: Scalar,
+    half_speed: Scalar,
+    maximum_torque: Scalar,
+) -> Number:
     """Assist torque [N*m] at the column, in the direction of the driver's torque.
 
     Args:
@@ -45,7 +44,9 @@ def assist_torque(
     return sign(driver_torque) * minimum(wanted, maximum_torque)
 
 
-def active_return_torque(angle: Any, rate: Any, return_rate_gain: Any, maximum_rate: Any, gain: Any) -> Any:
+def active_return_torque(
+    angle: Scalar, rate: Scalar, return_rate_gain: Scalar, maximum_rate: Scalar, gain: Scalar
+) -> Scalar:
     """Torque [N*m] at the column that brings a released steering wheel back at a wanted rate.
 
     Args:
@@ -61,7 +62,7 @@ def active_return_torque(angle: Any, rate: Any, return_rate_gain: Any, maximum_r
     return gain * (wanted - rate)
 
 
-def active_return_share(speed: Any, driver_torque: Any, best_speed: Any, fade_torque: Any) -> Any:
+def active_return_share(speed: Scalar, driver_torque: Scalar, best_speed: Scalar, fade_torque: Scalar) -> Scalar:
     """Share [-] of active return that is given: none at rest, all at the best speed, less beyond and under the hands.
 
     Args:

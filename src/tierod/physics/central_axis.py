@@ -1,4 +1,4 @@
-"""Rolling without slip: what yaw rate, wheel speeds and steer tell of each other.
+"""Rolling without slip: relations between yaw rate, wheel speeds and steer.
 
 A lever is how far to the left of the vehicle's axis a point lies: half the track for left wheels, less than zero for
 right ones.
@@ -6,20 +6,19 @@ right ones.
 
 from __future__ import annotations
 
-from typing import Any
-
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, arctan, cos, tan, where
 
 _LEAST = 1e-9
 
 
-def _ratio(numerator: Any, denominator: Any) -> Any:
+def _ratio(numerator: Scalar, denominator: Scalar) -> Scalar:
     """A quotient that stays finite where the denominator vanishes."""
     safe = absolute(denominator) > _LEAST
     return numerator / where(safe, denominator, _LEAST)
 
 
-def rolling_road_wheel_angle(yaw_rate: Any, rear_wheel_speed: Any, lever: Any, wheelbase: Any) -> Any:
+def rolling_road_wheel_angle(yaw_rate: Scalar, rear_wheel_speed: Scalar, lever: Scalar, wheelbase: Scalar) -> Scalar:
     """Mean steer of the front wheels [rad] at which a rear wheel rolls with this speed and the vehicle turns so.
 
     Args:
@@ -35,7 +34,7 @@ def rolling_road_wheel_angle(yaw_rate: Any, rear_wheel_speed: Any, lever: Any, w
     return arctan(_ratio(yaw_rate * wheelbase, rear_wheel_speed + yaw_rate * lever))
 
 
-def rolling_sideslip(road_wheel_angle: Any, rear_distance: Any, wheelbase: Any) -> Any:
+def rolling_sideslip(road_wheel_angle: Scalar, rear_distance: Scalar, wheelbase: Scalar) -> Scalar:
     """Sideslip angle at the centre of gravity [rad] of a vehicle whose rear axle rolls without slip.
 
     Args:
@@ -48,7 +47,7 @@ def rolling_sideslip(road_wheel_angle: Any, rear_distance: Any, wheelbase: Any) 
     return arctan(rear_distance * tan(road_wheel_angle) / wheelbase)
 
 
-def rolling_curvature(road_wheel_angle: Any, sideslip_angle: Any, wheelbase: Any) -> Any:
+def rolling_curvature(road_wheel_angle: Scalar, sideslip_angle: Scalar, wheelbase: Scalar) -> Scalar:
     """Curvature of the path of the centre of gravity [1/m] of a vehicle that rolls without slip.
 
     Args:
@@ -61,7 +60,7 @@ def rolling_curvature(road_wheel_angle: Any, sideslip_angle: Any, wheelbase: Any
     return cos(sideslip_angle) * tan(road_wheel_angle) / wheelbase
 
 
-def rear_wheel_share(sideslip_angle: Any, curvature: Any, lever: Any) -> Any:
+def rear_wheel_share(sideslip_angle: Scalar, curvature: Scalar, lever: Scalar) -> Scalar:
     """Speed of a rear wheel over that of the centre of gravity [-].
 
     Args:
@@ -75,7 +74,7 @@ def rear_wheel_share(sideslip_angle: Any, curvature: Any, lever: Any) -> Any:
     return absolute(cos(sideslip_angle) - lever * curvature)
 
 
-def central_speed(rear_wheel_speed: Any, share: Any) -> Any:
+def central_speed(rear_wheel_speed: Scalar, share: Scalar) -> Scalar:
     """Speed of the centre of gravity [m/s] from that of a rear wheel.
 
     Args:
@@ -87,7 +86,7 @@ def central_speed(rear_wheel_speed: Any, share: Any) -> Any:
     return _ratio(rear_wheel_speed, share)
 
 
-def rolling_yaw_rate(road_wheel_angle: Any, speed: Any, wheelbase: Any) -> Any:
+def rolling_yaw_rate(road_wheel_angle: Scalar, speed: Scalar, wheelbase: Scalar) -> Scalar:
     """Yaw rate [rad/s] of a vehicle that rolls without slip.
 
     Args:

@@ -6,43 +6,44 @@ The angle of a Park transform is *electrical*: pole pairs times the mechanical a
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Generic, NamedTuple
 
-from tierod.core.graph.maths import cos, sin
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import Number, cos, sin
 
 _SQRT_3 = 3.0**0.5
 
 
-class PhaseValues(NamedTuple):
+class PhaseValues(NamedTuple, Generic[Number]):
     """One number per phase."""
 
-    a: Any
-    b: Any
-    c: Any
+    a: Number
+    b: Number
+    c: Number
 
 
-class StatorVector(NamedTuple):
+class StatorVector(NamedTuple, Generic[Number]):
     """A vector in the stator's axes."""
 
-    alpha: Any
-    beta: Any
+    alpha: Number
+    beta: Number
 
 
-class RotorVector(NamedTuple):
+class RotorVector(NamedTuple, Generic[Number]):
     """A vector in the rotor's axes: d along the magnets' flux, q across."""
 
-    d: Any
-    q: Any
+    d: Number
+    q: Number
 
 
-class Direction(NamedTuple):
+class Direction(NamedTuple, Generic[Number]):
     """Cosine and sine of an electrical angle: worked out once, used for many vectors."""
 
-    cosine: Any
-    sine: Any
+    cosine: Number
+    sine: Number
 
 
-def electrical_angle(mechanical_angle: Any, pole_pairs: Any) -> Any:
+def electrical_angle(mechanical_angle: Scalar, pole_pairs: Scalar) -> Scalar:
     """Electrical angle [rad] of a rotor.
 
     Args:
@@ -52,12 +53,12 @@ def electrical_angle(mechanical_angle: Any, pole_pairs: Any) -> Any:
     return pole_pairs * mechanical_angle
 
 
-def direction(electrical_angle: Any) -> Direction:
+def direction(electrical_angle: Number) -> Direction[Number]:
     """Direction of an electrical angle [rad]."""
     return Direction(cos(electrical_angle), sin(electrical_angle))
 
 
-def turned(before: Direction, electrical_increment: Any) -> Direction:
+def turned(before: Direction, electrical_increment: Scalar) -> Direction:
     """A direction turned by a small electrical angle [rad], without sine and cosine of the library.
 
     Validity: increments below 0.3 rad, where the error stays below 1e-6 (Taylor polynomials of order 4 and 5); the
@@ -69,7 +70,7 @@ def turned(before: Direction, electrical_increment: Any) -> Direction:
     return Direction(before.cosine * cosine - before.sine * sine, before.sine * cosine + before.cosine * sine)
 
 
-def clarke(phases: PhaseValues) -> StatorVector:
+def clarke(phases: PhaseValues[Number]) -> StatorVector[Number]:
     """Phase values in the stator's axes, amplitude-invariant; what all phases share drops out.
 
     Args:
@@ -80,7 +81,7 @@ def clarke(phases: PhaseValues) -> StatorVector:
     return StatorVector((2.0 * phases.a - phases.b - phases.c) / 3.0, (phases.b - phases.c) / _SQRT_3)
 
 
-def inverse_clarke(vector: StatorVector) -> PhaseValues:
+def inverse_clarke(vector: StatorVector[Number]) -> PhaseValues[Number]:
     """Phase values, adding up to zero, of a vector in the stator's axes.
 
     Source: Reinelt et al., eqs (5) to (7), solved for the phases.
@@ -89,7 +90,7 @@ def inverse_clarke(vector: StatorVector) -> PhaseValues:
     return PhaseValues(vector.alpha, side - half, -half - side)
 
 
-def park(vector: StatorVector, rotor: Direction) -> RotorVector:
+def park(vector: StatorVector[Number], rotor: Direction[Number]) -> RotorVector[Number]:
     """A vector in the rotor's axes.
 
     Args:
@@ -104,7 +105,7 @@ def park(vector: StatorVector, rotor: Direction) -> RotorVector:
     )
 
 
-def inverse_park(vector: RotorVector, rotor: Direction) -> StatorVector:
+def inverse_park(vector: RotorVector[Number], rotor: Direction[Number]) -> StatorVector[Number]:
     """A vector in the stator's axes.
 
     Args:

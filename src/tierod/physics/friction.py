@@ -5,12 +5,12 @@ A friction torque returned here opposes motion: it has the sign of the rate and 
 
 from __future__ import annotations
 
-from typing import Any
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import Number, absolute, exp, maximum, power, sign, tanh, where
+from tierod.physics.lag import share_reached
 
-from tierod.core.graph.maths import absolute, exp, expm1, maximum, power, sign, tanh, where
 
-
-def coulomb(rate: Any, level: Any) -> Any:
+def coulomb(rate: Scalar, level: Scalar) -> Scalar:
     """Dry friction torque [N*m] that depends on the direction of motion only.
 
     Args:
@@ -23,7 +23,7 @@ def coulomb(rate: Any, level: Any) -> Any:
     return level * sign(rate)
 
 
-def smooth_coulomb(rate: Any, level: Any, width: Any) -> Any:
+def smooth_coulomb(rate: Scalar, level: Scalar, width: Scalar) -> Scalar:
     """Dry friction torque [N*m] smoothed by a hyperbolic tangent, so that it has a derivative.
 
     Args:
@@ -36,7 +36,7 @@ def smooth_coulomb(rate: Any, level: Any, width: Any) -> Any:
     return level * tanh(rate / width)
 
 
-def viscous(rate: Any, damping: Any) -> Any:
+def viscous(rate: Number, damping: Scalar) -> Number:
     """Viscous friction torque [N*m].
 
     Args:
@@ -48,7 +48,9 @@ def viscous(rate: Any, damping: Any) -> Any:
     return damping * rate
 
 
-def stribeck_level(rate: Any, static_level: Any, sliding_level: Any, stribeck_rate: Any, shape: Any = 2.0) -> Any:
+def stribeck_level(
+    rate: Scalar, static_level: Scalar, sliding_level: Scalar, stribeck_rate: Scalar, shape: Scalar = 2.0
+) -> Scalar:
     """Level of dry friction [N*m], falling from the static to the sliding one as the rate grows.
 
     Args:
@@ -64,7 +66,7 @@ def stribeck_level(rate: Any, static_level: Any, sliding_level: Any, stribeck_ra
     return sliding_level + (static_level - sliding_level) * exp(-excess)
 
 
-def dahl_slope(normalised: Any, direction: Any, dahl_angle: Any, exponent: Any = 1.0) -> Any:
+def dahl_slope(normalised: Scalar, direction: Scalar, dahl_angle: Scalar, exponent: Scalar = 1.0) -> Scalar:
     """Change of the normalised Dahl friction per angle [1/rad].
 
     Args:
@@ -80,7 +82,7 @@ def dahl_slope(normalised: Any, direction: Any, dahl_angle: Any, exponent: Any =
     return power(maximum(absolute(gap), 1e-300), exponent) * sign(gap) / dahl_angle
 
 
-def dahl_update(normalised: Any, angle_increment: Any, dahl_angle: Any) -> Any:
+def dahl_update(normalised: Scalar, angle_increment: Number, dahl_angle: Scalar) -> Number:
     """Normalised Dahl friction [-] after an angle increment in one direction, exact for exponent 1.
 
     Args:
@@ -94,7 +96,7 @@ def dahl_update(normalised: Any, angle_increment: Any, dahl_angle: Any) -> Any:
     return direction + (normalised - direction) * exp(-absolute(angle_increment) / dahl_angle)
 
 
-def dahl_mean(normalised: Any, angle_increment: Any, dahl_angle: Any) -> Any:
+def dahl_mean(normalised: Scalar, angle_increment: Scalar, dahl_angle: Scalar) -> Scalar:
     """Mean of the normalised Dahl friction [-] over an angle increment in one direction, exact for exponent 1.
 
     Args:
@@ -107,11 +109,13 @@ def dahl_mean(normalised: Any, angle_increment: Any, dahl_angle: Any) -> Any:
     direction = sign(angle_increment)
     travel = absolute(angle_increment) / dahl_angle
     short = travel < 1e-6
-    lag = where(short, 0.5 * travel, 1.0 + expm1(-travel) / where(short, 1.0, travel))
+    lag = where(short, 0.5 * travel, 1.0 - share_reached(travel) / where(short, 1.0, travel))
     return normalised + (direction - normalised) * lag
 
 
-def dahl_sensitivity_update(sensitivity: Any, normalised: Any, angle_increment: Any, dahl_angle: Any) -> Any:
+def dahl_sensitivity_update(
+    sensitivity: Scalar, normalised: Scalar, angle_increment: Scalar, dahl_angle: Scalar
+) -> Scalar:
     """Derivative [-] of the normalised Dahl friction for ln(dahl_angle), after an angle increment.
 
     Args:
@@ -126,7 +130,7 @@ def dahl_sensitivity_update(sensitivity: Any, normalised: Any, angle_increment: 
     return exp(-travel) * (sensitivity + (normalised - sign(angle_increment)) * travel)
 
 
-def dahl_power_update(normalised: Any, angle_increment: Any, dahl_angle: Any, exponent: Any) -> Any:
+def dahl_power_update(normalised: Scalar, angle_increment: Scalar, dahl_angle: Scalar, exponent: Scalar) -> Scalar:
     """Normalised Dahl friction [-] after an angle increment in one direction, exact for any exponent from 0 to 5.
 
     Args:
@@ -149,7 +153,7 @@ def dahl_power_update(normalised: Any, angle_increment: Any, dahl_angle: Any, ex
     return direction + (normalised - direction) * share
 
 
-def lugre_bristle_rate(deflection: Any, rate: Any, stiffness: Any, level: Any) -> Any:
+def lugre_bristle_rate(deflection: Scalar, rate: Scalar, stiffness: Scalar, level: Scalar) -> Scalar:
     """Rate of the mean bristle deflection [rad/s] of the LuGre model.
 
     Args:
@@ -164,8 +168,8 @@ def lugre_bristle_rate(deflection: Any, rate: Any, stiffness: Any, level: Any) -
 
 
 def lugre_torque(
-    deflection: Any, bristle_rate: Any, rate: Any, stiffness: Any, micro_damping: Any, damping: Any
-) -> Any:
+    deflection: Scalar, bristle_rate: Scalar, rate: Scalar, stiffness: Scalar, micro_damping: Scalar, damping: Scalar
+) -> Scalar:
     """Friction torque [N*m] of the LuGre model.
 
     Args:

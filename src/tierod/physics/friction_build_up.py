@@ -6,8 +6,9 @@ u = 1 - h sgn(d theta) to the full level obeys du/da = -u^alpha over the travel 
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, maximum, sign, sqrt, where
 from tierod.physics.friction import dahl_sensitivity_update, dahl_update
 
@@ -22,15 +23,15 @@ class BuildUp(NamedTuple):
         sensitivity: dh / d ln(dahl_angle) [-]
     """
 
-    level: Any
-    sensitivity: Any
+    level: Scalar
+    sensitivity: Scalar
 
 
 RELAXED = BuildUp(0.0, 0.0)
 """Before the first motion."""
 
 
-def finite_build_up(state: BuildUp, angle_increment: Any, dahl_angle: Any) -> BuildUp:
+def finite_build_up(state: BuildUp, angle_increment: Scalar, dahl_angle: Scalar) -> BuildUp:
     """Exponent 1/2: the level is reached after a finite travel, as with bristles of uniformly spread strength.
 
     Args:
@@ -49,7 +50,7 @@ def finite_build_up(state: BuildUp, angle_increment: Any, dahl_angle: Any) -> Bu
     return _after(state, direction, gap, after, slope)
 
 
-def exponential_build_up(state: BuildUp, angle_increment: Any, dahl_angle: Any) -> BuildUp:
+def exponential_build_up(state: BuildUp, angle_increment: Scalar, dahl_angle: Scalar) -> BuildUp:
     """Exponent 1: the law most used, u falls as exp(-a).
 
     Args:
@@ -65,7 +66,7 @@ def exponential_build_up(state: BuildUp, angle_increment: Any, dahl_angle: Any) 
     )
 
 
-def long_build_up(state: BuildUp, angle_increment: Any, dahl_angle: Any) -> BuildUp:
+def long_build_up(state: BuildUp, angle_increment: Scalar, dahl_angle: Scalar) -> BuildUp:
     """Exponent 2: a long tail, u falls as 1 / (1 + a u); the level is approached but hardly ever reached.
 
     Args:
@@ -81,14 +82,14 @@ def long_build_up(state: BuildUp, angle_increment: Any, dahl_angle: Any) -> Buil
     return _after(state, direction, gap, gap * shrink, slope)
 
 
-def _gap(state: BuildUp, angle_increment: Any, dahl_angle: Any) -> tuple[Any, Any, Any, Any]:
+def _gap(state: BuildUp, angle_increment: Scalar, dahl_angle: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar]:
     """Direction, travel, gap to the level in that direction, and the gap's derivative for ln(dahl_angle)."""
     direction = sign(angle_increment)
     gap = maximum(1.0 - direction * state.level, 0.0)
     return direction, absolute(angle_increment) / dahl_angle, gap, -direction * state.sensitivity
 
 
-def _after(state: BuildUp, direction: Any, gap: Any, gap_after: Any, slope: Any) -> BuildUp:
+def _after(state: BuildUp, direction: Scalar, gap: Scalar, gap_after: Scalar, slope: Scalar) -> BuildUp:
     """Back from the gap; without motion the direction is zero and nothing changes."""
     moved = absolute(direction) > 0.5
     level = state.level + direction * (gap - gap_after)

@@ -5,12 +5,11 @@ A friction share is friction over its level; it opposes motion. Dahl's laws are 
 
 from __future__ import annotations
 
-from typing import Any
-
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, exp, limit, sign, where
 
 
-def elastoplastic_update(share: Any, angle_increment: Any, elastic_angle: Any) -> Any:
+def elastoplastic_update(share: Scalar, angle_increment: Scalar, elastic_angle: Scalar) -> Scalar:
     """Friction share [-] of an elastic element that slips at its level, after an angle increment.
 
     Args:
@@ -24,7 +23,7 @@ def elastoplastic_update(share: Any, angle_increment: Any, elastic_angle: Any) -
     return limit(share + angle_increment / elastic_angle, -1.0, 1.0)
 
 
-def elastoplastic_slope(share: Any, direction: Any, elastic_angle: Any) -> Any:
+def elastoplastic_slope(share: Scalar, direction: Scalar, elastic_angle: Scalar) -> Scalar:
     """Change of the friction share per angle [1/rad] of an elastic element that slips at its level.
 
     Args:
@@ -37,7 +36,7 @@ def elastoplastic_slope(share: Any, direction: Any, elastic_angle: Any) -> Any:
     return where(share * direction < 1.0, 1.0 / elastic_angle, 0.0)
 
 
-def lugre_update(bristle: Any, angle_increment: Any, bristle_angle: Any, steady_share: Any) -> Any:
+def lugre_update(bristle: Scalar, angle_increment: Scalar, bristle_angle: Scalar, steady_share: Scalar) -> Scalar:
     """Normalised bristle deflection [-] of the LuGre model after an angle increment at a constant rate.
 
     Args:
@@ -53,7 +52,7 @@ def lugre_update(bristle: Any, angle_increment: Any, bristle_angle: Any, steady_
     return settled + (bristle - settled) * exp(-absolute(angle_increment) / (bristle_angle * steady_share))
 
 
-def lugre_slope(bristle: Any, direction: Any, bristle_angle: Any, steady_share: Any) -> Any:
+def lugre_slope(bristle: Scalar, direction: Scalar, bristle_angle: Scalar, steady_share: Scalar) -> Scalar:
     """Change of the normalised bristle deflection per angle [1/rad].
 
     Args:
@@ -67,7 +66,9 @@ def lugre_slope(bristle: Any, direction: Any, bristle_angle: Any, steady_share: 
     return (1.0 - direction * bristle / steady_share) / bristle_angle
 
 
-def lugre_share(bristle: Any, rate: Any, bristle_angle: Any, steady_share: Any, micro_time: Any) -> Any:
+def lugre_share(
+    bristle: Scalar, rate: Scalar, bristle_angle: Scalar, steady_share: Scalar, micro_time: Scalar
+) -> Scalar:
     """Friction share [-] of the LuGre model without its viscous term.
 
     Args:

@@ -1,11 +1,12 @@
-"""Gears between a motor and a shaft: elastic meshing, superposition of two turns."""
+"""Gears and rack: elastic meshing, superposition of two turns, lash, end stops, and the balance of a stiff rack."""
 
 from __future__ import annotations
 
-from typing import Any
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import absolute, maximum, sign, where
 
 
-def gear_coupling_torque(motor_angle: Any, shaft_angle: Any, ratio: Any, stiffness: Any) -> Any:
+def gear_coupling_torque(motor_angle: Scalar, shaft_angle: Scalar, ratio: Scalar, stiffness: Scalar) -> Scalar:
     """Torque [N*m] that an elastic gear takes from the motor; the shaft gets it times the ratio.
 
     Args:
@@ -20,7 +21,7 @@ def gear_coupling_torque(motor_angle: Any, shaft_angle: Any, ratio: Any, stiffne
     return stiffness * (motor_angle - ratio * shaft_angle)
 
 
-def superposed_angle(motor_angle: Any, input_angle: Any, motor_ratio: Any, input_ratio: Any) -> Any:
+def superposed_angle(motor_angle: Scalar, input_angle: Scalar, motor_ratio: Scalar, input_ratio: Scalar) -> Scalar:
     """Angle of the pinion [rad] behind a planetary gear with two inputs; rates superpose alike.
 
     Args:
@@ -35,7 +36,7 @@ def superposed_angle(motor_angle: Any, input_angle: Any, motor_ratio: Any, input
     return motor_angle / motor_ratio + input_angle / input_ratio
 
 
-def variable_gain(speed: Any, standing: Any, fast: Any, middle_speed: Any) -> Any:
+def variable_gain(speed: Scalar, standing: Scalar, fast: Scalar, middle_speed: Scalar) -> Scalar:
     """Wanted turn of the pinion [-] per turn that the steering wheel gives it without motor, over the speed.
 
     It falls from one gain to the other and passes the mean of both at the middle speed:
@@ -52,7 +53,7 @@ def variable_gain(speed: Any, standing: Any, fast: Any, middle_speed: Any) -> An
     return fast + (standing - fast) / (1.0 + share * share)
 
 
-def superposed_target(input_angle: Any, gain: Any, motor_ratio: Any, input_ratio: Any) -> Any:
+def superposed_target(input_angle: Scalar, gain: Scalar, motor_ratio: Scalar, input_ratio: Scalar) -> Scalar:
     """Angle of the motor [rad] that makes the pinion turn by `gain` times what the steering wheel gives it.
 
     Args:
@@ -64,3 +65,90 @@ def superposed_target(input_angle: Any, gain: Any, motor_ratio: Any, input_ratio
     Source: Reinelt et al., eqs (1) and (4), solved for delta_Md.
     """
     return motor_ratio * (gain - 1.0) / input_ratio * input_angle
+
+
+def lash_torque(twist: Scalar, twist_rate: Scalar, stiffness: Scalar, damping: Scalar, play: Scalar) -> Scalar:
+    """Torque [N*m] that a meshing passes on, in the direction of its twist; a force where twist is a distance [m].
+
+    Args:
+        twist: of the driving against the driven side [rad], zero in the middle of the play
+        twist_rate: its rate [rad/s]
+        stiffness: of the flanks in contact [N*m/rad]
+        damping: of the flanks in contact [N*m*s/rad]
+        play: whole free way from flank to flank [rad]; zero is a meshing without play, linear in both directions
+
+    Flanks push and never pull: parting from each other, they lose contact before the elastic part is gone.
+    Source: Nordin and Gutman, Automatica 38 (2002) 1633, dead-zone model with damping; the condition on the sign is the
+    release condition of their physical model.
+    """
+    depth = absolute(twist) - 0.5 * play
+    direction = sign(twist)
+    push = maximum(stiffness * depth + damping * direction * twist_rate, 0.0)
+    loose = where(depth > 0.0, direction * push, 0.0)
+    return where(play > 0.0, loose, stiffness * twist + damping * twist_rate)
+
+
+def end_stop_torque(angle: Scalar, rate: Scalar, lock: Scalar, stiffness: Scalar, damping: Scalar) -> Scalar:
+    """Torque [N*m] of an elastic, damped stop, positive where it opposes a turn to the left.
+
+    Args:
+        angle: [rad]
+        rate: [rad/s]
+        lock: angle at which either stop is touched [rad], positive
+        stiffness: of the stop [N*m/rad]
+        damping: of the stop [N*m*s/rad]
+
+    A stop pushes and never pulls.
+    """
+    depth = absolute(angle) - lock
+    direction = sign(angle)
+    push = maximum(stiffness * depth + damping * direction * rate, 0.0)
+    return where(depth > 0.0, direction * push, 0.0)
+
+
+def column_balance(
+    torque: Scalar,
+    friction: Scalar,
+    tie_rod_force: Scalar,
+    angle: Scalar,
+    rate: Scalar,
+    rack_ratio: Scalar,
+    stiffness: Scalar,
+    damping: Scalar,
+) -> Scalar:
+    """Torque that is left to turn column and rack [N*m]: their inertia at the column times its acceleration.
+
+    Args:
+        torque: at the column, towards the left [N*m]
+        friction: dry friction at the column, with the sign of the rate [N*m]
+        tie_rod_force: positive where it opposes a turn to the left [N]
+        angle: of the column [rad]
+        rate: of the column [rad/s]
+        rack_ratio: rack travel per turn of the column [m/rad]
+        stiffness: of the rack to its middle [N/m]
+        damping: of the rack [N*s/m]
+
+    Validity: below the frequency at which pinion and rack swing against each other (hundreds of hertz).
+    Source: Li, Frey, Gauterin, eq (2), both rows added with S = ratio times angle. The first row is printed without the
+    ratio before the force of the teeth, which adds newtons to newton metres.
+    """
+    rack = tie_rod_force + rack_ratio * (stiffness * angle + damping * rate)
+    return torque - friction - rack_ratio * rack
+
+
+def tie_rod_force_of_balance(
+    torque: Scalar, friction: Scalar, mass: Scalar, lateral_acceleration: Scalar, per_mass: Scalar, per_torque: Scalar
+) -> Scalar:
+    """Force of the tie rods [N] as a mix of lateral acceleration and torque.
+
+    Args:
+        torque: at the column [N*m]
+        friction: dry friction at the column, with the sign of the rate [N*m]
+        mass: of the vehicle [kg]
+        lateral_acceleration: [m/s**2]
+        per_mass: share of mass times acceleration [-]
+        per_torque: force per torque [1/m]; up to the inverse of the rack's travel per radian
+
+    Source: Li, Frey, Gauterin, eq (46), whose friction is printed without the sign of the rate.
+    """
+    return per_mass * mass * lateral_acceleration + per_torque * (torque - friction)

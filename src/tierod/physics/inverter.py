@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TypeVar
 
-from tierod.core.graph.maths import limit, maximum, sqrt
-from tierod.physics.clarke_park import PhaseValues, StatorVector, clarke, inverse_clarke
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import Number, limit, maximum, sqrt
+from tierod.physics.clarke_park import PhaseValues, RotorVector, StatorVector, clarke, inverse_clarke
+
+Vector = TypeVar("Vector", StatorVector, RotorVector)
 
 LONGEST_SIGN = 4.0 / 3.0
 """Length of the vector of the phase currents' signs where all three flow [-]: a loss of one volt takes so many."""
 
 
-def longest_voltage(supply_voltage: Any) -> Any:
+def longest_voltage(supply_voltage: Scalar) -> Scalar:
     """Length of the longest voltage vector [V] that can be made in every direction.
 
     Args:
@@ -20,10 +23,11 @@ def longest_voltage(supply_voltage: Any) -> Any:
     Source: space-vector modulation, circle inside the hexagon; Holmes and Lipo, Pulse Width Modulation for Power
     Converters (2003), ch. 6: V_dc / sqrt(3).
     """
-    return supply_voltage * 3.0**-0.5
+    share: float = 3.0**-0.5
+    return supply_voltage * share
 
 
-def limited_voltage(wanted: Any, longest: Any) -> Any:
+def limited_voltage(wanted: Vector, longest: Scalar) -> Vector:
     """A vector shortened to a length, its direction kept.
 
     Args:
@@ -36,7 +40,12 @@ def limited_voltage(wanted: Any, longest: Any) -> Any:
 
 
 def lost_voltage(
-    current: StatorVector, supply_voltage: Any, dead_time: Any, period: Any, forward_drop: Any, knee_current: Any
+    current: StatorVector,
+    supply_voltage: Scalar,
+    dead_time: Scalar,
+    period: Scalar,
+    forward_drop: Scalar,
+    knee_current: Scalar,
 ) -> StatorVector:
     """Mean voltage [V] that dead time and semiconductors take from what was commanded.
 
@@ -57,7 +66,7 @@ def lost_voltage(
     return StatorVector(loss * signs.alpha, loss * signs.beta)
 
 
-def phase_signs(current: StatorVector, knee_current: Any) -> StatorVector:
+def phase_signs(current: StatorVector[Number], knee_current: Scalar) -> StatorVector[Number]:
     """Signs of the phase currents as a vector, continuous around zero: what a loss of one volt per phase takes [-].
 
     Args:
@@ -68,8 +77,8 @@ def phase_signs(current: StatorVector, knee_current: Any) -> StatorVector:
     return clarke(PhaseValues(*shares))
 
 
-def commanded_voltage(duty_cycles: PhaseValues, supply_voltage: Any) -> StatorVector:
-    """Mean voltage [V] over a period of modulation that the switches are told to make, in the stator's axes.
+def commanded_voltage(duty_cycles: PhaseValues, supply_voltage: Scalar) -> StatorVector:
+    """Mean voltage [V] over a period of modulation that is commanded to the switches, in the stator's axes.
 
     Args:
         duty_cycles: share of the period for which each phase is tied to the upper rail [-]

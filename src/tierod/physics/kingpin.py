@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import cos, sin
 
 
-def weight_lever(scrub_radius: Any, inclination: Any, wheel_radius: Any) -> Any:
+def weight_lever(scrub_radius: Scalar, inclination: Scalar, wheel_radius: Scalar) -> Scalar:
     """Lever [m] by which the load of a wheel turns it back to straight ahead.
 
     Args:
@@ -22,7 +21,7 @@ def weight_lever(scrub_radius: Any, inclination: Any, wheel_radius: Any) -> Any:
     return (scrub_radius * cos(inclination) + wheel_radius * sin(inclination)) * sin(inclination)
 
 
-def weight_torque(load: Any, lever: Any, sine: Any) -> Any:
+def weight_torque(load: Scalar, lever: Scalar, sine: Scalar) -> Scalar:
     """Torque [N*m] about one kingpin, from the work of lifting the car.
 
     Args:
@@ -33,7 +32,7 @@ def weight_torque(load: Any, lever: Any, sine: Any) -> Any:
     return load * lever * sine
 
 
-def scrub_radius_torque(left_force: Any, right_force: Any, scrub_radius: Any) -> tuple[Any, Any]:
+def scrub_radius_torque(left_force: Scalar, right_force: Scalar, scrub_radius: Scalar) -> tuple[Scalar, Scalar]:
     """Torques [N*m] about the left and right kingpin of drive and brake forces at the ground.
 
     Args:

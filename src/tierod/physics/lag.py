@@ -1,10 +1,11 @@
-"""A lag of the first order: its step response, its answer to a ramp, and noise that it shapes."""
+"""Linear motions solved exactly over a sample: a lag of the first order, noise that it shapes, a damped rotation."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from tierod.core.graph.maths import exp, expm1, maximum
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import Number, exp, expm1, maximum
 
 SHORTEST = 1e-4
 """Lag below which it counts as this long [s]: far below a sample, and nothing is divided by zero."""
@@ -18,11 +19,11 @@ class Lagged(NamedTuple):
         end: at its end [unit of the input]
     """
 
-    mean: Any
-    end: Any
+    mean: Scalar
+    end: Scalar
 
 
-def lagged_ramp(before: Any, after: Any, output: Any, lag: Any, time: Any) -> Lagged:
+def lagged_ramp(before: Scalar, after: Scalar, output: Scalar, lag: Scalar, time: Scalar) -> Lagged:
     """What a lag of the first order makes of a ramp, exact.
 
     Args:
@@ -40,7 +41,7 @@ def lagged_ramp(before: Any, after: Any, output: Any, lag: Any, time: Any) -> La
     return Lagged(0.5 * (before + after) - lag / time * (end - output), end)
 
 
-def share_reached(elapsed: Any) -> Any:
+def share_reached(elapsed: Number) -> Number:
     """Share of a step that a lag of the first order has followed.
 
     Args:
@@ -51,7 +52,7 @@ def share_reached(elapsed: Any) -> Any:
     return -expm1(-elapsed)
 
 
-def gauss_markov_noise(deviation: Any, time: Any, step: Any) -> Any:
+def gauss_markov_noise(deviation: Scalar, time: Scalar, step: Scalar) -> Scalar:
     """Variance that a Gauss-Markov process of the first order gains in a sample.
 
     Args:
@@ -65,3 +66,42 @@ def gauss_markov_noise(deviation: Any, time: Any, step: Any) -> Any:
     Source: P = exp(-2 step / time) P + noise with P = deviation^2.
     """
     return deviation * deviation * share_reached(2.0 * step / time)
+
+
+LEAST_DAMPING = 1e-4
+"""Share of its rate that a body loses at least over the time: with less the difference of two near numbers is divided
+by next to nothing; it is a ten-thousandth of the rate, which no bearing keeps better in a hundredth of a second."""
+
+
+class DampedRotation(NamedTuple):
+    """What rate and torque make of angle and rate after the time.
+
+    Args:
+        kept: rate per rate before [-]
+        path: angle per rate before [s]
+        rate_per_torque: [rad/(s*N*m)]
+        angle_per_torque: [rad/(N*m)]
+    """
+
+    kept: Scalar
+    path: Scalar
+    rate_per_torque: Scalar
+    angle_per_torque: Scalar
+
+
+def damped_rotation(inertia: Scalar, damping: Scalar, time: Scalar) -> DampedRotation:
+    """The motion of a damped body under a constant torque, exact.
+
+    Args:
+        inertia: [kg*m**2], above zero
+        damping: [N*m*s/rad], zero or above
+        time: [s], above zero
+
+    Validity: a damping of less than `LEAST_DAMPING` over the time counts as that much.
+    Source: solution of inertia * angle'' = torque - damping * angle'.
+    """
+    damping = maximum(damping, LEAST_DAMPING * inertia / time)
+    kept = exp(-damping * time / inertia)
+    rate_per_torque = (1.0 - kept) / damping
+    path = inertia * rate_per_torque
+    return DampedRotation(kept, path, rate_per_torque, (time - path) / damping)

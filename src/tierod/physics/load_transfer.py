@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from tierod.core.block import Scalar
 
 
-def lateral_load_transfer(force: Any, roll_centre_height: Any, roll_torque: Any, track: Any) -> Any:
+def lateral_load_transfer(force: Scalar, roll_centre_height: Scalar, roll_torque: Scalar, track: Scalar) -> Scalar:
     """Load [N] that an axle moves from its left to its right wheel.
 
     Args:
@@ -20,7 +20,7 @@ def lateral_load_transfer(force: Any, roll_centre_height: Any, roll_torque: Any,
     return (force * roll_centre_height + roll_torque) / track
 
 
-def longitudinal_load_transfer(force: Any, centre_height: Any, wheelbase: Any) -> Any:
+def longitudinal_load_transfer(force: Scalar, centre_height: Scalar, wheelbase: Scalar) -> Scalar:
     """Load [N] that moves from the front to the rear axle.
 
     Args:

@@ -6,8 +6,9 @@ angle inside the outer sine of the formula is worked out once and serves force a
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import arctan, cos, sin, sqrt
 
 REST = 1e-6
@@ -17,12 +18,12 @@ REST = 1e-6
 class SlipForces(NamedTuple):
     """Forces of one tyre [N], and the angle of the formula that `trail` needs [rad]."""
 
-    longitudinal: Any
-    lateral: Any
-    angle: Any
+    longitudinal: Scalar
+    lateral: Scalar
+    angle: Scalar
 
 
-def magic_angle(scaled_slip: Any, curvature_factor: Any) -> Any:
+def magic_angle(scaled_slip: Scalar, curvature_factor: Scalar) -> Scalar:
     """The angle [rad] of which the Magic Formula takes the sine, without its shape factor.
 
     Args:
@@ -34,7 +35,9 @@ def magic_angle(scaled_slip: Any, curvature_factor: Any) -> Any:
     return arctan(scaled_slip - curvature_factor * (scaled_slip - arctan(scaled_slip)))
 
 
-def magic_formula(slip: Any, stiffness_factor: Any, shape_factor: Any, peak: Any, curvature_factor: Any) -> Any:
+def magic_formula(
+    slip: Scalar, stiffness_factor: Scalar, shape_factor: Scalar, peak: Scalar, curvature_factor: Scalar
+) -> Scalar:
     """Force or torque of the Magic Formula without offsets, in the unit of the peak.
 
     Args:
@@ -49,7 +52,7 @@ def magic_formula(slip: Any, stiffness_factor: Any, shape_factor: Any, peak: Any
     return peak * sin(shape_factor * magic_angle(stiffness_factor * slip, curvature_factor))
 
 
-def stiffness_per_load(load: Any, nominal_load: Any, greatest: Any, load_of_greatest: Any) -> Any:
+def stiffness_per_load(load: Scalar, nominal_load: Scalar, greatest: Scalar, load_of_greatest: Scalar) -> Scalar:
     """Cornering stiffness over load [1/rad]; the stiffness rises with the load, ever more slowly, to a greatest one.
 
     Args:
@@ -65,7 +68,7 @@ def stiffness_per_load(load: Any, nominal_load: Any, greatest: Any, load_of_grea
     return 2.0 * greatest / load_of_greatest / (1.0 + share * share)
 
 
-def friction_at_load(load: Any, nominal_load: Any, friction: Any, sensitivity: Any) -> Any:
+def friction_at_load(load: Scalar, nominal_load: Scalar, friction: Scalar, sensitivity: Scalar) -> Scalar:
     """Greatest force over load [-], which falls as the load rises.
 
     Args:
@@ -80,12 +83,12 @@ def friction_at_load(load: Any, nominal_load: Any, friction: Any, sensitivity: A
 
 
 def combined_forces(
-    slips: tuple[Any, Any],
-    stiffnesses: tuple[Any, Any],
-    frictions: tuple[Any, Any],
-    load: Any,
-    shape_factor: Any,
-    curvature_factor: Any,
+    slips: tuple[Scalar, Scalar],
+    stiffnesses: tuple[Scalar, Scalar],
+    frictions: tuple[Scalar, Scalar],
+    load: Scalar,
+    shape_factor: Scalar,
+    curvature_factor: Scalar,
 ) -> SlipForces:
     """Forces of a tyre that slips along and across at once.
 
@@ -110,7 +113,7 @@ def combined_forces(
     return SlipForces(stiffnesses[0] * slips[0] * secant, stiffnesses[1] * slips[1] * secant, angle)
 
 
-def trail(load: Any, nominal_load: Any, nominal_trail: Any, angle: Any, shape_factor: Any) -> Any:
+def trail(load: Scalar, nominal_load: Scalar, nominal_trail: Scalar, angle: Scalar, shape_factor: Scalar) -> Scalar:
     """Pneumatic trail [m], which grows with the load and vanishes as the tyre slips.
 
     Args:

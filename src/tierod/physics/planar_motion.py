@@ -1,29 +1,12 @@
-"""Acceleration of a body that moves in a plane."""
+"""Planar motion of a car: its accelerations, and following a path by aiming at a point ahead."""
 
 from __future__ import annotations
 
-from typing import Any
-
-from tierod.core.graph.maths import cos, sin, tan
-
-
-def planar_acceleration(speed: Any, speed_rate: Any, sideslip_angle: Any, course_rate: Any) -> tuple[Any, Any]:
-    """Longitudinal and lateral acceleration [m/s**2] of the centre of gravity, in axes of the body.
-
-    Args:
-        speed: of the centre of gravity along its path [m/s]
-        speed_rate: its derivative [m/s**2]
-        sideslip_angle: [rad]
-        course_rate: yaw rate plus rate of the sideslip angle [rad/s]
-
-    Source: Li, Frey, Gauterin, eq (17), with the terms of a changing speed, which are left out there.
-    """
-    across = speed * course_rate
-    along, side = cos(sideslip_angle), sin(sideslip_angle)
-    return speed_rate * along - across * side, speed_rate * side + across * along
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import tan
 
 
-def lateral_acceleration_of_turning(forward_speed: Any, yaw_rate: Any, sideslip_rate: Any) -> Any:
+def lateral_acceleration_of_turning(forward_speed: Scalar, yaw_rate: Scalar, sideslip_rate: Scalar) -> Scalar:
     """Lateral acceleration [m/s**2] at a steady forward speed.
 
     Args:
@@ -35,7 +18,9 @@ def lateral_acceleration_of_turning(forward_speed: Any, yaw_rate: Any, sideslip_
     return forward_speed * (yaw_rate + sideslip_rate)
 
 
-def longitudinal_acceleration(forward_rate: Any, forward_speed: Any, sideslip_angle: Any, yaw_rate: Any) -> Any:
+def longitudinal_acceleration(
+    forward_rate: Scalar, forward_speed: Scalar, sideslip_angle: Scalar, yaw_rate: Scalar
+) -> Scalar:
     """Longitudinal acceleration [m/s**2] of the centre of gravity.
 
     Args:
@@ -49,7 +34,7 @@ def longitudinal_acceleration(forward_rate: Any, forward_speed: Any, sideslip_an
     return forward_rate - forward_speed * tan(sideslip_angle) * yaw_rate
 
 
-def forward_rate(acceleration: Any, forward_speed: Any, sideslip_angle: Any, yaw_rate: Any) -> Any:
+def forward_rate(acceleration: Scalar, forward_speed: Scalar, sideslip_angle: Scalar, yaw_rate: Scalar) -> Scalar:
     """Derivative of the forward speed [m/s**2] from a longitudinal acceleration: `longitudinal_acceleration` turned.
 
     Args:
@@ -59,3 +44,16 @@ def forward_rate(acceleration: Any, forward_speed: Any, sideslip_angle: Any, yaw
         yaw_rate: [rad/s]
     """
     return acceleration + forward_speed * tan(sideslip_angle) * yaw_rate
+
+
+def pursuit_curvature(offset_ahead: Scalar, reach: Scalar) -> Scalar:
+    """Curvature [1/m] of the arc that leads back to a straight path at a distance.
+
+    Args:
+        offset_ahead: lateral offset from the path that would be reached there on the present course, positive to the
+            left [m]
+        reach: distance [m], positive
+
+    Source: pure pursuit; Amidi, Integrated Mobile Robot Control, CMU-RI-TR-90-17 (1990): 2 x / L^2.
+    """
+    return -2.0 * offset_ahead / (reach * reach)

@@ -6,8 +6,8 @@ unless the name says electrical; z_p is the number of pole pairs.
 
 from __future__ import annotations
 
-from typing import Any
-
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import Number
 from tierod.physics.clarke_park import Direction, RotorVector, StatorVector, inverse_park, park
 
 COPPER = 1.0 / 255.0
@@ -18,7 +18,7 @@ REFERENCE_TEMPERATURE = 293.15
 """At which resistance and flux are stated [K]."""
 
 
-def back_emf_constant(pole_pairs: Any, flux: Any) -> Any:
+def back_emf_constant(pole_pairs: Scalar, flux: Scalar) -> Scalar:
     """Voltage per mechanical speed, c_M [V*s/rad].
 
     Args:
@@ -30,7 +30,7 @@ def back_emf_constant(pole_pairs: Any, flux: Any) -> Any:
     return pole_pairs * flux
 
 
-def torque_constant(pole_pairs: Any, flux: Any) -> Any:
+def torque_constant(pole_pairs: Scalar, flux: Scalar) -> Scalar:
     """Torque per current across the rotor flux, K_t [N*m/A].
 
     Args:
@@ -43,7 +43,9 @@ def torque_constant(pole_pairs: Any, flux: Any) -> Any:
     return 1.5 * back_emf_constant(pole_pairs, flux)
 
 
-def electromagnetic_torque(current: RotorVector, pole_pairs: Any, flux: Any, inductance_d: Any, inductance_q: Any):
+def electromagnetic_torque(
+    current: RotorVector, pole_pairs: Scalar, flux: Scalar, inductance_d: Scalar, inductance_q: Scalar
+) -> Scalar:
     """Torque [N*m] of a motor, salient or not, on its shaft.
 
     Args:
@@ -58,7 +60,7 @@ def electromagnetic_torque(current: RotorVector, pole_pairs: Any, flux: Any, ind
     return 1.5 * pole_pairs * (flux + (inductance_d - inductance_q) * current.d) * current.q
 
 
-def torque_of_flux(linkage: StatorVector, current: StatorVector, pole_pairs: Any) -> Any:
+def torque_of_flux(linkage: StatorVector, current: StatorVector, pole_pairs: Scalar) -> Scalar:
     """Torque [N*m] on the shaft from flux linkage and current, in whatever axes both are given.
 
     Args:
@@ -71,7 +73,7 @@ def torque_of_flux(linkage: StatorVector, current: StatorVector, pole_pairs: Any
     return 1.5 * pole_pairs * (linkage.alpha * current.beta - linkage.beta * current.alpha)
 
 
-def flux_linkage(current: RotorVector, flux: Any, inductance_d: Any, inductance_q: Any) -> RotorVector:
+def flux_linkage(current: RotorVector, flux: Scalar, inductance_d: Scalar, inductance_q: Scalar) -> RotorVector:
     """Flux linkage of the stator [V*s].
 
     Args:
@@ -83,7 +85,7 @@ def flux_linkage(current: RotorVector, flux: Any, inductance_d: Any, inductance_
 
 
 def current_of_flux(
-    linkage: StatorVector, rotor: Direction, flux: Any, inductance_d: Any, inductance_q: Any
+    linkage: StatorVector, rotor: Direction, flux: Scalar, inductance_d: Scalar, inductance_q: Scalar
 ) -> StatorVector:
     """Current [A] in the stator's axes that goes with a flux linkage: `flux_linkage` solved for the current.
 
@@ -97,7 +99,7 @@ def current_of_flux(
     return inverse_park(RotorVector((own.d - flux) / inductance_d, own.q / inductance_q), rotor)
 
 
-def stator_flux_rate(voltage: StatorVector, current: StatorVector, resistance: Any) -> StatorVector:
+def stator_flux_rate(voltage: StatorVector, current: StatorVector, resistance: Scalar) -> StatorVector:
     """Rate of the stator's flux linkage [V], in the stator's axes.
 
     Args:
@@ -113,13 +115,13 @@ def stator_flux_rate(voltage: StatorVector, current: StatorVector, resistance: A
 def current_rate(
     current: RotorVector,
     voltage: RotorVector,
-    speed: Any,
+    speed: Scalar,
     *,
-    resistance: Any,
-    inductance_d: Any,
-    inductance_q: Any,
-    flux: Any,
-    pole_pairs: Any,
+    resistance: Scalar,
+    inductance_d: Scalar,
+    inductance_q: Scalar,
+    flux: Scalar,
+    pole_pairs: Scalar,
 ) -> RotorVector:
     """Rate of the current [A/s] in the rotor's axes.
 
@@ -144,12 +146,12 @@ def stator_current_rate(
     current: StatorVector,
     voltage: StatorVector,
     rotor: Direction,
-    speed: Any,
+    speed: Scalar,
     *,
-    resistance: Any,
-    inductance: Any,
-    flux: Any,
-    pole_pairs: Any,
+    resistance: Scalar,
+    inductance: Scalar,
+    flux: Scalar,
+    pole_pairs: Scalar,
 ) -> StatorVector:
     """Rate of the current [A/s] in the stator's axes, of a motor without saliency.
 
@@ -172,7 +174,7 @@ def stator_current_rate(
     )
 
 
-def rotor_acceleration(torque: Any, load_torque: Any, speed: Any, inertia: Any, damping: Any) -> Any:
+def rotor_acceleration(torque: Scalar, load_torque: Scalar, speed: Scalar, inertia: Scalar, damping: Scalar) -> Scalar:
     """Mechanical acceleration of the rotor [rad/s**2].
 
     Args:
@@ -187,7 +189,7 @@ def rotor_acceleration(torque: Any, load_torque: Any, speed: Any, inertia: Any, 
     return (torque - damping * speed - load_torque) / inertia
 
 
-def cogging_torque(rotor: Direction, amplitude: Any) -> Any:
+def cogging_torque(rotor: Direction, amplitude: Scalar) -> Scalar:
     """Torque [N*m] of the slots at rest: the sixth harmonic of the electrical angle.
 
     Args:
@@ -201,7 +203,7 @@ def cogging_torque(rotor: Direction, amplitude: Any) -> Any:
     return amplitude * twice * (3.0 - 4.0 * twice * twice)
 
 
-def resistance_at(temperature: Any, reference: Any) -> Any:
+def resistance_at(temperature: Number, reference: Scalar) -> Number:
     """Resistance of a copper winding [ohm].
 
     Args:
@@ -213,7 +215,7 @@ def resistance_at(temperature: Any, reference: Any) -> Any:
     return reference * (1.0 + COPPER * (temperature - REFERENCE_TEMPERATURE))
 
 
-def flux_at(temperature: Any, reference: Any) -> Any:
+def flux_at(temperature: Number, reference: Scalar) -> Number:
     """Flux linkage of the magnets [V*s], reversible part.
 
     Args:
@@ -225,7 +227,7 @@ def flux_at(temperature: Any, reference: Any) -> Any:
     return reference * (1.0 + NEODYMIUM * (temperature - REFERENCE_TEMPERATURE))
 
 
-def copper_loss(current: StatorVector, resistance: Any) -> Any:
+def copper_loss(current: StatorVector, resistance: Scalar) -> Scalar:
     """Heat in the windings [W].
 
     Args:
@@ -235,7 +237,7 @@ def copper_loss(current: StatorVector, resistance: Any) -> Any:
     return 1.5 * resistance * (current.alpha * current.alpha + current.beta * current.beta)
 
 
-def electric_power(voltage: StatorVector, current: StatorVector) -> Any:
+def electric_power(voltage: StatorVector, current: StatorVector) -> Scalar:
     """Power into the motor [W].
 
     Args:

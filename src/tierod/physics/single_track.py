@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import Number
 from tierod.physics.gravity import GRAVITY
 
 
-def front_slip_speed(lateral_speed: Any, yaw_rate: Any, speed: Any, road_wheel_angle: Any, front_distance: Any) -> Any:
+def front_slip_speed(
+    lateral_speed: Number, yaw_rate: Number, speed: Number | Scalar, road_wheel_angle: Number, front_distance: Scalar
+) -> Number:
     """Lateral speed [m/s] at which the front tyres slip; over the forward speed it is the slip angle (small angles).
 
     Args:
@@ -20,7 +22,7 @@ def front_slip_speed(lateral_speed: Any, yaw_rate: Any, speed: Any, road_wheel_a
     return speed * road_wheel_angle - lateral_speed - front_distance * yaw_rate
 
 
-def rear_slip_speed(lateral_speed: Any, yaw_rate: Any, rear_distance: Any) -> Any:
+def rear_slip_speed(lateral_speed: Number, yaw_rate: Number, rear_distance: Scalar) -> Number:
     """Lateral speed [m/s] at which the rear tyres slip.
 
     Args:
@@ -31,7 +33,7 @@ def rear_slip_speed(lateral_speed: Any, yaw_rate: Any, rear_distance: Any) -> An
     return rear_distance * yaw_rate - lateral_speed
 
 
-def lateral_acceleration(front_force: Any, rear_force: Any, mass: Any) -> Any:
+def lateral_acceleration(front_force: Scalar, rear_force: Scalar, mass: Scalar) -> Scalar:
     """Lateral acceleration [m/s**2] of the centre of gravity from the axle forces.
 
     Args:
@@ -42,7 +44,7 @@ def lateral_acceleration(front_force: Any, rear_force: Any, mass: Any) -> Any:
     return (front_force + rear_force) / mass
 
 
-def yaw_moment(front_force: Any, rear_force: Any, front_distance: Any, rear_distance: Any) -> Any:
+def yaw_moment(front_force: Scalar, rear_force: Scalar, front_distance: Scalar, rear_distance: Scalar) -> Scalar:
     """Moment [N*m] of the axle forces about the vertical axis through the centre of gravity.
 
     Args:
@@ -55,8 +57,8 @@ def yaw_moment(front_force: Any, rear_force: Any, front_distance: Any, rear_dist
 
 
 def yaw_acceleration(
-    front_force: Any, rear_force: Any, yaw_inertia: Any, front_distance: Any, rear_distance: Any
-) -> Any:
+    front_force: Scalar, rear_force: Scalar, yaw_inertia: Scalar, front_distance: Scalar, rear_distance: Scalar
+) -> Scalar:
     """Yaw acceleration [rad/s**2] from the axle forces.
 
     Args:
@@ -71,7 +73,7 @@ def yaw_acceleration(
     return yaw_moment(front_force, rear_force, front_distance, rear_distance) / yaw_inertia
 
 
-def front_axle_load(mass: Any, front_distance: Any, rear_distance: Any, gravity: Any = GRAVITY) -> Any:
+def front_axle_load(mass: Scalar, front_distance: Scalar, rear_distance: Scalar, gravity: Scalar = GRAVITY) -> Scalar:
     """Static load [N] of the front axle; swap the distances for the rear one.
 
     Args:
@@ -84,8 +86,8 @@ def front_axle_load(mass: Any, front_distance: Any, rear_distance: Any, gravity:
 
 
 def understeer_gradient(
-    mass: Any, front_distance: Any, rear_distance: Any, front_stiffness: Any, rear_stiffness: Any
-) -> Any:
+    mass: Scalar, front_distance: Scalar, rear_distance: Scalar, front_stiffness: Scalar, rear_stiffness: Scalar
+) -> Scalar:
     """Extra road-wheel angle per lateral acceleration [rad*s**2/m]; positive understeers.
 
     Args:
@@ -101,7 +103,7 @@ def understeer_gradient(
     return mass / wheelbase * (rear_distance / front_stiffness - front_distance / rear_stiffness)
 
 
-def steady_yaw_gain(speed: Any, wheelbase: Any, gradient: Any) -> Any:
+def steady_yaw_gain(speed: Number, wheelbase: Scalar, gradient: Scalar) -> Number:
     """Yaw rate per road-wheel angle [1/s] in a steady turn.
 
     Args:
@@ -112,7 +114,7 @@ def steady_yaw_gain(speed: Any, wheelbase: Any, gradient: Any) -> Any:
     return speed / (wheelbase + gradient * speed * speed)
 
 
-def steady_road_wheel_angle(curvature: Any, speed: Any, wheelbase: Any, gradient: Any) -> Any:
+def steady_road_wheel_angle(curvature: Scalar, speed: Scalar, wheelbase: Scalar, gradient: Scalar) -> Scalar:
     """Road-wheel angle [rad] that holds a curvature in a steady turn.
 
     Args:
@@ -125,8 +127,12 @@ def steady_road_wheel_angle(curvature: Any, speed: Any, wheelbase: Any, gradient
 
 
 def lateral_acceleration_at(
-    lateral_acceleration_of_gravity_centre: Any, yaw_acceleration: Any, yaw_rate: Any, forward: Any, left: Any = 0.0
-) -> Any:
+    lateral_acceleration_of_gravity_centre: Scalar,
+    yaw_acceleration: Scalar,
+    yaw_rate: Scalar,
+    forward: Scalar,
+    left: Scalar = 0.0,
+) -> Scalar:
     """Lateral acceleration [m/s**2] at a point of the body, for a sensor that is not at the centre of gravity.
 
     Args:

@@ -1,4 +1,4 @@
-"""The gear between steering wheel and road wheels.
+"""Steering from wheel to road wheels: the ratio between them, Ackermann's angles, and the torsion bar that measures.
 
 A ratio here is road-wheel angle per steering-wheel angle (about 1/15), the rho of Mohtat et al., eq (2). By virtual
 work the same number turns a torque about the kingpin into a torque at the steering wheel.
@@ -6,10 +6,11 @@ work the same number turns a torque about the kingpin into a torque at the steer
 
 from __future__ import annotations
 
-from typing import Any
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import Number
 
 
-def variable_ratio(steering_wheel_angle: Any, centre_ratio: Any, growth: Any) -> Any:
+def variable_ratio(steering_wheel_angle: Scalar, centre_ratio: Scalar, growth: Scalar) -> Scalar:
     """Ratio [-] of a rack that becomes more direct away from the centre.
 
     Args:
@@ -20,7 +21,7 @@ def variable_ratio(steering_wheel_angle: Any, centre_ratio: Any, growth: Any) ->
     return centre_ratio * (1.0 + growth * steering_wheel_angle * steering_wheel_angle)
 
 
-def road_wheel_angle(steering_wheel_angle: Any, centre_ratio: Any, growth: Any = 0.0) -> Any:
+def road_wheel_angle(steering_wheel_angle: Scalar, centre_ratio: Scalar, growth: Scalar = 0.0) -> Scalar:
     """Mean steer [rad] of the front wheels: the integral of the ratio over the steering-wheel angle.
 
     Args:
@@ -31,7 +32,7 @@ def road_wheel_angle(steering_wheel_angle: Any, centre_ratio: Any, growth: Any =
     return centre_ratio * steering_wheel_angle * (1.0 + growth / 3.0 * steering_wheel_angle * steering_wheel_angle)
 
 
-def torque_at_steering_wheel(kingpin_torque: Any, ratio: Any) -> Any:
+def torque_at_steering_wheel(kingpin_torque: Number, ratio: Scalar) -> Number:
     """Torque [N*m] felt at the steering wheel for a torque about the kingpins, without losses.
 
     Args:
@@ -43,7 +44,7 @@ def torque_at_steering_wheel(kingpin_torque: Any, ratio: Any) -> Any:
     return ratio * kingpin_torque
 
 
-def column_torque_of_motor(motor_torque: Any, gear_ratio: Any) -> Any:
+def column_torque_of_motor(motor_torque: Number, gear_ratio: Scalar) -> Number:
     """Torque [N*m] at the column of an assist motor, without losses.
 
     Args:
@@ -53,3 +54,62 @@ def column_torque_of_motor(motor_torque: Any, gear_ratio: Any) -> Any:
     Source: Mohtat et al., eqs (2), (7) and (16): n Kt i = n Tm; Kt is not applied a second time.
     """
     return gear_ratio * motor_torque
+
+
+def ackermann_angle(mean_angle: Scalar, gain: Scalar) -> Scalar:
+    """Steer [rad] of the left front wheel; the right one has the gain with the other sign.
+
+    Args:
+        mean_angle: mean steer of both front wheels [rad], positive left
+        gain: half the difference of both wheels per squared steer [1/rad]; track / (2 wheelbase) lets all wheels roll
+            about one centre (full Ackermann), zero keeps the wheels parallel
+
+    Validity: the second order of cot(right) - cot(left) = track / wheelbase; the difference of both wheels is 5 % too
+    large at 0.35 rad and 11 % at 0.5 rad.
+    Source: Rajamani, Vehicle Dynamics and Control (2012), section 2.2:
+    the difference of both wheels is steer^2 track / wheelbase.
+    """
+    return mean_angle + gain * mean_angle * mean_angle
+
+
+def ackermann_slope(mean_angle: Scalar, gain: Scalar) -> Scalar:
+    """Turn of the left front wheel per turn of the mean steer [-]: the derivative of `ackermann_angle`.
+
+    Args:
+        mean_angle: mean steer of both front wheels [rad]
+        gain: as in `ackermann_angle` [1/rad]
+    """
+    return 1.0 + 2.0 * gain * mean_angle
+
+
+def torsion_bar_torque(
+    wheel_angle: Scalar,
+    pinion_angle: Scalar,
+    stiffness: Scalar,
+    wheel_rate: Scalar = 0.0,
+    pinion_rate: Scalar = 0.0,
+    damping: Scalar = 0.0,
+) -> Scalar:
+    """Torque [N*m] of the bar on the pinion, positive towards left; it acts on the wheel with the other sign.
+
+    Args:
+        wheel_angle: angle of the steering wheel [rad]
+        pinion_angle: angle of the pinion [rad]
+        stiffness: of the bar [N*m/rad], 80 to 170 in passenger cars
+        wheel_rate: rate of the steering wheel [rad/s]
+        pinion_rate: rate of the pinion [rad/s]
+        damping: of the bar [N*m*s/rad]
+
+    Validity: below the stops of the bar, about 0.08 rad of twist.
+    """
+    return stiffness * (wheel_angle - pinion_angle) + damping * (wheel_rate - pinion_rate)
+
+
+def torsion_bar_twist(driver_torque: Number, stiffness: Scalar) -> Number:
+    """Twist [rad] of the bar under a torque, the difference of wheel and pinion angle at rest.
+
+    Args:
+        driver_torque: torque in the bar [N*m]
+        stiffness: of the bar [N*m/rad]
+    """
+    return driver_torque / stiffness

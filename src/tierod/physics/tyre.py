@@ -7,12 +7,11 @@ The lateral slip is the tangent of the slip angle; below 0.1 rad the angle itsel
 
 from __future__ import annotations
 
-from typing import Any
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import Number, absolute, maximum, sign, sqrt
 
-from tierod.core.graph.maths import absolute, maximum, sign, sqrt, where
 
-
-def linear_lateral_force(slip_angle: Any, cornering_stiffness: Any) -> Any:
+def linear_lateral_force(slip_angle: Number, cornering_stiffness: Scalar) -> Number:
     """Lateral force [N] in proportion to the slip angle.
 
     Args:
@@ -24,7 +23,7 @@ def linear_lateral_force(slip_angle: Any, cornering_stiffness: Any) -> Any:
     return cornering_stiffness * slip_angle
 
 
-def sliding_slip(cornering_stiffness: Any, adhesion: Any, load: Any) -> Any:
+def sliding_slip(cornering_stiffness: Scalar, adhesion: Scalar, load: Scalar) -> Scalar:
     """Tangent of the slip angle [-] at which the whole contact patch of the brush model slides.
 
     Args:
@@ -37,7 +36,7 @@ def sliding_slip(cornering_stiffness: Any, adhesion: Any, load: Any) -> Any:
     return 3.0 * adhesion * load / cornering_stiffness
 
 
-def brush_lateral_force(lateral_slip: Any, cornering_stiffness: Any, adhesion: Any, load: Any) -> Any:
+def brush_lateral_force(lateral_slip: Scalar, cornering_stiffness: Scalar, adhesion: Scalar, load: Scalar) -> Scalar:
     """Lateral force [N] of the brush model with parabolic pressure, the same as Fiala's.
 
     Args:
@@ -55,7 +54,7 @@ def brush_lateral_force(lateral_slip: Any, cornering_stiffness: Any, adhesion: A
     return adhesion * load * sign(share) * (1.0 - sticking * sticking * sticking)
 
 
-def saturating_lateral_force(lateral_slip: Any, cornering_stiffness: Any, greatest: Any) -> Any:
+def saturating_lateral_force(lateral_slip: Scalar, cornering_stiffness: Scalar, greatest: Scalar) -> Scalar:
     """Lateral force [N] that grows with the slip and levels off, smooth and without a transcendental function.
 
     Args:
@@ -71,8 +70,8 @@ def saturating_lateral_force(lateral_slip: Any, cornering_stiffness: Any, greate
 
 
 def brush_pneumatic_trail(
-    lateral_slip: Any, cornering_stiffness: Any, adhesion: Any, load: Any, contact_half_length: Any
-) -> Any:
+    lateral_slip: Scalar, cornering_stiffness: Scalar, adhesion: Scalar, load: Scalar, contact_half_length: Scalar
+) -> Scalar:
     """Distance [m] by which the lateral force of the brush model acts behind the contact centre.
 
     Args:
@@ -92,8 +91,8 @@ def brush_pneumatic_trail(
 
 
 def brush_aligning_torque(
-    lateral_slip: Any, cornering_stiffness: Any, adhesion: Any, load: Any, contact_half_length: Any
-) -> Any:
+    lateral_slip: Scalar, cornering_stiffness: Scalar, adhesion: Scalar, load: Scalar, contact_half_length: Scalar
+) -> Scalar:
     """Aligning torque [N*m] of the brush model about the contact centre, opposing positive steer.
 
     Args:
@@ -110,7 +109,7 @@ def brush_aligning_torque(
     return adhesion * load * contact_half_length * share * sticking * sticking * sticking
 
 
-def relaxation_rate(deflection: Any, lateral_slip_speed: Any, speed: Any, relaxation_length: Any) -> Any:
+def relaxation_rate(deflection: Scalar, lateral_slip_speed: Scalar, speed: Scalar, relaxation_length: Scalar) -> Scalar:
     """Rate [m/s] of the lateral deflection of a rolling tyre; deflection over relaxation length is the slip that acts.
 
     Args:
@@ -126,8 +125,8 @@ def relaxation_rate(deflection: Any, lateral_slip_speed: Any, speed: Any, relaxa
 
 
 def bounded_relaxation_rate(
-    deflection: Any, slip_speed: Any, speed: Any, relaxation_length: Any, shortest_time: Any
-) -> Any:
+    deflection: Scalar, slip_speed: Scalar, speed: Scalar, relaxation_length: Scalar, shortest_time: Scalar
+) -> Scalar:
     """Rate [m/s] of the deflection of a rolling tyre that no speed makes stiff for an integration of fixed step.
 
     Args:
@@ -143,7 +142,7 @@ def bounded_relaxation_rate(
     return rate / (1.0 + shortest_time / relaxation_length * speed)
 
 
-def relaxation_speed(speed_squared: Any, slip_speed_squared: Any, greatest_slip: Any) -> Any:
+def relaxation_speed(speed_squared: Scalar, slip_speed_squared: Scalar, greatest_slip: Scalar) -> Scalar:
     """Speed [m/s] at which a deflection relaxes, so that the slip that acts never passes the greatest one.
 
     Args:
@@ -158,7 +157,9 @@ def relaxation_speed(speed_squared: Any, slip_speed_squared: Any, greatest_slip:
     return sqrt(sqrt(speed_squared * speed_squared + sliding_squared * sliding_squared))
 
 
-def twist_rate(twist: Any, turning: Any, speed: Any, greatest_twist: Any, relaxation_length: Any) -> Any:
+def twist_rate(
+    twist: Scalar, turning: Scalar, speed: Scalar, greatest_twist: Scalar, relaxation_length: Scalar
+) -> Scalar:
     """Rate [rad/s] of the twist of a contact patch about its vertical axis; twist over its limit is the scrub torque
     over the parking torque.
 
@@ -174,7 +175,7 @@ def twist_rate(twist: Any, turning: Any, speed: Any, greatest_twist: Any, relaxa
     return turning - (absolute(speed) / relaxation_length + absolute(turning) / greatest_twist) * twist
 
 
-def turn_slip(turning: Any, speed: Any) -> Any:
+def turn_slip(turning: Scalar, speed: Scalar) -> Scalar:
     """Turn slip [1/m] of a rolling wheel: what it turns about the vertical axis on a metre of road.
 
     Args:
@@ -187,7 +188,7 @@ def turn_slip(turning: Any, speed: Any) -> Any:
     return turning / speed
 
 
-def turn_slip_stiffness(longitudinal_stiffness: Any, half_width: Any) -> Any:
+def turn_slip_stiffness(longitudinal_stiffness: Scalar, half_width: Scalar) -> Scalar:
     """Torque [N*m] per turn slip [1/m] of a brush tyre, from the width of its contact patch.
 
     Args:
@@ -201,7 +202,7 @@ def turn_slip_stiffness(longitudinal_stiffness: Any, half_width: Any) -> Any:
     return longitudinal_stiffness * half_width * half_width / 3.0
 
 
-def parking_torque(load: Any, adhesion: Any, pressure: Any) -> Any:
+def parking_torque(load: Scalar, adhesion: Scalar, pressure: Scalar) -> Scalar:
     """Torque [N*m] about the kingpin that turns one standing wheel on the ground.
 
     Args:
@@ -213,18 +214,3 @@ def parking_torque(load: Any, adhesion: Any, pressure: Any) -> Any:
     Source: Gough's formula, as in Sharp and Granger, Proc. IMechE D 217 (2003) 87: M = (mu W / 3) sqrt(W / p).
     """
     return adhesion * load / 3.0 * sqrt(load / pressure)
-
-
-def brush_slip_share(force: Any, adhesion: Any, load: Any) -> Any:
-    """Share [-] of the brush model's sliding slip at which it makes this lateral force.
-
-    Args:
-        force: lateral force [N], of either sign
-        adhesion: friction coefficient of tyre and road [-]
-        load: vertical load [N]
-
-    Inverse of `brush_lateral_force`: x = 1 - (1 - |F| / (mu Fz))^(1/3), held at one beyond the limit.
-    """
-    unused = maximum(1.0 - absolute(force) / (adhesion * load), 0.0)
-    root = where(unused > 0.0, where(unused > 0.0, unused, 1.0) ** (1.0 / 3.0), 0.0)
-    return sign(force) * (1.0 - root)

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, NamedTuple, Protocol
 
-from tierod.core.ranges import NOT_NEGATIVE, SHARE, Range
+from tierod.core.fields import NOT_NEGATIVE, SHARE, Range
 
 Motion = Any
 """Tree of numbers that a part's differential equations carry on."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.core.graph.maths import absolute, limit, maximum, minimum
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.physics.lag import share_reached
 from tierod.proving_ground.parts import Reaction, Wheels
 

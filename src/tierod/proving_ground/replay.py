@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.proving_ground.chassis import TwoTrack
 from tierod.proving_ground.integration import rosenbrock
 from tierod.proving_ground.parts import Chassis, Reaction, Road, Steer, Wheels, Wind

@@ -13,8 +13,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from tierod.core.errors import ParameterError, nearest
-from tierod.core.fields import Number, check_ranges, numbers, replaced
-from tierod.core.ranges import NOT_NEGATIVE
+from tierod.core.fields import NOT_NEGATIVE, Number, check_ranges, numbers, replaced
 from tierod.core.signals import SIGNALS
 from tierod.core.toml import Document, Location, build
 from tierod.proving_ground.sensors import Sensor, SensorSet

@@ -8,8 +8,7 @@ from typing import Annotated
 
 import numpy as np
 
-from tierod.core.fields import Number, check_ranges
-from tierod.core.ranges import NOT_NEGATIVE
+from tierod.core.fields import NOT_NEGATIVE, Number, check_ranges
 
 SENSORS = "sensors."
 """Beginning of the paths that lead to sensors: "sensors.yaw_rate.bias"."""

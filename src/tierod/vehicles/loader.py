@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from tierod.core.errors import InputError, ParameterError, nearest
 from tierod.core.files import expanded
-from tierod.core.toml_lines import line_of
+from tierod.core.toml_document import line_of
 from tierod.core.units import COUNT, Scale, scale
 from tierod.core.user_files import read_text, toml
 from tierod.vehicles.catalogue import QUANTITIES, Quantity

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tierod.core.errors import ParameterError
-from tierod.core.toml_lines import line_of
+from tierod.core.toml_document import line_of
 from tierod.core.units import scale
 from tierod.vehicles.catalogue import QUANTITIES
 

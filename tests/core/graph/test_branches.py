@@ -7,10 +7,9 @@ import numpy as np
 
 from bank_of_graph import Pair
 from tierod.core.graph import KEEP, Bank, Verdict, maths, scan, trace
-from tierod.core.graph.branches import Condition, branches
+from tierod.core.graph.branches import Condition, branches, with_picks
 from tierod.core.graph.kernel import print_c
 from tierod.core.graph.operations import program
-from tierod.core.graph.picks import with_picks
 
 LANES = 12
 

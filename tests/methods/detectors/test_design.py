@@ -6,7 +6,7 @@ import pytest
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.methods.detectors import Cusum
-from tierod.methods.detectors.design import run_length, threshold_for, threshold_for_hours
+from tierod.methods.detectors.design import run_length, threshold_for
 
 
 def simulated(drift, threshold, sides, change, count=2_000_000, seed=0):
@@ -53,10 +53,6 @@ def test_the_designed_threshold_keeps_its_promise():
     assert simulated(0.5, threshold, "both", 0.0) == pytest.approx(2000.0, rel=0.1)
 
 
-def test_hours():
-    assert threshold_for_hours(0.5, 100.0, 0.01) == threshold_for(0.5, 100.0 * 3600.0 * 100.0)
-
-
 def test_huge_thresholds_do_not_overflow():
     assert run_length(1.0, 1e6) == math.inf
 
@@ -68,7 +64,6 @@ def test_huge_thresholds_do_not_overflow():
         lambda: threshold_for(0.5, math.inf),
         lambda: run_length(-1.0, 5.0),
         lambda: run_length(0.5, 5.0, sides="up"),
-        lambda: threshold_for_hours(0.5, 0.0, 0.01),
     ],
 )
 def test_wrong_requests_are_refused(call):

@@ -1,5 +1,4 @@
 import dataclasses
-import math
 
 import numpy as np
 import pytest
@@ -7,7 +6,7 @@ import pytest
 from example_models import assert_floats_equal_scan, with_gaps
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.methods.detectors import Condition, Debounce, GatedCounter, Hysteresis
+from tierod.methods.detectors import Condition, Debounce, Hysteresis
 
 SWITCH = Hysteresis(on=1.0, off=-1.0, hold_time=0.05, sample_time=0.01)
 DEBOUNCE = Debounce(on_time=0.05, off_time=0.1, sample_time=0.01)
@@ -69,22 +68,6 @@ def test_false_alarms_of_debounce_are_as_far_apart_as_documented():
     assert waits.mean() == pytest.approx((1.0 / p**n - 1.0) / (1.0 - p), rel=0.03)
 
 
-def test_enabled_time():
-    block = GatedCounter(0.01)
-    values = [1.0, 0.0, np.nan, 1.0]
-    result = assert_floats_equal_scan(block, values)
-    np.testing.assert_allclose(result["duration"], [0.01, 0.01, 0.01, 0.02])
-    np.testing.assert_allclose(result["share"], [1.0, 0.5, 1.0 / 3.0, 0.5])
-    assert scan(block, np.ones(3_000_000))["duration"][-1] == 30_000.0
-
-
-def test_what_is_not_enabled_counts_on_neither_side():
-    block, state = GatedCounter(0.01), GatedCounter(0.01).init()
-    for condition, enabled in [(1.0, 1.0), (1.0, 0.0), (0.0, 0.0), (math.nan, 1.0)]:
-        state, counted = block.step(state, Condition(condition), enabled)
-    assert (counted.duration, counted.share) == (0.01, 0.5)
-
-
 @pytest.mark.parametrize(
     ("block", "changes", "words"),
     [
@@ -92,7 +75,6 @@ def test_what_is_not_enabled_counts_on_neither_side():
         (SWITCH, {"hold_time": -1.0}, "hold_time is -1.0"),
         (DEBOUNCE, {"on_time": -1.0}, "on_time is -1.0"),
         (DEBOUNCE, {"sample_time": 0.0}, "sample_time is 0.0"),
-        (GatedCounter(0.01), {"sample_time": 0.0}, "sample_time is 0.0"),
     ],
 )
 def test_wrong_tuning_is_refused(block, changes, words):

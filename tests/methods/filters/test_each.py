@@ -13,7 +13,7 @@ from example_models import assert_floats_equal_scan, with_gaps
 from tierod.core.block import units
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.methods.filters import Butterworth, Delay, Differentiator, FirstOrderLowPass, InputHold, JumpGate, Play
+from tierod.methods.filters import Butterworth, Delay, Differentiator, FirstOrderLowPass, InputHold, JumpGate
 
 
 class Signals(NamedTuple):
@@ -31,7 +31,6 @@ BLOCKS = {
     "fourth order": Butterworth(**COMMON, cutoff=5.0, order=4),
     "first order": FirstOrderLowPass(**COMMON, time_constant=0.05),
     "derivative": Differentiator(**COMMON, time_constant=0.05),
-    "play": Play(**COMMON, half_width=0.3),
     "hold": InputHold(**COMMON),
     "jumps": JumpGate(**COMMON, deviation_per_second=30.0),
 }
@@ -111,18 +110,6 @@ def test_derivative_of_a_ramp_is_its_slope():
     assert BLOCKS["derivative"].Output._fields == Signals._fields
 
 
-def test_play_swallows_small_reversals_and_loses_half_its_width():
-    angle = np.concatenate([np.linspace(0, 1, 50), 1.0 + 0.1 * np.sin(np.arange(60)), np.linspace(1, -1, 80)])
-    result = scan(BLOCKS["play"], np.column_stack([angle, angle]))["angle"]
-    expected, y = [], angle[0]
-    for value in angle:
-        y = min(max(y, value - 0.3), value + 0.3)
-        expected.append(y)
-    np.testing.assert_allclose(result, expected)
-    assert np.ptp(result[60:110]) < 0.05
-    assert result[-1] == pytest.approx(-0.7)
-
-
 def test_a_leap_is_held_and_a_step_that_stays_passes_once_the_signal_may_have_got_there():
     angle = np.concatenate([0.002 * np.arange(50), np.full(50, 1.0)])
     angle[20] = 2.0
@@ -161,7 +148,6 @@ def test_delay(samples):
         ("butterworth", {"order": 3}, "even number"),
         ("first order", {"time_constant": 0.0}, "time_constant is 0.0"),
         ("derivative", {"time_constant": math.nan}, "time_constant is nan"),
-        ("play", {"half_width": -1.0}, "half_width is -1.0"),
         ("jumps", {"interval": -1.0}, "interval is -1.0"),
         ("jumps", {"deviation_per_second": 0.0}, "deviation_per_second is 0.0"),
         ("hold", {"sample_time": 0.0}, "sample_time is 0.0"),

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from tierod.core.graph import scan
-from tierod.models.commanded_motor import CommandedMotorParameters
-from tierod.models.stator_frame_motor import SampledMotorParameters
+from tierod.models.stator_frame_motor import CommandedMotorParameters, SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
 from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, to_and_fro

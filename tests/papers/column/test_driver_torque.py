@@ -10,7 +10,7 @@ import pytest
 from tierod.core.claims import Claim
 from tierod.core.content import Chart, Table
 from tierod.experiments.effort import Effort
-from tierod.methods.filters.delay import Delay
+from tierod.methods.filters.each import Delay
 from tierod.monitors.driver_torque.starting import ColumnSample
 from tierod.papers.column.driver_torque import items
 from tierod.papers.column.observer_runs import SIGNALS, drive, errors, samples

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
 from tierod.core.block import named_tuple
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.proving_ground.parts import Demand, Road
 from tierod.proving_ground.ports import pass_through, ports_type
 from tierod.proving_ground.sensors import Sensor, SensorSet

@@ -12,7 +12,7 @@ from tierod.core.graph.maths import is_symbol
 from tierod.core.graph.memory_layout import BankState
 
 KEEP = -1.0
-"""What a judge says of a lane that goes on with its own state."""
+"""In `Verdict.adopt`: a lane that goes on with its own state."""
 
 
 class JudgeSample(NamedTuple):
@@ -28,7 +28,7 @@ class JudgeSample(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """What a judge says.
+    """Answer of a judge.
 
     Args:
         output: of the bank
@@ -76,7 +76,8 @@ class Bank:
     @property
     def Sample(self) -> type:
         """That of the lanes."""
-        return self.lanes[0].Sample
+        sample: type = self.lanes[0].Sample
+        return sample
 
     def init(self) -> BankState:
         """The states of all lanes and of the judge."""

@@ -125,7 +125,7 @@ def trace_bank(bank: Any, judged: type) -> BankGraph:
     )
 
 
-def _check_verdict(verdict: Any, said: Tree, count: int, name: str) -> None:
+def _check_verdict(verdict: Tree, said: Tree, count: int, name: str) -> None:
     if len(verdict.adopt) != count:
         raise TraceError(f"{name} names {len(verdict.adopt)} lanes to adopt for {count} lanes; give one for each")
     before, after = [path for path, _ in leaves(said)], [path for path, _ in leaves(verdict.feedback)]

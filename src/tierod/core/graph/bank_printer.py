@@ -1,4 +1,4 @@
-"""Print a bank as C99: its lanes eight at a time in loops that vectorise, then its judge, then who adopts whom."""
+"""Print a bank as C99: its lanes eight at a time in loops that vectorise, its judge, and what lanes take over."""
 
 from __future__ import annotations
 

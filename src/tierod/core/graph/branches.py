@@ -1,13 +1,13 @@
-"""Which operations are needed only where a condition holds, and in what order they can be worked out in branches."""
+"""What is stepped alone need not vectorise: selections as branches, and chains of selections as one operation."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from tierod.core.graph.operations import Program
+from tierod.core.graph.operations import Operation, Program, drop_unused, invariant_of
 
 FEWEST = 16
 """Operations of a branch from which it pays: fewer cost less than a jump that was foretold wrongly."""
@@ -76,12 +76,12 @@ def _chosen(program: Program, conditions: dict[int, frozenset[Condition]]) -> di
         for index, operation in enumerate(program.operations)
         if index not in program.invariant and operation.name not in ("input", "constant")
     ]
-    spared = Counter(each for index in worked for each in conditions.get(index, ()))
+    skipped = Counter(each for index in worked for each in conditions.get(index, ()))
     chosen = {}
     for index in worked:
         own = [each for each in conditions.get(index, ()) if each.value not in program.invariant]
         if own:
-            chosen[index] = max(own, key=lambda each: (spared[each], each))
+            chosen[index] = max(own, key=lambda each: (skipped[each], each))
     counted = Counter(chosen.values())
     return {index: each for index, each in chosen.items() if counted[each] >= FEWEST}
 
@@ -96,3 +96,49 @@ def _rounds(program: Program, chosen: dict[int, Condition]) -> dict[int, int]:
         needed: Sequence[int] = operation.arguments if own is None else (*operation.arguments, own.value)
         rounds[index] = max((rounds[each] + (chosen.get(each) != own) for each in needed if each in rounds), default=0)
     return rounds
+
+
+SHORTEST_CHAIN = 8
+"""Values from which a table pays beside selections."""
+
+
+def with_picks(program: Program) -> Program:
+    """The same program with every chain "v1 if n == 1, v2 if n == 2, ... else v0" as one operation, "pick".
+
+    Its arguments are n, v0, v1, ...; a number that is none of 1, 2, ... picks v0, as the chain does.
+    """
+    operations = list(program.operations)
+    for index in range(len(operations)):
+        picked = _pick(program.operations, index)
+        if picked is not None and index not in program.invariant:
+            operations[index] = picked
+    kept, outputs = drop_unused(operations, program.outputs)
+    return replace(program, operations=tuple(kept), outputs=outputs, invariant=invariant_of(kept))
+
+
+def _pick(operations: tuple[Operation, ...], index: int) -> Operation | None:
+    """The whole chain that ends at an operation, the last value first."""
+    values: list[int] = []
+    number, wanted = -1, 0.0
+    while wanted != 1.0 and operations[index].name == "select":
+        condition, value, rest = operations[index].arguments
+        compared = _compared(operations, condition)
+        if compared is None or (values and compared != (number, wanted - 1.0)):
+            break
+        number, wanted = compared
+        values.append(value)
+        index = rest
+    if wanted != 1.0 or len(values) < SHORTEST_CHAIN:
+        return None
+    return Operation("pick", (number, index, *reversed(values)))
+
+
+def _compared(operations: tuple[Operation, ...], condition: int) -> tuple[int, float] | None:
+    """The value that is asked whether it equals a constant, and the constant."""
+    asked = operations[condition]
+    if asked.name != "eq":
+        return None
+    first, second = asked.arguments
+    if operations[first].name == "constant":
+        first, second = second, first
+    return (first, float(operations[second].constant)) if operations[second].name == "constant" else None

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from tierod.core.graph.branches import Branch, branches
+from tierod.core.graph.branches import Branch, branches, with_picks
 from tierod.core.graph.line_printer import COMPARE, LinePrinter, Places
 from tierod.core.graph.operations import LOGICAL, SAMPLE, Operation, Program
-from tierod.core.graph.picks import with_picks
 from tierod.core.graph.trace import Graph
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from tierod.core.block import Tree, leaves, rebuild
+from tierod.core.block import Scalar, T, Tree, leaves, rebuild
 from tierod.core.graph.maths import is_symbol
 
 
-def jacobian(function: Callable[[Tree], Tree], at: Tree) -> list[list[Any]]:
+def jacobian(function: Callable[[T], Tree], at: T) -> list[list[Scalar]]:
     """Derivative of every leaf of `function(x)` by every leaf of `x`, at one point.
 
     Args:
@@ -35,7 +35,7 @@ def jacobian(function: Callable[[Tree], Tree], at: Tree) -> list[list[Any]]:
     return [[_entry(derivative, i, j) if sparsity.has_nz(i, j) else 0.0 for j in range(columns)] for i in range(rows)]
 
 
-def dependence(function: Callable[[Tree], Tree], shape: Tree) -> list[list[bool]]:
+def dependence(function: Callable[[T], Tree], shape: T) -> list[list[bool]]:
     """Which leaf of `function(x)` depends on which leaf of `x`, whatever their values.
 
     Args:

@@ -13,12 +13,11 @@ import numpy as np
 from tierod.core.block import Block, tuning
 from tierod.core.errors import CompileError, KernelWarning, ParameterError
 from tierod.core.graph.bank_graph import BankGraph
-from tierod.core.graph.bank_machine import BankMachine
 from tierod.core.graph.bank_printer import print_bank
 from tierod.core.graph.compiler import compiler, load
 from tierod.core.graph.printer import LANES, TILE_STEPS, prefix, print_lanes, print_scalar
 from tierod.core.graph.trace import Graph, Interface, trace
-from tierod.core.graph.virtual_machine import VirtualMachine
+from tierod.core.graph.virtual_machine import BankMachine, VirtualMachine
 
 Engine = Literal["auto", "compiled", "virtual machine"]
 

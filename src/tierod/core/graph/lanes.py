@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
-from tierod.core.block import Block, Tree
+from tierod.core.block import Block, Given, Output, State
 from tierod.core.errors import InputError
 from tierod.core.graph.kernel import LaneKernel, lane_array, lane_kernel
 from tierod.core.graph.printer import LANES
@@ -20,8 +19,10 @@ FEWEST = 16
 
 
 def batch(
-    blocks: Block | Sequence[Block], recordings: Sequence[Samples], states: Sequence[Memory | Tree | None] | None = None
-) -> list[Result]:
+    blocks: Block[State, Given, Output] | Sequence[Block[State, Given, Output]],
+    recordings: Sequence[Samples],
+    states: Sequence[Memory | State | None] | None = None,
+) -> list[Result[Output]]:
     """Run many vehicles at once, 64 side by side.
 
     Args:
@@ -36,23 +37,23 @@ def batch(
         InputError: counts differ, or blocks of different structure are mixed
     """
     count = len(recordings)
-    every: list[Any] = (
-        list(blocks) if isinstance(blocks, (list, tuple)) and not hasattr(blocks, "step") else [blocks] * count
-    )
+    every = list(blocks) if isinstance(blocks, Sequence) else [blocks] * count
     states = [None] * count if states is None else list(states)
     if len(every) != count or len(states) != count:
         raise InputError(f"{count} recordings came with {len(every)} blocks and {len(states)} states; give one of each")
     if any(trace(block) is not trace(every[0]) for block in every[1:]):
         raise InputError("the blocks of a batch differ in structure; run each kind in a batch of its own")
     memories = [memory_of(block, state) for block, state in zip(every, states, strict=True)]
-    results: list[Result] = []
+    results: list[Result[Output]] = []
     for first in range(0, count, LANES):
         part = slice(first, first + LANES)
         results += _tile(every[part], recordings[part], memories[part])
     return results
 
 
-def _tile(blocks: list[Block], recordings: Sequence[Samples], memories: list[Memory]) -> list[Result]:
+def _tile(
+    blocks: list[Block[State, Given, Output]], recordings: Sequence[Samples], memories: list[Memory]
+) -> list[Result[Output]]:
     fitting = len(blocks) >= FEWEST and len({memory.count for memory in memories}) == 1
     runner = lane_kernel(blocks) if fitting else None
     if runner is None:

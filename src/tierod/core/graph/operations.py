@@ -6,12 +6,15 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from tierod.core.errors import TraceError
 
 TUNING, STATE, RING, SAMPLE = range(4)
 NEXT_STATE, PUSH, OUTPUT = range(3)
+
+Outputs: TypeAlias = dict[tuple[int, int], int]
+"""(group, index) -> number of the operation."""
 
 COMMUTATIVE = {"add", "mul", "and", "or", "eq", "ne"}
 LOGICAL = {"lt", "le", "eq", "ne", "and", "or", "not"}
@@ -36,7 +39,7 @@ class Program:
     """
 
     operations: tuple[Operation, ...]
-    outputs: dict[tuple[int, int], int]
+    outputs: Outputs
     invariant: frozenset[int]
 
     def carried(self) -> list[int]:
@@ -85,11 +88,11 @@ class _Builder:
         return self.known[operation]
 
 
-def _read(function: Any) -> tuple[list[Operation], dict[tuple[int, int], int]]:
+def _read(function: Any) -> tuple[list[Operation], Outputs]:
     names = _instruction_names()
     builder = _Builder()
     slot: dict[int, int] = {}
-    outputs: dict[tuple[int, int], int] = {}
+    outputs: Outputs = {}
     for k in range(function.n_instructions()):
         name = names.get(function.instruction_id(k))
         arguments, results = function.instruction_input(k), function.instruction_output(k)
@@ -124,7 +127,7 @@ def _add(builder: _Builder, name: str, arguments: list[int]) -> int:
     return builder.add(name, arguments)
 
 
-def _invert_shared_divisors(operations: list[Operation], outputs: dict) -> tuple[list[Operation], dict]:
+def _invert_shared_divisors(operations: list[Operation], outputs: Outputs) -> tuple[list[Operation], Outputs]:
     """CasADi turns a * (1 / b) back into a / b; a divisor used twice is inverted once instead."""
     shared = Counter(o.arguments[-1] for o in operations if o.name in ("div", "inverse"))
     builder = _Builder()
@@ -138,7 +141,7 @@ def _invert_shared_divisors(operations: list[Operation], outputs: dict) -> tuple
     return builder.operations, {key: new[value] for key, value in outputs.items()}
 
 
-def _fuse(operations: list[Operation], outputs: dict) -> list[Operation]:
+def _fuse(operations: list[Operation], outputs: Outputs) -> list[Operation]:
     """A product that is used once, in a sum, becomes one fused operation: shorter chains, one rounding less.
 
     It is fused here, in the graph, and not left to the compiler: so all drivers fuse alike, and agree to the last bit.
@@ -166,7 +169,7 @@ def _fuse(operations: list[Operation], outputs: dict) -> list[Operation]:
     return fused
 
 
-def drop_unused(operations: Sequence[Operation], outputs: dict) -> tuple[list[Operation], dict]:
+def drop_unused(operations: Sequence[Operation], outputs: Outputs) -> tuple[list[Operation], Outputs]:
     """The operations that outputs need, and the outputs by their new numbers."""
     used, waiting = set(), list(outputs.values())
     while waiting:

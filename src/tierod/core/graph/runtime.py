@@ -4,20 +4,25 @@ from __future__ import annotations
 
 import ctypes
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from numbers import Real
-from typing import Any
+from typing import Any, Generic
 
 import numpy as np
 
-from tierod.core.block import Block, Tree, leaves
+from tierod.core.block import Block, Given, Output, State, Tree, leaves
 from tierod.core.errors import InputError, nearest
-from tierod.core.graph.kernel import CompiledKernel, Engine, kernel
+from tierod.core.graph.kernel import CompiledKernel, Engine, Kernel, kernel
 from tierod.core.graph.samples import Memory, Result, Samples, columns_of, memory_of
 
 
-def scan(block: Block, samples: Samples, state: Memory | Tree | None = None, engine: Engine = "auto") -> Result:
+def scan(
+    block: Block[State, Given, Output],
+    samples: Samples,
+    state: Memory | State | None = None,
+    engine: Engine = "auto",
+) -> Result[Output]:
     """Run a block over a recording.
 
     Args:
@@ -40,7 +45,7 @@ def scan(block: Block, samples: Samples, state: Memory | Tree | None = None, eng
     return Result(runner.graph.output, outputs, Memory(flat, memory.count + len(values)), runner.graph.output_tree)
 
 
-class Stream:
+class Stream(Generic[State, Given, Output]):
     """A block run live: one sample in, one output out. It changes with each sample, so one thread at a time may use it.
 
     Args:
@@ -51,21 +56,27 @@ class Stream:
     `outputs`: the same step on the same bound buffers, nothing in between.
     """
 
-    def __init__(self, block: Block, state: Memory | Tree | None = None, engine: Engine = "auto"):
+    def __init__(
+        self,
+        block: Block[State, Given, Output],
+        state: Memory | State | None = None,
+        engine: Engine = "auto",
+    ):
         runner = kernel(block, engine)
         graph, memory = runner.graph, memory_of(block, state)
         self.names = graph.sample
         self.inputs = np.zeros(len(graph.sample))
         self.outputs = np.zeros(len(graph.output))
         self._flat = memory.values.copy()
-        self._make = _builder(graph.output_tree)
+        self._make: Callable[..., Output] = _builder(graph.output_tree)
         self._write = struct.Struct(f"{len(self.inputs)}d").pack_into
         self._read = struct.Struct(f"{len(self.outputs)}d").unpack_from
         self._input_bytes, self._output_bytes = self.inputs.data.cast("B"), self.outputs.data.cast("B")
         self._before = memory.count
+        self._count: Callable[[], int]
         self.advance = self._bind(runner) if isinstance(runner, CompiledKernel) else self._interpreted(runner)
 
-    def push(self, sample: Mapping[str, float] | Iterable[float]) -> Any:
+    def push(self, sample: Given | Mapping[str, float] | Iterable[float]) -> Output:
         """One sample on.
 
         Args:
@@ -81,7 +92,7 @@ class Stream:
             if type(sample) is dict or isinstance(sample, Mapping):
                 self._write(self._input_bytes, 0, *map(sample.__getitem__, self.names))
             else:
-                self._write(self._input_bytes, 0, *sample)
+                self._write(self._input_bytes, 0, *sample)  # type: ignore[misc]  # what is no row of numbers raises
         except (KeyError, TypeError, struct.error) as error:
             self._write(self._input_bytes, 0, *self._flattened(sample, error))
         self.advance()
@@ -92,7 +103,7 @@ class Stream:
         """The present state, to be stored or to go on from."""
         return Memory(self._flat.copy(), self._count())
 
-    def _flattened(self, sample: Any, error: Exception) -> list[float]:
+    def _flattened(self, sample: object, error: Exception) -> list[float]:
         """The numbers of a sample that is a tree of tuples; anything else is refused."""
         if isinstance(sample, Mapping):
             missing = [name for name in self.names if name not in sample]
@@ -110,7 +121,7 @@ class Stream:
             ) from None
         return flat
 
-    def _bind(self, runner: CompiledKernel) -> Any:
+    def _bind(self, runner: CompiledKernel) -> Callable[[], None]:
         def pointer(array: np.ndarray) -> int:
             return array.ctypes.data
 
@@ -122,7 +133,7 @@ class Stream:
         self._count = lambda: int(self._bound.count)
         return partial(push, ctypes.byref(self._bound))
 
-    def _interpreted(self, runner: Any) -> Any:
+    def _interpreted(self, runner: Kernel) -> Callable[[], None]:
         inputs, outputs = self.inputs.reshape(1, -1), self.outputs.reshape(1, -1)
         seen = [self._before]
         self._count = lambda: seen[0]
@@ -134,7 +145,7 @@ class Stream:
         return advance
 
 
-def _builder(tree: Tree) -> Any:
+def _builder(tree: Tree) -> Callable[..., Tree]:
     """A function from the leaves of a tree to the tree, as fast as Python can: a lambda written for its shape."""
     names: dict[str, Any] = {}
 
@@ -151,7 +162,9 @@ def _builder(tree: Tree) -> Any:
 
     body = written(tree)
     leaves_ = ", ".join(name for name in names if name.startswith("v"))
-    return eval(f"lambda {leaves_}: {body}", {name: kind for name, kind in names.items() if kind is not None})
+    kinds = {name: kind for name, kind in names.items() if kind is not None}
+    made: Callable[..., Tree] = eval(f"lambda {leaves_}: {body}", kinds)
+    return made
 
 
 class _Bound(ctypes.Structure):

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Generic
 
 import numpy as np
 
-from tierod.core.block import Block, Tree, rebuild
+from tierod.core.block import Block, Given, Output, State, rebuild
 from tierod.core.errors import InputError, nearest
 from tierod.core.graph.memory_layout import flat_memory
 from tierod.core.graph.trace import Interface, initial_memory, trace
@@ -28,7 +29,7 @@ class Memory:
 
 
 @dataclass(frozen=True)
-class Result:
+class Result(Generic[Output]):
     """What a block gave over many samples.
 
     Args:
@@ -41,7 +42,7 @@ class Result:
     names: tuple[str, ...]
     values: np.ndarray
     state: Memory
-    tree: Tree
+    tree: Output
 
     def __getitem__(self, name: str) -> np.ndarray:
         """One output over time, shape (n,)."""
@@ -53,7 +54,7 @@ class Result:
     def __len__(self) -> int:
         return len(self.values)
 
-    def at(self, index: int) -> Tree:
+    def at(self, index: int) -> Output:
         """The output of one sample as the block's own NamedTuple."""
         return rebuild(self.tree, self.values[index].tolist())
 
@@ -61,7 +62,7 @@ class Result:
 Samples = Aligned | np.ndarray | Sequence[Sequence[float]]
 
 
-def memory_of(block: Block, state: Memory | Tree | None) -> Memory:
+def memory_of(block: Block[State, Given, Output], state: Memory | State | None) -> Memory:
     """What a run starts from, of the size that the block's kernel reads and writes.
 
     Raises:

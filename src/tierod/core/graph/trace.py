@@ -102,7 +102,7 @@ def trace(block: Block) -> Graph:
 class _Structure:
     """A block as a key: equal where the graphs are equal."""
 
-    def __init__(self, key: Any, block: Block):
+    def __init__(self, key: object, block: Block):
         self.key, self.block = key, block
 
     def __hash__(self) -> int:
@@ -116,7 +116,8 @@ class _Structure:
 def _trace(structure_: _Structure) -> Graph:
     block: Any = structure_.block
     if hasattr(block, "traced"):
-        return block.traced()
+        bank: Graph = block.traced()
+        return bank
     return straight_line(block, skeleton(block.Sample), lambda tuned, state, sample: tuned.step(state, sample))
 
 
@@ -173,13 +174,15 @@ def _state_symbols(initial: Tree) -> tuple[Tree, list[Any], list[Any]]:
             raise TraceError(
                 f"the delay line {path} holds {leaf.size} samples; give it a size of at least 1 (a whole number)"
             )
-        symbol = casadi.SX.sym(path)
+        symbol: Any = casadi.SX.sym(path)
         (heads if isinstance(leaf, Ring) else plain).append(symbol)
-        values.append(leaf._replace(oldest=symbol) if isinstance(leaf, Ring) else symbol)
+        values.append(Ring(leaf.size, leaf.initial, symbol) if isinstance(leaf, Ring) else symbol)
     return rebuild(initial, values), plain, heads
 
 
-def _step(step: Callable, block: Any, state: Tree, sample: Tree, name: str) -> tuple[Tree, Tree]:
+def _step(
+    step: Callable[..., tuple[Tree, Tree]], block: Any, state: Tree, sample: Tree, name: str
+) -> tuple[Tree, Tree]:
     try:
         return step(block, state, sample)
     except RuntimeError as error:

@@ -1,10 +1,14 @@
-"""Run a traced block on CasADi's virtual machine, for machines without a compiler."""
+"""Run a traced block, or a bank of blocks, on CasADi's virtual machine, for machines without a compiler."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 
 from tierod.core.block import Block, tuning
+from tierod.core.graph.bank_graph import BankGraph
+from tierod.core.graph.memory_layout import grouped, ungrouped
 from tierod.core.graph.trace import trace
 
 BLOCK = 1000
@@ -70,3 +74,65 @@ class VirtualMachine:
             evaluate()
             memory[at], outputs[k] = pushes, output
         memory[:plain] = after
+
+
+class BankMachine:
+    """A bank's step, interpreted; same interface as a compiled kernel."""
+
+    def __init__(self, bank: Any):
+        traced: Any = trace(bank)
+        self.graph: BankGraph = traced
+        values = np.array([value for _, value in tuning(bank)], dtype=float)
+        split = self.graph.count * len(self.graph.lane.tuning)
+        self._lanes = _Call(self.graph.lane.function.map(self.graph.count), values[:split])
+        self._judge = _Call(self.graph.judge.function, values[split:])
+
+    def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
+        """Run over samples (n, inputs) into outputs (n, outputs); `memory` is carried on, `count` steps came before."""
+        graph, lanes, judge = self.graph, self._lanes, self._judge
+        own = graph.lanes_memory
+        said = own + len(graph.judge.state)
+        rings = said + len(graph.feedback)
+        sizes = np.array([size for _, size in graph.rings], dtype=int)
+        starts = rings + np.concatenate([[0], np.cumsum(sizes)]).astype(int)[: len(sizes)]
+        states, seen = lanes.rows(1, graph.count), lanes.rows(3, graph.count)
+        states[:] = ungrouped(memory[:own], graph.count)
+        width = samples.shape[1]
+        for k in range(len(samples)):
+            at = starts + (count + k) % sizes if len(sizes) else starts
+            seen[:, :width], seen[:, width:] = samples[k], memory[said:rings]
+            lanes.run()
+            judge.inputs[1][:], judge.inputs[2][:] = memory[own:said], memory[at]
+            judge.inputs[3][:width], judge.inputs[3][width:] = samples[k], lanes.outputs[2]
+            judge.run()
+            verdict = judge.outputs[2]
+            given = len(graph.output)
+            outputs[k] = verdict[:given]
+            memory[own:said], memory[at] = judge.outputs[0], judge.outputs[1]
+            memory[said:rings] = verdict[given + graph.count :]
+            states[:] = lanes.outputs[0].reshape(states.shape)[_sources(verdict[given : given + graph.count])]
+        memory[:own] = grouped(states)
+
+
+def _sources(adopt: np.ndarray) -> np.ndarray:
+    """The lane whose state each lane goes on with."""
+    valid = (adopt >= 0.0) & (adopt < len(adopt))
+    return np.where(valid, np.where(valid, adopt, 0.0).astype(int), np.arange(len(adopt)))
+
+
+class _Call:
+    """A function of CasADi on arrays of its own; the first input is filled with the tuning."""
+
+    def __init__(self, function: Any, values: np.ndarray):
+        self.inputs = [np.zeros(function.numel_in(k)) for k in range(function.n_in())]
+        self.outputs = [np.zeros(function.numel_out(k)) for k in range(function.n_out())]
+        self.inputs[0][:] = values
+        self._buffer, self.run = function.buffer()
+        for k, array in enumerate(self.inputs):
+            self._buffer.set_arg(k, memoryview(array))  # type: ignore[arg-type]
+        for k, array in enumerate(self.outputs):
+            self._buffer.set_res(k, memoryview(array))  # type: ignore[arg-type]
+
+    def rows(self, position: int, count: int) -> np.ndarray:
+        """One input seen as one row per lane."""
+        return self.inputs[position].reshape(count, -1)

@@ -1,23 +1,19 @@
 """Detectors: blocks that turn a residual into a statistic and a decision, with what their constants cost."""
 
-from tierod.methods.detectors.counter import GatedCounter
-from tierod.methods.detectors.cusum import Cusum
-from tierod.methods.detectors.geometric_average import GeometricAverage
-from tierod.methods.detectors.held_threshold import HeldThreshold
+from tierod.methods.detectors.control_charts import Cusum, GeometricAverage, HeldThreshold
 from tierod.methods.detectors.likelihood_ratio import LikelihoodRatio
 from tierod.methods.detectors.moments import BatchMoments, ExponentialMoments, Moments, MovingMoments
-from tierod.methods.detectors.sequential_test import SequentialTest
-from tierod.methods.detectors.threshold import Condition, Debounce, Hysteresis
-from tierod.methods.detectors.two_sided import TwoSided
-from tierod.methods.detectors.value import Value
+from tierod.methods.detectors.sequential_test import SequentialTest, TwoSided
+from tierod.methods.detectors.threshold import Debounce, Hysteresis
+from tierod.methods.detectors.value import Condition, Detector, Value
 
 __all__ = [
     "BatchMoments",
     "Condition",
     "Cusum",
     "Debounce",
+    "Detector",
     "ExponentialMoments",
-    "GatedCounter",
     "GeometricAverage",
     "HeldThreshold",
     "Hysteresis",

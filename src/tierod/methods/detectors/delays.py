@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
+from tierod.core.block import Block
 from tierod.core.errors import InputError
 from tierod.core.graph import scan
 
@@ -14,7 +14,7 @@ TRIALS = 200
 
 
 def delays_of(
-    block: Any, records: Sequence[np.ndarray], shift: float, trials: int = TRIALS, seed: int = 0
+    block: Block, records: Sequence[np.ndarray], shift: float, trials: int = TRIALS, seed: int = 0
 ) -> np.ndarray:
     """Samples from the start of a shift to the alarm, for many starts; infinite where it is not found.
 

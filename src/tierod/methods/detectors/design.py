@@ -61,20 +61,6 @@ def threshold_for(drift: float, samples: float, sides: str = "both") -> float:
     return float(brentq(lambda h: math.log(run_length(drift, h, sides=sides) / samples), 1e-9, high, xtol=1e-10))
 
 
-def threshold_for_hours(drift: float, hours: float, sample_time: float, sides: str = "both") -> float:
-    """Threshold with this many operating hours between false alarms, in standard deviations of the residual.
-
-    Args:
-        drift: of the detector, in standard deviations
-        hours: wanted mean time between false alarms [h]
-        sample_time: time between two independent residuals [s]
-        sides: "both", "upper" or "lower"
-    """
-    if not (hours > 0.0 and sample_time > 0.0):
-        raise ParameterError(f"hours is {hours} and sample_time {sample_time} s; expected both greater than zero")
-    return threshold_for(drift, hours * 3600.0 / sample_time, sides)
-
-
 def _one_sided(mean: float, threshold: float) -> float:
     height = threshold + OVERSHOOT
     exponent = -2.0 * mean * height

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from tierod.core.errors import ParameterError
-from tierod.methods.detectors.cusum import Cusum
+from tierod.methods.detectors.control_charts import Cusum
 from tierod.methods.detectors.stopping_rules import CusumRule, StoppingRule
 
 

@@ -1,10 +1,11 @@
-"""Generalised likelihood ratio: the mean has shifted, by an amount and at an instant that nobody knows."""
+"""Generalised likelihood ratio: the mean has shifted, by an unknown amount at an unknown instant."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar, Truth
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import maximum, where
 from tierod.methods.detectors.moments import MovingMoments
@@ -59,7 +60,9 @@ class LikelihoodRatio:
         """Empty windows."""
         return tuple(moments.init() for moments in self.moments)
 
-    def step(self, state: Any, sample: Any, enabled: Any = True) -> tuple[Any, Output]:
+    def step(
+        self, state: tuple[MovingMoments.State, ...], sample: Value | Scalar, enabled: Truth = True
+    ) -> tuple[tuple[MovingMoments.State, ...], Output]:
         """One value on; `enabled` (logic) says whether it counts."""
         after, evidence, shift = [], 0.0, 0.0
         for moments, held in zip(self.moments, state, strict=True):

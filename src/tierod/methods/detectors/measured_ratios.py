@@ -9,7 +9,7 @@ import numpy as np
 
 from tierod.core.errors import InputError
 from tierod.core.graph import scan
-from tierod.methods.detectors.cusum import Cusum
+from tierod.methods.detectors.control_charts import Cusum
 from tierod.methods.detectors.measured import FEWEST, MeasuredPoint
 
 LADDER = tuple(0.5 * number for number in range(1, 61))

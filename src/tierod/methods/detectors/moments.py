@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import Ring
+from tierod.core.block import Ring, Scalar, Truth
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import both, maximum, where
 from tierod.methods.detectors.value import Value, counts, number
@@ -57,7 +57,7 @@ class ExponentialMoments:
         """No value yet."""
         return self.State(0.0, 0.0, 0.0)
 
-    def step(self, state: State, sample: Any, enabled: Any = True) -> tuple[State, Moments]:
+    def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Moments]:
         """One value on; `enabled` (logic) says whether it counts."""
         value = number(sample)
         use = counts(value, enabled)
@@ -112,7 +112,7 @@ class BatchMoments:
         """No value yet."""
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
-    def step(self, state: State, sample: Any, enabled: Any = True) -> tuple[State, Output]:
+    def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
         """One value on; `enabled` (logic) says whether it counts."""
         value = number(sample)
         use = counts(value, enabled)
@@ -140,11 +140,11 @@ class BatchMoments:
 class _Sums(NamedTuple):
     """Number, sum and sum of squares of values round a reference."""
 
-    number: Any
-    sum: Any
-    squares: Any
+    number: Scalar
+    sum: Scalar
+    squares: Scalar
 
-    def changed(self, weight: Any, away: Any) -> _Sums:
+    def changed(self, weight: Scalar, away: Scalar) -> _Sums:
         """With one more value (weight 1), one less (-1), or as they are (0)."""
         step = weight * away
         return _Sums(self.number + weight, self.sum + step, self.squares + step * away)
@@ -187,7 +187,7 @@ class MovingMoments:
         empty = _Sums(0.0, 0.0, 0.0)
         return self.State(Ring(self.size), Ring(self.size), 0.0, empty, empty, 0.0)
 
-    def step(self, state: State, sample: Any, enabled: Any = True) -> tuple[State, Moments]:
+    def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Moments]:
         """One value on; `enabled` (logic) says whether it counts."""
         raw = number(sample)
         use = counts(raw, enabled)
@@ -217,13 +217,13 @@ class MovingMoments:
         return after, moments
 
     @staticmethod
-    def _moments(sums: _Sums, reference: Any) -> Moments:
+    def _moments(sums: _Sums, reference: Scalar) -> Moments:
         share = 1.0 / maximum(sums.number, 1.0)
         spread = maximum(sums.squares - sums.sum * sums.sum * share, 0.0)
         return Moments(reference + sums.sum * share, spread / maximum(sums.number - 1.0, 1.0), sums.number)
 
 
-def _moved(sums: _Sums, shift: Any) -> _Sums:
+def _moved(sums: _Sums, shift: Scalar) -> _Sums:
     """The sums round a reference moved by `shift`."""
     total = sums.sum - sums.number * shift
     return _Sums(sums.number, total, sums.squares - shift * (sums.sum + total))

@@ -140,7 +140,8 @@ class _Chain:
     def _tail(self, distance: np.ndarray | float) -> np.ndarray | float:
         from scipy.special import ndtr
 
-        return ndtr(distance / self.walk.deviation)
+        tail: np.ndarray | float = ndtr(distance / self.walk.deviation)
+        return tail
 
     def _solver(self) -> Callable[..., np.ndarray]:
         """Solves (1 - chain) x = b, or its transpose, by a banded factorisation."""

@@ -1,15 +1,16 @@
-"""A stopping rule together with what its threshold follows from, so that it can be told, drawn and checked."""
+"""A stopping rule together with what its threshold follows from, so that it can be reported, drawn and checked."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated
 
 from tierod.core.errors import ParameterError
-from tierod.methods.detectors.cusum import Cusum
+from tierod.methods.detectors.control_charts import Cusum
 from tierod.methods.detectors.stopping_rules import StoppingRule
+from tierod.methods.detectors.value import Detector
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ class RuleDesign:
         grown = (math.log(values) - self.line.start) / self.line.slope
         if not grown > 0.0:
             raise ParameterError(f"{values:g} values between false alarms need no threshold; ask for more")
-        # The growth of every rule is a power of its threshold, which two of its values tell.
+        # The growth of every rule is a power of its threshold, which two of its values determine.
         power = math.log2(self.rule.growth(2.0) / self.rule.growth(1.0))
         return float((grown / self.rule.growth(1.0)) ** (1.0 / power))
 
@@ -88,11 +89,11 @@ class RuleDesign:
             return math.ceil(block.threshold / (change - block.drift)) if change > block.drift else math.inf
         return self.rule.run_length(threshold, -change if self.rule.sides == "lower" else change)
 
-    def block(self, deviation: float = 1.0) -> Any:
+    def block(self, deviation: float = 1.0) -> Detector:
         """The rule as a block for residuals of a standard deviation."""
         return self.rule.block(self.threshold, deviation)
 
 
-def alarms_at(block: Any, distance: float) -> bool:
+def alarms_at(block: Detector, distance: float) -> bool:
     """Whether a block alarms at the one value that a recording brings; a missing one (NaN) raises no alarm."""
     return bool(block.step(block.init(), distance)[1].alarm > 0.5)

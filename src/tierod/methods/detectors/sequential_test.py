@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar, Tree, Truth
 from tierod.core.errors import ParameterError
-from tierod.core.graph.maths import either, where
-from tierod.methods.detectors.value import Value, counts, number
+from tierod.core.graph.maths import either, maximum, where
+from tierod.methods.detectors.value import Detector, Value, counts, number
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class SequentialTest:
         """No evidence."""
         return self.State(0.0)
 
-    def step(self, state: State, sample: Any, enabled: Any = True) -> tuple[State, Output]:
+    def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
         """One value on; `enabled` (logic) says whether it counts."""
         value = number(sample)
         slope = self.shift / (self.deviation * self.deviation)
@@ -68,3 +69,34 @@ class SequentialTest:
         decision = where(shifted, 1.0, where(sound, -1.0, 0.0))
         after = where(either(shifted, sound), 0.0, evidence)
         return self.State(after), self.Output(evidence, where(shifted, 1.0, 0.0), decision)
+
+
+@dataclass(frozen=True)
+class TwoSided:
+    """Alarm when one of two detectors alarms.
+
+    Args:
+        up, down: detectors with an output `alarm`
+    """
+
+    up: Detector
+    down: Detector
+
+    Sample = Value
+
+    class Output(NamedTuple):
+        """Whether one alarms (1.0) or none (0.0)."""
+
+        alarm: Annotated[float, ""]
+
+    def init(self) -> tuple[Tree, Tree]:
+        """Both at their beginning."""
+        return self.up.init(), self.down.init()
+
+    def step(
+        self, state: tuple[Tree, Tree], sample: Value | Scalar, enabled: Truth = True
+    ) -> tuple[tuple[Tree, Tree], Output]:
+        """One value on; `enabled` (logic) says whether it counts."""
+        up, above = self.up.step(state[0], sample, enabled)
+        down, below = self.down.step(state[1], sample, enabled)
+        return (up, down), self.Output(maximum(above.alarm, below.alarm))

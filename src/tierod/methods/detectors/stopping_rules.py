@@ -11,20 +11,17 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from statistics import NormalDist
-from typing import Any
 
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.methods.detectors.cusum import SIDES, Cusum
+from tierod.methods.detectors.control_charts import Cusum, GeometricAverage, HeldThreshold, check_sides
 from tierod.methods.detectors.design import WAYS, together
-from tierod.methods.detectors.geometric_average import GeometricAverage
-from tierod.methods.detectors.held_threshold import HeldThreshold
 from tierod.methods.detectors.likelihood_ratio import WINDOWS, LikelihoodRatio
 from tierod.methods.detectors.random_walk import LONGEST, Walk
 from tierod.methods.detectors.random_walk import run_length as walked
-from tierod.methods.detectors.sequential_test import SequentialTest
-from tierod.methods.detectors.two_sided import TwoSided
+from tierod.methods.detectors.sequential_test import SequentialTest, TwoSided
+from tierod.methods.detectors.value import Detector
 
 _LEAST = 1e-6
 """A threshold that is as good as none."""
@@ -41,8 +38,7 @@ class StoppingRule(ABC):
     sides: str = field(default="both", kw_only=True)
 
     def __post_init__(self) -> None:
-        if self.sides not in SIDES:
-            raise ParameterError(f"sides is '{self.sides}'; expected {', '.join(SIDES)}")
+        check_sides(self.sides)
 
     @property
     @abstractmethod
@@ -54,7 +50,7 @@ class StoppingRule(ABC):
         """Expected samples until the alarm, with the mean of the residual shifted by `change` from the start on."""
 
     @abstractmethod
-    def block(self, threshold: float, deviation: float, restart: bool = False) -> Any:
+    def block(self, threshold: float, deviation: float, restart: bool = False) -> Detector:
         """The block that does it on residuals of a standard deviation; `restart` makes every alarm one sample."""
 
     def scale(self, deviation: float) -> float:
@@ -76,7 +72,7 @@ class StoppingRule(ABC):
         return 1.0
 
     def alarms(self, flags: np.ndarray) -> int:
-        """How many alarms the flags of a block with `restart` tell, (n,)."""
+        """Number of alarms in the flags of a block with `restart`, (n,)."""
         return int(flags.sum())
 
     def threshold_for(self, samples: float) -> float:
@@ -297,12 +293,13 @@ class SequentialRule(StoppingRule):
         drifts = [self.shift * (way * change - 0.5 * self.shift) for way in WAYS[self.sides]]
         return together([walked(Walk(self.lower, threshold, True, 1.0, drift, self.shift)) for drift in drifts])
 
-    def block(self, threshold: float, deviation: float, restart: bool = False) -> Any:
+    def block(self, threshold: float, deviation: float, restart: bool = False) -> Detector:
         """The block; two tests for both sides."""
         up, down = (
             SequentialTest(way * self.shift * deviation, deviation, threshold, self.lower) for way in (1.0, -1.0)
         )
-        return {"both": TwoSided(up, down), "upper": up, "lower": down}[self.sides]
+        rules: dict[str, Detector] = {"both": TwoSided(up, down), "upper": up, "lower": down}
+        return rules[self.sides]
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar, Truth
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import any_of, both, maximum, minimum, negated, where
-from tierod.methods.detectors.value import Value, counts, number
+from tierod.methods.detectors.value import Condition, Value, counts, number
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class Hysteresis:
         """Off, free to switch."""
         return self.State(0.0, self.hold_time)
 
-    def step(self, state: State, sample: Any, enabled: Any = True) -> tuple[State, Output]:
+    def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
         """One value on; `enabled` (logic) says whether it counts."""
         value = number(sample)
         since = minimum(state.since + self.sample_time, self.hold_time)
@@ -64,12 +65,6 @@ class Hysteresis:
         active = where(free, wanted, state.active)
         since = where(active > state.active, 0.0, where(active < state.active, 0.0, since))
         return self.State(active, since), self.Output(active, since)
-
-
-class Condition(NamedTuple):
-    """A logic value: 1.0 or 0.0; NaN where it is not known."""
-
-    condition: Annotated[float, ""]
 
 
 @dataclass(frozen=True)
@@ -114,7 +109,7 @@ class Debounce:
         """Off."""
         return self.State(0.0, 0.0)
 
-    def step(self, state: State, sample: Any, enabled: Any = True) -> tuple[State, Output]:
+    def step(self, state: State, sample: Condition | Scalar, enabled: Truth = True) -> tuple[State, Output]:
         """One sample of the condition on; `enabled` (logic) says whether it counts."""
         condition = number(sample)
         use = counts(condition, enabled)

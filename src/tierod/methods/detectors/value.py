@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple, Protocol
 
+from tierod.core.block import Scalar, Tree, Truth
 from tierod.core.graph.maths import both, present
 
 
@@ -13,11 +14,31 @@ class Value(NamedTuple):
     value: Annotated[float, "unit of the signal"]
 
 
-def number(sample: Any) -> Any:
+class Condition(NamedTuple):
+    """A logic value: 1.0 or 0.0; NaN where it is not known."""
+
+    condition: Annotated[float, ""]
+
+
+class Detector(Protocol):
+    """A block of `Value` whose output has an `alarm`: 1.0 or 0.0."""
+
+    @property
+    def Sample(self) -> type[Value]:
+        """`Value`."""
+
+    def init(self) -> Tree:
+        """The state before the first value."""
+
+    def step(self, state: Tree, sample: Value | Scalar, enabled: Truth = True, /) -> tuple[Tree, Tree]:
+        """One value on; `enabled` says whether it counts."""
+
+
+def number(sample: Value | Condition | Scalar) -> Scalar:
     """The value of a sample, given as a `Value` or as the bare number."""
     return sample[0] if isinstance(sample, tuple) else sample
 
 
-def counts(value: Any, enabled: Any) -> Any:
+def counts(value: Scalar, enabled: Truth) -> Truth:
     """Whether a value is present and enabled; the Python value True leaves the second question out."""
     return present(value) if enabled is True else both(present(value), enabled)

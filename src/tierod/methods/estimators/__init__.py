@@ -1,13 +1,12 @@
 """State estimators: blocks that turn a discrete model and its noise into estimates with a variance."""
 
-from tierod.methods.estimators.augment import augment
+from tierod.methods.estimators.augment import augment, remember
 from tierod.methods.estimators.fixed_lag import FixedLag
-from tierod.methods.estimators.interacting import InteractingFilter
+from tierod.methods.estimators.imm import ImmFilter
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.luenberger import Luenberger
 from tierod.methods.estimators.mixing import switching_of
 from tierod.methods.estimators.pole_placement import discrete_poles, observer_gain, reduced_observer_gain
-from tierod.methods.estimators.remember import remember
 from tierod.methods.estimators.riccati import StationaryGain, stationary_gain
 from tierod.methods.estimators.stationary import StationaryFilter
 from tierod.methods.estimators.stationary_bank import StationaryBank
@@ -15,7 +14,7 @@ from tierod.methods.estimators.unscented import UnscentedFilter
 
 __all__ = [
     "FixedLag",
-    "InteractingFilter",
+    "ImmFilter",
     "KalmanFilter",
     "Luenberger",
     "StationaryBank",

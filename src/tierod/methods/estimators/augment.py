@@ -1,4 +1,4 @@
-"""Turn parameters of a model into states, so that a filter estimates them too."""
+"""Models with more states: parameters that a filter estimates too, and states that it remembers for a while."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ import dataclasses
 from functools import lru_cache
 from typing import Any, get_type_hints
 
-from tierod.core.block import leaves, named_tuple
+from tierod.core.block import Scalar, Tree, leaves, named_tuple
 from tierod.core.errors import ParameterError, nearest
+from tierod.core.model import Model, model_like, require_discrete
 
 
 @lru_cache(maxsize=256)
-def augment(model: Any, *parameters: str) -> Any:
+def augment(model: Model, *parameters: str) -> Model:
     """A model whose state holds the named parameters too, as constants that process noise turns into random walks.
 
     Args:
@@ -39,39 +40,36 @@ def augment(model: Any, *parameters: str) -> Any:
     return _make(model, parameters, named_tuple("State", fields))
 
 
-def _make(model: Any, parameters: tuple[str, ...], state_class: Any) -> Any:
+def _make(model: Model, parameters: tuple[str, ...], state_class: type) -> Model:
     count = len(model.State._fields)
 
-    def split(x: Any, p: Any) -> tuple[Any, Any, tuple[Any, ...]]:
+    def split(x: Tree, p: Tree) -> tuple[Tree, Tree, tuple[Scalar, ...]]:
         estimated = tuple(x[count:])
         for path, value in zip(parameters, estimated, strict=True):
             p = _with(p, path, value)
         return model.State(*x[:count]), p, estimated
 
-    def output(x: Any, u: Any, p: Any) -> Any:
+    def output(x: Tree, u: Tree, p: Tree) -> Tree:
         base, p, _ = split(x, p)
         return model.output(base, u, p)
 
-    def transition(x: Any, u: Any, p: Any) -> Any:
+    def transition(x: Tree, u: Tree, p: Tree) -> Tree:
         base, p, estimated = split(x, p)
         return state_class(*model.transition(base, u, p), *estimated)
 
-    def derivative(x: Any, u: Any, p: Any) -> Any:
+    def derivative(x: Tree, u: Tree, p: Tree) -> Tree:
         base, p, estimated = split(x, p)
         return state_class(*model.derivative(base, u, p), *(0.0 for _ in estimated))
 
     equation = transition if hasattr(model, "transition") else derivative
-    members = {
-        "__doc__": f"{model.__name__} with {', '.join(parameters)} as states.",
-        "__module__": model.__module__,
-        "State": state_class,
-        "Input": model.Input,
-        "Output": model.Output,
-        "Parameters": model.Parameters,
-        "output": staticmethod(output),
-        equation.__name__: staticmethod(equation),
-    }
-    return type(f"{model.__name__}With{''.join(_title(path) for path in parameters)}", (), members)
+    return model_like(
+        model,
+        f"{model.__name__}With{''.join(_title(path) for path in parameters)}",
+        f"{model.__name__} with {', '.join(parameters)} as states.",
+        State=state_class,
+        output=output,
+        **{equation.__name__: equation},
+    )
 
 
 def _title(path: str) -> str:
@@ -96,20 +94,84 @@ def _annotation(parameters: Any, path: str) -> Any:
     return annotation
 
 
-def _with(p: Any, path: str, value: Any) -> Any:
+def _with(p: Tree, path: str, value: Scalar) -> Tree:
     first, _, rest = path.partition(".")
     changed = copy.copy(p)
     object.__setattr__(changed, first, _with(getattr(p, first), rest, value) if rest else value)
     return changed
 
 
-def parameter_value(p: Any, path: str) -> float:
+def parameter_value(p: Tree, path: str) -> Scalar:
     """The value of a (dotted) parameter: the usual start of its state."""
     for name in path.split("."):
         p = getattr(p, name)
-    return p
+    value: Scalar = p
+    return value
 
 
-def start_of(model_state: Any, p: Any, *parameters: str) -> tuple[float, ...]:
+def start_of(model_state: Tree, p: Tree, *parameters: str) -> tuple[float, ...]:
     """Initial mean of an augmented model: the base model's state and the present values of the parameters."""
     return (*(leaf for _, leaf in leaves(model_state)), *(parameter_value(p, path) for path in parameters))
+
+
+@lru_cache(maxsize=64)
+def remember(model: Model, lag: int, *states: str) -> Model:
+    """A model whose state also holds what some of its states were, sample by sample back to the lag.
+
+    A filter of it, extended, unscented or one of a bank, estimates the states of the past from all measurements until
+    now: a fixed-lag smoother. The covariance grows by `lag` rows for each of them; where the gain is stationary,
+    `FixedLag` does the same at a fraction of the cost.
+
+    Args:
+        model: discrete
+        lag: samples, at least 1
+        states: names of top-level states
+
+    Returns:
+        a discrete model with the same Input, Output and Parameters, and a State with `NAME_1_ago` to `NAME_{lag}_ago`
+        at its end; give them no process noise
+
+    Raises:
+        ParameterError: a continuous model, no lag, or no such state
+
+    Source: B. D. O. Anderson and J. B. Moore, Optimal Filtering, 1979, section 7.3.
+    """
+    require_discrete(model)
+    known = model.State._fields
+    if lag < 1:
+        raise ParameterError(f"lag is {lag}; expected at least 1 sample")
+    if not states:
+        raise ParameterError(f"remember needs at least one name of a state ({', '.join(known)})")
+    for name in states:
+        if name not in known:
+            raise ParameterError(f"{model.__name__} has no state '{name}'{nearest(name, known)}")
+    hints = get_type_hints(model.State, include_extras=True)
+    fields = [(name, hints[name]) for name in known]
+    fields += [(f"{name}_{k}_ago", hints[name]) for name in states for k in range(1, lag + 1)]
+    return _remembering(model, lag, states, named_tuple("State", fields))
+
+
+def _remembering(model: Model, lag: int, states: tuple[str, ...], state_class: type) -> Model:
+    count = len(model.State._fields)
+
+    def present(x: Tree) -> Tree:
+        return model.State(*x[:count])
+
+    def transition(x: Tree, u: Tree, p: Tree) -> Tree:
+        past = []
+        for k, name in enumerate(states):
+            start = count + k * lag
+            past += [getattr(x, name), *x[start : start + lag - 1]]
+        return state_class(*model.transition(present(x), u, p), *past)
+
+    def output(x: Tree, u: Tree, p: Tree) -> Tree:
+        return model.output(present(x), u, p)
+
+    return model_like(
+        model,
+        f"{model.__name__}Remembering",
+        f"{model.__name__}, remembering {', '.join(states)} for {lag} samples.",
+        State=state_class,
+        transition=transition,
+        output=output,
+    )

@@ -1,33 +1,33 @@
-"""Fixed-lag smoothing: what a stationary Kalman filter says of a state some samples ago, knowing all until now."""
+"""Fixed-lag smoothing: estimates of a stationary Kalman filter some samples ago, from all measurements until now."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, Any, NamedTuple, get_type_hints
+from typing import Annotated, NamedTuple, get_type_hints
 
 import numpy as np
 
-from tierod.core.block import Tree, named_tuple, rebuild, skeleton
+from tierod.core.block import Scalar, Tree, named_tuple, rebuild
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.graph.maths import present, where
+from tierod.core.model import Model
 from tierod.methods.estimators.linear_algebra import dot, plus
-from tierod.methods.estimators.luenberger import check_gain, observe
-from tierod.methods.estimators.pole_placement import Gain
-from tierod.methods.estimators.riccati import stationary_gain
-from tierod.methods.estimators.shapes import check_model, leaf_names, leaf_values, sample_class
+from tierod.methods.estimators.luenberger import Luenberger, observe
+from tierod.methods.estimators.riccati import Noises, stationary_gain
+from tierod.methods.estimators.shapes import filled, leaf_names, leaf_values
 from tierod.models.linear import LinearSystem
 
 
 class LagState(NamedTuple):
     """Mean of the filter, and of each smoothed state the estimates of the last samples, the newest first."""
 
-    mean: Any
-    recent: tuple[tuple[Any, ...], ...]
+    mean: Tree
+    recent: tuple[tuple[Scalar, ...], ...]
 
 
 @dataclass(frozen=True)
-class FixedLag:
+class FixedLag(Luenberger):
     """Stationary Kalman filter with some of its states smoothed over a fixed lag.
 
     x(k-N | k) = x(k-N | k-N) + sum over j = 1 .. N of W_j e(k-N+j), where e is the innovation and
@@ -49,17 +49,12 @@ class FixedLag:
     Source: B. D. O. Anderson and J. B. Moore, Optimal Filtering, 1979, section 7.3.
     """
 
-    model: Any
-    parameters: Any
-    initial_mean: Tree
-    gain: Gain
     states: tuple[str, ...]
     weights: tuple[tuple[tuple[float, ...], ...], ...]
     variances: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        check_model(self.model)
-        check_gain(self.model, self.gain, self.initial_mean)
+        super().__post_init__()
         if len(self.weights) != len(self.states) or len({len(each) for each in self.weights}) != 1:
             raise ParameterError(
                 f"weights are those of {len(self.weights)} states; expected {len(self.states)} "
@@ -70,10 +65,10 @@ class FixedLag:
     def design(
         cls,
         system: LinearSystem,
-        model: Any,
-        parameters: Any,
-        process_noise: Any,
-        measurement_noise: Any,
+        model: Model,
+        parameters: Tree,
+        process_noise: Noises,
+        measurement_noise: Noises,
         states: tuple[str, ...],
         lag: int,
     ) -> FixedLag:
@@ -116,11 +111,6 @@ class FixedLag:
         return len(self.weights[0])
 
     @property
-    def Sample(self) -> type:
-        """NamedTuple class with `input` and `measured`."""
-        return sample_class(self.model, ())
-
-    @property
     def Estimate(self) -> type:
         """NamedTuple class of the output."""
         return _estimate_class(self.model, self.states)
@@ -136,9 +126,9 @@ class FixedLag:
 
     def init(self) -> LagState:
         """The state before the first sample."""
-        return self.at(rebuild(skeleton(self.model.State), leaf_values(self.initial_mean)))
+        return self.at(super().init())
 
-    def step(self, state: LagState, sample: Any) -> tuple[LagState, Any]:
+    def step(self, state: LagState, sample: Tree) -> tuple[LagState, Tree]:
         """One sample on."""
         done = observe(self.model, self.parameters, self.gain, state.mean, sample)
         used = [where(present(value), value, 0.0) for value in done.innovation]
@@ -151,18 +141,16 @@ class FixedLag:
             moved = [plus(value, dot(weight, used)) for value, weight in zip(waiting, weights, strict=True)]
             smoothed.append(moved[-1])
             recent.append((now[name], *moved[:-1]))
-        innovation = rebuild(skeleton(self.model.Output), done.innovation)
-        output = self.Estimate(mean, innovation, _smoothed_class(self.model, self.states)(*smoothed))
-        return LagState(mean, tuple(recent)), output
+        return LagState(mean, tuple(recent)), filled(self.Estimate, done.mean, done.innovation, smoothed)
 
 
 @lru_cache(maxsize=64)
-def _smoothed_class(model: Any, states: tuple[str, ...]) -> type:
+def _smoothed_class(model: Model, states: tuple[str, ...]) -> type:
     hints = get_type_hints(model.State, include_extras=True)
     return named_tuple("Smoothed", [(name, hints.get(name, Annotated[float, ""])) for name in states])
 
 
 @lru_cache(maxsize=64)
-def _estimate_class(model: Any, states: tuple[str, ...]) -> type:
+def _estimate_class(model: Model, states: tuple[str, ...]) -> type:
     parts = [("mean", model.State), ("innovation", model.Output), ("smoothed", _smoothed_class(model, states))]
     return named_tuple("LagEstimate", parts)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from tierod.core.block import Tree, rebuild, skeleton
+from tierod.core.block import Scalar, Tree, Truth, rebuild, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import where
+from tierod.core.model import Model, require_discrete
 from tierod.methods.estimators.kernels import (
     Correction,
     clean_mask,
@@ -19,16 +21,14 @@ from tierod.methods.estimators.kernels import (
     unmasked_start,
     usable,
 )
-from tierod.methods.estimators.linear_algebra import Matrix, Vector, diagonal, from_diagonal
+from tierod.methods.estimators.linear_algebra import Matrix, Noise, Vector, diagonal, from_diagonal
 from tierod.methods.estimators.shapes import (
     Belief,
     check_mean,
-    check_model,
     check_names,
     check_variances,
-    class_of_innovation_variance,
-    class_of_variance,
     estimate_class,
+    filled,
     leaf_names,
     leaf_values,
     sample_class,
@@ -47,7 +47,7 @@ class Prediction(NamedTuple):
 
     mean: Vector
     covariance: Vector
-    points: Any = None
+    points: Sequence[Vector] = ()
 
 
 @dataclass(frozen=True)
@@ -78,8 +78,8 @@ class GaussianFilter(ABC):
     where missing) and `innovation_variance`, `nis` (over the outputs present) and `present`, their number.
     """
 
-    model: Any
-    parameters: Any
+    model: Model
+    parameters: Tree
     initial_mean: Tree
     initial_variance: Tree
     process_noise: Tree
@@ -91,7 +91,7 @@ class GaussianFilter(ABC):
     full_covariance: bool = False
 
     def __post_init__(self) -> None:
-        check_model(self.model)
+        require_discrete(self.model)
         states, inputs = leaf_names(self.model.State), leaf_names(self.model.Input)
         check_variances("initial_variance", self.initial_variance, states)
         check_variances("process_noise", self.process_noise, states)
@@ -123,12 +123,12 @@ class GaussianFilter(ABC):
     def step(
         self,
         state: Belief,
-        sample: Any,
+        sample: Tree,
         *,
         process_noise: Tree = None,
         input_noise: Tree = None,
         measurement_noise: Tree = None,
-    ) -> tuple[Belief, Any]:
+    ) -> tuple[Belief, Tree]:
         """One sample on: predict with its inputs, correct with its measurements.
 
         Args:
@@ -158,40 +158,32 @@ class GaussianFilter(ABC):
         return belief, self._estimate(belief, innovation, spread, nis, count)
 
     @abstractmethod
-    def _predict(self, state: Belief, inputs: Tree, process: Vector, entering: Vector) -> Prediction:
+    def _predict(self, state: Belief, inputs: Tree, process: Noise, entering: Noise) -> Prediction:
         """The belief one sample on."""
 
     @abstractmethod
     def _correct(
-        self, predicted: Prediction, sample: Any, noise: Vector, start: Vector
+        self, predicted: Prediction, sample: Tree, noise: Vector, start: Vector
     ) -> tuple[Correction, Vector, Vector]:
         """The correction, the innovations, and the variance of each."""
 
-    def _mask(self, sample: Any) -> tuple[Any, ...]:
+    def _mask(self, sample: Tree) -> tuple[Truth, ...]:
         given = dict(zip(self.maskable, leaf_values(sample.enabled), strict=True)) if self.maskable else {}
         return clean_mask([given.get(name, True) for name in leaf_names(self.model.State)])
 
-    def _noise_gain(self, mean: Tree, inputs: Tree, entering: Vector) -> tuple[Matrix, Vector]:
+    def _noise_gain(self, mean: Tree, inputs: Tree, entering: Noise) -> tuple[Matrix, Vector]:
         """Columns of G and variances of the inputs that have noise."""
-        noisy = [] if self.input_noise is None else [k for k, variance in enumerate(entering) if variance is not None]
-        if not noisy:
+        if self.input_noise is None or all(variance is None for variance in entering):
             return (), ()
+        noisy = {k: variance for k, variance in enumerate(entering) if variance is not None}
         rows = jacobian(lambda at: self.model.transition(mean, at, self.parameters), inputs)
-        return [[row[k] for k in noisy] for row in rows], [entering[k] for k in noisy]
+        return [[row[k] for k in noisy] for row in rows], list(noisy.values())
 
-    def _estimate(self, belief: Belief, innovation: Vector, spread: Vector, nis: Any, count: Any) -> Any:
-        outputs = skeleton(self.model.Output)
-        extra = (belief.covariance,) if self.full_covariance else ()
-        return self.Estimate(
-            belief.mean,
-            rebuild(skeleton(class_of_variance(self.model)), diagonal(belief.covariance)),
-            rebuild(outputs, innovation),
-            rebuild(skeleton(class_of_innovation_variance(self.model)), spread),
-            nis,
-            count,
-            *extra,
-        )
+    def _estimate(self, belief: Belief, innovation: Vector, spread: Vector, nis: Scalar, count: Scalar) -> Tree:
+        extra = belief.covariance if self.full_covariance else ()
+        variance = diagonal(belief.covariance)
+        return filled(self.Estimate, leaf_values(belief.mean), variance, innovation, spread, (nis, count), extra)
 
 
-def _select(condition: Any, taken: Vector, otherwise: Vector) -> tuple[Any, ...]:
+def _select(condition: Truth, taken: Vector, otherwise: Vector) -> tuple[Scalar, ...]:
     return tuple(where(condition, a, b) for a, b in zip(taken, otherwise, strict=True))

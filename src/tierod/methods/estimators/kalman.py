@@ -3,15 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import Tree, rebuild, skeleton
+from tierod.core.block import Scalar, Tree, rebuild, skeleton
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import maximum, present, where
 from tierod.methods.estimators.gaussian import GaussianFilter, Prediction
 from tierod.methods.estimators.kernels import Correction, correct, predict_covariance
-from tierod.methods.estimators.linear_algebra import Vector, dot, plus, product, unpack
+from tierod.methods.estimators.linear_algebra import Matrix, Noise, Vector, plus, quadratic
 from tierod.methods.estimators.shapes import Belief, leaf_values
+
+
+class Innovations(NamedTuple):
+    """What measurements say beyond a prediction.
+
+    Args:
+        rows: Jacobian of the outputs with respect to the state, m rows of n
+        residuals: measured minus expected output, (m,); NaN where missing
+        known: variance of each expected output, (m,)
+    """
+
+    rows: Matrix
+    residuals: Vector
+    known: Vector
 
 
 @dataclass(frozen=True)
@@ -37,7 +51,7 @@ class KalmanFilter(GaussianFilter):
 
     gate: Annotated[float, ""] | None = None
 
-    def _predict(self, state: Belief, inputs: Tree, process: Vector, entering: Vector) -> Prediction:
+    def _predict(self, state: Belief, inputs: Tree, process: Noise, entering: Noise) -> Prediction:
         def transition(mean: Tree) -> Tree:
             return self.model.transition(mean, inputs, self.parameters)
 
@@ -46,23 +60,28 @@ class KalmanFilter(GaussianFilter):
         covariance = predict_covariance(rows, state.covariance, process, gain, variances)
         return Prediction(leaf_values(transition(state.mean)), covariance)
 
-    def _correct(
-        self, predicted: Prediction, sample: Any, noise: Vector, start: Vector
-    ) -> tuple[Correction, Vector, Vector]:
+    def innovations(self, predicted: Prediction, sample: Tree) -> Innovations:
+        """What a sample's measurements say beyond a prediction."""
+
         def output(at: Tree) -> Tree:
             return self.model.output(at, sample.input, self.parameters)
 
         at = rebuild(skeleton(self.model.State), predicted.mean)
         rows = jacobian(output, at)
         pairs = zip(leaf_values(sample.measured), leaf_values(output(at)), strict=True)
-        innovation = tuple(measured - expected for measured, expected in pairs)
-        full = unpack(predicted.covariance)
-        known = [dot(row, product(full, row)) for row in rows]
+        known = [quadratic(row, predicted.covariance) for row in rows]
+        return Innovations(rows, tuple(measured - expected for measured, expected in pairs), known)
+
+    def _correct(
+        self, predicted: Prediction, sample: Tree, noise: Vector, start: Vector
+    ) -> tuple[Correction, Vector, Vector]:
+        rows, innovation, known = self.innovations(predicted, sample)
         if self.gate is not None:
-            noise = tuple(self._widened(*each) for each in zip(noise, known, innovation, strict=True))
+            noise = tuple(_widened(self.gate, *each) for each in zip(noise, known, innovation, strict=True))
         spread = tuple(plus(each, value) for each, value in zip(known, noise, strict=True))
         return correct(predicted.covariance, rows, innovation, noise, start), innovation, spread
 
-    def _widened(self, noise: Any, known: Any, innovation: Any) -> Any:
-        """The noise of a reading, raised where its innovation lies beyond the gate; a missing one keeps its own."""
-        return maximum(noise, where(present(innovation), innovation * innovation, 0.0) / self.gate - known)
+
+def _widened(gate: Scalar, noise: Scalar, known: Scalar, innovation: Scalar) -> Scalar:
+    """The noise of a reading, raised where its innovation lies beyond the gate; a missing one keeps its own."""
+    return maximum(noise, where(present(innovation), innovation * innovation, 0.0) / gate - known)

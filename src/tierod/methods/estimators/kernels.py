@@ -6,19 +6,25 @@ They know models only as Jacobians and residuals, so monitors with structure of 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
+from tierod.core.block import Scalar, Truth
 from tierod.core.graph.maths import maximum, minimum, present, where
 from tierod.methods.estimators.linear_algebra import (
     Matrix,
+    Noise,
     Vector,
     add,
     congruence,
     dot,
+    downdate,
     from_diagonal,
     minus,
+    order,
     pack,
     plus,
+    quadratic,
     scaled_congruence,
     times,
     unpack,
@@ -36,20 +42,20 @@ class Correction(NamedTuple):
         present: how many measurements were present
     """
 
-    shift: tuple[Any, ...]
-    covariance: tuple[Any, ...]
-    nis: Any
-    present: Any
+    shift: tuple[Scalar, ...]
+    covariance: tuple[Scalar, ...]
+    nis: Scalar
+    present: Scalar
 
 
-def known_variances(values: Vector) -> tuple[Any, ...]:
+def known_variances(values: Noise) -> tuple[Scalar, ...]:
     """Variances with None (no noise there) as the structural zero."""
     return tuple(0.0 if value is None else value for value in values)
 
 
 def predict_covariance(
-    transition: Matrix, covariance: Vector, process_noise: Vector, noise_input: Matrix = (), input_noise: Vector = ()
-) -> tuple[Any, ...]:
+    transition: Matrix, covariance: Vector, process_noise: Noise, noise_input: Matrix = (), input_noise: Noise = ()
+) -> tuple[Scalar, ...]:
     """F P F' + diag(q) + G diag(w) G', packed.
 
     Args:
@@ -81,22 +87,20 @@ def correct(
     """
     after = unpack(covariance)
     n = len(after)
-    shift: list[Any] = [0.0] * n if start is None else list(start)
+    shift: list[Scalar] = [0.0] * n if start is None else list(start)
     open_residuals = list(residuals)
-    nis: Any = 0.0
-    count: Any = 0.0
+    nis: Scalar = 0.0
+    count: Scalar = 0.0
     for k, (row, variance) in enumerate(zip(rows, noise, strict=True)):
         there = present(residuals[k])
         cross = [dot(row, column) for column in after]
         inverse = 1.0 / where(there, plus(dot(row, cross), variance), math.inf)
         innovation = where(there, open_residuals[k], 1.0)  # any number: its weight 1 / inf is 0
         weighted = innovation * inverse
-        gain = [times(value, inverse) for value in cross]
         shift = [plus(done, times(value, weighted)) for done, value in zip(shift, cross, strict=True)]
         for later in range(k + 1, len(rows)):
             open_residuals[later] = minus(open_residuals[later], times(dot(rows[later], cross), weighted))
-        for i, j in upper(n):
-            after[i][j] = after[j][i] = minus(after[i][j], times(gain[i], cross[j]))
+        downdate(after, cross, inverse)
         nis = plus(nis, innovation * weighted)
         count = plus(count, where(there, 1.0, 0.0))
     return Correction(tuple(shift), pack(after), nis, count)
@@ -119,43 +123,68 @@ def correct_jointly(
     outputs = unpack(spread)
     after = [[*row, *(line[i] for line in cross)] for i, row in enumerate(full)]
     after += [[*line, *outputs[k]] for k, line in enumerate(cross)]
-    shift: list[Any] = [*([0.0] * n if start is None else start), *[0.0] * m]
-    nis: Any = 0.0
-    count: Any = 0.0
+    shift: list[Scalar] = [*([0.0] * n if start is None else start), *[0.0] * m]
+    nis: Scalar = 0.0
+    count: Scalar = 0.0
     for k in range(n, n + m):
         there = present(residuals[k - n])
         inverse = 1.0 / where(there, after[k][k], math.inf)
         innovation = where(there, minus(residuals[k - n], shift[k]), 1.0)
         weighted = innovation * inverse
         column = [row[k] for row in after]
-        rest = [*range(n), *range(k + 1, n + m)]
-        gain = {i: times(column[i], inverse) for i in rest}
-        for i in rest:
-            shift[i] = plus(shift[i], times(column[i], weighted))
-        for i, j in ((i, j) for i in rest for j in rest if i <= j):
-            after[i][j] = after[j][i] = minus(after[i][j], times(gain[i], column[j]))
+        shift = [plus(value, times(entry, weighted)) for value, entry in zip(shift, column, strict=True)]
+        downdate(after, column, inverse)
         nis = plus(nis, innovation * weighted)
         count = plus(count, where(there, 1.0, 0.0))
     return Correction(tuple(shift[:n]), tuple(after[i][j] for i, j in upper(n)), nis, count)
 
 
-def clean_mask(mask: Vector) -> tuple[Any, ...]:
+class InTurn(NamedTuple):
+    """A correction by one measurement after the other.
+
+    Args:
+        correction: by all of them
+        residuals: each given the measurements before it, (m,)
+        spreads: variance of each residual, (m,)
+    """
+
+    correction: Correction
+    residuals: tuple[Scalar, ...]
+    spreads: tuple[Scalar, ...]
+
+
+def correct_in_turn(covariance: Vector, rows: Matrix, residuals: Vector, noise: Vector) -> InTurn:
+    """`correct`, with what each measurement says beyond those before it: the factors of the joint likelihood."""
+    shift: Vector = [0.0] * order(covariance)
+    nis: Scalar = 0.0
+    count: Scalar = 0.0
+    left, spreads = [], []
+    for row, residual, variance in zip(rows, residuals, noise, strict=True):
+        left.append(minus(residual, dot(row, shift)))
+        spreads.append(plus(quadratic(row, covariance), variance))
+        done = correct(covariance, (row,), (left[-1],), (variance,), shift)
+        nis, count = plus(nis, done.nis), plus(count, done.present)
+        shift, covariance = done.shift, done.covariance
+    return InTurn(Correction(tuple(shift), tuple(covariance), nis, count), tuple(left), tuple(spreads))
+
+
+def clean_mask(mask: Sequence[Truth]) -> tuple[Truth, ...]:
     """Masks held to 0..1, a missing one counted as 0; the Python value True stays structure."""
     return tuple(True if value is True else minimum(maximum(0.0, value), 1.0) for value in mask)
 
 
-def unmasked_start(mean: Vector, mask: Vector) -> tuple[Any, ...]:
+def unmasked_start(mean: Vector, mask: Sequence[Truth]) -> tuple[Scalar, ...]:
     """What a correction is added to: the mean of unmasked states; zero for masked ones, whose correction is scaled."""
     return tuple(value if share is True else 0.0 for value, share in zip(mean, mask, strict=True))
 
 
-def masked_mean(mean: Vector, moved: Vector, mask: Vector) -> tuple[Any, ...]:
+def masked_mean(mean: Vector, moved: Vector, mask: Sequence[Truth]) -> tuple[Scalar, ...]:
     """x + E K (y - C x), from a correction that started at `unmasked_start`."""
     triples = zip(mean, moved, mask, strict=True)
     return tuple(new if share is True else value + share * new for value, new, share in triples)
 
 
-def consider(before: Vector, after: Vector, mask: Vector) -> tuple[Any, ...]:
+def consider(before: Vector, after: Vector, mask: Sequence[Truth]) -> tuple[Scalar, ...]:
     """Covariance of the estimate corrected with the masked gain Ke = E K: consistent (Schmidt, Joseph).
 
     With the optimal K of the joint update, (I - Ke C) P (I - Ke C)' + Ke R Ke' reduces entry by entry to
@@ -178,11 +207,11 @@ def consider(before: Vector, after: Vector, mask: Vector) -> tuple[Any, ...]:
     return tuple(entries)
 
 
-def usable(inputs: Vector) -> Any:
+def usable(inputs: Vector) -> Truth:
     """Whether every input is present; the Python value True where there is none."""
     return present(sum(inputs[1:], start=inputs[0])) if inputs else True
 
 
-def held_covariance(covariance: Vector, process_noise: Vector) -> tuple[Any, ...]:
+def held_covariance(covariance: Vector, process_noise: Noise) -> tuple[Scalar, ...]:
     """Covariance of a state that is held for one sample: it grows by the process noise."""
     return add(covariance, from_diagonal(known_variances(process_noise)))

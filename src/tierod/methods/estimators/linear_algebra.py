@@ -8,22 +8,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import both, is_symbol, sqrt, where
 
-Vector = Sequence[Any]
-Matrix = Sequence[Sequence[Any]]
+Vector = Sequence[Scalar]
+Matrix = Sequence[Sequence[Scalar]]
+Noise = Sequence[Scalar | None]
+"""Variances, None where there is no noise."""
 
 _SEMIDEFINITE = 1e-13  # of a pivot's own diagonal: below it a direction counts as known exactly
 
 
-def is_structural(value: Any, constant: float) -> bool:
+def is_structural(value: Scalar, constant: float) -> bool:
     """Whether a value is this plain number and can be left out of a graph."""
     return not is_symbol(value) and isinstance(value, float) and value == constant
 
 
-def times(a: Any, b: Any) -> Any:
+def times(a: Scalar, b: Scalar) -> Scalar:
     """a b, without the factors 0.0 and 1.0."""
     if is_structural(a, 0.0) or is_structural(b, 0.0):
         return 0.0
@@ -32,21 +34,21 @@ def times(a: Any, b: Any) -> Any:
     return a if is_structural(b, 1.0) else a * b
 
 
-def plus(a: Any, b: Any) -> Any:
+def plus(a: Scalar, b: Scalar) -> Scalar:
     """a + b, without the term 0.0."""
     if is_structural(a, 0.0):
         return b
     return a if is_structural(b, 0.0) else a + b
 
 
-def minus(a: Any, b: Any) -> Any:
+def minus(a: Scalar, b: Scalar) -> Scalar:
     """a - b, without the term 0.0."""
     return a if is_structural(b, 0.0) else a - b
 
 
-def dot(a: Vector, b: Vector) -> Any:
+def dot(a: Vector, b: Vector) -> Scalar:
     """Sum of a_k b_k, from the first element on."""
-    total: Any = 0.0
+    total: Scalar = 0.0
     for left, right in zip(a, b, strict=True):
         total = plus(total, times(left, right))
     return total
@@ -59,44 +61,62 @@ def upper(n: int) -> list[tuple[int, int]]:
 
 def order(packed: Vector) -> int:
     """Number of rows of a packed symmetric matrix."""
-    return round(((8 * len(packed) + 1) ** 0.5 - 1) / 2)
+    return (math.isqrt(8 * len(packed) + 1) - 1) // 2
 
 
-def unpack(packed: Vector) -> list[list[Any]]:
+def unpack(packed: Vector) -> list[list[Scalar]]:
     """All rows of a packed symmetric matrix."""
     n = order(packed)
-    rows: list[list[Any]] = [[0.0] * n for _ in range(n)]
+    rows: list[list[Scalar]] = [[0.0] * n for _ in range(n)]
     for value, (i, j) in zip(packed, upper(n), strict=True):
         rows[i][j] = rows[j][i] = value
     return rows
 
 
-def pack(rows: Matrix) -> tuple[Any, ...]:
+def pack(rows: Matrix) -> tuple[Scalar, ...]:
     """The upper triangle of a symmetric matrix."""
     return tuple(rows[i][j] for i, j in upper(len(rows)))
 
 
-def diagonal(packed: Vector) -> tuple[Any, ...]:
+def diagonal(packed: Vector) -> tuple[Scalar, ...]:
     """The diagonal of a packed symmetric matrix."""
     return tuple(value for value, (i, j) in zip(packed, upper(order(packed)), strict=True) if i == j)
 
 
-def from_diagonal(values: Vector) -> tuple[Any, ...]:
+def from_diagonal(values: Vector) -> tuple[Scalar, ...]:
     """The packed symmetric matrix with this diagonal."""
     return tuple(values[i] if i == j else 0.0 for i, j in upper(len(values)))
 
 
-def add(a: Vector, b: Vector) -> tuple[Any, ...]:
+def add(a: Vector, b: Vector) -> tuple[Scalar, ...]:
     """a + b, element by element (vectors or packed matrices)."""
     return tuple(plus(left, right) for left, right in zip(a, b, strict=True))
 
 
-def product(matrix: Matrix, vector: Vector) -> tuple[Any, ...]:
+def product(matrix: Matrix, vector: Vector) -> tuple[Scalar, ...]:
     """Matrix times vector."""
     return tuple(dot(row, vector) for row in matrix)
 
 
-def congruence(matrix: Matrix, packed: Vector) -> tuple[Any, ...]:
+def quadratic(row: Vector, packed: Vector) -> Scalar:
+    """c P c', the variance of what a row c makes of a state with the covariance P, packed."""
+    return dot(row, product(unpack(packed), row))
+
+
+def downdate(rows: list[list[Scalar]], cross: Vector, inverse: Scalar) -> None:
+    """P - c c' / s in place: the covariance after one scalar measurement.
+
+    Args:
+        rows: P, all rows
+        cross: c, covariance of the state with the measurement
+        inverse: 1 / s, of the variance of the innovation
+    """
+    gain = [times(value, inverse) for value in cross]
+    for i, j in upper(len(cross)):
+        rows[i][j] = rows[j][i] = minus(rows[i][j], times(gain[i], cross[j]))
+
+
+def congruence(matrix: Matrix, packed: Vector) -> tuple[Scalar, ...]:
     """M P M', packed, by way of W = M P: symmetric by construction.
 
     Args:
@@ -108,7 +128,7 @@ def congruence(matrix: Matrix, packed: Vector) -> tuple[Any, ...]:
     return tuple(dot(left[i], matrix[j]) for i, j in upper(len(matrix)))
 
 
-def scaled_congruence(matrix: Matrix, weights: Vector) -> tuple[Any, ...]:
+def scaled_congruence(matrix: Matrix, weights: Vector) -> tuple[Scalar, ...]:
     """G diag(q) G', packed.
 
     Args:
@@ -119,7 +139,7 @@ def scaled_congruence(matrix: Matrix, weights: Vector) -> tuple[Any, ...]:
     return tuple(dot(scaled[i], matrix[j]) for i, j in upper(len(matrix)))
 
 
-def cholesky(packed: Vector) -> list[list[Any]]:
+def cholesky(packed: Vector) -> list[list[Scalar]]:
     """Lower factor L with L L' = P, rows with zeros above the diagonal.
 
     A direction whose pivot vanishes against its own diagonal (known exactly, or lost to rounding) gets a column of
@@ -127,7 +147,7 @@ def cholesky(packed: Vector) -> list[list[Any]]:
     """
     full = unpack(packed)
     n = len(full)
-    factor: list[list[Any]] = [[0.0] * n for _ in range(n)]
+    factor: list[list[Scalar]] = [[0.0] * n for _ in range(n)]
     for j in range(n):
         pivot = minus(full[j][j], dot(factor[j][:j], factor[j][:j]))
         positive = both(pivot > full[j][j] * _SEMIDEFINITE, pivot > 0.0)
@@ -138,7 +158,7 @@ def cholesky(packed: Vector) -> list[list[Any]]:
     return factor
 
 
-def solve(packed: Vector, right: Vector) -> tuple[Any, ...]:
+def solve(packed: Vector, right: Vector) -> tuple[Scalar, ...]:
     """x with P x = b, by L D L' without square roots.
 
     Args:
@@ -147,9 +167,9 @@ def solve(packed: Vector, right: Vector) -> tuple[Any, ...]:
     """
     full = unpack(packed)
     n = len(full)
-    unit: list[list[Any]] = [[0.0] * n for _ in range(n)]
-    inverse: list[Any] = [0.0] * n
-    forward: list[Any] = []
+    unit: list[list[Scalar]] = [[0.0] * n for _ in range(n)]
+    inverse: list[Scalar] = [0.0] * n
+    forward: list[Scalar] = []
     for j in range(n):
         weighted = [0.0] * j if j == 0 else [times(unit[j][k], full[k][k]) for k in range(j)]
         pivot = minus(full[j][j], dot(weighted, unit[j][:j]))
@@ -158,7 +178,7 @@ def solve(packed: Vector, right: Vector) -> tuple[Any, ...]:
         for i in range(j + 1, n):
             unit[i][j] = times(minus(full[i][j], dot(weighted, unit[i][:j])), inverse[j])
         forward.append(minus(right[j], dot(unit[j][:j], forward)))
-    backward: list[Any] = [times(value, scale) for value, scale in zip(forward, inverse, strict=True)]
+    backward: list[Scalar] = [times(value, scale) for value, scale in zip(forward, inverse, strict=True)]
     for j in reversed(range(n - 1)):
         below = [unit[i][j] for i in range(j + 1, n)]
         backward[j] = minus(backward[j], dot(below, backward[j + 1 :]))

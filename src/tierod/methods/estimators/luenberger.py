@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from tierod.core.block import Tree, named_tuple, rebuild, skeleton
+from tierod.core.block import Tree, Truth, named_tuple, rebuild, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import present, where
+from tierod.core.model import Model, require_discrete
 from tierod.methods.estimators.kernels import usable
 from tierod.methods.estimators.linear_algebra import Vector, add, product
 from tierod.methods.estimators.pole_placement import Gain
-from tierod.methods.estimators.shapes import check_mean, check_model, leaf_names, leaf_values, sample_class
+from tierod.methods.estimators.shapes import check_mean, filled, leaf_names, leaf_values, sample_class
 
 
 class Step(NamedTuple):
@@ -20,10 +21,10 @@ class Step(NamedTuple):
 
     mean: Vector
     innovation: Vector
-    whole: Any
+    whole: Truth
 
 
-def observe(model: Any, parameters: Any, gain: Gain, state: Tree, sample: Any) -> Step:
+def observe(model: Model, parameters: Tree, gain: Gain, state: Tree, sample: Tree) -> Step:
     """x- = f(x, u), x = x- + L (y - h(x-)); missing outputs correct nothing, a missing input holds the state."""
     predicted = model.transition(state, sample.input, parameters)
     expected = leaf_values(model.output(predicted, sample.input, parameters))
@@ -36,7 +37,7 @@ def observe(model: Any, parameters: Any, gain: Gain, state: Tree, sample: Any) -
     return Step(mean, innovation, whole)
 
 
-def check_gain(model: Any, gain: Gain, initial_mean: Tree) -> None:
+def check_gain(model: Model, gain: Gain, initial_mean: Tree) -> None:
     """Refuse a gain or a start of the wrong shape.
 
     Raises:
@@ -68,13 +69,13 @@ class Luenberger:
     Source: D. G. Luenberger, 1971, doi 10.1109/TAC.1971.1099826.
     """
 
-    model: Any
-    parameters: Any
+    model: Model
+    parameters: Tree
     initial_mean: Tree
     gain: Gain
 
     def __post_init__(self) -> None:
-        check_model(self.model)
+        require_discrete(self.model)
         check_gain(self.model, self.gain, self.initial_mean)
 
     @property
@@ -86,13 +87,12 @@ class Luenberger:
         """The state before the first sample."""
         return rebuild(skeleton(self.model.State), leaf_values(self.initial_mean))
 
-    def step(self, state: Tree, sample: Any) -> tuple[Tree, Any]:
+    def step(self, state: Tree, sample: Tree) -> tuple[Tree, Tree]:
         """One sample on."""
         done = observe(self.model, self.parameters, self.gain, state, sample)
-        mean = rebuild(state, done.mean)
-        return mean, _estimate_class(self.model)(mean, rebuild(skeleton(self.model.Output), done.innovation))
+        return rebuild(state, done.mean), filled(_estimate_class(self.model), done.mean, done.innovation)
 
 
 @lru_cache(maxsize=256)
-def _estimate_class(model: Any) -> type:
+def _estimate_class(model: Model) -> type:
     return named_tuple("Estimate", [("mean", model.State), ("innovation", model.Output)])

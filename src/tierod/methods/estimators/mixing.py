@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import exp, greatest_of, present, where
 from tierod.methods.estimators.linear_algebra import Matrix, Vector, dot, plus, times
@@ -52,8 +53,8 @@ def switching_of(lasting: Sequence[float], sample_time: float) -> Switching:
 class Mixing(NamedTuple):
     """Probability of each model before the sample, and the weights of the old estimates in each new one."""
 
-    predicted: tuple[Any, ...]
-    weights: tuple[tuple[Any, ...], ...]
+    predicted: tuple[Scalar, ...]
+    weights: tuple[tuple[Scalar, ...], ...]
 
 
 def mixing(probabilities: Vector, switching: Switching) -> Mixing:
@@ -69,14 +70,14 @@ def mixing(probabilities: Vector, switching: Switching) -> Mixing:
     return Mixing(predicted, weights)
 
 
-def weighed(weights: Vector, vectors: Matrix) -> tuple[Any, ...]:
+def weighed(weights: Vector, vectors: Matrix) -> tuple[Scalar, ...]:
     """Weighted sum of vectors."""
     return tuple(dot(weights, column) for column in zip(*vectors, strict=True))
 
 
-def mixture_covariance(weights: Vector, mean: Vector, means: Matrix, covariances: Matrix) -> tuple[Any, ...]:
+def mixture_covariance(weights: Vector, mean: Vector, means: Matrix, covariances: Matrix) -> tuple[Scalar, ...]:
     """Packed covariance of a mixture: that of its parts and that between their means."""
-    total: list[Any] = [0.0] * len(covariances[0])
+    total: list[Scalar] = [0.0] * len(covariances[0])
     for weight, part, covariance in zip(weights, means, covariances, strict=True):
         away = [a - b for a, b in zip(part, mean, strict=True)]
         spread = [plus(value, away[i] * away[j]) for value, (i, j) in zip(covariance, pairs(len(mean)), strict=True)]
@@ -84,7 +85,7 @@ def mixture_covariance(weights: Vector, mean: Vector, means: Matrix, covariances
     return tuple(total)
 
 
-def posterior(predicted: Vector, log_likelihoods: Vector) -> tuple[Any, ...]:
+def posterior(predicted: Vector, log_likelihoods: Vector) -> tuple[Scalar, ...]:
     """Probability of each model after the sample; the likeliest counts 1 before scaling, so nothing underflows."""
     best = greatest_of(*log_likelihoods)
     shares = [prior * exp(value - best) for prior, value in zip(predicted, log_likelihoods, strict=True)]
@@ -92,9 +93,9 @@ def posterior(predicted: Vector, log_likelihoods: Vector) -> tuple[Any, ...]:
     return tuple(share * scale for share in shares)
 
 
-def mixture_variance(weights: Vector, mean: Vector, means: Matrix, variances: Matrix) -> tuple[Any, ...]:
+def mixture_variance(weights: Vector, mean: Vector, means: Matrix, variances: Matrix) -> tuple[Scalar, ...]:
     """Variance of every entry of a mixture; entries that are missing (NaN) count with the variance of the parts."""
-    total: list[Any] = [0.0] * len(mean)
+    total: list[Scalar] = [0.0] * len(mean)
     for weight, part, spread in zip(weights, means, variances, strict=True):
         for k, (a, b, variance) in enumerate(zip(part, mean, spread, strict=True)):
             away = where(present(a), a - b, 0.0)

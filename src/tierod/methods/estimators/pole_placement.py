@@ -91,7 +91,8 @@ def place(system: LinearSystem, poles: Sequence[complex]) -> np.ndarray:
             f"eigenvalues of the system, {_listed(np.linalg.eigvals(system.A))}"
         )
     rows = np.linalg.norm(system.C * scale, axis=1)
-    return scale[:, None] * gain * size / np.where(rows > 0.0, rows, 1.0)
+    placed: np.ndarray = scale[:, None] * gain * size / np.where(rows > 0.0, rows, 1.0)
+    return placed
 
 
 def _gain(A: np.ndarray, C: np.ndarray, poles: np.ndarray) -> np.ndarray:
@@ -103,7 +104,7 @@ def _gain(A: np.ndarray, C: np.ndarray, poles: np.ndarray) -> np.ndarray:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)
             left = np.linalg.svd(C)[0][:, :rank]
-            return place_poles(A.T, (left.T @ C).T, poles).gain_matrix.T @ left.T
+            return np.asarray(place_poles(A.T, (left.T @ C).T, poles).gain_matrix.T @ left.T)
     if len(C) == 1:
         return _ackermann(A, C, poles)
     # Equal poles through several outputs: make A cyclic with a small injection, then use one mixture of the outputs.

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
 
 from tierod.core.errors import ParameterError
 from tierod.models.linear import LinearSystem
 from tierod.models.modes import TOLERANCE, describe, modes
+
+Noises: TypeAlias = Sequence[float | None] | Sequence[Sequence[float]] | np.ndarray
+"""Variances, None for none, or a whole covariance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +37,7 @@ class StationaryGain:
 
 
 def stationary_gain(
-    system: LinearSystem, process_noise: Any, measurement_noise: Any, input_noise: Any = None
+    system: LinearSystem, process_noise: Noises, measurement_noise: Noises, input_noise: Noises | None = None
 ) -> StationaryGain:
     """The stationary Kalman gain of a discrete system, by SciPy's Riccati solver.
 
@@ -67,7 +71,7 @@ def stationary_gain(
     return StationaryGain(gain, A @ gain, predicted, 0.5 * (after + after.T), 0.5 * (spread + spread.T))
 
 
-def _matrix(noise: Any, n: int, what: str) -> np.ndarray:
+def _matrix(noise: Noises, n: int, what: str) -> np.ndarray:
     values = [0.0 if entry is None else entry for entry in noise]
     matrix = np.asarray(values, float)
     matrix = np.diag(matrix) if matrix.ndim == 1 else matrix

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Iterable
 from functools import lru_cache
-from typing import Annotated, Any, NamedTuple, get_type_hints
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import Tree, derived, leaves, named_tuple, skeleton
+from tierod.core.block import Scalar, Tree, derived, leaves, named_tuple, rebuild, skeleton
 from tierod.core.errors import ParameterError, nearest
+from tierod.core.model import Model
 
 
 class Belief(NamedTuple):
@@ -18,24 +21,29 @@ class Belief(NamedTuple):
         covariance: packed upper triangle, row by row
     """
 
-    mean: Any
-    covariance: tuple[Any, ...]
+    mean: Tree
+    covariance: tuple[Scalar, ...]
 
 
-def leaf_names(annotation: Any) -> tuple[str, ...]:
+def leaf_names(annotation: type) -> tuple[str, ...]:
     """Dotted names of the leaves that a NamedTuple class declares."""
     return tuple(path for path, _ in leaves(skeleton(annotation)))
 
 
-def leaf_values(tree: Tree) -> tuple[Any, ...]:
+def leaf_values(tree: Tree) -> tuple[Scalar, ...]:
     """The leaves of a tree in order."""
     return tuple(leaf for _, leaf in leaves(tree))
 
 
+def filled(shape: type, *parts: Iterable[Scalar]) -> Tree:
+    """The tree that a NamedTuple class declares, its leaves taken from flat parts in order."""
+    return rebuild(skeleton(shape), itertools.chain(*parts))
+
+
 @lru_cache(maxsize=256)
-def sample_class(model: type, maskable: tuple[str, ...]) -> type:
+def sample_class(model: Model, maskable: tuple[str, ...]) -> type:
     """Sample of a filter: `input`, `measured` and, where states can be masked, `enabled` (0 to 1 for each)."""
-    fields = [("input", model.Input), ("measured", model.Output)]  # type: ignore[attr-defined]
+    fields = [("input", model.Input), ("measured", model.Output)]
     if maskable:
         masks = [(name.replace(".", "_"), Annotated[float, ""]) for name in maskable]
         fields.append(("enabled", named_tuple("Enabled", masks)))
@@ -43,13 +51,13 @@ def sample_class(model: type, maskable: tuple[str, ...]) -> type:
 
 
 @lru_cache(maxsize=256)
-def estimate_class(model: type, with_covariance: bool) -> type:
+def estimate_class(model: Model, with_covariance: bool) -> type:
     """Output of a filter; `KalmanFilter` says what its fields mean."""
-    squared = derived(model.State, "Variance", "({})**2")  # type: ignore[attr-defined]
-    innovation = model.Output  # type: ignore[attr-defined]
+    squared = derived(model.State, "Variance", "({})**2")
+    innovation = model.Output
     number = Annotated[float, ""]
     fields = [
-        ("mean", model.State),  # type: ignore[attr-defined]
+        ("mean", model.State),
         ("variance", squared),
         ("innovation", innovation),
         ("innovation_variance", derived(innovation, "InnovationVariance", "({})**2")),
@@ -57,39 +65,12 @@ def estimate_class(model: type, with_covariance: bool) -> type:
         ("present", number),
     ]
     if with_covariance:
-        n = len(leaf_names(model.State))  # type: ignore[attr-defined]
+        n = len(leaf_names(model.State))
         fields.append(("covariance", tuple[(float,) * (n * (n + 1) // 2)]))  # type: ignore[misc]
     return named_tuple("Estimate", fields)
 
 
-def class_of_variance(model: type) -> type:
-    """The class of the `variance` of an estimate."""
-    return get_type_hints(estimate_class(model, False), include_extras=True)["variance"]
-
-
-def class_of_innovation_variance(model: type) -> type:
-    """The class of the `innovation_variance` of an estimate."""
-    return get_type_hints(estimate_class(model, False), include_extras=True)["innovation_variance"]
-
-
-def check_model(model: Any) -> None:
-    """Refuse what is not a discrete model.
-
-    Raises:
-        ParameterError: equations are missing, or continuous
-    """
-    if hasattr(model, "transition"):
-        return
-    name = getattr(model, "__name__", repr(model))
-    if hasattr(model, "derivative"):
-        raise ParameterError(
-            f"{name} is a continuous model and a filter steps in samples; "
-            "give tierod.models.discretise.discretise(model, method) instead"
-        )
-    raise ParameterError(f"{name} has no function `transition`; a filter needs a discrete model")
-
-
-def check_variances(what: str, values: Any, names: tuple[str, ...], positive: bool = False) -> None:
+def check_variances(what: str, values: Tree, names: tuple[str, ...], positive: bool = False) -> None:
     """Refuse a tuple of variances of the wrong length or sign.
 
     Raises:
@@ -105,7 +86,7 @@ def check_variances(what: str, values: Any, names: tuple[str, ...], positive: bo
             raise ParameterError(f"{what} of {name} is {value!r}; expected a float greater than zero")
 
 
-def check_mean(values: Any, names: tuple[str, ...]) -> None:
+def check_mean(values: Tree, names: tuple[str, ...]) -> None:
     """Refuse an initial mean of the wrong length, or one that is not finite.
 
     Raises:

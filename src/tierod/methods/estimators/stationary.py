@@ -3,33 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from tierod.core.block import Tree, rebuild, skeleton
+from tierod.core.block import Tree, rebuild
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import where
+from tierod.core.model import Model, require_discrete
 from tierod.methods.estimators.kernels import correct_jointly
 from tierod.methods.estimators.linear_algebra import diagonal, order, upper
-from tierod.methods.estimators.luenberger import check_gain, observe
-from tierod.methods.estimators.pole_placement import Gain
+from tierod.methods.estimators.luenberger import Luenberger, observe
 from tierod.methods.estimators.riccati import stationary_gain
 from tierod.methods.estimators.shapes import (
-    check_model,
     check_variances,
-    class_of_innovation_variance,
-    class_of_variance,
     estimate_class,
+    filled,
     leaf_names,
-    leaf_values,
-    sample_class,
 )
 from tierod.models.linear import linearise
 
 
 @dataclass(frozen=True)
-class StationaryFilter:
+class StationaryFilter(Luenberger):
     """Kalman filter with its stationary gain: a few multiplications per sample, with the estimate of `KalmanFilter`.
 
     Args:
@@ -44,16 +39,11 @@ class StationaryFilter:
     leaves the rest of the gain and the reported variance as they are; a missing input holds the state.
     """
 
-    model: Any
-    parameters: Any
-    initial_mean: Tree
-    gain: Gain
     covariance: tuple[float, ...]
     innovation_covariance: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        check_model(self.model)
-        check_gain(self.model, self.gain, self.initial_mean)
+        super().__post_init__()
         for what, packed, kind in (
             ("covariance", self.covariance, self.model.State),
             ("innovation_covariance", self.innovation_covariance, self.model.Output),
@@ -65,8 +55,8 @@ class StationaryFilter:
     @classmethod
     def design(
         cls,
-        model: Any,
-        parameters: Any,
+        model: Model,
+        parameters: Tree,
         process_noise: Tree,
         measurement_noise: Tree,
         state: Tree,
@@ -83,7 +73,7 @@ class StationaryFilter:
         Raises:
             ParameterError: as `stationary_gain`
         """
-        check_model(model)
+        require_discrete(model)
         check_variances("process_noise", process_noise, leaf_names(model.State))
         check_variances("measurement_noise", measurement_noise, leaf_names(model.Output), positive=True)
         system = linearise(model, parameters, state, inputs)
@@ -91,16 +81,7 @@ class StationaryFilter:
         gain = tuple(tuple(map(float, row)) for row in found.filter)
         return cls(model, parameters, state, gain, _packed(found.covariance), _packed(found.innovation_covariance))
 
-    @property
-    def Sample(self) -> type:
-        """NamedTuple class with `input` and `measured`."""
-        return sample_class(self.model, ())
-
-    def init(self) -> Tree:
-        """The state before the first sample."""
-        return rebuild(skeleton(self.model.State), leaf_values(self.initial_mean))
-
-    def step(self, state: Tree, sample: Any) -> tuple[Tree, Any]:
+    def step(self, state: Tree, sample: Tree) -> tuple[Tree, Tree]:
         """One sample on."""
         done = observe(self.model, self.parameters, self.gain, state, sample)
         count = order(self.innovation_covariance)
@@ -108,16 +89,15 @@ class StationaryFilter:
         nis, number = figures.nis, figures.present
         if done.whole is not True:
             nis, number = where(done.whole, nis, 0.0), where(done.whole, number, 0.0)
-        mean = rebuild(state, done.mean)
-        estimate = estimate_class(self.model, False)(
-            mean,
-            rebuild(skeleton(class_of_variance(self.model)), diagonal(self.covariance)),
-            rebuild(skeleton(self.model.Output), done.innovation),
-            rebuild(skeleton(class_of_innovation_variance(self.model)), diagonal(self.innovation_covariance)),
-            nis,
-            number,
+        estimate = filled(
+            estimate_class(self.model, False),
+            done.mean,
+            diagonal(self.covariance),
+            done.innovation,
+            diagonal(self.innovation_covariance),
+            (nis, number),
         )
-        return mean, estimate
+        return rebuild(state, done.mean), estimate
 
 
 def _packed(matrix: np.ndarray) -> tuple[float, ...]:

@@ -4,24 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from tierod.core.block import Tree, rebuild, skeleton
+from tierod.core.block import Scalar, Tree, rebuild, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import all_of, present, where
-from tierod.methods.estimators.interacting import interacting_estimate_class
+from tierod.core.model import Model, require_discrete
+from tierod.methods.estimators.imm import imm_estimate_class
 from tierod.methods.estimators.kernels import usable
-from tierod.methods.estimators.linear_algebra import Vector, add, diagonal, dot, pack, product, unpack
+from tierod.methods.estimators.linear_algebra import Matrix, Vector, add, diagonal, dot, pack, product, unpack
 from tierod.methods.estimators.luenberger import check_gain
 from tierod.methods.estimators.mixing import Switching, check_switching, mixing, mixture_variance, posterior, weighed
 from tierod.methods.estimators.pole_placement import Gain
-from tierod.methods.estimators.riccati import stationary_gain
+from tierod.methods.estimators.riccati import Noises, stationary_gain
 from tierod.methods.estimators.shapes import (
-    check_model,
-    class_of_innovation_variance,
-    class_of_variance,
+    filled,
     leaf_values,
     sample_class,
 )
@@ -31,8 +30,8 @@ from tierod.models.linear import LinearSystem
 class BankState(NamedTuple):
     """Mean of every filter of a bank, flat, and the probability that each is the right one."""
 
-    means: tuple[Any, ...]
-    probabilities: tuple[Any, ...]
+    means: tuple[tuple[Scalar, ...], ...]
+    probabilities: tuple[Scalar, ...]
 
 
 class StationaryNoise(NamedTuple):
@@ -68,21 +67,21 @@ class StationaryBank:
         noises: of each filter; `design` works them out
         switching: between the filters, see `mixing.switching_of`
 
-    A sample is `input` and `measured`. The estimate is that of `InteractingFilter`. A missing output (NaN) corrects
+    A sample is `input` and `measured`. The estimate is that of `ImmFilter`. A missing output (NaN) corrects
     nothing, and a sample with one says nothing about the models; a missing input holds the state.
 
     Source: Blom and Bar-Shalom, IEEE Trans. Automatic Control 33 (1988) 780, doi 10.1109/9.1299, with the covariances
     of each model taken as settled.
     """
 
-    model: Any
-    parameters: Any
+    model: Model
+    parameters: Tree
     initial_mean: Tree
     noises: tuple[StationaryNoise, ...]
     switching: Switching
 
     def __post_init__(self) -> None:
-        check_model(self.model)
+        require_discrete(self.model)
         check_switching(self.switching, len(self.noises))
         for noise in self.noises:
             check_gain(self.model, noise.gain, self.initial_mean)
@@ -91,10 +90,10 @@ class StationaryBank:
     def design(
         cls,
         system: LinearSystem,
-        model: Any,
-        parameters: Any,
-        process_noises: Sequence[Any],
-        measurement_noise: Any,
+        model: Model,
+        parameters: Tree,
+        process_noises: Sequence[Noises],
+        measurement_noise: Noises,
         switching: Switching,
     ) -> StationaryBank:
         """The bank of a discrete linear system and its model.
@@ -122,7 +121,7 @@ class StationaryBank:
     @property
     def Estimate(self) -> type:
         """NamedTuple class of the output."""
-        return interacting_estimate_class(self.model, len(self.noises))
+        return imm_estimate_class(self.model, len(self.noises))
 
     def at(self, mean: Tree) -> BankState:
         """The state of a bank that begins at a mean, all filters equally likely.
@@ -141,7 +140,7 @@ class StationaryBank:
         """The state before the first sample."""
         return self.at(self.initial_mean)
 
-    def step(self, state: BankState, sample: Any) -> tuple[BankState, Any]:
+    def step(self, state: BankState, sample: Tree) -> tuple[BankState, Tree]:
         """One sample on."""
         origin = mixing(state.probabilities, self.switching)
         measured = leaf_values(sample.measured)
@@ -158,7 +157,7 @@ class StationaryBank:
             for score, noise in zip(scores, self.noises, strict=True)
         ]
         after = BankState(tuple(means), posterior(origin.predicted, likelihoods))
-        count: Any = sum(where(present(value), 1.0, 0.0) for value in measured)
+        count: Scalar = sum(where(present(value), 1.0, 0.0) for value in measured)
         whole = usable(leaf_values(sample.input))
         if whole is not True:
             chosen = [where(whole, a, b) for a, b in zip(leaf_values(after), leaf_values(state), strict=True)]
@@ -167,12 +166,14 @@ class StationaryBank:
             scores = [where(whole, score, 0.0) for score in scores]
         return after, self._estimate(after, origin.predicted, innovations, scores, count)
 
-    def _predicted(self, mean: Vector, sample: Any) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    def _predicted(self, mean: Vector, sample: Tree) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
         at = self.model.transition(rebuild(skeleton(self.model.State), mean), sample.input, self.parameters)
         expected = leaf_values(self.model.output(at, sample.input, self.parameters))
         return leaf_values(at), tuple(y - z for y, z in zip(leaf_values(sample.measured), expected, strict=True))
 
-    def _estimate(self, state: BankState, predicted: Vector, innovations: Any, scores: Any, count: Any) -> Any:
+    def _estimate(
+        self, state: BankState, predicted: Vector, innovations: Matrix, scores: Vector, count: Scalar
+    ) -> Tree:
         mean = weighed(state.probabilities, state.means)
         variance = mixture_variance(
             state.probabilities, mean, state.means, [diagonal(noise.covariance) for noise in self.noises]
@@ -181,18 +182,11 @@ class StationaryBank:
         spread = mixture_variance(
             predicted, expected, innovations, [diagonal(noise.innovation_covariance) for noise in self.noises]
         )
-        return self.Estimate(
-            rebuild(skeleton(self.model.State), mean),
-            rebuild(skeleton(class_of_variance(self.model)), variance),
-            rebuild(skeleton(self.model.Output), expected),
-            rebuild(skeleton(class_of_innovation_variance(self.model)), spread),
-            dot(state.probabilities, scores),
-            count,
-            state.probabilities,
-        )
+        figures = (dot(state.probabilities, scores), count)
+        return filled(self.Estimate, mean, variance, expected, spread, figures, state.probabilities)
 
 
-def stationary_noise(system: LinearSystem, process_noise: Any, measurement_noise: Any) -> StationaryNoise:
+def stationary_noise(system: LinearSystem, process_noise: Noises, measurement_noise: Noises) -> StationaryNoise:
     """Gain and covariances of the stationary Kalman filter of a discrete system.
 
     Raises:

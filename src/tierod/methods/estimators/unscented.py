@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
-from tierod.core.block import Tree, rebuild, skeleton
+from tierod.core.block import Scalar, Tree, rebuild, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import sqrt
 from tierod.methods.estimators.gaussian import GaussianFilter, Prediction
 from tierod.methods.estimators.kernels import Correction, correct_jointly, known_variances
 from tierod.methods.estimators.linear_algebra import (
+    Noise,
     Vector,
     add,
     cholesky,
@@ -66,7 +67,7 @@ class UnscentedFilter(GaussianFilter):
                 f"alpha is {self.alpha} and kappa {self.kappa}; expected alpha > 0 and kappa > -{n} (states)"
             )
 
-    def _predict(self, state: Belief, inputs: Tree, process: Vector, entering: Vector) -> Prediction:
+    def _predict(self, state: Belief, inputs: Tree, process: Noise, entering: Noise) -> Prediction:
         points = self._points(leaf_values(state.mean), state.covariance)
         images = self._images(points, lambda at: self.model.transition(at, inputs, self.parameters))
         mean = self._mean(images)
@@ -79,7 +80,7 @@ class UnscentedFilter(GaussianFilter):
         return Prediction(mean, covariance, self._points(mean, covariance) if self.redraw else images)
 
     def _correct(
-        self, predicted: Prediction, sample: Any, noise: Vector, start: Vector
+        self, predicted: Prediction, sample: Tree, noise: Vector, start: Vector
     ) -> tuple[Correction, Vector, Vector]:
         images = self._images(predicted.points, lambda at: self.model.output(at, sample.input, self.parameters))
         expected = self._mean(images)
@@ -100,21 +101,21 @@ class UnscentedFilter(GaussianFilter):
         behind = [tuple(minus(x, s) for x, s in zip(mean, step, strict=True)) for step in steps]
         return [tuple(mean), *ahead, *behind]
 
-    def _images(self, points: list[Vector], function: Callable[[Tree], Tree]) -> list[Vector]:
+    def _images(self, points: Sequence[Vector], function: Callable[[Tree], Tree]) -> list[Vector]:
         shape = skeleton(self.model.State)
         return [leaf_values(function(rebuild(shape, point))) for point in points]
 
-    def _side_weight(self) -> Any:
+    def _side_weight(self) -> Scalar:
         n = len(leaf_values(self.initial_mean))
         return 0.5 / (self.alpha * self.alpha * (n + self.kappa))
 
-    def _mean(self, images: list[Vector]) -> tuple[Any, ...]:
+    def _mean(self, images: Sequence[Vector]) -> tuple[Scalar, ...]:
         """Weighted mean, as the centre plus what the sides add: no large weights of opposite sign."""
         weight = self._side_weight()
         sides = [[minus(image[k], centre) for image in images[1:]] for k, centre in enumerate(images[0])]
         return tuple(plus(c, times(weight, _total(side))) for c, side in zip(images[0], sides, strict=True))
 
-    def _product(self, left: list[Vector], i: int, right: list[Vector], j: int) -> Any:
+    def _product(self, left: Sequence[Vector], i: int, right: Sequence[Vector], j: int) -> Scalar:
         """Weighted sum of the products of two deviations over all points."""
         n = len(leaf_values(self.initial_mean))
         side = self._side_weight()
@@ -122,16 +123,16 @@ class UnscentedFilter(GaussianFilter):
         sides = dot([a[i] for a in left[1:]], [b[j] for b in right[1:]])
         return plus(times(side, sides), times(centre, times(left[0][i], right[0][j])))
 
-    def _packed_spread(self, away: list[Vector]) -> tuple[Any, ...]:
+    def _packed_spread(self, away: Sequence[Vector]) -> tuple[Scalar, ...]:
         return tuple(self._product(away, i, away, j) for i, j in upper(len(away[0])))
 
 
-def _deviations(points: list[Vector], mean: Vector) -> list[Vector]:
+def _deviations(points: Sequence[Vector], mean: Vector) -> list[Vector]:
     return [tuple(minus(x, m) for x, m in zip(point, mean, strict=True)) for point in points]
 
 
-def _total(values: list[Any]) -> Any:
-    total: Any = 0.0
+def _total(values: list[Scalar]) -> Scalar:
+    total: Scalar = 0.0
     for value in values:
         total = plus(total, value)
     return total

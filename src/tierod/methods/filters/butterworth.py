@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import tan
 from tierod.methods.filters.each import EachSignal
@@ -14,18 +15,18 @@ from tierod.methods.filters.each import EachSignal
 class Biquad(NamedTuple):
     """Coefficients of (b0 + b1 / z + b2 / z^2) / (1 + a1 / z + a2 / z^2)."""
 
-    b0: Any
-    b1: Any
-    b2: Any
-    a1: Any
-    a2: Any
+    b0: Scalar
+    b1: Scalar
+    b2: Scalar
+    a1: Scalar
+    a2: Scalar
 
 
 class Delays(NamedTuple):
     """Memory of one biquad (transposed direct form II)."""
 
-    first: Any
-    second: Any
+    first: Scalar
+    second: Scalar
 
 
 @dataclass(frozen=True)
@@ -68,10 +69,10 @@ class Butterworth(EachSignal):
             biquads.append(Biquad(b0, 2.0 * b0, b0, 2.0 * (square - 1.0) * scale, (1.0 - damped + square) * scale))
         return biquads
 
-    def _settled(self, value: Any) -> tuple[Delays, ...]:
+    def _settled(self, value: Scalar) -> tuple[Delays, ...]:
         return tuple(Delays(value - s.b0 * value, (s.b2 - s.a2) * value) for s in self.sections())
 
-    def _advance(self, memory: tuple[Delays, ...], value: Any) -> tuple[tuple[Delays, ...], Any]:
+    def _advance(self, memory: tuple[Delays, ...], value: Scalar) -> tuple[tuple[Delays, ...], Scalar]:
         after = []
         for section, delays in zip(self.sections(), memory, strict=True):
             output = section.b0 * value + delays.first

@@ -1,13 +1,13 @@
-"""A filter that treats every one of several signals alike, and what it does where samples are missing."""
+"""Filters that treat every one of several signals alike, what they do where samples are missing; hold and delay."""
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import Tree, leaves, rebuild, skeleton
+from tierod.core.block import Ring, Scalar, Tree, Truth, leaves, rebuild, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import both, negated, present, where
 
@@ -15,20 +15,20 @@ from tierod.core.graph.maths import both, negated, present, where
 class Held(NamedTuple):
     """The last value that was present, and how many samples ago that was (infinitely many before the first)."""
 
-    value: Any
-    age: Any
+    value: Scalar
+    age: Scalar
 
 
 NEVER = Held(0.0, math.inf)
 
 
-def hold(memory: Held, value: Any) -> Held:
+def hold(memory: Held, value: Scalar) -> Held:
     """The memory after one more sample."""
     there = present(value)
     return Held(where(there, value, memory.value), where(there, 0.0, memory.age + 1.0))
 
 
-def is_fresh(memory: Held, maximum_age: Any, sample_time: Any) -> Any:
+def is_fresh(memory: Held, maximum_age: Scalar, sample_time: Scalar) -> Truth:
     """Whether a held value is at most this old [s]; half a sample of slack for rounding."""
     return (memory.age - 0.5) * sample_time < maximum_age
 
@@ -37,7 +37,7 @@ class Channel(NamedTuple):
     """Memory of one signal."""
 
     held: Held
-    memory: Any
+    memory: Tree
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class EachSignal(ABC):
         signals: NamedTuple class of the signals; it is the sample, and the output has its shape
         sample_time: time between two samples [s]
         maximum_gap: how long missing samples are bridged with the last value that was present [s]; longer bridges
-            more, and believes old values longer. After that the output is missing (NaN) too, and the filter starts
+            more, and relies on old values longer. After that the output is missing (NaN) too, and the filter starts
             anew, without a transient, at the next sample that is present
 
     The memory never holds NaN.
@@ -80,13 +80,13 @@ class EachSignal(ABC):
         """No signal has been seen yet."""
         return tuple(Channel(NEVER, self._settled(0.0)) for _ in leaves(skeleton(self.signals)))
 
-    def step(self, state: tuple[Channel, ...], sample: Tree) -> tuple[tuple[Channel, ...], Any]:
+    def step(self, state: tuple[Channel, ...], sample: Tree) -> tuple[tuple[Channel, ...], Tree]:
         """One sample on."""
         pairs = [self._channel(channel, value) for channel, (_, value) in zip(state, leaves(sample), strict=True)]
         outputs = rebuild(skeleton(self.Output), [output for _, output in pairs])
         return tuple(channel for channel, _ in pairs), outputs
 
-    def _channel(self, channel: Channel, value: Any) -> tuple[Channel, Any]:
+    def _channel(self, channel: Channel, value: Scalar) -> tuple[Channel, Scalar]:
         known = is_fresh(channel.held, self.maximum_gap, self.sample_time)
         held = hold(channel.held, value)
         restart = both(present(value), negated(known))
@@ -98,9 +98,55 @@ class EachSignal(ABC):
         return Channel(held, memory), where(fresh, output, value)
 
     @abstractmethod
-    def _settled(self, value: Any) -> Tree:
+    def _settled(self, value: Scalar) -> Tree:
         """The memory after the signal has had this value for ever."""
 
     @abstractmethod
-    def _advance(self, memory: Tree, value: Any) -> tuple[Tree, Any]:
+    def _advance(self, memory: Tree, value: Scalar) -> tuple[Tree, Scalar]:
         """One (present or bridged) value on."""
+
+
+@dataclass(frozen=True)
+class InputHold(EachSignal):
+    """Bridge missing samples with the last value; comes before an estimator whose inputs must be present.
+
+    The arguments are those of `EachSignal`. Present samples pass unchanged; a signal that is missing for longer than
+    `maximum_gap` comes out as missing (NaN), and so it does before its first sample.
+    """
+
+    def _settled(self, value: Scalar) -> tuple[()]:
+        return ()
+
+    def _advance(self, memory: tuple[()], value: Scalar) -> tuple[tuple[()], Scalar]:
+        return memory, value
+
+
+@dataclass(frozen=True)
+class Delay:
+    """Every signal as it was `samples` samples ago; what is missing, or lies before the first sample, comes out as NaN.
+
+    Args:
+        signals: NamedTuple class of the signals; sample and output
+        samples: how many samples late, at least 1
+    """
+
+    signals: type
+    samples: int
+
+    def __post_init__(self) -> None:
+        if self.samples < 1:
+            raise ParameterError(f"samples is {self.samples}; expected a delay of at least 1 sample")
+
+    @property
+    def Sample(self) -> type:
+        """The NamedTuple class of the signals."""
+        return self.signals
+
+    def init(self) -> tuple[Ring, ...]:
+        """Delay lines that hold nothing yet."""
+        return tuple(Ring(self.samples, math.nan) for _ in leaves(skeleton(self.signals)))
+
+    def step(self, state: tuple[Ring, ...], sample: Tree) -> tuple[tuple[Ring, ...], Tree]:
+        """One sample on."""
+        after = tuple(ring.push(value) for ring, (_, value) in zip(state, leaves(sample), strict=True))
+        return after, rebuild(skeleton(self.signals), [ring.oldest for ring in state])

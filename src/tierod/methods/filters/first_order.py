@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import derived
+from tierod.core.block import Scalar, derived
 from tierod.core.errors import ParameterError
-from tierod.core.graph.maths import expm1
 from tierod.methods.filters.each import EachSignal
 from tierod.physics.lag import share_reached
 
@@ -34,18 +33,18 @@ class FirstOrderLowPass(EachSignal):
         super().__post_init__()
         _require_time_constant(self.time_constant)
 
-    def _settled(self, value: Any) -> Any:
+    def _settled(self, value: Scalar) -> Scalar:
         return value
 
-    def _advance(self, memory: Any, value: Any) -> tuple[Any, Any]:
-        output = memory - expm1(-self.sample_time / self.time_constant) * (value - memory)
+    def _advance(self, memory: Scalar, value: Scalar) -> tuple[Scalar, Scalar]:
+        output = memory + share_reached(self.sample_time / self.time_constant) * (value - memory)
         return output, output
 
 
 class Smoothed(NamedTuple):
     """Memory of one derivative."""
 
-    smooth: Any
+    smooth: Scalar
 
 
 @dataclass(frozen=True)
@@ -69,14 +68,15 @@ class Differentiator(EachSignal):
         """The NamedTuple class of the derivatives."""
         return _per_second(self.signals)
 
-    def _settled(self, value: Any) -> Smoothed:
+    def _settled(self, value: Scalar) -> Smoothed:
         return Smoothed(value)
 
-    def _advance(self, memory: Smoothed, value: Any) -> tuple[Smoothed, Any]:
+    def _advance(self, memory: Smoothed, value: Scalar) -> tuple[Smoothed, Scalar]:
         change = share_reached(self.sample_time / self.time_constant) * (value - memory.smooth)
         return Smoothed(memory.smooth + change), change / self.sample_time
 
 
 @lru_cache(maxsize=256)
 def _per_second(signals: type) -> type:
-    return derived(signals, "Rates", "({})/s")
+    rates: type = derived(signals, "Rates", "({})/s")
+    return rates

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import maximum, where
 from tierod.methods.filters.each import EachSignal
@@ -13,8 +14,8 @@ from tierod.methods.filters.each import EachSignal
 class Accepted(NamedTuple):
     """The last value that passed, and how many samples ago that was."""
 
-    value: Any
-    age: Any
+    value: Scalar
+    age: Scalar
 
 
 @dataclass(frozen=True)
@@ -45,10 +46,10 @@ class JumpGate(EachSignal):
         if not self.interval >= 0.0:
             raise ParameterError(f"interval is {self.interval}; expected a time that is not negative [s]")
 
-    def _settled(self, value: Any) -> Accepted:
+    def _settled(self, value: Scalar) -> Accepted:
         return Accepted(value, 0.0)
 
-    def _advance(self, memory: Accepted, value: Any) -> tuple[Accepted, Any]:
+    def _advance(self, memory: Accepted, value: Scalar) -> tuple[Accepted, Scalar]:
         age = memory.age + 1.0
         since = maximum(age * self.sample_time, self.interval)
         way, moved = value - memory.value, since * self.deviation_per_second

@@ -15,8 +15,8 @@ from tierod.core.recording import Recording
 from tierod.methods.identification.closed_loop import Loop, closed_loops
 from tierod.methods.identification.pre_sliding import PreSliding, pre_sliding
 from tierod.methods.identification.work_balance import Motion, WorkBalance, half_width, slope, work_balance
-from tierod.models.below_bar import BelowBarParameters
-from tierod.physics.torsion_bar import torsion_bar_twist
+from tierod.models.steering_wheel import BelowBarParameters
+from tierod.physics.steering_ratio import torsion_bar_twist
 from tierod.vehicles import Vehicle
 
 Support = Literal["hoist", "ground"]

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 from tierod.core.block import Tree, rebuild, skeleton
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import log, present, sqrt, where
-from tierod.methods.estimators.kernels import correct, predict_covariance, usable
-from tierod.methods.estimators.linear_algebra import dot, from_diagonal, plus, product, unpack
+from tierod.methods.estimators.kernels import correct_in_turn, predict_covariance, usable
+from tierod.methods.estimators.linear_algebra import from_diagonal, plus
 from tierod.methods.estimators.shapes import Belief, leaf_values, sample_class
 
 
@@ -80,17 +80,14 @@ class Innovations:
             return self.model.output(x, sample.input, self.parameters)
 
         rows, expected = jacobian(output, state.mean), leaf_values(output(state.mean))
-        covariance, shift = state.covariance, (0.0,) * len(leaf_values(state.mean))
+        innovations = [told - meant for told, meant in zip(leaf_values(sample.measured), expected, strict=True)]
+        done = correct_in_turn(state.covariance, rows, innovations, leaf_values(self.measurement_variance))
+        (shift, covariance, _, _), residuals, spreads = done
         standardised, logarithms = [], []
-        variances = leaf_values(self.measurement_variance)
-        for row, told, meant, noise in zip(rows, leaf_values(sample.measured), expected, variances, strict=True):
-            residual = told - meant - dot(row, shift)
-            spread = plus(dot(row, product(unpack(covariance), row)), noise)
+        for residual, spread in zip(residuals, spreads, strict=True):
             there = present(residual)
             standardised.append(where(there, residual, 0.0) / sqrt(spread))
             logarithms.append(where(there, 0.5 * log(spread), 0.0))
-            done = correct(covariance, [row], [residual], [noise], shift)
-            covariance, shift = done.covariance, done.shift
         mean = rebuild(state.mean, [plus(a, b) for a, b in zip(leaf_values(state.mean), shift, strict=True)])
         outputs = skeleton(self.model.Output)
         return mean, covariance, Surprise(rebuild(outputs, standardised), rebuild(outputs, logarithms))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tierod.core.findings import Episode, Estimate, Status
-from tierod.core.runs import runs
+from tierod.core.series import runs
 from tierod.monitors.condition.said import Said, told
 from tierod.monitors.condition.signals import ELEMENTS
 from tierod.monitors.harness.session import StatusChange

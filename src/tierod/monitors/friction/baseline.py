@@ -14,7 +14,7 @@ from tierod.core.block import leaves
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.graph import Result
 from tierod.core.graph.maths import absolute, all_of, both, maximum, present, where
-from tierod.methods.detectors.held_threshold import HeldThreshold
+from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.models.eps_column import column_after, driving_torque, rate_hold
 from tierod.monitors.friction.rolling_variance import RollingVariance
 from tierod.monitors.friction.steering_sample import SteeringSample

@@ -9,7 +9,7 @@ import numpy as np
 
 from tierod.core.findings import Estimate, Finding, Status
 from tierod.core.graph import Result
-from tierod.core.strides import Stride
+from tierod.core.series import Stride
 from tierod.methods.detectors.rule_design import alarms_at
 from tierod.monitors.friction.baseline import BaselineFrictionMonitor
 from tierod.monitors.friction.decisions import BASELINE_DECISIONS

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from tierod.monitors.friction.conditioning import ConditionedSteering
-from tierod.physics.torsion_bar import torsion_bar_twist
+from tierod.physics.steering_ratio import torsion_bar_twist
 
 
 class ColumnMotion(NamedTuple):

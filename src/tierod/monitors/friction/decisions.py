@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.detectors.excess_rule import ExcessRule
-from tierod.methods.detectors.held_threshold import HeldThreshold
 from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine
 from tierod.methods.detectors.stopping_rules import HoldRule
 from tierod.monitors.friction.conditioning import SAMPLE_TIME

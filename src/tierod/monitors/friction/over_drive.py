@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from tierod.core.errors import InputError
-from tierod.core.strides import Stride
+from tierod.core.series import Stride
 from tierod.methods.identification.hysteresis_presence import HysteresisPresence, HysteresisPresenceTest
 
 STRETCHES = 4

@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 
 from tierod.core.findings import Defect
-from tierod.core.strides import Stride
+from tierod.core.series import Stride
 from tierod.physics.assist import assist_speed_factor
 from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.vehicles import Vehicle

@@ -10,7 +10,7 @@ import numpy as np
 from tierod.core.files import require_folder
 from tierod.core.findings import Diagnosis, Status
 from tierod.core.recording import Aligned
-from tierod.core.strides import Stride
+from tierod.core.series import Stride
 from tierod.diagnosis.counting import Counting
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.diagnosis.trouble_codes import load_trouble_codes

@@ -9,9 +9,9 @@ import numpy as np
 
 from tierod.core.graph import Memory, scan
 from tierod.core.recording import Aligned, Recording
+from tierod.core.series import Stride
 from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
-from tierod.core.strides import Stride
 from tierod.monitors.harness.related_signals import witnesses
 from tierod.monitors.harness.stuck_signals import StuckSignals
 

@@ -12,7 +12,7 @@ import numpy as np
 from tierod.core.findings import Estimate, Finding, Status
 from tierod.core.recording import Aligned, Channel, Recording
 from tierod.core.signals import SIGNALS
-from tierod.methods.detectors.held_threshold import HeldThreshold
+from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.detectors.rule_design import alarms_at
 from tierod.methods.identification.hysteresis import HysteresisFriction, HysteresisIdentification, Support
 from tierod.monitors.harness.own_level import OwnLevel

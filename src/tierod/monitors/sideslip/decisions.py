@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from tierod.methods.detectors.held_threshold import HeldThreshold
+from tierod.methods.detectors import Detector
+from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.detectors.rule_design import RuleDesign
 from tierod.methods.detectors.stopping_rules import HoldRule
 from tierod.monitors.harness.decision import Decision, Demonstrated, OwnRule
@@ -29,12 +30,12 @@ LEAST_COVERAGE = 0.8
 """Share of the time for which the 95 % band must hold a truth; less is not luck but a band that knows too little."""
 
 
-def offset_rule() -> HeldThreshold:
+def offset_rule() -> Detector:
     """For the yaw rate's offset over the usual one."""
     return OFFSET_DESIGN.block()
 
 
-def misfit_rule() -> HeldThreshold:
+def misfit_rule() -> Detector:
     """For the logarithm of the mean NIS over its usual deviation."""
     return MISFIT_DESIGN.block()
 
@@ -53,7 +54,7 @@ OFFSET_DECISION = Decision(
     distance="mean yaw rate of the standing car, or beside lateral acceleration and steering alike, in standard "
     "deviations of a calibrated sensor's offset (0.12 degrees per second)",
     rule=offset_rule(),
-    place="_sensors.offset_rule",
+    place="drive.sensors.offset_rule",
     mean_time_between_false_alarms=1e6,
     demonstrated=Demonstrated(24.0),
     source="Gaussian offsets; drives of the virtual car, random and mixed",

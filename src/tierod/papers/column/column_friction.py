@@ -12,10 +12,10 @@ from tierod.methods.estimators.linear_algebra import congruence
 from tierod.models.column_observation import MotorTorque
 from tierod.models.steering_column import ColumnParameters
 from tierod.models.two_inertia_column import without_gear
+from tierod.monitors.driver_torque.design import column_of_vehicle, design, process_noises
 from tierod.monitors.driver_torque.observer import UNKNOWN, resting_state
 from tierod.monitors.driver_torque.starting import ColumnSample, Starting, StartState
-from tierod.monitors.driver_torque.tuning import ColumnTuning, design, process_noises
-from tierod.monitors.driver_torque.vehicle_column import column_of_vehicle, usual_tuning
+from tierod.monitors.driver_torque.tuning import ColumnTuning, usual_tuning
 from tierod.papers.column.rubbing_observation import RubbingObservationParameters, with_dahl_friction
 from tierod.vehicles import Vehicle
 

@@ -14,8 +14,8 @@ from tierod.core.content import Heading, Item, Table
 from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
 from tierod.monitors.driver_torque.definition import DRIVER_TORQUE
+from tierod.monitors.driver_torque.drive import TRUTH
 from tierod.monitors.driver_torque.hands import OFF, UNCERTAIN
-from tierod.monitors.driver_torque.session import TRUTH
 from tierod.proving_ground.cars.catalogue import load as load_car
 from tierod.proving_ground.courses import load as load_course
 from tierod.proving_ground.courses.conditions import Grip, Tremor

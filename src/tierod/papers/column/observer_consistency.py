@@ -12,7 +12,8 @@ from tierod.core.graph import scan
 from tierod.experiments.effort import Effort
 from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.models.linear import LinearSystem
-from tierod.monitors.driver_torque.tuning import ColumnTuning, design, process_noises
+from tierod.monitors.driver_torque.design import design, process_noises
+from tierod.monitors.driver_torque.tuning import ColumnTuning
 from tierod.papers.column.observers_compared import GOAL, believed
 
 SAMPLE_TIME = 1e-3

@@ -172,7 +172,7 @@ def delays(told: Result, start: int, fault: Fault) -> Found:
     name = min(alarms, key=lambda each: alarms[each])
     grown = round(fault.size * RATE)
     delay = 1e3 * (alarms[name] - grown) / RATE
-    turned = 1e3 * float(told["known"][start + grown : start + alarms[name]].sum()) / RATE
+    turned = 1e3 * float(told["compared.known"][start + grown : start + alarms[name]].sum()) / RATE
     return Found(delay, min(turned, delay), name)
 
 
@@ -189,4 +189,4 @@ def _on(
     ran = scan(MotorBench(), asked, bench)
     names = dict(zip(bench_inputs(np.zeros(1)), asked.T, strict=True))
     told = scan(bench_monitor(), noisy(recorded(ran, names), random).samples, monitor)
-    return ran.state, told.state, told["known"]
+    return ran.state, told.state, told["compared.known"]

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from tierod.core.errors import ParameterError, nearest
-from tierod.core.fields import check_ranges
+from tierod.core.fields import POSITIVE, check_ranges
 from tierod.core.graph.maths import all_of, arctan2, both, either, hypot, limit, present, sqrt, where
-from tierod.core.ranges import POSITIVE
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.papers.motor_angle.printed_signals import (
     WIDEST,

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.fields import check_ranges
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
 from tierod.core.graph.maths import absolute, all_of, both, either, limit, present, where
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.papers.motor_angle.printed_signals import WIDEST, Sample, fresh, output_class, residual
 from tierod.physics.clarke_park import Direction, StatorVector, direction, electrical_angle, park, turned

@@ -10,9 +10,9 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from tierod.core.graph import scan
-from tierod.core.graph.maths import any_of, maximum, where
+from tierod.core.graph.maths import greatest_of, maximum
 from tierod.experiments.processes import in_processes
-from tierod.monitors.motor_angle.detector import MotorAngleMonitor
+from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.papers.motor_angle.fault_drives import RATE, clean_drive, noisy
 from tierod.vehicles import load
@@ -57,12 +57,13 @@ class AlarmWatch:
         """Nothing seen."""
         return self.State(self.monitor.init(), 0.0)
 
-    def step(self, state: State, sample: Any) -> tuple[State, Output]:
+    def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:
         """One sample on."""
         after, told = self.monitor.step(state.monitor, sample)
-        alarms = any_of(*(each > 0.5 for each in (*told.alarms[:-1], *told.alarms.electrical)))
-        alarmed = maximum(state.alarmed, where(alarms, 1.0, 0.0))
-        return self.State(after, alarmed), self.Output(told.known, alarmed, told.residual, told.counts)
+        alarmed = maximum(state.alarmed, greatest_of(*told.alarms.in_order()))
+        return self.State(after, alarmed), self.Output(
+            told.compared.known, alarmed, told.estimate.angle_residual_electrical, told.compared.counts
+        )
 
 
 class HealthyDrive(NamedTuple):

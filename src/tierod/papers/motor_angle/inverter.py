@@ -14,11 +14,12 @@ from tierod.core.graph import scan
 from tierod.experiments.effort import Effort
 from tierod.methods.identification.inverter_knee import InverterFit, identify_inverter
 from tierod.methods.identification.motor_recording import MotorRecording
-from tierod.models.commanded_motor import CommandedMotorParameters
-from tierod.monitors.motor_angle.inverter_finding import Lost, inverter_remarks
+from tierod.models.stator_frame_motor import CommandedMotorParameters
+from tierod.monitors.motor_angle.drive import InverterLoss
+from tierod.monitors.motor_angle.finding import inverter_remarks
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.monitors.motor_angle.signals import COMMANDED
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
-from tierod.monitors.motor_angle.voltages import COMMANDED
 from tierod.papers.motor_angle.observer_accuracy import parameters
 from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, to_and_fro
 from tierod.proving_ground.motor import Inverter
@@ -75,8 +76,8 @@ def said_wrong(seen: ObserverDrive, knee: float) -> bool:
     """
     observer = _observer(knee)
     told = scan(observer, seen.commanded)
-    last = {name: float(told[f"inverter_{name}"][-1]) for name in Lost._fields[:3]}
-    lost = Lost(**last, nominal_knee=knee, widest=observer.tuning.widest_knee)
+    last = {name: float(told[f"inverter_{name}"][-1]) for name in InverterLoss._fields[:3]}
+    lost = InverterLoss(**last, nominal_knee=knee, widest=observer.tuning.widest_knee)
     return len(inverter_remarks(lost, COMMANDED)) > 1
 
 

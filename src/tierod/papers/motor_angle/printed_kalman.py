@@ -11,7 +11,7 @@ from tierod.core.graph.derivatives import jacobian
 from tierod.methods.estimators.gaussian import Prediction
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.kernels import predict_covariance
-from tierod.methods.estimators.linear_algebra import Vector
+from tierod.methods.estimators.linear_algebra import Noise
 from tierod.methods.estimators.shapes import Belief, leaf_values
 from tierod.models.discretise import discretise
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
@@ -29,7 +29,7 @@ class PrintedJacobianFilter(KalmanFilter):
     L_sd instead of L_sq. The prediction itself stays right.
     """
 
-    def _predict(self, state: Belief, inputs: Tree, process: Vector, entering: Vector) -> Prediction:
+    def _predict(self, state: Belief, inputs: Tree, process: Noise, entering: Noise) -> Prediction:
         rows = jacobian(lambda mean: self.model.transition(mean, inputs, self.parameters), state.mean)
         rows[2][0], rows[2][1] = rows[2][1], rows[2][0]
         rows[1][0] = rows[1][0] * self.parameters.continuous.motor_saliency

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from tierod.core.errors import ParameterError, nearest
+from tierod.core.fields import POSITIVE
 from tierod.core.graph.maths import either, present, where
-from tierod.core.ranges import POSITIVE
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
 from tierod.papers.motor_angle.dq_motor import DqMotorParameters
 from tierod.papers.motor_angle.printed_kalman import KalmanSpeed, speed_filter

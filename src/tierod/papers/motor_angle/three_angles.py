@@ -14,8 +14,8 @@ from tierod.core.graph import scan
 from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
 from tierod.experiments.processes import in_processes
-from tierod.monitors.motor_angle.detector import MotorAngleMonitor
-from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Angles, Superposition, VariableGain
+from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
+from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, VariableGain
 from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.monitors.motor_angle.which_angle import MOTOR, NONE, NOT_MOTOR, PINION, WHEEL, WhichAngle
 from tierod.papers.motor_angle.car_drives import CAR
@@ -108,16 +108,13 @@ def told_of(case: Case) -> Told:
     ).recording
     samples, monitor = _samples(recording), _monitor()
     found = scan(monitor, samples)
-    assert monitor.plausibility is not None
-    columns = [MotorAngleSample._fields.index(name) for name in Angles._fields]
-    moved = scan(monitor.plausibility, samples[:, columns])
     alarm, begin = found["alarms.plausibility"] > 0.5, round(start * RATE)
     late = np.flatnonzero(alarm[begin:])
     delay = float(late[0]) / RATE if len(late) and case.angle else np.inf
-    motion, suspect = (_mostly(each["suspect"][alarm]) for each in (moved, found))
+    motion, suspect = (_mostly(found[f"plausible.{name}"][alarm]) for name in ("by_motion", "suspect"))
     sooner = len(late) and any((found[f"alarms.{name}"][begin : begin + late[0]] > 0.5).any() for name in OWN_TESTS)
     until = begin if case.angle else len(alarm)
-    largest, early = float(np.abs(found["mismatch"][:until]).max()), bool(alarm[:until].any())
+    largest, early = float(np.abs(found["plausible.mismatch"][:until]).max()), bool(alarm[:until].any())
     return Told(delay, motion, CODES[MOTOR] if sooner else suspect, largest, early)
 
 

@@ -8,7 +8,7 @@ from functools import cache
 from typing import Annotated, Any, NamedTuple
 
 from tierod.core.block import named_tuple
-from tierod.core.ranges import Range
+from tierod.core.fields import Range
 from tierod.proving_ground.cars.body import Body, body_signals, vehicle_speed
 from tierod.proving_ground.cars.imu import InertialUnit
 from tierod.proving_ground.cars.path import START, Path, moved, path_rate

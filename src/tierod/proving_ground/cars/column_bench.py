@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
+from tierod.core.fields import COUNT, NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import where
-from tierod.core.ranges import COUNT, NOT_NEGATIVE, POSITIVE
 from tierod.physics.gear import gear_coupling_torque
-from tierod.physics.torsion_bar import torsion_bar_torque
+from tierod.physics.steering_ratio import torsion_bar_torque
 from tierod.proving_ground.integration import runge_kutta
 from tierod.proving_ground.parts import Port
 from tierod.proving_ground.ports import pass_through

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import limit
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory
 from tierod.proving_ground.motor import AFS_MOTOR, DriveState, PmMotor
 from tierod.proving_ground.motor.pm_motor import IN_LOOP, DriveSignals, Senses

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.ranges import POSITIVE
+from tierod.core.fields import POSITIVE
 from tierod.proving_ground.cars.car import Car, Observed
 from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory
 from tierod.proving_ground.control.feel import Feel

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
-from tierod.physics.aerodynamics import AirForces, air_forces
+from tierod.physics.resistances import AirForces, air_forces
 from tierod.proving_ground.parts import Road, Wind
 
 
 class Shape(Protocol):
-    """What of a chassis the air meets, see `tierod.physics.aerodynamics.air_forces`."""
+    """What of a chassis the air meets, see `tierod.physics.resistances.air_forces`."""
 
     @property
     def drag_area(self) -> float:

@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import limit, maximum, sin, sqrt, where
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.physics import single_track
 from tierod.physics.gravity import GRAVITY
 from tierod.physics.kingpin import weight_torque
-from tierod.physics.rolling import holding_friction, rolling_resistance
+from tierod.physics.resistances import holding_friction, rolling_resistance
 from tierod.physics.tyre import (
     bounded_relaxation_rate,
     brush_aligning_torque,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.physics.kingpin import scrub_radius_torque, weight_lever, weight_torque
 from tierod.proving_ground.chassis.tyres import Tyre
 from tierod.proving_ground.chassis.wheel import Contact

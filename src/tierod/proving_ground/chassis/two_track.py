@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from tierod.core.graph.maths import cos, limit, maximum, sin, where
-from tierod.physics.aerodynamics import AirForces
 from tierod.physics.gravity import GRAVITY
 from tierod.physics.load_transfer import lateral_load_transfer, longitudinal_load_transfer
-from tierod.physics.rolling import holding_friction, rolling_resistance
+from tierod.physics.resistances import AirForces, holding_friction, rolling_resistance
 from tierod.physics.single_track import yaw_moment
 from tierod.physics.tyre import parking_torque, twist_rate
 from tierod.proving_ground.chassis.air import air_on

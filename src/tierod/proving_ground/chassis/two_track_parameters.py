@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Self
 
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.physics import single_track
 from tierod.proving_ground.chassis.suspension import Axle, Kingpins
 from tierod.proving_ground.chassis.two_axles import OnTwoAxles

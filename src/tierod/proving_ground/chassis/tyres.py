@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Annotated
 
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE, Range
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, Range
 from tierod.physics.magic_formula import stiffness_per_load
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import limit
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.physics.assist import active_return_share, active_return_torque, assist_speed_factor, assist_torque
 
 

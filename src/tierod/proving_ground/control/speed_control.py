@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import limit, where
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from tierod.core.ranges import POSITIVE
+from tierod.core.fields import POSITIVE
 from tierod.physics.gear import variable_gain
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.core.ranges import COUNT, NOT_NEGATIVE, POSITIVE, SHARE
+from tierod.core.fields import COUNT, NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.proving_ground.courses.base import Described
 from tierod.proving_ground.courses.course import Columns, Start
 

@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.proving_ground.courses.base import Described
 from tierod.proving_ground.courses.chance import Repeated, smooth_noise
 from tierod.proving_ground.courses.conditions import Acting, Tremor

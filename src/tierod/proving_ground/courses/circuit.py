@@ -11,7 +11,7 @@ from typing import Annotated
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.core.ranges import ANY, NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE
 from tierod.proving_ground.courses.base import WayCourse
 from tierod.proving_ground.courses.way import STEP, Way
 

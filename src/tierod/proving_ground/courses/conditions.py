@@ -9,7 +9,7 @@ from typing import Annotated, Protocol
 
 import numpy as np
 
-from tierod.core.ranges import ANY, NOT_NEGATIVE, POSITIVE, SHARE
+from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.proving_ground.courses.chance import Repeated, smooth_noise
 from tierod.proving_ground.courses.course import Columns
 from tierod.proving_ground.courses.window import During, Window

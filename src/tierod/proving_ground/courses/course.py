@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple, Protocol
 
 import numpy as np
 
-from tierod.core.ranges import NOT_NEGATIVE
+from tierod.core.fields import NOT_NEGATIVE
 
 Columns = dict[str, np.ndarray]
 """Values by dotted name of `tierod.proving_ground.parts`: "road.curvature", "demand.speed", "wind.crosswind_speed"."""

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import numpy as np
 
-from tierod.core.ranges import POSITIVE
+from tierod.core.fields import POSITIVE
 from tierod.proving_ground.courses.base import Described
 from tierod.proving_ground.courses.circuit import Bend, Circuit, Halt, Straight
 from tierod.proving_ground.courses.conditions import Adhesion, AnyCondition, Gusts, Slope, Unevenness

@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.core.ranges import ANY, NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE
 from tierod.proving_ground.courses.base import WayCourse, require_rise, require_some
 from tierod.proving_ground.courses.plan import TICK, Plan
 from tierod.proving_ground.courses.way import STEP, Way, across

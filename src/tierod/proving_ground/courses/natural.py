@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.physics.gravity import GRAVITY
 from tierod.proving_ground.courses.base import WAY, WayCourse
 from tierod.proving_ground.courses.chance import smooth_noise

@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.proving_ground.courses.way import Way
 
 TICK = 0.02

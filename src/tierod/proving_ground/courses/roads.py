@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.core.ranges import ANY, NOT_NEGATIVE, POSITIVE, SHARE
+from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.proving_ground.courses.way import bump
 
 Pair = tuple[float, float]

@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.proving_ground.courses.base import TimeCourse, WayCourse, require_some
 from tierod.proving_ground.courses.course import Columns, combine
 from tierod.proving_ground.courses.csv_table import PLACES, known_columns, read_table

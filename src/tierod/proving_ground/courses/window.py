@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.core.ranges import ANY, NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE
 
 
 @dataclass(frozen=True)

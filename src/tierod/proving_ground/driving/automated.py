@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
+from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.core.graph.maths import arctan, limit, maximum, where
-from tierod.core.ranges import ANY, NOT_NEGATIVE, POSITIVE, SHARE
-from tierod.physics.pursuit import pursuit_curvature
+from tierod.physics.planar_motion import pursuit_curvature
 from tierod.physics.single_track import steady_road_wheel_angle
 from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory
 from tierod.proving_ground.control.speed_control import SpeedControl

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
 from tierod.core.block import Ring
+from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import absolute, arctan, limit, maximum, minimum
-from tierod.core.ranges import ANY, NOT_NEGATIVE, POSITIVE
-from tierod.physics.pursuit import pursuit_curvature
+from tierod.physics.planar_motion import pursuit_curvature
 from tierod.physics.single_track import steady_road_wheel_angle
 from tierod.proving_ground.driving.pedals import Foot, Pedals
 from tierod.proving_ground.parts import Demand, Hand, Intent, Seen

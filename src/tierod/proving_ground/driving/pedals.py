@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.core.graph.maths import both, limit, minimum, where
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE, SHARE
 
 STANDING = 0.02
 """Speed below which a car counts as standing [m/s]."""

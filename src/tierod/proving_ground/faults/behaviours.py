@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, get_args
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.core.ranges import POSITIVE
+from tierod.core.fields import POSITIVE
 from tierod.core.toml_builder import kind_name
 from tierod.proving_ground.faults.behaviour import Behaviour, Change
 from tierod.proving_ground.faults.bus import BitFlip, Delay, DropOut

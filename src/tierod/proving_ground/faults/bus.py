@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.core.ranges import POSITIVE, Range
+from tierod.core.fields import POSITIVE, Range
 from tierod.core.toml_builder import SIGNAL_UNIT
 from tierod.proving_ground.faults.behaviour import LOOP, SIGNAL, Amount, Behaviour, Change, si
 from tierod.proving_ground.faults.chance import Chance

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE, Range
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, Range
 from tierod.core.toml_builder import SIGNAL_UNIT
 from tierod.physics.lag import share_reached
 from tierod.proving_ground.faults.behaviour import ACTUATOR, PARAMETER, SURROUNDING, Amount, Behaviour, Change, si

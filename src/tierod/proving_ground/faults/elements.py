@@ -8,9 +8,8 @@ from typing import Any, NamedTuple
 
 from tierod.core.block import leaves, skeleton, units
 from tierod.core.errors import ParameterError, nearest
-from tierod.core.fields import Meaning, Number, hints, meaning, numbers
+from tierod.core.fields import Meaning, Number, Range, hints, meaning, numbers
 from tierod.core.graph.trace import trace
-from tierod.core.ranges import Range
 from tierod.core.signals import SIGNALS
 from tierod.core.toml_builder import kind_name
 from tierod.proving_ground.faults.behaviour import ACTUATOR, LOOP, PARAMETER, SIGNAL, SURROUNDING, Behaviour

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from tierod.core.errors import ParameterError
-from tierod.core.fields import check_ranges
-from tierod.core.ranges import POSITIVE
+from tierod.core.fields import POSITIVE, check_ranges
 from tierod.core.toml import Document, build
 from tierod.core.toml_builder import kind_name
 from tierod.proving_ground.faults.behaviour import Behaviour

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from tierod.core.errors import ParameterError, TierodError, nearest
-from tierod.core.fields import Meaning, hints, meaning
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, Meaning, Range, hints, meaning
 from tierod.core.files import expanded
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE, Range
 from tierod.core.toml import Document, Location, build
 from tierod.core.toml_builder import Builder, kind_name
 from tierod.proving_ground.faults.behaviours import BEHAVIOURS, AnyBehaviour, Intermittent

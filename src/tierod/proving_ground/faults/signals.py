@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.toml_builder import SIGNAL_UNIT
 from tierod.proving_ground.faults.behaviour import (
     ACTUATOR,

@@ -10,8 +10,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from tierod.core.errors import InputError, ParameterError
-from tierod.core.fields import check_ranges
-from tierod.core.ranges import NOT_NEGATIVE
+from tierod.core.fields import NOT_NEGATIVE, check_ranges
 from tierod.core.toml_builder import kind_name
 from tierod.core.units import scale
 

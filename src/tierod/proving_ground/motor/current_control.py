@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import exp, limit
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.physics.clarke_park import Direction, RotorVector, StatorVector, inverse_park, park, turned
 from tierod.physics.inverter import limited_voltage
 from tierod.physics.pm_motor import torque_constant

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.ranges import COUNT, NOT_NEGATIVE, POSITIVE, SHARE
+from tierod.core.fields import COUNT, NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.physics.inverter import longest_voltage
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.ranges import COUNT, POSITIVE
+from tierod.core.fields import COUNT, POSITIVE
 from tierod.physics.clarke_park import StatorVector, direction, electrical_angle, turned
 from tierod.physics.inverter import lost_voltage
 from tierod.physics.pm_motor import electric_power, flux_at, resistance_at, torque_of_flux

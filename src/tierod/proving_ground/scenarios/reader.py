@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from tierod.core.errors import ParameterError, nearest
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.files import expanded
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
 from tierod.core.toml import Document, build
 from tierod.proving_ground import courses
 from tierod.proving_ground.cars import catalogue

@@ -9,8 +9,7 @@ from typing import Annotated
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.core.fields import check_ranges
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE, Range
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, Range, check_ranges
 from tierod.core.toml_builder import SIGNAL_UNIT
 from tierod.proving_ground.sensors.drift import gauss_markov, random_walk
 from tierod.proving_ground.sensors.loss import lost_frames

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
 from tierod.core.errors import ParameterError
-from tierod.core.ranges import POSITIVE
+from tierod.core.fields import POSITIVE
 from tierod.physics.friction import viscous
 from tierod.physics.gear import superposed_angle
 from tierod.proving_ground.parts import Hand, Loads, Steer

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
+from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.core.graph.maths import absolute, cos, maximum, where
-from tierod.core.ranges import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.proving_ground.steering.friction_laws import Dahl, Law
 
 

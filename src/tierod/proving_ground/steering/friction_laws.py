@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Protocol
 
 from tierod.core.errors import ParameterError
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE, Range
 from tierod.core.graph.maths import sign
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE, SHARE, Range
 from tierod.physics.friction import dahl_power_update, dahl_slope, dahl_update, stribeck_level
 from tierod.physics.friction_path import (
     elastoplastic_slope,

@@ -6,10 +6,15 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.ranges import ANY, NOT_NEGATIVE, POSITIVE
-from tierod.physics.ackermann import ackermann_angle, ackermann_slope
-from tierod.physics.end_stop import end_stop_torque
-from tierod.physics.steering_ratio import road_wheel_angle, torque_at_steering_wheel, variable_ratio
+from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE
+from tierod.physics.gear import end_stop_torque
+from tierod.physics.steering_ratio import (
+    ackermann_angle,
+    ackermann_slope,
+    road_wheel_angle,
+    torque_at_steering_wheel,
+    variable_ratio,
+)
 from tierod.proving_ground.parts import Loads, Steer
 from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.friction_laws import Dahl
@@ -53,7 +58,7 @@ class Linkage:
     Args:
         ratio: mean turn of the road wheels per turn of the pinion, straight ahead
         ratio_growth: relative growth of the ratio with the squared angle of the pinion
-        ackermann_gain: see `tierod.physics.ackermann`; the default is about 60 % of full Ackermann
+        ackermann_gain: see `tierod.physics.steering_ratio`; the default is about 60 % of full Ackermann
         rack_ratio: travel of the rack per turn of the pinion; the default is 55 mm per revolution
         road_wheel_inertia: of one road wheel about its kingpin
         friction: of ball joints and struts, both kingpins together, over the mean steer of the road wheels; under the

@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from tierod.core.errors import ParameterError
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import limit
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
-from tierod.physics.motor_limit import driving_limit
-from tierod.physics.torque_ripple import torque_ripple
+from tierod.physics.motor_torque import driving_limit, torque_ripple
 
 
 @dataclass(frozen=True)
 class Ripple:
-    """Torque that varies with the rotor's angle, see `tierod.physics.torque_ripple`; typical of a good EPS motor."""
+    """Torque that varies with the rotor's angle, see `tierod.physics.motor_torque`; typical of a good EPS motor."""
 
     cogging_torque: Annotated[float, "N*m", NOT_NEGATIVE] = 0.01
     share: Annotated[float, "", NOT_NEGATIVE] = 0.01
@@ -30,7 +29,7 @@ def rippled(torque: Any, angle: Any, ripple: Ripple | None) -> Any:
 
 @dataclass(frozen=True)
 class SpeedLimit:
-    """What the voltage leaves at speed, see `tierod.physics.motor_limit`.
+    """What the voltage leaves at speed, see `tierod.physics.motor_torque`.
 
     The defaults are typical: with a ratio of 20, all torque up to 430 degrees of column per second, none at 1000.
 

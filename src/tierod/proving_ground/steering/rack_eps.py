@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.physics.friction import viscous
-from tierod.physics.lash import lash_torque
+from tierod.physics.gear import lash_torque
 from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.proving_ground.parts import Hand, Loads, Steer
 from tierod.proving_ground.steering.friction import DryFriction

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE, SHARE
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.physics.friction import viscous
 from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.proving_ground.parts import Hand, Loads, Steer

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
-from tierod.physics.torsion_bar import torsion_bar_torque
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
+from tierod.physics.steering_ratio import torsion_bar_torque
 
 
 class Wheel(NamedTuple):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tierod.core.findings import Diagnosis, Trace
-from tierod.core.runs import runs
+from tierod.core.series import runs
 from tierod.core.shown import shown
 from tierod.report.display import number, words
 

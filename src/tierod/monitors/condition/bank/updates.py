@@ -10,13 +10,13 @@ from tierod.methods.estimators.linear_algebra import (
     Matrix,
     Vector,
     dot,
+    downdate,
     is_structural,
     minus,
     pack,
     plus,
     times,
     unpack,
-    upper,
 )
 
 _ROOTS = 6
@@ -71,10 +71,8 @@ def update(
         root = sqrt(inverse)
         over = left * root
         pushed = root * limit(over, -influence, influence)
-        gain = [times(value, inverse) for value in cross]
         shift = [plus(done, times(value, pushed)) for done, value in zip(shift, cross, strict=True)]
-        for i, j in upper(n):
-            after[i][j] = after[j][i] = minus(after[i][j], times(gain[i], cross[j]))
+        downdate(after, cross, inverse)
         whitened.append(over)
         widening.append(where(counts, spread / nominal, 1.0))
     return Correction(tuple(shift), pack(after), tuple(whitened), tuple(widening))

@@ -6,18 +6,18 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from tierod.core.block import named_tuple
+from tierod.core.fields import POSITIVE
 from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, present, where
-from tierod.core.ranges import POSITIVE
-from tierod.methods.filters.hold import InputHold
+from tierod.methods.filters.each import InputHold
 from tierod.models.exponential import discretise_pair
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.condition.residuals.catalogue import ACTUATOR_RESIDUALS, Residual
 from tierod.monitors.condition.residuals.parameters import Coefficients, ResidualParameters
 from tierod.monitors.condition.residuals.readings import Measured, Motion
 from tierod.monitors.condition.residuals.shares import LostShares
+from tierod.physics.gear import tie_rod_force_of_balance
 from tierod.physics.lag import share_reached
 from tierod.physics.planar_motion import longitudinal_acceleration
-from tierod.physics.rack_balance import tie_rod_force_of_balance
 
 
 class Targets(NamedTuple):

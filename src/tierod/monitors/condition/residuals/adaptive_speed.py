@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
+from tierod.core.fields import POSITIVE
 from tierod.core.graph.maths import absolute, all_of, both, either, minimum, negated, present, where
-from tierod.core.ranges import POSITIVE
 from tierod.methods.estimators import KalmanFilter
 from tierod.physics.planar_motion import forward_rate
 

@@ -15,8 +15,8 @@ from tierod.monitors.condition.residuals.rolling import (
     wheels_of_forward_speed,
     wheels_of_mean,
 )
+from tierod.physics.gear import tie_rod_force_of_balance
 from tierod.physics.planar_motion import lateral_acceleration_of_turning, longitudinal_acceleration
-from tierod.physics.rack_balance import tie_rod_force_of_balance
 
 _MOST_STEER = 1.2
 """No road wheel steers more [rad]: a faulty sensor must not carry the routes over the pole of the tangent."""

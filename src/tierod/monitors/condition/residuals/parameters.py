@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from tierod.core.ranges import ANY, NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE
 from tierod.models.single_track import SingleTrack
 from tierod.models.stiff_rack import StiffRack
 

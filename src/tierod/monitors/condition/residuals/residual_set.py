@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
+from tierod.core.fields import POSITIVE
 from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, present, where
-from tierod.core.ranges import POSITIVE
 from tierod.methods.estimators import KalmanFilter, UnscentedFilter
-from tierod.methods.filters.hold import InputHold
+from tierod.methods.filters.each import InputHold
 from tierod.models.exponential import discretise_pair
 from tierod.models.single_track import SingleTrack
 from tierod.models.stiff_rack import StiffRack

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
+from tierod.core.fields import POSITIVE
 from tierod.core.graph.maths import exp, present, where
-from tierod.core.ranges import POSITIVE
 
 
 @dataclass(frozen=True)

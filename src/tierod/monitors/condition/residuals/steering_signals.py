@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
+from tierod.core.fields import POSITIVE
 from tierod.core.graph.maths import both, exp, present, tanh, where
-from tierod.core.ranges import POSITIVE
 
 
 class Smooth(NamedTuple):

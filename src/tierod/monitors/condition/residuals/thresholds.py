@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
+from tierod.core.fields import ANY, NOT_NEGATIVE
 from tierod.core.graph.maths import absolute
-from tierod.core.ranges import ANY, NOT_NEGATIVE
 
 GROWTHS = ("per_speed", "per_yaw_acceleration", "per_lateral_acceleration", "per_steering_rate")
 """Fields of a threshold that grow with the excitations, in their order."""

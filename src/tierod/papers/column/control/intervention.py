@@ -9,9 +9,9 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from tierod.core.errors import ParameterError
+from tierod.core.fields import NOT_NEGATIVE
 from tierod.core.graph.maths import absolute, all_of, both, either, negated, present, where
-from tierod.core.ranges import NOT_NEGATIVE
-from tierod.methods.detectors.cusum import Cusum
+from tierod.methods.detectors.control_charts import Cusum
 from tierod.methods.detectors.design import threshold_for
 from tierod.methods.detectors.threshold import Debounce
 

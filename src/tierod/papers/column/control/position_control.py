@@ -8,9 +8,8 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.core.block import leaves, map_leaves
 from tierod.core.errors import ParameterError
-from tierod.core.fields import numbers
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE, numbers
 from tierod.core.graph.maths import absolute, all_of, both, either, limit, present, tanh, where
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.models.two_inertia_column import TwoInertiaParameters
 from tierod.papers.column.control.column_regulator import SMOOTHING, kept_share, regulator
 from tierod.papers.column.control.flat_column import ColumnMotion, advanced, motion_for

@@ -10,8 +10,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.core.fields import numbers
-from tierod.core.ranges import NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, numbers
 
 
 class Reference(NamedTuple):

@@ -1,0 +1,218 @@
+"""Control charts: a statistic of a residual, cumulative, averaged or counted, and the threshold at which it alarms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
+
+from tierod.core.block import Scalar, Truth
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import absolute, both, either, maximum, minimum, where
+from tierod.methods.detectors.value import Value, counts, number
+
+SIDES = ("both", "upper", "lower")
+
+
+def check_sides(sides: str) -> None:
+    """Refuse what is not one of `SIDES`.
+
+    Raises:
+        ParameterError: with what was expected
+    """
+    if sides not in SIDES:
+        raise ParameterError(f"sides is '{sides}'; expected {', '.join(SIDES)}")
+
+
+def watched(value: Scalar, sides: str) -> Scalar:
+    """What is compared with a threshold: a value, its negative or its absolute value."""
+    return {"both": absolute(value), "upper": value, "lower": -value}[sides]
+
+
+@dataclass(frozen=True)
+class Cusum:
+    """Alarm when a residual has been above (or below) zero by more than `drift` for long enough.
+
+    up <- max(0, up + value - drift), down <- max(0, down - value - drift); alarm while one is at `threshold` or above.
+
+    Args:
+        drift: what is forgiven per sample [unit of the residual]: half of the smallest change worth an alarm. Larger
+            ignores slow drifts and model error; smaller finds smaller changes and alarms falsely more often
+        threshold: sum that means alarm [same unit]. The delay grows in proportion, about threshold / (change - drift)
+            samples; the time between false alarms grows exponentially
+        ceiling: the sums are held to this [same unit], at least the threshold: after a long fault it takes at most
+            ceiling / drift healthy samples until the alarm ends
+        sides: "both", "upper" (increases only) or "lower"
+        restart: whether the sums start anew after an alarm, which makes of every alarm one sample
+
+    For white Gaussian residuals of standard deviation sigma, one side, with k = drift / sigma and
+    b = threshold / sigma + 1.166, the expected number of samples between false alarms is about
+    (exp(2 k b) - 2 k b - 1) / (2 k^2): 938 for k = 0.5, threshold 5 sigma; half of it for both sides. Correlated
+    residuals alarm far more often. `tierod.methods.detectors.design` gives the threshold for a wanted number.
+
+    A missing value, or one that is not enabled, leaves the sums as they are.
+
+    Source: E. S. Page, 1954, doi 10.1093/biomet/41.1-2.100; run length, D. Siegmund, Sequential Analysis, 1985, (2.57).
+    """
+
+    drift: Annotated[float, "unit of the signal"]
+    threshold: Annotated[float, "unit of the signal"]
+    ceiling: Annotated[float, "unit of the signal"]
+    sides: str = "both"
+    restart: bool = False
+
+    Sample = Value
+
+    class State(NamedTuple):
+        """The two sums."""
+
+        up: float
+        down: float
+
+    class Output(NamedTuple):
+        """Sums (0 on a side that is not watched), and whether one has reached the threshold (1.0) or not (0.0)."""
+
+        up: Annotated[float, ""]
+        down: Annotated[float, ""]
+        alarm: Annotated[float, ""]
+
+    def __post_init__(self) -> None:
+        check_sides(self.sides)
+        if not self.threshold > 0.0:
+            raise ParameterError(f"threshold is {self.threshold}; expected a number greater than zero")
+        if not self.drift >= 0.0:
+            raise ParameterError(f"drift is {self.drift}; expected a number that is not negative")
+        if not self.ceiling >= self.threshold:
+            raise ParameterError(f"ceiling is {self.ceiling}; expected at least the threshold, {self.threshold}")
+
+    def init(self) -> State:
+        """Nothing summed."""
+        return self.State(0.0, 0.0)
+
+    def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
+        """One value on; `enabled` (logic) says whether it counts."""
+        value = number(sample)
+        use = counts(value, enabled)
+        up, down = state
+        alarm: Truth = 0.0
+        if self.sides != "lower":
+            up = where(use, minimum(maximum(0.0, up + value - self.drift), self.ceiling), up)
+            alarm = up >= self.threshold
+        if self.sides != "upper":
+            down = where(use, minimum(maximum(0.0, down - value - self.drift), self.ceiling), down)
+            alarm = either(alarm, down >= self.threshold) if self.sides == "both" else down >= self.threshold
+        alarm = where(alarm, 1.0, 0.0)
+        after = self.State(up, down)
+        if self.restart:
+            after = self.State(where(alarm, 0.0, up), where(alarm, 0.0, down))
+        return after, self.Output(up, down, alarm)
+
+
+@dataclass(frozen=True)
+class GeometricAverage:
+    """Alarm when the exponentially forgetting mean of a residual has left a band.
+
+    average <- average + weight (value - average); alarm while it is at `threshold` or beyond.
+
+    Args:
+        weight: of the newest value, 0 to 1; small finds small shifts, large finds large ones sooner
+        threshold: average that means alarm [unit of the residual]
+        sides: "both", "upper" (increases only) or "lower"
+        restart: whether the average starts anew from zero after an alarm, which makes of every alarm one sample
+
+    For white residuals of standard deviation sigma the average has sigma sqrt(weight / (2 - weight)).
+    `tierod.methods.detectors.stopping_rules` gives the threshold for a wanted time between false alarms.
+
+    A missing value, or one that is not enabled, leaves the average as it is.
+
+    Source: S. W. Roberts, 1959, doi 10.1080/00401706.1959.10489860.
+    """
+
+    weight: Annotated[float, ""]
+    threshold: Annotated[float, "unit of the signal"]
+    sides: str = "both"
+    restart: bool = False
+
+    Sample = Value
+
+    class State(NamedTuple):
+        """The average."""
+
+        average: float
+
+    class Output(NamedTuple):
+        """The average, and whether it is at the threshold or beyond (1.0) or not (0.0)."""
+
+        average: Annotated[float, ""]
+        alarm: Annotated[float, ""]
+
+    def __post_init__(self) -> None:
+        check_sides(self.sides)
+        if not 0.0 < self.weight <= 1.0:
+            raise ParameterError(f"weight is {self.weight}; expected more than 0 and at most 1")
+        if not self.threshold > 0.0:
+            raise ParameterError(f"threshold is {self.threshold}; expected a number greater than zero")
+
+    def init(self) -> State:
+        """Nothing averaged."""
+        return self.State(0.0)
+
+    def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
+        """One value on; `enabled` (logic) says whether it counts."""
+        value = number(sample)
+        average = state.average + self.weight * where(counts(value, enabled), value - state.average, 0.0)
+        alarm = where(watched(average, self.sides) >= self.threshold, 1.0, 0.0)
+        after = where(alarm, 0.0, average) if self.restart else average
+        return self.State(after), self.Output(average, alarm)
+
+
+@dataclass(frozen=True)
+class HeldThreshold:
+    """Alarm when a residual has been at a threshold or beyond in `hold` samples one after the other.
+
+    Args:
+        threshold: [unit of the residual]
+        hold: samples
+        sides: "both", "upper" or "lower"
+        restart: whether the count starts anew after an alarm, which makes of every alarm one sample
+
+    With a chance p per independent sample, false alarms are (1 / p^hold - 1) / (1 - p) samples apart. A missing value,
+    or one that is not enabled, neither counts nor breaks the run.
+    """
+
+    threshold: Annotated[float, "unit of the signal"]
+    hold: int = 1
+    sides: str = "both"
+    restart: bool = False
+
+    Sample = Value
+
+    class State(NamedTuple):
+        """Samples beyond, one after the other."""
+
+        held: float
+
+    class Output(NamedTuple):
+        """Samples beyond, one after the other, up to `hold`; and whether they are `hold` (1.0) or fewer (0.0)."""
+
+        held: Annotated[float, ""]
+        alarm: Annotated[float, ""]
+
+    def __post_init__(self) -> None:
+        check_sides(self.sides)
+        if not (self.threshold > 0.0 and self.hold >= 1):
+            raise ParameterError(
+                f"threshold is {self.threshold} and hold {self.hold}; expected a threshold above zero and 1 or more"
+            )
+
+    def init(self) -> State:
+        """None."""
+        return self.State(0.0)
+
+    def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
+        """One value on; `enabled` (logic) says whether it counts."""
+        value = number(sample)
+        use = counts(value, enabled)
+        more = minimum(state.held + 1.0, float(self.hold))
+        held = where(use, where(both(use, watched(value, self.sides) >= self.threshold), more, 0.0), state.held)
+        alarm = where(held > self.hold - 0.5, 1.0, 0.0)
+        return self.State(where(alarm, 0.0, held) if self.restart else held), self.Output(held, alarm)
