@@ -6,7 +6,7 @@ import pytest
 from tierod.core.claims import Claim, claims_document
 from tierod.core.content import Heading
 from tierod.experiments.effort import Effort
-from tierod.methods.analysis.observability_matrix import unscaled_rank
+from tierod.methods.analysis.observability import unscaled_rank
 from tierod.models.column_observation import linear_column
 from tierod.models.linear import LinearSystem
 from tierod.models.steering_column import SteeringColumn

@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tierod.methods.analysis.extended import extended
 from tierod.methods.analysis.fitness import require_fit
 from tierod.methods.analysis.frequency_response import frequency_response
-from tierod.methods.analysis.output_subsets import Sampling, Shown, output_subsets, shown_by
+from tierod.methods.analysis.output_subsets import Sampling, Shown, extended, output_subsets, shown_by
 from tierod.methods.analysis.reduction import Reduction, balanced_reduction, modal_reduction
 from tierod.models.column_observation import linear_column
 from tierod.models.linear import LinearSystem

@@ -10,14 +10,35 @@ from itertools import combinations
 import numpy as np
 
 from tierod.core.errors import ParameterError
+from tierod.methods.analysis.balancing import gramian_condition, observability_gramian
 from tierod.methods.analysis.cramer_rao import Bound, cramer_rao
-from tierod.methods.analysis.gramian import gramian_condition, observability_gramian
-from tierod.methods.analysis.observability import Observability, observability
-from tierod.methods.analysis.observability_matrix import Rank, scaled_rank, unscaled_rank
-from tierod.methods.analysis.pbh import pbh_rank
-from tierod.models.disturbances import with_outputs
+from tierod.methods.analysis.observability import (
+    Observability,
+    Rank,
+    observability,
+    pbh_rank,
+    scaled_rank,
+    unscaled_rank,
+)
+from tierod.models.disturbances import with_disturbance_states, with_outputs
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.modes import TOLERANCE
+
+
+def extended(system: LinearSystem, disturbances: Sequence[str]) -> LinearSystem:
+    """The system with some of its inputs as states that stay as they are, in this order at the end.
+
+    Args:
+        system: continuous
+        disturbances: names of inputs
+
+    Raises:
+        ParameterError: no such input
+
+    Source: Raffone, eq (8), where the torques of driver and disturbance become states.
+    """
+    return with_disturbance_states(system, dict.fromkeys(disturbances, 1))
+
 
 MATRICES = ("unscaled matrix", "sampled matrix", "scaled matrix")
 """Methods that take the rank of an observability matrix."""

@@ -14,8 +14,13 @@ from tierod.core.graph import scan
 from tierod.experiments.effort import Effort
 from tierod.methods.analysis.bode import measured_chart
 from tierod.methods.analysis.column import vibrations
-from tierod.methods.analysis.frequency_response import decibels, frequency_response, phase
-from tierod.methods.analysis.measured_response import MeasuredResponse, measured_response
+from tierod.methods.analysis.frequency_response import (
+    MeasuredResponse,
+    decibels,
+    frequency_response,
+    measured_response,
+    phase,
+)
 from tierod.models.column_observation import linear_column
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.steering_column import SteeringColumn

@@ -11,11 +11,14 @@ from tierod.core.claims import Claim, at_most, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.experiments.effort import Effort
 from tierod.methods.analysis.column import SAMPLING, UNKNOWN_TORQUES, vibrations
-from tierod.methods.analysis.extended import extended
-from tierod.methods.analysis.observability import observability
-from tierod.methods.analysis.observability_matrix import observability_matrix, scaled_rank, unscaled_rank
-from tierod.methods.analysis.output_subsets import Shown, output_subsets
-from tierod.methods.analysis.pbh import pbh_rank
+from tierod.methods.analysis.observability import (
+    observability,
+    observability_matrix,
+    pbh_rank,
+    scaled_rank,
+    unscaled_rank,
+)
+from tierod.methods.analysis.output_subsets import Shown, extended, output_subsets
 from tierod.models.column_observation import linear_column
 from tierod.models.disturbances import with_outputs
 from tierod.models.linear import LinearSystem, sampled

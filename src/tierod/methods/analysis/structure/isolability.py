@@ -9,7 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
-from tierod.methods.analysis.structure.decomposition import overdetermined
+from tierod.methods.analysis.structure.redundancy import overdetermined
 from tierod.methods.analysis.structure.structural_model import Equation, StructuralModel
 
 
