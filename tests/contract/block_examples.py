@@ -31,9 +31,8 @@ from tierod.methods.filters.butterworth import Butterworth
 from tierod.methods.filters.each import Delay, InputHold
 from tierod.methods.filters.first_order import Differentiator, FirstOrderLowPass
 from tierod.methods.filters.jump_gate import JumpGate
-from tierod.methods.identification.innovations import Innovations
 from tierod.methods.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
-from tierod.methods.identification.simulation import Simulation
+from tierod.methods.identification.simulation import Innovations, Simulation
 from tierod.models.friction_estimation import FrictionEstimation as EstimatedFriction
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.models.steered_vehicle import SteeredVehicle

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 if TYPE_CHECKING:
     from tierod.core.content import Item, Table
     from tierod.core.recording import Recording
-    from tierod.methods.identification.column_result import ColumnIdentification, Found
+    from tierod.methods.identification.column import ColumnIdentification
+    from tierod.methods.identification.experiment import Found
     from tierod.methods.identification.inverter import InverterIdentification
-    from tierod.methods.identification.motor_result import MotorIdentification
+    from tierod.methods.identification.motor import MotorIdentification
     from tierod.monitors.condition.calibration.whole import ConditionCalibration
     from tierod.vehicles import Vehicle
 

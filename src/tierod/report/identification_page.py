@@ -10,7 +10,8 @@ import numpy as np
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.core.shown import written
 from tierod.methods.identification.bench_recording import OUTPUTS
-from tierod.methods.identification.column_result import ColumnIdentification, Found, Shown
+from tierod.methods.identification.column import ColumnIdentification, Shown
+from tierod.methods.identification.experiment import Found
 from tierod.report.display import number
 from tierod.report.html import chart_script, library, looks, moment, template
 from tierod.report.study_page import sections

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
+from tierod.methods.identification.motor import MotorIdentification
 from tierod.methods.identification.motor_mechanical import Course
-from tierod.methods.identification.motor_result import MotorIdentification
 from tierod.report.display import number
 from tierod.report.identification_page import found_table
 

@@ -15,14 +15,13 @@ from tierod.methods.analysis.observability import (
     default_rank,
     observability,
     observability_matrix,
-    observability_of,
     pbh_rank,
     scaled_rank,
     unscaled_rank,
 )
 from tierod.methods.analysis.output_subsets import extended
 from tierod.models.disturbances import with_outputs
-from tierod.models.linear import LinearSystem, sampled
+from tierod.models.linear import LinearSystem, linearise, sampled
 from tierod.papers.column.parameter_sets import EIGENVALUES, SETS
 
 
@@ -86,7 +85,7 @@ def test_tolerance_decides_where_the_margin_is_small():
 
 
 def test_any_model_at_a_point():
-    hanging = observability_of(Pendulum, PendulumParameters(), (0.0, 0.0), (0.0,))
+    hanging = observability(linearise(Pendulum, PendulumParameters(), (0.0, 0.0), (0.0,)))
     assert hanging.complete
     assert hanging.states == ("angle", "rate")
 

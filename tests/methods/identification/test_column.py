@@ -8,8 +8,7 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.methods.identification.column import identify_column, known_free
 from tierod.methods.identification.column_fit import ColumnFit
 from tierod.methods.identification.experiment import Estimate, Free
-from tierod.methods.identification.fit_quality import normalised_error, whiteness
-from tierod.methods.identification.identifiability import blind_directions, refusal
+from tierod.methods.identification.fit_quality import blind_directions, normalised_error, refusal, whiteness
 
 ROUGH = replace(TRUTH, motor_damping=1.3 * TRUTH.motor_damping, motor_friction=0.07, motor_friction_stiffness=1.4)
 

@@ -76,8 +76,6 @@ class Consistency:
         whiteness: largest autocorrelation of the normalised innovations over lags and outputs
         whiteness_band: its 95 % limit for white innovations
         lags: autocorrelation, (outputs, lags)
-        nees: mean normalised estimation error squared per state, where the truth was given
-        error_degrees: samples times states that `nees` rests on
     """
 
     samples: int
@@ -87,18 +85,11 @@ class Consistency:
     whiteness: float
     whiteness_band: float
     lags: np.ndarray
-    nees: float
-    error_degrees: int
 
     @property
     def nis_band(self) -> tuple[float, float]:
         """95 % band for `nis` of a consistent filter."""
         return mean_band(self.measurements)
-
-    @property
-    def nees_band(self) -> tuple[float, float]:
-        """95 % band for `nees`, as if errors of different samples were independent: they are not, it is wider."""
-        return mean_band(self.error_degrees)
 
     @property
     def consistent(self) -> bool | None:
@@ -126,7 +117,6 @@ class ConsistencyAccumulator:
         self.lag_count = lags
         self.samples = self.measurements = self.above = 0
         self.nis_sum = 0.0
-        self.error_sum, self.error_degrees = 0.0, 0
         self._tail: np.ndarray | None = None
         self._square = self._count = self._pairs = self._products = np.zeros(0)
 
@@ -153,22 +143,6 @@ class ConsistencyAccumulator:
         if innovation is not None and variance is not None:
             self._add_innovations(np.asarray(innovation, float), np.asarray(variance, float), len(nis))
 
-    def add_error(self, error: np.ndarray, covariance: np.ndarray) -> None:
-        """One more chunk of errors against a known truth.
-
-        Args:
-            error: estimate minus truth, (n, states)
-            covariance: packed covariance (n, states (states + 1) / 2), or variances (n, states), which neglects
-                correlation between the errors of different states
-
-        Raises:
-            InputError: shapes that do not fit together
-        """
-        squares = normalised_error_squared(error, covariance)
-        used = np.isfinite(squares)
-        self.error_sum += float(squares[used].sum())
-        self.error_degrees += int(used.sum()) * np.shape(error)[1]
-
     def result(self) -> Consistency:
         """The figures so far."""
         lags = self._autocorrelation()
@@ -182,8 +156,6 @@ class ConsistencyAccumulator:
             float(np.abs(lags[seen]).max()) if seen.any() else math.nan,
             _whiteness_limit(pairs),
             lags,
-            self.error_sum / self.error_degrees if self.error_degrees else math.nan,
-            self.error_degrees,
         )
 
     def _add_innovations(self, innovation: np.ndarray, variance: np.ndarray, length: int) -> None:

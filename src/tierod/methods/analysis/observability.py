@@ -7,9 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tierod.core.block import Tree
 from tierod.core.errors import ParameterError
-from tierod.models.linear import LinearSystem, linearise
+from tierod.models.linear import LinearSystem
 from tierod.models.modes import TOLERANCE, Mode, describe, modes, scaled
 
 
@@ -84,13 +83,6 @@ def observability(system: LinearSystem, tolerance: float = TOLERANCE, state_scal
         _readable(hidden, form.scale),
         tuple(modes(system, state_scale)),
     )
-
-
-def observability_of(
-    model: Any, parameters: Any, state: Tree, inputs: Tree, tolerance: float = TOLERANCE, state_scale: Any = None
-) -> Observability:
-    """`observability` of any model, linearised at a point; arguments as there and in `linearise`."""
-    return observability(linearise(model, parameters, state, inputs), tolerance, state_scale)
 
 
 def _readable(basis: np.ndarray, scale: np.ndarray) -> np.ndarray:

@@ -9,10 +9,9 @@ import numpy as np
 
 from tierod.core.errors import InputError
 from tierod.methods.identification.bench_recording import BenchRecording, bridged
-from tierod.methods.identification.column_result import Found
-from tierod.methods.identification.experiment import INTERVAL, Estimate, Experiment, Free
-from tierod.methods.identification.held import Misfit, misfit
-from tierod.methods.identification.identifiability import blind_directions, refusal
+from tierod.methods.identification.column_misfit import Misfit, misfit
+from tierod.methods.identification.experiment import Estimate, Experiment, Found, Free
+from tierod.methods.identification.fit_quality import blind_directions, refusal
 from tierod.methods.identification.maximum_likelihood import MaximumLikelihood
 from tierod.methods.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
 from tierod.methods.identification.wheel_side import WheelMotion, wheel_side
@@ -126,14 +125,13 @@ class Fitted:
         """The parameters that were looked for; deviations are those of the vehicle file."""
         rows = []
         for name in (each for each in known_free() if each in self.wanted):
-            before = getattr(self.base, name)
+            before = getattr(self.base, name), deviations.get(name)
             if name in self.wheel:
-                value, deviation = self.wheel[name]
-                low, high, method = value - INTERVAL * deviation, value + INTERVAL * deviation, "instruments"
+                rows.append(Found.normal(name, before, *self.wheel[name], "instruments"))
             else:
+                ends = self.estimate.interval(name)
                 value, deviation = self.estimate[name], self.estimate.deviation(name)
-                (low, high), method = self.estimate.interval(name), "likelihood"
-            rows.append(Found(name, before, deviations.get(name), value, deviation, low, high, method))
+                rows.append(Found(name, *before, value, deviation, *ends, "likelihood"))
         return rows
 
 

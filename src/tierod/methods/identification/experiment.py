@@ -13,6 +13,8 @@ from tierod.core.errors import ParameterError, nearest
 
 INTERVAL = 1.959964
 """Standard deviations to either side that hold 95 % of a normal distribution."""
+UNKNOWN_BEFORE: tuple[float, float | None] = (math.nan, None)
+"""Value and deviation of a parameter that the vehicle file lacks."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,3 +149,38 @@ class Estimate:
     def parameters(self, base: Any, setting: Mapping[str, float] | None = None) -> Any:
         """The model's parameters with what was found."""
         return replace(base, **dict(setting or {}), **dict(zip(self.names, self.values, strict=True)))
+
+
+@dataclass(frozen=True)
+class Found:
+    """A parameter before and after.
+
+    Args:
+        name: as in a vehicle file
+        before, before_deviation: of the vehicle file; the value is NaN, and the deviation None, where it says none
+        value, deviation: found
+        low, high: ends of the 95 % interval
+        method: "instruments" or "likelihood"
+    """
+
+    name: str
+    before: float
+    before_deviation: float | None
+    value: float
+    deviation: float
+    low: float
+    high: float
+    method: str
+
+    @classmethod
+    def normal(
+        cls, name: str, before: tuple[float, float | None], value: float, deviation: float, method: str
+    ) -> Found:
+        """With the interval of a normal distribution; `before` is value and deviation of the vehicle file."""
+        half = INTERVAL * deviation
+        return cls(name, *before, value, deviation, value - half, value + half, method)
+
+    @property
+    def change(self) -> float:
+        """Of the value, over that before; NaN where that was zero."""
+        return self.value / self.before - 1.0 if self.before else math.nan

@@ -12,9 +12,16 @@ import numpy as np
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Estimate
 from tierod.core.recording import Recording
-from tierod.methods.identification.closed_loop import Loop, closed_loops
+from tierod.methods.identification.lock_to_lock import (
+    Loop,
+    Motion,
+    WorkBalance,
+    closed_loops,
+    half_width,
+    slope,
+    work_balance,
+)
 from tierod.methods.identification.pre_sliding import PreSliding, pre_sliding
-from tierod.methods.identification.work_balance import Motion, WorkBalance, half_width, slope, work_balance
 from tierod.models.steering_wheel import BelowBarParameters
 from tierod.physics.steering_ratio import torsion_bar_twist
 from tierod.vehicles import Vehicle

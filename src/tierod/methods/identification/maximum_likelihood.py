@@ -11,8 +11,8 @@ import numpy as np
 
 from tierod.core.graph import scan
 from tierod.methods.identification.experiment import Estimate, Experiment, Free, with_values
-from tierod.methods.identification.innovations import Innovations
-from tierod.methods.identification.long_run import sandwich
+from tierod.methods.identification.regression import sandwich
+from tierod.methods.identification.simulation import Innovations
 
 Progress = Any
 """Called with the share that is done."""

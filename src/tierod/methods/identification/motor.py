@@ -3,23 +3,69 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from tierod.core.errors import InputError, ParameterError, nearest
 from tierod.core.recording import Recording
-from tierod.methods.identification.column_result import Found
-from tierod.methods.identification.experiment import INTERVAL
-from tierod.methods.identification.identifiability import UNKNOWN
+from tierod.methods.identification.experiment import UNKNOWN_BEFORE, Found
+from tierod.methods.identification.fit_quality import UNKNOWN
 from tierod.methods.identification.motor_electrical import Electrical, Value, identify_electrical
-from tierod.methods.identification.motor_mechanical import Mechanical, identify_mechanical
+from tierod.methods.identification.motor_mechanical import Mechanical, identify_mechanical, torque_ratio
 from tierod.methods.identification.motor_recording import MotorRecording, motor_recording
-from tierod.methods.identification.motor_result import MotorIdentification, Untold
 from tierod.methods.identification.motor_slips import in_time, refuse_slips
-from tierod.methods.identification.motor_torque import torque_ratio
 from tierod.models.stator_frame_motor import MotorParameters
 from tierod.physics.pm_motor import COPPER, NEODYMIUM, REFERENCE_TEMPERATURE, flux_at
+
+UNEXPLAINED = 0.25
+"""Share of the voltage from which a motor does not explain it: a sound bench leaves below 0.03."""
+
+
+class Untold(NamedTuple):
+    """A parameter that the recordings do not tell.
+
+    Args:
+        name: as in a vehicle file
+        why: what is lacking
+        cure: what to drive
+    """
+
+    name: str
+    why: str
+    cure: str
+
+
+@dataclass(frozen=True, eq=False)
+class MotorIdentification:
+    """What was found of a motor.
+
+    Args:
+        found: parameters, resistance and flux at 20 degrees
+        untold: parameters that the recordings do not tell
+        electrical: what currents and voltages tell, as warm as the motor was
+        mechanical: what torque and angle tell; None where the shaft did not turn, or the flux is not known
+        torque_ratio: measured torque over that of flux and current; None where no torque was recorded
+        remarks: what was noticed
+    """
+
+    found: tuple[Found, ...]
+    untold: tuple[Untold, ...]
+    electrical: Electrical
+    mechanical: Mechanical | None
+    torque_ratio: Value | None
+    remarks: tuple[str, ...]
+
+    @property
+    def doubt(self) -> str:
+        """Why the values may not be used; empty where they may."""
+        if not self.found:
+            return "these recordings tell no parameter of the motor"
+        if self.electrical.unexplained > UNEXPLAINED:
+            return f"a motor leaves {100.0 * self.electrical.unexplained:.0f} % of these voltages unexplained"
+        return ""
+
 
 ROOM = 15.0
 """Standard deviation of a temperature that nobody recorded, about 20 degrees [K]."""
@@ -112,7 +158,11 @@ def identify_motor(
     ratio = torque_ratio(seen, electrical, pole_pairs)
     progress(1.0)
     return MotorIdentification(
-        tuple(_found(each, before or {}) for each in good if not free or each.name in free),
+        tuple(
+            Found.normal(each.name, (before or {}).get(each.name, UNKNOWN_BEFORE), *each[1:])
+            for each in good
+            if not free or each.name in free
+        ),
         untold,
         electrical,
         mechanical,
@@ -199,14 +249,6 @@ _LACKING = {
     "motor_friction_stiffness": "there are too few reversals",
 }
 """Why a parameter of the shaft is not told."""
-
-
-def _found(each: _Told, before: Mapping[str, tuple[float, float | None]]) -> Found:
-    value, deviation = before.get(each.name, (float("nan"), None))
-    half = INTERVAL * each.deviation
-    return Found(
-        each.name, value, deviation, each.value, each.deviation, each.value - half, each.value + half, each.method
-    )
 
 
 def _doubts(seen: Sequence[MotorRecording], electrical: Electrical, parameters: MotorParameters) -> Iterator[str]:

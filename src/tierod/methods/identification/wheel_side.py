@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tierod.methods.identification.fit_quality import white_noise
-from tierod.methods.identification.instruments import instrumental
+from tierod.methods.identification.regression import instrumental
 
 SMOOTHING = 0.03
 """Standard deviation of the smoothing in time [s]: it lets motion up to about 5 Hz pass, which tells inertia from

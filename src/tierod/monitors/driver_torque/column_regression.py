@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.methods.identification.normal_equations import Solution, solved
+from tierod.methods.identification.regression import Solution, solved
 
 CLEAR = 5.0
 """A figure counts from so many standard errors on."""

@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.methods.identification.normal_equations import solved
+from tierod.methods.identification.regression import solved
 
 WINDOW: Annotated[float, "s"] = 5e-3
 """Over which the equation is integrated: at 400 rad/s electrical the rotor turns by 2 rad meanwhile."""

@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 
 from tierod.core.findings import Defect
-from tierod.methods.identification.normal_equations import solved
+from tierod.methods.identification.regression import solved
 from tierod.models.single_track import SingleTrack
 from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
 

@@ -11,7 +11,7 @@ import numpy as np
 from tierod.core.block import rebuild, skeleton
 from tierod.core.graph import scan
 from tierod.methods.identification.experiment import Estimate, Experiment, Free, with_values
-from tierod.methods.identification.long_run import sandwich
+from tierod.methods.identification.regression import sandwich
 from tierod.methods.identification.simulation import Simulation
 
 _FAR = 1e6

@@ -12,8 +12,7 @@ from tierod.core.claims import Claim, at_least, at_most
 from tierod.core.content import Heading, Item, Table
 from tierod.core.recording import Channel, Recording
 from tierod.experiments.effort import Effort
-from tierod.methods.identification.motor import identify_motor
-from tierod.methods.identification.motor_result import MotorIdentification
+from tierod.methods.identification.motor import MotorIdentification, identify_motor
 from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.papers.motor_angle.fault_drives import RATE, SUBSTEPS, course

@@ -12,7 +12,7 @@ from tierod.core.claims import Claim, at_least, at_most
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.core.graph import scan
 from tierod.experiments.effort import Effort
-from tierod.methods.identification.inverter_knee import InverterFit, identify_inverter
+from tierod.methods.identification.inverter import InverterFit, identify_inverter
 from tierod.methods.identification.motor_recording import MotorRecording
 from tierod.models.stator_frame_motor import CommandedMotorParameters
 from tierod.monitors.motor_angle.drive import InverterLoss

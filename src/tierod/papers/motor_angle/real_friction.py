@@ -10,7 +10,7 @@ from tierod.core.claims import Claim, between
 from tierod.core.content import Heading, Item, Table
 from tierod.core.recording import Recording
 from tierod.methods.identification.modulation import Modulation
-from tierod.methods.identification.motor_regression import Fit, Rows, regress
+from tierod.methods.identification.regression import Fit, Rows, regress
 
 _STANDS = 0.05
 """Speed [1/s] around which dry friction is smeared."""

@@ -1,9 +1,36 @@
-"""Regression with instruments: noisy regressors, coloured residuals, what is not told."""
+"""Regressions, and the covariance of their coefficients."""
 
 import numpy as np
 import pytest
 
-from tierod.methods.identification.motor_regression import Rows, regress
+from tierod.methods.identification.regression import Rows, long_run_covariance, regress, sandwich, solved
+
+
+def autoregressive(factor, count, seed):
+    random, values = np.random.default_rng(seed), np.zeros(count)
+    for k in range(1, count):
+        values[k] = factor * values[k - 1] + random.standard_normal()
+    return values[:, None]
+
+
+@pytest.mark.parametrize("factor", [0.0, 0.5, 0.9])
+def test_it_is_the_variance_of_the_sum_of_an_autoregression(factor):
+    scores = [autoregressive(factor, 20_000, seed) for seed in range(3)]
+    expected = 60_000 / (1.0 - factor) ** 2
+    assert long_run_covariance(scores)[0, 0] == pytest.approx(expected, rel=0.2)
+
+
+def test_a_coordinate_without_information_gets_no_variance():
+    scores = [np.random.default_rng(1).standard_normal((500, 2)) * [1.0, 0.0]]
+    covariance = sandwich(np.diag([100.0, 0.0]), scores)
+    assert covariance[0, 0] > 0.0
+    assert np.isfinite(covariance).all()
+    assert covariance[1, 1] == 0.0
+
+
+def test_knowledge_from_elsewhere_counts_as_it_says():
+    scores = [np.zeros((500, 1))]
+    assert sandwich(np.array([[25.0]]), scores, np.array([[25.0]]))[0, 0] == pytest.approx(1.0 / 25.0)
 
 
 def signals(seed, count=4000):
@@ -59,3 +86,24 @@ def test_combinations_and_noise_are_not_told():
     fit = regress([Rows(true[:, 0], seen, told)])
     assert fit.values == pytest.approx([1.0, 0.0])
     assert np.isinf(fit.deviations[1])
+
+
+RANDOM = np.random.default_rng(3)
+COLUMNS = RANDOM.normal(size=(400, 3))
+
+
+def solution(columns, explained):
+    return solved(columns.T @ columns, columns.T @ explained, float(explained @ explained), len(explained))
+
+
+def test_parameters_and_their_deviations_come_out():
+    explained = COLUMNS @ [2.0, -0.5, 0.1] + 0.05 * RANDOM.normal(size=400)
+    found = solution(COLUMNS, explained)
+    assert found.values == pytest.approx([2.0, -0.5, 0.1], abs=4.0 * found.deviations.max())
+    assert found.deviations == pytest.approx(0.05 / 20.0, rel=0.2)
+    assert found.left == pytest.approx(400 * 0.05**2, rel=0.2)
+
+
+@pytest.mark.parametrize("third", [np.zeros(400), COLUMNS[:, 0] + 1e-7 * COLUMNS[:, 1]])
+def test_regressors_that_are_zero_or_dependent_determine_nothing(third):
+    assert solution(np.column_stack([COLUMNS[:, :2], third]), COLUMNS[:, 0]) is None
