@@ -92,9 +92,8 @@ from tierod.monitors.sideslip.conventional import (
 from tierod.monitors.sideslip.monitor import SideslipMonitor
 from tierod.monitors.sideslip.two_stage import TwoStageKalman, TwoStagePoles, two_stage_kalman, two_stage_poles
 from tierod.papers.column.column_friction import ColumnFrictionObserver
-from tierod.papers.column.control.intervention import DriverIntervention, Noise
+from tierod.papers.column.control.intervention import DriverIntervention, Noise, SteeringController
 from tierod.papers.column.control.position_control import PositionControl
-from tierod.papers.column.control.steering_controller import SteeringController
 from tierod.papers.motor_angle.dq_motor import DqMotorParameters
 from tierod.papers.motor_angle.feedforward import FeedforwardAngle
 from tierod.papers.motor_angle.feedforward_load import FeedforwardWithLoad

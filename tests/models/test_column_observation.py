@@ -11,7 +11,7 @@ from tierod.core.errors import ParameterError
 from tierod.models.column_observation import linear_column, observed_column
 from tierod.models.steering_column import ColumnParameters, RubbingColumn, RubbingColumnParameters, SteeringColumn
 from tierod.models.two_inertia_column import TwoInertiaColumn, without_gear
-from tierod.papers.column.rubbing_observation import RubbingObservationParameters, with_dahl_friction
+from tierod.papers.column.column_friction import RubbingObservationParameters, with_dahl_friction
 from tierod.vehicles import load
 
 DT = 1e-3

@@ -11,8 +11,8 @@ from tierod.models.column_observation import linear_column
 from tierod.models.linear import LinearSystem
 from tierod.models.steering_column import SteeringColumn
 from tierod.papers.column import frequency, observability, reduction
+from tierod.papers.column.observability import rational_rank
 from tierod.papers.column.parameter_sets import EIGENVALUES, member
-from tierod.papers.column.rational import rational_rank
 from tierod.report.study_page import StudyPage, render_study
 
 EXPECTED = {

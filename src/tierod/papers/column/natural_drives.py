@@ -91,8 +91,9 @@ def items(effort: Effort) -> Iterator[Item]:
             "hands on it. Torque of the road is a white unknown torque at the pinion for the observer.",
         ),
     )
-    vehicle, drives = load(CAR), _drives(effort)
-    found = {(drive.name, each.name): _figures(drive, each, vehicle) for drive in drives for each in sensings()}
+    tasks = [(drive.name, each.name, effort.quick) for drive in _drives(effort.quick) for each in sensings()]
+    figures = effort.made(_figures, tasks)
+    found = {(drive, sensing): each for (drive, sensing, _), each in zip(tasks, figures, strict=True)}
     yield _torques(found)
     yield _hands(found)
     yield from _claims(found)
@@ -108,8 +109,8 @@ def sensings() -> tuple[Sensing, ...]:
     )
 
 
-def _drives(effort: Effort) -> tuple[Drive, ...]:
-    seconds = 60.0 if effort.quick else 300.0
+def _drives(quick: bool) -> tuple[Drive, ...]:
+    seconds = 60.0 if quick else 300.0
     leaving = (
         Grip(During(LEAVES, COMES, RAMP, EVERY), 0.0),
         Tremor(During(0.0, LEAVES, RAMP)),
@@ -129,7 +130,10 @@ def _drives(effort: Effort) -> tuple[Drive, ...]:
     )
 
 
-def _figures(drive: Drive, sensing: Sensing, vehicle: Vehicle) -> Figures:
+def _figures(task: tuple[str, str, bool]) -> Figures:
+    """Of a drive by name, with sensors by name, short where quick."""
+    drive = next(each for each in _drives(task[2]) if each.name == task[0])
+    sensing, vehicle = next(each for each in sensings() if each.name == task[1]), load(CAR)
     sensors = sensing.sensors.at_rate(sensing.rate)
     recording = run(_car(drive.course.seed), drive.course, drive.seconds, drive.course.seed, sensors).recording
     now, later = (_shown(recording, name, vehicle, sensing.rate) for name in ("interacting", "fixed-lag"))

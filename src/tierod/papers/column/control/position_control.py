@@ -11,9 +11,8 @@ from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE, numbers
 from tierod.core.graph.maths import absolute, all_of, both, either, limit, present, tanh, where
 from tierod.models.two_inertia_column import TwoInertiaParameters
-from tierod.papers.column.control.column_regulator import SMOOTHING, kept_share, regulator
-from tierod.papers.column.control.flat_column import ColumnMotion, advanced, motion_for
-from tierod.papers.column.control.reference import Reference
+from tierod.papers.column.control.lqr import SMOOTHING, kept_share, regulator
+from tierod.papers.column.control.reference import ColumnMotion, Reference, advanced, motion_for
 
 
 class ObservedColumn(NamedTuple):
