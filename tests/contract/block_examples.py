@@ -95,8 +95,7 @@ from tierod.papers.column.column_friction import ColumnFrictionObserver
 from tierod.papers.column.control.intervention import DriverIntervention, Noise, SteeringController
 from tierod.papers.column.control.position_control import PositionControl
 from tierod.papers.motor_angle.dq_motor import DqMotorParameters
-from tierod.papers.motor_angle.feedforward import FeedforwardAngle
-from tierod.papers.motor_angle.feedforward_load import FeedforwardWithLoad
+from tierod.papers.motor_angle.feedforward import FeedforwardAngle, FeedforwardWithLoad
 from tierod.papers.motor_angle.flux_observer import FluxObserver
 from tierod.papers.motor_angle.printed_kalman import PrintedJacobianFilter
 from tierod.papers.motor_angle.printed_observers import RotorFrameObserver, extended_kalman

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tierod.core.graph import Memory, Result, scan
-from tierod.experiments.processes import in_processes
+from tierod.experiments.effort import Effort
 from tierod.papers.motor_angle.fault_drives import (
     RATE,
     SUBSTEPS,
@@ -89,20 +89,20 @@ def target(trial: Trial, steps: int) -> np.ndarray:
     return np.cumsum(rate) * SUBSTEPS / RATE
 
 
-def found_in(trials: Sequence[Trial], processes: int | None = 1) -> list[dict[str, Found]]:
+def found_in(trials: Sequence[Trial], effort: Effort) -> list[dict[str, Found]]:
     """Every fault in every trial, by the fault's name; nothing of a trial in which the motor does not turn.
 
     Args:
         trials: drives
-        processes: that work at a time; one per core if None
+        effort: that makes them
 
     Raises:
         TierodError: a trial could not be simulated
     """
-    return [each for each in in_processes(all_faults, trials, processes) if each]
+    return [each for each in effort.made(all_faults, trials) if each]
 
 
-def found_anywhere(names: Sequence[str], seeds: Sequence[int], processes: int | None = 1) -> dict[str, list[Found]]:
+def found_anywhere(names: Sequence[str], seeds: Sequence[int], effort: Effort) -> dict[str, list[Found]]:
     """Faults that begin at any instant of drives, by name; further arguments and errors as of `found_in`.
 
     Args:
@@ -110,7 +110,7 @@ def found_anywhere(names: Sequence[str], seeds: Sequence[int], processes: int | 
         seeds: of the drives
     """
     tasks = [(name, seed) for name in names for seed in seeds]
-    found = in_processes(_anywhere, tasks, processes)
+    found = effort.made(_anywhere, tasks)
     return {name: [each for (other, _), each in zip(tasks, found, strict=True) if other == name] for name in names}
 
 

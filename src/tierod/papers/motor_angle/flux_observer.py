@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
 from tierod.core.graph.maths import absolute, all_of, both, either, limit, present, where
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.papers.motor_angle.printed_signals import WIDEST, Sample, fresh, output_class, residual
+from tierod.papers.motor_angle.printed_observers import WIDEST, Sample, fresh, output_class, residual
 from tierod.physics.clarke_park import Direction, StatorVector, direction, electrical_angle, park, turned
 from tierod.physics.pm_motor import stator_flux_rate
 

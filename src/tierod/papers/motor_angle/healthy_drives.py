@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Annotated, Any, NamedTuple
@@ -11,10 +10,11 @@ import numpy as np
 
 from tierod.core.graph import scan
 from tierod.core.graph.maths import greatest_of, maximum
-from tierod.experiments.processes import in_processes
+from tierod.experiments.effort import Effort
 from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.papers.motor_angle.fault_drives import RATE, clean_drive, noisy
+from tierod.papers.motor_angle.observer_drives import with_true
 from tierod.vehicles import load
 
 SECONDS = 60.0
@@ -117,21 +117,21 @@ class HealthyDrives:
         return [scale * drive.residuals.astype(float) for drive in self.drives[first:last] if len(drive.residuals)]
 
 
-def healthy_drives(courses: int, first: int, processes: int | None = 1, seconds: float = SECONDS) -> HealthyDrives:
+def healthy_drives(courses: int, first: int, effort: Effort, seconds: float = SECONDS) -> HealthyDrives:
     """Sound drives.
 
     Args:
-        courses: how many, each told to `MOTORS` motors
+        courses: how many, each driven by `MOTORS` motors
         first: seed
-        processes: that work at a time; one per core if None
+        effort: that makes them
         seconds: of each drive
 
     Raises:
         TierodError: a drive failed
     """
     tasks = [(seed, seconds) for seed in range(first, first + courses)]
-    told = in_processes(_drives, tasks, processes)
-    return HealthyDrives(tuple(drive for drives in told for drive in drives), seconds)
+    made = effort.made(_drives, tasks)
+    return HealthyDrives(tuple(drive for drives in made for drive in drives), seconds)
 
 
 def other_motor(monitor: MotorAngleMonitor, number: int) -> MotorAngleMonitor:
@@ -146,12 +146,7 @@ def other_motor(monitor: MotorAngleMonitor, number: int) -> MotorAngleMonitor:
     resistance, flux, inductance = (
         low + share * (high - low) for (low, high), share in zip((RESISTANCE, FLUX, INDUCTANCE), shares, strict=True)
     )
-    told = replace(
-        p,
-        motor_resistance=p.motor_resistance / resistance,
-        motor_flux=p.motor_flux / flux,
-        motor_inductance=p.motor_inductance / inductance,
-    )
+    told = with_true(p, resistance, flux, inductance)
     return replace(monitor, observer=replace(monitor.observer, parameters=told))
 
 
@@ -162,14 +157,12 @@ def bench_monitor() -> MotorAngleMonitor:
 
 
 def _drives(task: tuple[int, float]) -> list[HealthyDrive]:
-    return list(_told(*task))
-
-
-def _told(seed: int, seconds: float) -> Iterator[HealthyDrive]:
-    clean = clean_drive(seed, seconds)
+    seed, seconds = task
+    clean, drives = clean_drive(seed, seconds), []
     for motor in range(MOTORS):
         random = np.random.default_rng([seed, 11, motor])
         watch = AlarmWatch(other_motor(bench_monitor(), seed * MOTORS + motor))
         found = scan(watch, noisy(clean, random).samples)
         kept = found["residual"][found["counts"] > 0.5].astype(np.float32)
-        yield HealthyDrive(float(found["known"].sum()) / RATE, bool(found["alarmed"][-1]), kept)
+        drives.append(HealthyDrive(float(found["known"].sum()) / RATE, bool(found["alarmed"][-1]), kept))
+    return drives

@@ -20,8 +20,7 @@ from tierod.monitors.motor_angle.finding import inverter_remarks
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.signals import COMMANDED
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
-from tierod.papers.motor_angle.observer_accuracy import parameters
-from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, to_and_fro
+from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, parameters, rms, to_and_fro
 from tierod.proving_ground.motor import Inverter
 from tierod.vehicles import load
 
@@ -110,7 +109,7 @@ def _errors(observer: MotorAngleObserver, drives: Sequence[ObserverDrive], comma
     found = []
     for seen in drives:
         away = scan(observer, seen.commanded if commanded else seen.samples)["motor_angle"] - seen.angle
-        found.append((np.sqrt(np.mean(away**2)), np.abs(away).max()))
+        found.append((rms(away), np.abs(away).max()))
     return np.array(found).T
 
 
@@ -156,16 +155,16 @@ def _chart(seen: ObserverDrive) -> Chart:
 
 
 def _claims(found: Mapping[str, Any], drives: Sequence[ObserverDrive]) -> Iterator[Claim]:
-    rms = found["loss and knee identified"][0]
+    known = found["loss and knee identified"][0]
     yield Claim(
         "motor-angle.commanded.identified",
         "Commanded voltages and an identified inverter tell the angle",
         TARGET,
         None,
-        float(rms.max()),
+        float(known.max()),
         at_most(0.01),
         "rad",
-        f"Worst rms of {len(rms)} drives; dead time 1 µs, 0.7 V; with measured voltages "
+        f"Worst rms of {len(known)} drives; dead time 1 µs, 0.7 V; with measured voltages "
         f"{found['voltage measured'][0].max():.4f} rad.",
     )
     learnt = np.concatenate([each[0] for name, each in found.items() if name.startswith(LEARNT)])

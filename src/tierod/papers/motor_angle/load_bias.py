@@ -11,7 +11,8 @@ import numpy as np
 from tierod.core.claims import Claim, at_most
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Points, Table
 from tierod.experiments.effort import Effort
-from tierod.papers.motor_angle.dq_motor import DqMotorParameters
+from tierod.papers.motor_angle.dq_motor import DqMotorParameters, q_axis_motor, with_load
+from tierod.papers.motor_angle.luenberger import full_observer, reduced_observer, speed_per_load
 from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, SUBSTEPS, ObserverDrive, bench, drive, locked
 from tierod.papers.motor_angle.printed_observers import (
     FULL_POLES,
@@ -21,8 +22,6 @@ from tierod.papers.motor_angle.printed_observers import (
     luenberger,
     reduced_luenberger,
 )
-from tierod.papers.motor_angle.q_axis_motor import q_axis_motor, with_load
-from tierod.papers.motor_angle.reduced_observer import full_observer, reduced_observer, speed_per_load
 from tierod.physics.pm_motor import back_emf_constant, torque_constant
 from tierod.vehicles import load
 

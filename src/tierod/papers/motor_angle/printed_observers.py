@@ -1,21 +1,57 @@
-"""The printed observers of a motor's angle in the rotor's axes: a speed, integrated from the sensor's first value."""
+"""The printed observers of a motor's angle in the rotor's axes: a speed, integrated from the sensor's first angle."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Annotated, Any, NamedTuple
 
+from tierod.core.block import named_tuple
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.fields import POSITIVE
-from tierod.core.graph.maths import either, present, where
+from tierod.core.graph.maths import both, either, present, where
+from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
-from tierod.papers.motor_angle.dq_motor import DqMotorParameters
+from tierod.papers.motor_angle.dq_motor import DqMotorParameters, q_axis_motor, with_load
+from tierod.papers.motor_angle.luenberger import LinearSpeed, full_observer, reduced_observer
 from tierod.papers.motor_angle.printed_kalman import KalmanSpeed, speed_filter
-from tierod.papers.motor_angle.printed_linear import LinearSpeed
-from tierod.papers.motor_angle.printed_signals import AXES, Sample, fresh, output_class, residual
-from tierod.papers.motor_angle.q_axis_motor import q_axis_motor, with_load
-from tierod.papers.motor_angle.reduced_observer import full_observer, reduced_observer
+from tierod.physics.angle import wrapped
 from tierod.physics.clarke_park import StatorVector, direction, electrical_angle, park
+
+Sample = MotorAngleObserver.Sample
+
+AXES = ("own", "measured")
+"""By which angle Park's transform turns: the observer's own, or the sensor's, as printed."""
+
+UNITS = {
+    "motor_angle": "rad",
+    "motor_speed": "rad/s",
+    "motor_load_torque": "N*m",
+    "angle_residual_electrical": "rad",
+    "standing": "",
+    "nis": "",
+}
+
+WIDEST = 0.3
+"""Electrical angle between two samples [rad], up to which a vector is carried on while samples are missing."""
+
+
+@lru_cache(maxsize=32)
+def output_class(*extras: str) -> type:
+    """Class of an output: angle, speed, what else is told, and how the sensor differs (electrical)."""
+    names = ("motor_angle", "motor_speed", *extras, "angle_residual_electrical")
+    return named_tuple("Output", [(name, Annotated[float, UNITS[name]]) for name in names])
+
+
+def fresh(begun: Any, sample: Any) -> Any:
+    """Whether this sample is the first one that tells an angle."""
+    return both(begun < 0.5, present(sample.motor_angle_mechanical))
+
+
+def residual(begun: Any, sample: Any, angle: Any, pole_pairs: Any) -> Any:
+    """Electrical angle of the sensor less the observer's [rad]; zero until that has begun."""
+    return where(begun, wrapped(pole_pairs * (sample.motor_angle_mechanical - angle)), 0.0)
+
 
 FULL_POLES = (-600.0, -700.0)
 """Of the error of current and speed [1/s]: above the 500 1/s of the current itself, below a tenth of 10 kHz."""

@@ -15,9 +15,16 @@ from tierod.experiments.effort import Effort
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
-from tierod.papers.motor_angle.fault_drives import RATE, SUBSTEPS, course
-from tierod.papers.motor_angle.observer_accuracy import parameters
-from tierod.papers.motor_angle.observer_drives import ObserverDrive, bench, drive, to_and_fro
+from tierod.papers.motor_angle.fault_drives import bench_time, course
+from tierod.papers.motor_angle.observer_drives import (
+    ObserverDrive,
+    bench,
+    drive,
+    electrical,
+    parameters,
+    rms,
+    to_and_fro,
+)
 from tierod.proving_ground.motor import Warming
 
 SPEEDS = (0.0, 20.0, 44.0, 110.0, np.inf)
@@ -58,7 +65,7 @@ def ramped(seed: int, seconds: float) -> ObserverDrive:
     capacity = CAPACITY * seconds / 20.0
     warming = Warming(capacity, 1e9, winding_conductance=0.0, ambient_temperature=293.15)
     plant = replace(plant, motor=replace(plant.motor, warming=warming))
-    time = np.arange(round(seconds * RATE / SUBSTEPS)) * SUBSTEPS / RATE
+    time = bench_time(seconds)
     return drive(plant, course(time, seed), np.zeros(len(time)), seed)
 
 
@@ -82,14 +89,13 @@ def _other(told: SampledMotorParameters) -> SampledMotorParameters:
 def _errors(observer: Any, warms: bool, seeds: Sequence[int], seconds: float) -> Mapping[str, Any]:
     """Root mean squares of the angle: of every drive [rad], and electrical by range of speed [rad]; the ramp's end."""
     drives = [ramped(seed, seconds) if warms else to_and_fro(seed, seconds) for seed in seeds]
-    away = [seen.observed(observer)["motor_angle"] - seen.angle for seen in drives]
-    pairs = parameters()[0].motor_pole_pairs
-    within = np.angle(np.exp(1j * pairs * np.concatenate(away)))
-    speed = pairs * np.abs(np.concatenate([seen.speed for seen in drives]))
+    away = [seen.error(observer) for seen in drives]
+    within = electrical(np.concatenate(away))
+    speed = parameters()[0].motor_pole_pairs * np.abs(np.concatenate([seen.speed for seen in drives]))
     ranges = [(speed >= low) & (speed < high) for low, high in pairwise(SPEEDS)]
     return {
-        "drives": np.array([np.sqrt(np.mean(each**2)) for each in away]),
-        "ranges": [float(np.sqrt(np.mean(within[each] ** 2))) for each in ranges],
+        "drives": np.array([rms(each) for each in away]),
+        "ranges": [rms(within[each]) for each in ranges],
         "rise": float(np.mean([seen.resistance[-1] / seen.resistance[0] - 1.0 for seen in drives])),
     }
 

@@ -72,7 +72,7 @@ def items(effort: Effort) -> Iterator[Item]:
     yield Heading("Time between false alarms", TEXT)
     yield from _white(effort.quick)
     courses = 2 if effort.quick else 800 if effort.thorough else 75
-    drives = healthy_drives(courses, FIRST, effort.processes)
+    drives = healthy_drives(courses, FIRST, effort)
     found = tried_lengths(drives)
     yield from _sound(drives, effort.thorough)
     yield _tried_table(found, drives)

@@ -71,13 +71,13 @@ def items(effort: Effort) -> Iterator[Item]:
     """Coverage and delays, of all faults and by speed, and of those that let the drive stall."""
     yield Heading("Faults of the angle sensor", TEXT)
     many, few, whole = (3, 1, 3) if effort.quick else (40, 10, 40)
-    mixed = tried(None, range(FIRST, FIRST + many), effort.processes)
+    mixed = tried(None, range(FIRST, FIRST + many), effort)
     by_speed = {
-        speed: tried(speed, range(FIRST + 100 * place, FIRST + 100 * place + few), effort.processes)
+        speed: tried(speed, range(FIRST + 100 * place, FIRST + 100 * place + few), effort)
         for place, speed in enumerate(SPEEDS, 1)
     }
     seeds, names = range(FIRST_ANYWHERE, FIRST_ANYWHERE + whole), [fault.name for fault in STALLS]
-    told = found_anywhere(names, seeds, effort.processes)
+    told = found_anywhere(names, seeds, effort)
     stalls = {name: Delays(tuple(found)) for name, found in told.items()}
     yield _table(mixed)
     yield _speed_table(by_speed)
@@ -87,15 +87,15 @@ def items(effort: Effort) -> Iterator[Item]:
     yield from _claims(mixed, stalls)
 
 
-def tried(speed: float | None, seeds: Sequence[int], processes: int | None = 1) -> Outcome:
+def tried(speed: float | None, seeds: Sequence[int], effort: Effort) -> Outcome:
     """All faults in drives of some seeds.
 
     Args:
         speed: of the strokes [rad/s]; None for drives of many speeds
         seeds: of the drives
-        processes: that work at a time; one per core if None
+        effort: that makes them
     """
-    trials = found_in([Trial(seed, speed) for seed in seeds], processes)
+    trials = found_in([Trial(seed, speed) for seed in seeds], effort)
     return {fault.name: Delays(tuple(trial[fault.name] for trial in trials)) for fault in FAULTS}
 
 

@@ -16,11 +16,9 @@ from tierod.core.graph.operation_count import OperationCount, operation_count
 from tierod.core.graph.trace import initial_memory
 from tierod.experiments.effort import Effort
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.papers.motor_angle.feedforward import FeedforwardAngle
-from tierod.papers.motor_angle.feedforward_load import FeedforwardWithLoad
+from tierod.papers.motor_angle.feedforward import FeedforwardAngle, FeedforwardWithLoad
 from tierod.papers.motor_angle.flux_observer import FluxObserver
-from tierod.papers.motor_angle.observer_accuracy import parameters
-from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, to_and_fro
+from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, parameters, to_and_fro
 from tierod.papers.motor_angle.printed_observers import extended_kalman, luenberger, reduced_luenberger
 
 

@@ -12,10 +12,9 @@ from tierod.core.content import Chart, Heading, Item, Lines, Panel, Points, Tabl
 from tierod.core.graph import scan
 from tierod.experiments.effort import Effort
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.papers.motor_angle.fault_drives import RATE, SUBSTEPS, course
+from tierod.papers.motor_angle.fault_drives import bench_time, course
 from tierod.papers.motor_angle.healthy_drives import AlarmWatch, bench_monitor
-from tierod.papers.motor_angle.observer_accuracy import parameters
-from tierod.papers.motor_angle.observer_drives import ObserverDrive, drive, to_and_fro
+from tierod.papers.motor_angle.observer_drives import ObserverDrive, drive, parameters, to_and_fro
 from tierod.physics.pm_motor import flux_at, resistance_at
 from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.proving_ground.motor import AFS_MOTOR, Warming
@@ -88,7 +87,7 @@ def ramp(seed: int, begin: float, end: float) -> ObserverDrive:
         seed: of course and noises
         begin, end: temperatures [degree Celsius]
     """
-    time = np.arange(round(RAMP * RATE / SUBSTEPS)) * SUBSTEPS / RATE
+    time = bench_time(RAMP)
     # Almost nothing to heat: winding and magnets are as warm as the air at every instant.
     light = Warming(1.0, 1.0, 20.0, 20.0, ambient_temperature=ZERO + begin)
     path = "motor.warming.ambient_temperature"

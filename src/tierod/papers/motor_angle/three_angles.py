@@ -13,13 +13,12 @@ from tierod.core.content import Heading, Item, Table
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
-from tierod.experiments.processes import in_processes
 from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, VariableGain
 from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.monitors.motor_angle.which_angle import MOTOR, NONE, NOT_MOTOR, PINION, WHEEL, WhichAngle
-from tierod.papers.motor_angle.car_drives import CAR
 from tierod.papers.motor_angle.fault_drives import RATE
+from tierod.papers.motor_angle.figures import CAR
 from tierod.proving_ground import courses
 from tierod.proving_ground.cars import catalogue
 from tierod.proving_ground.faults import AtTime, Drift, Fault, Offset, Stuck
@@ -90,10 +89,10 @@ def items(effort: Effort) -> Iterator[Item]:
     )
     seeds = range(FIRST, FIRST + (1 if effort.quick else 3))
     chosen = {"slalom": COURSES["slalom"]} if effort.quick else COURSES
-    sound = in_processes(told_of, [Case(course, seed) for course in chosen for seed in seeds], effort.processes)
+    sound = effort.made(told_of, [Case(course, seed) for course in chosen for seed in seeds])
     kinds = [(angle, kind) for angle in ANGLES for kind in KINDS]
     cases = [Case(course, seed, angle, kind) for angle, kind in kinds for course in chosen for seed in seeds]
-    found = dict(zip(cases, in_processes(told_of, cases, effort.processes), strict=True))
+    found = dict(zip(cases, effort.made(told_of, cases), strict=True))
     groups = {pair: [each for case, each in found.items() if (case.angle, case.kind) == pair] for pair in kinds}
     yield _table(groups)
     yield from _claims(groups, sound)
