@@ -38,7 +38,7 @@ def observability_gramian(system: LinearSystem, horizon: float | None = None) ->
             f"the Gramian over all time does not exist: eigenvalue {worst:.4g} 1/s does not decay; give a horizon, or "
             "shift the system left (`tierod.methods.analysis.reduction`)"
         )
-    return solve_continuous_lyapunov(A.T, -Q)
+    return np.asarray(solve_continuous_lyapunov(A.T, -Q))
 
 
 def controllability_gramian(system: LinearSystem, horizon: float | None = None) -> np.ndarray:
@@ -75,7 +75,7 @@ def _over(A: np.ndarray, Q: np.ndarray, horizon: float) -> np.ndarray:
     for _ in range(doublings):
         gramian = gramian + transition.T @ gramian @ transition
         transition = transition @ transition
-    return 0.5 * (gramian + gramian.T)
+    return np.asarray(0.5 * (gramian + gramian.T))
 
 
 DECAY = 1e-7
@@ -189,4 +189,4 @@ def _square_roots(part: LinearSystem) -> tuple[np.ndarray, np.ndarray, np.ndarra
 def _root(gramian: np.ndarray) -> np.ndarray:
     """R with R R' = gramian, also where rounding left it not quite definite."""
     values, vectors = np.linalg.eigh(0.5 * (gramian + gramian.T))
-    return vectors * np.sqrt(np.maximum(values, 0.0))
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

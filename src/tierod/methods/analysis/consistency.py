@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from tierod.core.errors import InputError
+from tierod.core.graph import Result
 
 CONFIDENCE = 0.95  # of every band; the share that textbooks and reviewers expect
 
 
-def chi_square_quantile(probability: float, degrees: Any) -> Any:
+def chi_square_quantile(probability: float, degrees: float) -> float:
     """Quantile of the chi-square distribution; of one degree, that of a squared normal variable."""
-    if np.ndim(degrees) == 0 and degrees == 1:
+    if degrees == 1:
         from statistics import NormalDist
 
         return NormalDist().inv_cdf(0.5 * (1.0 + probability)) ** 2
 
     from scipy.special import gammaincinv
 
-    return 2.0 * gammaincinv(np.asarray(degrees, float) / 2.0, probability)
+    return float(2.0 * gammaincinv(degrees / 2.0, probability))
 
 
 def mean_band(degrees: int, count: int | None = None) -> tuple[float, float]:
@@ -31,7 +31,7 @@ def mean_band(degrees: int, count: int | None = None) -> tuple[float, float]:
         return (math.nan, math.nan)
     low, high = (1.0 - CONFIDENCE) / 2.0, (1.0 + CONFIDENCE) / 2.0
     per = degrees if count is None else count
-    return (float(chi_square_quantile(low, degrees)) / per, float(chi_square_quantile(high, degrees)) / per)
+    return (chi_square_quantile(low, degrees) / per, chi_square_quantile(high, degrees) / per)
 
 
 def normalised_error_squared(error: np.ndarray, covariance: np.ndarray) -> np.ndarray:
@@ -120,7 +120,13 @@ class ConsistencyAccumulator:
         self._tail: np.ndarray | None = None
         self._square = self._count = self._pairs = self._products = np.zeros(0)
 
-    def add(self, nis: np.ndarray, present: np.ndarray, innovation: Any = None, variance: Any = None) -> None:
+    def add(
+        self,
+        nis: np.ndarray,
+        present: np.ndarray,
+        innovation: np.ndarray | None = None,
+        variance: np.ndarray | None = None,
+    ) -> None:
         """One more chunk of a filter's estimate.
 
         Args:
@@ -205,7 +211,7 @@ def _whiteness_limit(pairs: np.ndarray) -> float:
     return NormalDist().inv_cdf(1.0 - (1.0 - CONFIDENCE) / (2.0 * len(pairs))) / math.sqrt(pairs.min())
 
 
-def consistency(result: Any, lags: int = 20) -> Consistency:
+def consistency(result: Result, lags: int = 20) -> Consistency:
     """Consistency of a whole run of a filter.
 
     Args:

@@ -116,7 +116,7 @@ def _require_slow(
 
 def _growth(method: str, step: complex) -> float:
     """How much one step multiplies a mode, its eigenvalue times the step given."""
-    return abs(METHODS[method](lambda x: step * x, 1.0 + 0.0j, 1.0))
+    return float(abs(METHODS[method](lambda x: step * x, 1.0 + 0.0j, 1.0)))
 
 
 def _longest(method: str, value: complex) -> float:

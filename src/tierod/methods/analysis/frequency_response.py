@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tierod.core.errors import InputError, ParameterError, nearest
 from tierod.models.linear import LinearSystem
@@ -40,7 +40,9 @@ class FrequencyResponse:
         return self.gain[:, self.outputs.index(output), self.inputs.index(input)]
 
 
-def frequency_response(system: LinearSystem, frequency: Any, sample_time: float | None = None) -> FrequencyResponse:
+def frequency_response(
+    system: LinearSystem, frequency: ArrayLike, sample_time: float | None = None
+) -> FrequencyResponse:
     """C (j 2 pi f - A)^-1 B + D at every frequency, by one solution each, in balanced states.
 
     Args:
@@ -71,7 +73,7 @@ def frequency_response(system: LinearSystem, frequency: Any, sample_time: float 
 
 def decibels(gain: np.ndarray) -> np.ndarray:
     """20 log10 of the size [dB]."""
-    return 20.0 * np.log10(np.abs(gain))
+    return np.asarray(20.0 * np.log10(np.abs(gain)))
 
 
 def phase(gain: np.ndarray) -> np.ndarray:
@@ -82,7 +84,7 @@ def phase(gain: np.ndarray) -> np.ndarray:
     return turned
 
 
-def largest_difference(one: LinearSystem, other: LinearSystem, frequency: Any) -> float:
+def largest_difference(one: LinearSystem, other: LinearSystem, frequency: ArrayLike) -> float:
     """The largest gain of the difference of two systems with the same inputs and outputs, over the frequencies.
 
     The gain is the largest singular value, in the units of inputs and outputs as they are.
@@ -125,7 +127,7 @@ class MeasuredResponse:
 
     def usable(self, coherence: float = 0.5) -> np.ndarray:
         """Where the coherence is at least this and the scatter is known."""
-        return np.isfinite(self.relative_deviation) & (self.coherence >= coherence)
+        return np.asarray(np.isfinite(self.relative_deviation) & (self.coherence >= coherence))
 
     def between(self, low: float, high: float) -> MeasuredResponse:
         """The part at frequencies from low to high [Hz]."""
@@ -216,7 +218,7 @@ def _relative_deviation(
     alike = alike * (1.0 + 2.0 * near * (2.0 / 3.0) ** 2 + 2.0 * next_but_one / 36.0) * power
     with_input = np.where(share.max(axis=0) < _ALONE, (np.abs(pulls) ** 2).sum(axis=0), 0.0)
     size = np.where(np.abs(gain) > 0.0, np.abs(gain), np.inf)
-    return np.sqrt(0.5 * _OVERLAP * np.maximum(alike, with_input)) / (power * size)
+    return np.asarray(np.sqrt(0.5 * _OVERLAP * np.maximum(alike, with_input)) / (power * size))
 
 
 def _spectra(signal: np.ndarray, length: int) -> np.ndarray:

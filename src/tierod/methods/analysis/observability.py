@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tierod.core.errors import ParameterError
 from tierod.models.linear import LinearSystem
@@ -47,7 +48,9 @@ class Observability:
         return f"rank {self.rank} of {n} (tolerance {self.tolerance:g}): the outputs do not show {directions}"
 
 
-def observability(system: LinearSystem, tolerance: float = TOLERANCE, state_scale: Any = None) -> Observability:
+def observability(
+    system: LinearSystem, tolerance: float = TOLERANCE, state_scale: ArrayLike | None = None
+) -> Observability:
     """Rank of (A, C), singular values, hidden directions and PBH margins.
 
     A is shifted by its mean eigenvalue and scaled to size 1, states are balanced, outputs are scaled to size 1: none of
@@ -95,7 +98,7 @@ def _readable(basis: np.ndarray, scale: np.ndarray) -> np.ndarray:
     pivots = np.sort(qr(basis.T, pivoting=True)[2][:count])
     columns = basis @ np.linalg.inv(basis[pivots])
     columns = np.where(np.abs(columns) > TOLERANCE, columns, 0.0) * scale[:, None]
-    return columns / np.abs(columns).max(axis=0)
+    return np.asarray(columns / np.abs(columns).max(axis=0))
 
 
 def _staircase(A: np.ndarray, C: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:

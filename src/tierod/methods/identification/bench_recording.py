@@ -159,7 +159,7 @@ def _require_known(name: str, measured: np.ndarray) -> None:
 def bridged(values: np.ndarray) -> np.ndarray:
     """Values without gaps, straight over them."""
     index, known = np.arange(len(values)), np.isfinite(values)
-    return np.interp(index, index[known], values[known])
+    return np.asarray(np.interp(index, index[known], values[known]))
 
 
 def _rounded(name: str, channel: str, values: np.ndarray, friction: float) -> str:

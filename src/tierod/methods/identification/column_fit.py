@@ -15,7 +15,7 @@ from tierod.methods.identification.fit_quality import blind_directions, refusal
 from tierod.methods.identification.maximum_likelihood import MaximumLikelihood
 from tierod.methods.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
 from tierod.methods.identification.wheel_side import WheelMotion, wheel_side
-from tierod.models.steering_column import RubbingColumnParameters
+from tierod.models.steering_column import ColumnWithFrictionParameters
 
 DEFAULT_FREE = ("steering_wheel_damping", "motor_damping", "motor_friction", "motor_friction_stiffness")
 """Raffone, section 2.2: damping of wheel and motor, and Dahl's friction."""
@@ -63,7 +63,7 @@ Progress = Callable[[float], None]
 
 def known_free() -> tuple[str, ...]:
     """Names of the parameters that can be looked for."""
-    return tuple(each.name for each in fields(RubbingColumnParameters) if each.name not in DESIGN)
+    return tuple(each.name for each in fields(ColumnWithFrictionParameters) if each.name not in DESIGN)
 
 
 def search_of(

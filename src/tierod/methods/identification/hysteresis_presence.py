@@ -113,7 +113,7 @@ class HysteresisPresenceTest:
 
 
 def _without(basis: np.ndarray, values: np.ndarray) -> np.ndarray:
-    return values - basis @ (basis.T @ values)
+    return np.asarray(values - basis @ (basis.T @ values))
 
 
 def _basis(columns: np.ndarray) -> np.ndarray:

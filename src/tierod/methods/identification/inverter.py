@@ -128,7 +128,7 @@ def _windows(recordings: Sequence[MotorRecording], pole_pairs: float) -> _Window
 
 
 def _sums(values: np.ndarray, length: int) -> np.ndarray:
-    return values.reshape(-1, length).sum(axis=1)
+    return np.asarray(values.reshape(-1, length).sum(axis=1))
 
 
 def _least(columns: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, float]:

@@ -245,4 +245,4 @@ def slope(values: np.ndarray, time: np.ndarray) -> np.ndarray:
     count = min(11, len(values) - 1 + len(values) % 2)
     if count < 3:
         return np.zeros_like(values)
-    return savgol_filter(values, count, 2, deriv=1, delta=(time[-1] - time[0]) / (len(time) - 1))
+    return np.asarray(savgol_filter(values, count, 2, deriv=1, delta=(time[-1] - time[0]) / (len(time) - 1)))

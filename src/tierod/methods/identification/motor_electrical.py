@@ -82,7 +82,7 @@ def equation(seen: MotorRecording, pole_pairs: float, warm: bool) -> Equation:
 
     def kept(values: np.ndarray) -> np.ndarray:
         # Without its mean: an offset of voltage or current stands in the stator's axes.
-        return values[known] - values[known].mean()
+        return np.asarray(values[known] - values[known].mean())
 
     return Equation(
         {name: kept(each) for name, each in columns.items()},

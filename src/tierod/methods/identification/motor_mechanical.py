@@ -156,7 +156,7 @@ class _Shaft:
         self.known = np.isfinite(self.target + sum(self.moving))
 
     def _slower(self, values: np.ndarray) -> np.ndarray:
-        return values[: self._many * self._count].reshape(self._count, self._many).mean(axis=1)
+        return np.asarray(values[: self._many * self._count].reshape(self._count, self._many).mean(axis=1))
 
     def _loads(self, most: int) -> list[np.ndarray]:
         low, high = float(np.nanmin(self.angle)), float(np.nanmax(self.angle))

@@ -144,7 +144,7 @@ def _common(name: str, recording: Recording, channels: tuple[str, ...]) -> tuple
 def _vector(recording: Recording, channels: tuple[str, ...], grid: np.ndarray, step: float) -> np.ndarray:
     aligned = recording.align(channels, 1.0 / step, "hold", 0.6 * step, float(grid[0]), float(grid[-1]) + 0.5 * step)
     alpha, beta = aligned.values[: len(grid)].T
-    return alpha + 1j * beta
+    return np.asarray(alpha + 1j * beta)
 
 
 def _phase_sum(recording: Recording) -> float:
@@ -173,7 +173,7 @@ def _interpolated(recording: Recording, name: str, grid: np.ndarray) -> np.ndarr
     known = np.isfinite(channel.values)
     if known.mean() < 1.0 - _MISSING or known.sum() < 2:
         return None
-    return np.interp(grid, channel.time[known], channel.values[known])
+    return np.asarray(np.interp(grid, channel.time[known], channel.values[known]))
 
 
 def _require(name: str, current: np.ndarray, voltage: np.ndarray, angle: np.ndarray, pole_pairs: float) -> None:

@@ -58,7 +58,7 @@ def sandwich(
     scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, np.inf))
     inverse = np.linalg.pinv(information * np.outer(scale, scale), hermitian=True) * np.outer(scale, scale)
     middle = long_run_covariance(scores)
-    return inverse @ (middle if known_before is None else middle + known_before) @ inverse
+    return np.asarray(inverse @ (middle if known_before is None else middle + known_before) @ inverse)
 
 
 class Regression(NamedTuple):
@@ -211,14 +211,14 @@ def _confused(shown: Sequence[np.ndarray]) -> np.ndarray:
     together = sum(np.real(np.conj(each).T @ each) for each in shown) / np.outer(size, size)
     values, directions = np.linalg.eigh(together)
     little = values < values[-1] / CONDITION**2
-    return np.any(np.abs(directions[:, little]) > _PART, axis=1)
+    return np.asarray(np.any(np.abs(directions[:, little]) > _PART, axis=1))
 
 
 def _larger(covariance: np.ndarray, variances: np.ndarray) -> np.ndarray:
     """A covariance with its variances no less than others, its correlations kept."""
     own = np.diag(covariance)
     factor = np.sqrt(np.maximum(variances / np.where(own > 0.0, own, np.inf), 1.0))
-    return covariance * np.outer(factor, factor)
+    return np.asarray(covariance * np.outer(factor, factor))
 
 
 BLOCKS = 20
@@ -232,7 +232,7 @@ WEAK = 0.1
 
 
 def _power(parts: Sequence[np.ndarray]) -> np.ndarray:
-    return sum(np.sum(np.abs(each) ** 2, axis=0) for each in parts)
+    return np.asarray(sum(np.sum(np.abs(each) ** 2, axis=0) for each in parts))
 
 
 class Solution(NamedTuple):

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from tierod.core.block import Tree, leaves, rebuild, skeleton
+from tierod.core.block import Scalar, Tree, leaves, rebuild, skeleton
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import log, present, sqrt, where
+from tierod.core.model import Model
 from tierod.methods.estimators.kernels import correct_in_turn, predict_covariance, usable
-from tierod.methods.estimators.linear_algebra import dot, from_diagonal, plus
+from tierod.methods.estimators.linear_algebra import Vector, dot, from_diagonal, plus
 from tierod.methods.estimators.shapes import Belief, leaf_values, sample_class
 
-Rows = tuple[tuple[Any, ...], ...]
+Rows = tuple[tuple[Scalar, ...], ...]
 
 
 class Moving(NamedTuple):
@@ -45,8 +47,8 @@ class Simulation:
         free_states: places of entries of the first state by which is derived, after the parameters
     """
 
-    model: Any
-    parameters: Any
+    model: Model
+    parameters: Tree
     initial: Tree
     free: tuple[str, ...] = ()
     free_states: tuple[int, ...] = ()
@@ -54,7 +56,8 @@ class Simulation:
     @property
     def Sample(self) -> type:
         """NamedTuple class of the model's inputs."""
-        return self.model.Input
+        kind: type = self.model.Input
+        return kind
 
     def init(self) -> Moving:
         """The first state."""
@@ -63,7 +66,7 @@ class Simulation:
         rows = tuple((*none, *(float(k == entry) for entry in self.free_states)) for k in range(len(values)))
         return Moving(rebuild(skeleton(self.model.State), values), rows)
 
-    def step(self, state: Moving, sample: Any) -> tuple[Moving, Simulated]:
+    def step(self, state: Moving, sample: Tree) -> tuple[Moving, Simulated]:
         """One sample on; the output belongs to the instant of the sample."""
         output = self.model.output(state.mean, sample, self.parameters)
         ahead = self.model.transition(state.mean, sample, self.parameters)
@@ -76,11 +79,11 @@ class Simulation:
         held = [where(whole, a, b) for (_, a), (_, b) in zip(leaves(after), leaves(state), strict=True)]
         return rebuild(state, held), Simulated(output, told)
 
-    def _derived(self, function: Any, state: Moving, sample: Any) -> Rows:
+    def _derived(self, function: Callable[[Tree, Tree, Tree], Tree], state: Moving, sample: Tree) -> Rows:
         """Derivatives of a function of state and parameters by what is free."""
         at = (state.mean, tuple(getattr(self.parameters, name) for name in self.free))
 
-        def of(point: Any) -> Tree:
+        def of(point: Tree) -> Tree:
             values = dict(zip(self.free, point[1], strict=True))
             return function(point[0], sample, dataclasses.replace(self.parameters, **values))
 
@@ -123,13 +126,13 @@ class Innovations:
     Source: F. C. Schweppe, IEEE TIT 11 (1965) 61; L. Ljung, System Identification (1999), section 7.4.
     """
 
-    model: Any
-    parameters: Any
+    model: Model
+    parameters: Tree
     initial_mean: Tree
     initial_variance: Tree
     input_variance: Tree
     measurement_variance: Tree
-    tangent: Any = None
+    tangent: Model | None = None
 
     @property
     def Sample(self) -> type:
@@ -141,7 +144,7 @@ class Innovations:
         mean = rebuild(skeleton(self.model.State), leaf_values(self.initial_mean))
         return Belief(mean, from_diagonal(leaf_values(self.initial_variance)))
 
-    def step(self, state: Belief, sample: Any) -> tuple[Belief, Surprise]:
+    def step(self, state: Belief, sample: Tree) -> tuple[Belief, Surprise]:
         """Correct with the sample's measurements, then go one sample on with its inputs."""
         mean, covariance, surprise = self._corrected(state, sample)
         tangent = self.tangent or self.model
@@ -154,7 +157,7 @@ class Innovations:
         spread = tuple(where(whole, a, b) for a, b in zip(ahead, covariance, strict=True))
         return Belief(rebuild(mean, held), spread), surprise
 
-    def _corrected(self, state: Belief, sample: Any) -> tuple[Tree, Any, Surprise]:
+    def _corrected(self, state: Belief, sample: Tree) -> tuple[Tree, Vector, Surprise]:
         def output(x: Tree) -> Tree:
             return self.model.output(x, sample.input, self.parameters)
 

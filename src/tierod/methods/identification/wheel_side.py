@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -88,8 +88,9 @@ def wheel_side(recordings: Sequence[WheelMotion], inertia: float | None = None) 
         instruments.append(np.column_stack([*seen, constant]))
     found = instrumental(targets, regressors, instruments)
     both = inertia is None
-    moments = found.values[1] if both else inertia
-    white = sum(_noise(each, z, moments, found.values[0]) for each, z in zip(recordings, instruments, strict=True))
+    moments = float(found.values[1]) if inertia is None else inertia
+    noises = [_noise(each, z, moments, found.values[0]) for each, z in zip(recordings, instruments, strict=True)]
+    white = np.sum(noises, axis=0)
     sensors = found.inverse @ white @ found.inverse.T
     spread = np.sqrt(np.maximum(np.diag(found.covariance), np.diag(sensors)))
     return WheelSide(
@@ -102,7 +103,7 @@ def wheel_side(recordings: Sequence[WheelMotion], inertia: float | None = None) 
     )
 
 
-def _noise(motion: WheelMotion, instruments: np.ndarray, inertia: Any, damping: Any) -> np.ndarray:
+def _noise(motion: WheelMotion, instruments: np.ndarray, inertia: float, damping: float) -> np.ndarray:
     """Covariance of instruments times residual, from the white noise of angle and torque."""
     curve, first, second = (weight[::-1] for weight in _weights(motion.sample_time))
     torque = np.array([np.convolve(z, curve) for z in instruments.T]) * white_noise(motion.bar_torque)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.block import rebuild, skeleton
-from tierod.core.graph import scan
+from tierod.core.block import Block, Scalar, Tree, rebuild, skeleton
+from tierod.core.graph import Result, scan
 from tierod.core.graph.maths import where
 from tierod.models.steering_column import ColumnOutput, ColumnParameters
 from tierod.models.two_inertia_column import without_gear
@@ -55,11 +55,11 @@ class LoopState(NamedTuple):
     """Plant, observer, controller; torque that acts now, torque that acted before, and where hands took the wheel."""
 
     plant: BenchState
-    observer: Any
+    observer: Tree
     controller: SteeringController.State
-    acting: Any
-    acted: Any
-    held: Any
+    acting: Scalar
+    acted: Scalar
+    held: Scalar
 
 
 class LoopSignals(NamedTuple):
@@ -87,7 +87,7 @@ class ClosedLoop:
     """
 
     bench: ColumnBench
-    observer: Any
+    observer: Block
     controller: SteeringController
     read: Reading = read_estimate
 
@@ -133,14 +133,7 @@ def belief(vehicle: str = "column-bench") -> Belief:
     return Belief(known.parameters_for(ColumnParameters), known["motor_friction"], uncertain)
 
 
-def position_control(known: Belief, **settings: Any) -> PositionControl:
-    """The control with friction fed forward; `settings` are its fields."""
-    settings = {"friction": known.friction} | settings
-    column = known.column
-    return PositionControl.design(without_gear(column), column.torsion_bar_stiffness, SAMPLE_TIME, **settings)
-
-
-def intervention(known: Belief, observer: Any, takeover: Takeover | None = None) -> DriverIntervention:
+def intervention(known: Belief, observer: Block, takeover: Takeover | None = None) -> DriverIntervention:
     """The rule for the noise that an observer has on this bench while nothing moves."""
     seconds = 100.0
     still = np.column_stack([np.zeros(round(seconds / SAMPLE_TIME)), _noise(round(seconds / SAMPLE_TIME), 77)])
@@ -149,10 +142,11 @@ def intervention(known: Belief, observer: Any, takeover: Takeover | None = None)
     return DriverIntervention.design(found, SAMPLE_TIME, takeover, known.inertia_uncertainty)
 
 
-def loop_of(observer: Any, known: Belief, bench: ColumnBench | None = None, **settings: Any) -> ClosedLoop:
-    """The closed loop with an observer; `settings` are fields of the position control."""
-    controller = SteeringController(position_control(known, **settings), intervention(known, observer))
-    return ClosedLoop(bench or ColumnBench(), observer, controller)
+def loop_of(observer: Block, known: Belief) -> ClosedLoop:
+    """The closed loop with an observer, friction fed forward."""
+    column, stiffness = without_gear(known.column), known.column.torsion_bar_stiffness
+    position = PositionControl.design(column, stiffness, SAMPLE_TIME, friction=known.friction)
+    return ClosedLoop(ColumnBench(), observer, SteeringController(position, intervention(known, observer)))
 
 
 def holding(stiffness: float) -> ColumnBench:
@@ -168,8 +162,8 @@ class Run(NamedTuple):
     """A run of a closed loop: time [s], reference (whose fields hold a value per instant), signals by name."""
 
     time: np.ndarray
-    reference: Any
-    signals: Any
+    reference: Tree
+    signals: Result
 
 
 def run(
@@ -203,7 +197,7 @@ GRIPPING = 0.03
 
 
 def _noise(count: int, seed: int) -> np.ndarray:
-    return np.random.default_rng([seed, 31]).normal(size=(count, 3)) * np.array(NOISE)
+    return np.asarray(np.random.default_rng([seed, 31]).normal(size=(count, 3)) * np.array(NOISE))
 
 
 class Followed(NamedTuple):
@@ -223,7 +217,7 @@ class Followed(NamedTuple):
 
 def error(done: Run) -> np.ndarray:
     """Shaft less reference, true, over time [deg]."""
-    return np.degrees(done.signals["plant.truth_gear_angle"] - done.reference.angle)
+    return np.asarray(np.degrees(done.signals["plant.truth_gear_angle"] - done.reference.angle))
 
 
 def followed(done: Run, after: float, until: float = math.inf, frequency: float = math.nan) -> Followed:

@@ -4,27 +4,29 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Annotated, Any, NamedTuple, get_type_hints
+from typing import Annotated, NamedTuple, get_type_hints
 
-from tierod.core.block import named_tuple
+from tierod.core.block import Scalar, Tree, named_tuple
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import both, sqrt, where
+from tierod.core.model import Model, model_like
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.linear_algebra import congruence
+from tierod.methods.estimators.shapes import Belief
 from tierod.models.column_observation import MotorTorque
 from tierod.models.linear import Matrices
 from tierod.models.steering_column import ColumnParameters
-from tierod.models.two_inertia_column import without_gear
+from tierod.models.two_inertia_column import TwoInertiaParameters, without_gear
 from tierod.monitors.driver_torque.design import column_of_vehicle, design, process_noises
 from tierod.monitors.driver_torque.observer import UNKNOWN, resting_state
-from tierod.monitors.driver_torque.starting import ColumnSample, Starting, StartState
+from tierod.monitors.driver_torque.starting import ColumnSample, Phase, Starting, StartState
 from tierod.monitors.driver_torque.tuning import ColumnTuning, usual_tuning
 from tierod.physics.friction import dahl_update
 from tierod.vehicles import Vehicle
 
 
 @dataclass(frozen=True)
-class RubbingObservationParameters:
+class FrictionObservationParameters:
     """A sampled column and the law of its friction.
 
     Args:
@@ -39,7 +41,7 @@ class RubbingObservationParameters:
 
 
 @lru_cache(maxsize=64)
-def with_dahl_friction(observed: Any) -> Any:
+def with_dahl_friction(observed: Model) -> Model:
     """The model of an observed column whose disturbance torque is Dahl's friction at the motor and what remains.
 
     Args:
@@ -55,9 +57,9 @@ def with_dahl_friction(observed: Any) -> Any:
     hints = get_type_hints(observed.State, include_extras=True)
     fields = [(name, hints[name]) for name in observed.State._fields]
     fields += [("normalised_friction", Annotated[float, ""]), ("friction_level", Annotated[float, "N*m"])]
-    state: Any = named_tuple("RubbingObservationState", fields)
+    state = named_tuple("FrictionObservationState", fields)
 
-    def transition(x: Any, u: Any, p: RubbingObservationParameters) -> Any:
+    def transition(x: Tree, u: MotorTorque, p: FrictionObservationParameters) -> Tree:
         halfway = dahl_update(x.normalised_friction, 0.5 * p.sample_time * x.motor_speed, p.dahl_angle)
         friction = halfway * x.friction_level
         column = observed.State(*x[:-2])
@@ -66,20 +68,18 @@ def with_dahl_friction(observed: Any) -> Any:
         built_up = dahl_update(x.normalised_friction, travel, p.dahl_angle)
         return state(*moved._replace(disturbance_torque=x.disturbance_torque), built_up, x.friction_level)
 
-    def output(x: Any, u: Any, p: RubbingObservationParameters) -> Any:
+    def output(x: Tree, u: MotorTorque, p: FrictionObservationParameters) -> Tree:
         return observed.output(observed.State(*x[:-2]), u, p.linear)
 
-    members = {
-        "__doc__": "Observed column with Dahl's friction at the motor.",
-        "__module__": __name__,
-        "State": state,
-        "Input": observed.Input,
-        "Output": observed.Output,
-        "Parameters": RubbingObservationParameters,
-        "transition": staticmethod(transition),
-        "output": staticmethod(output),
-    }
-    return type("RubbingObservation", (), members)
+    return model_like(
+        observed,
+        "FrictionObservation",
+        "Observed column with Dahl's friction at the motor.",
+        State=state,
+        Parameters=FrictionObservationParameters,
+        transition=transition,
+        output=output,
+    )
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ class FrictionEstimate(NamedTuple):
 class FrictionMemory(NamedTuple):
     """Memory of the filter, and of the gaps in its samples."""
 
-    belief: Any
+    belief: Belief
     start: StartState
 
 
@@ -177,7 +177,7 @@ class ColumnFrictionObserver:
     @classmethod
     def of_parameters(
         cls,
-        parameters: Any,
+        parameters: ColumnParameters | TwoInertiaParameters,
         dahl_angle: float,
         sample_time: float = 1e-3,
         tuning: ColumnTuning | None = None,
@@ -211,7 +211,7 @@ class ColumnFrictionObserver:
         more = (own.normalised_walk**2 * sample_time, own.level_walk**2 * sample_time)
         filter_ = KalmanFilter(
             model,
-            RubbingObservationParameters(made.observation.parameters, float(dahl_angle), float(sample_time)),
+            FrictionObservationParameters(made.observation.parameters, float(dahl_angle), float(sample_time)),
             (0.0,) * len(noise) + (0.0, own.level),
             _initial_variance(model, made.layout.motor_ratio, own),
             tuple(float(value) if value > 0.0 else None for value in (*noise, *more)),
@@ -238,7 +238,7 @@ class ColumnFrictionObserver:
         belief = phase.chosen(fresh._replace(mean=resting), moved, state.belief)
         return FrictionMemory(belief, start), self._estimate(start, belief, estimate, phase)
 
-    def _estimate(self, start: StartState, belief: Any, estimate: Any, phase: Any) -> FrictionEstimate:
+    def _estimate(self, start: StartState, belief: Belief, estimate: Tree, phase: Phase) -> FrictionEstimate:
         mean = belief.mean
         friction = mean.normalised_friction * mean.friction_level
         spread, level_spread = self._spreads(belief)
@@ -255,7 +255,7 @@ class ColumnFrictionObserver:
             phase.ready,
         )
 
-    def _spreads(self, belief: Any) -> tuple[Any, Any]:
+    def _spreads(self, belief: Belief) -> tuple[Scalar, Scalar]:
         """Variance of friction and what remains together, and of the level."""
         mean = belief.mean
         total = {
@@ -269,7 +269,7 @@ class ColumnFrictionObserver:
         return both_spread, level_spread
 
 
-def _initial_variance(model: Any, ratio: float, friction: FrictionTuning) -> tuple[float, ...]:
+def _initial_variance(model: Model, ratio: float, friction: FrictionTuning) -> tuple[float, ...]:
     """Of a start at rest that may be none: 0.1 rad, 1 rad/s and 2 N·m at the wheel."""
     known = {
         "steering_wheel_angle": 0.01,

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.graph import scan
+from tierod.core.graph import Memory, scan
 from tierod.core.graph.kernel import kernel
 from tierod.methods.detectors.measured_ratios import RatioDesign, threshold_from_ratios
 from tierod.monitors.driver_torque.hands import UNCERTAIN, HandsMonitor
@@ -109,7 +109,7 @@ def pieces(bench: Bench) -> Iterator[Piece]:
 
 def scored(monitors: Sequence[HandsMonitor], bench: Bench) -> list[Score]:
     """How some monitors do on one bench."""
-    states: list[Any] = [None] * len(monitors)
+    states: list[Memory | None] = [None] * len(monitors)
     states_of: list[list[np.ndarray]] = [[] for _ in monitors]
     for piece in pieces(bench):
         for place, monitor in enumerate(monitors):

@@ -82,7 +82,7 @@ def _start() -> BenchParameters:
 
 def _error(name: str, value: float) -> float:
     """Relative, of a parameter [%]."""
-    return 100.0 * (value / getattr(truth(), name) - 1.0)
+    return float(100.0 * (value / getattr(truth(), name) - 1.0))
 
 
 def _count(effort: Effort) -> int:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.core.block import Tree
 from tierod.core.claims import Claim
 from tierod.core.content import Heading, Item, Table
 from tierod.core.recording import Recording
@@ -18,6 +19,7 @@ from tierod.monitors.driver_torque.drive import TRUTH
 from tierod.monitors.driver_torque.hands import OFF, UNCERTAIN
 from tierod.proving_ground.cars.catalogue import load as load_car
 from tierod.proving_ground.courses import load as load_course
+from tierod.proving_ground.courses.catalogue import AnyCourse
 from tierod.proving_ground.courses.conditions import Grip, Tremor
 from tierod.proving_ground.courses.window import During
 from tierod.proving_ground.run import run
@@ -46,7 +48,7 @@ class Drive(NamedTuple):
     """
 
     name: str
-    course: Any
+    course: AnyCourse
     seconds: Annotated[float, "s"]
     windows: tuple[tuple[float, float], ...]
 
@@ -165,7 +167,8 @@ def _shown(recording: Recording, variant: str, vehicle: Vehicle, rate: float) ->
     return session.absorb(recording.align(session.signals, rate, maximum_age=0.05))
 
 
-def _car(seed: int) -> Any:
+def _car(seed: int) -> Tree:
+    """The car with another wheel and torsion bar."""
     car = load_car(CAR).block
     ways = np.random.default_rng([seed, 9]).choice([-1.0, 1.0], 3)
     one, two, three = 1.0 + SCATTER * ways

@@ -117,7 +117,7 @@ _OFFSETS = {
 
 
 def _with_offset(samples: np.ndarray) -> np.ndarray:
-    return samples + np.array([0.0, 0.0, 0.0, OFFSET])
+    return np.asarray(samples + np.array([0.0, 0.0, 0.0, OFFSET]))
 
 
 def _scaled(column: int, factor: float) -> Change:
@@ -126,7 +126,7 @@ def _scaled(column: int, factor: float) -> Change:
 
 def _noisy_motor(samples: np.ndarray) -> np.ndarray:
     noise = np.random.default_rng(19).normal(0.0, MOTOR_NOISE, len(samples))
-    return samples + noise[:, None] * np.array([1.0, 0.0, 0.0, 0.0])
+    return np.asarray(samples + noise[:, None] * np.array([1.0, 0.0, 0.0, 0.0]))
 
 
 def _late_bar(samples: np.ndarray) -> np.ndarray:

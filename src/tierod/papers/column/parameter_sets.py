@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 
@@ -140,10 +139,12 @@ def scattered(deviation: float, seed: int) -> ColumnBench:
     """
     bench = ColumnBench()
     factors = 1.0 + deviation * np.random.default_rng([seed, 53]).normal(size=len(SCATTERED) + 1)
-    changes: dict[str, Any] = {
-        name: float(getattr(bench, name) * factor) for name, factor in zip(SCATTERED, factors, strict=False)
-    }
-    return replace(bench, friction=replace(bench.friction, level=float(bench.friction.level * factors[-1])), **changes)
+    off = {name: float(getattr(bench, name) * factor) for name, factor in zip(SCATTERED, factors, strict=False)}
+    return replace(
+        bench,
+        friction=replace(bench.friction, level=float(bench.friction.level * factors[-1])),
+        **off,  # type: ignore[arg-type]  # all of these fields are floats
+    )
 
 
 def bench_of(p: ColumnParameters) -> ColumnBench:

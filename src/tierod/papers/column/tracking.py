@@ -6,10 +6,11 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 
+from tierod.core.block import Block
 from tierod.core.claims import Claim, at_least, at_most
 from tierod.core.content import Chart, Item, Lines, Panel, Table
 from tierod.core.errors import ParameterError
@@ -23,6 +24,7 @@ from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.printed import PrintedObserver
 from tierod.papers.column.closed_loop import SAMPLE_TIME, Belief, ClosedLoop, Followed, belief, loop_of, sine, sweep
 from tierod.papers.column.control.margins import Margins, margins, open_loop
+from tierod.papers.column.control.position_control import Settings
 from tierod.papers.column.parameter_sets import FRESH, scattered
 
 FREQUENCIES = (0.1, 1.0, 2.0, 3.0)
@@ -45,7 +47,7 @@ GOAL = 0.25
 SOURCE = "tierod; Raffone, section 6 and figure 10, gives no figure"
 
 
-def observers(known: Belief) -> Mapping[str, Any]:
+def observers(known: Belief) -> Mapping[str, Block]:
     """The observers that are compared, by name."""
     column = known.column
     return {
@@ -156,7 +158,7 @@ def _sines(loop: ClosedLoop, effort: Effort) -> Iterator[Item]:
         )
 
 
-def changed(loop: ClosedLoop, **fields: Any) -> ClosedLoop:
+def changed(loop: ClosedLoop, **fields: Unpack[Settings]) -> ClosedLoop:
     """The loop with other fields of its position control."""
     controller = loop.controller
     return replace(loop, controller=replace(controller, position=replace(controller.position, **fields)))

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError, nearest
 from tierod.models.linear import LinearSystem
 from tierod.models.stator_frame_motor import MotorParameters
@@ -106,7 +107,12 @@ class LoadedDqMotor:
         return DqMotor.Output(x.current_d, x.current_q)
 
 
-def _rates(x: Any, u: Any, load_torque: Any, p: DqMotorParameters) -> tuple[Any, Any, Any]:
+def _rates(
+    x: DqMotor.State | LoadedDqMotor.State,
+    u: DqMotor.Input | LoadedDqMotor.Input,
+    load_torque: Scalar,
+    p: DqMotorParameters,
+) -> tuple[Scalar, Scalar, Scalar]:
     """Rates of both currents and of the speed."""
     current = RotorVector(x.current_d, x.current_q)
     along, across = p.motor_inductance, p.motor_saliency * p.motor_inductance

@@ -38,7 +38,7 @@ def course(time: np.ndarray, seed: int) -> np.ndarray:
         random.uniform(0.4, 1.0) / (0.4 + f) * np.sin(2.0 * np.pi * f * time + random.uniform(0.0, 2.0 * np.pi))
         for f in (0.15, 0.4, 0.9, 1.7)
     ]
-    return 12.0 * np.sum(parts, axis=0) * np.clip(2.0 * time, 0.0, 1.0)
+    return np.asarray(12.0 * np.sum(parts, axis=0) * np.clip(2.0 * time, 0.0, 1.0))
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,9 @@ def recorded(found: Result, inputs: Mapping[str, np.ndarray], quantum: float = 0
         held = np.repeat(inputs[f"{port}.held"], SUBSTEPS) > 0.5
         if held.any():
             values = np.where(held, values[np.argmax(held) - 1], values)
-        return np.repeat(inputs[f"{port}.gain"], SUBSTEPS) * values + np.repeat(inputs[f"{port}.offset"], SUBSTEPS)
+        return np.asarray(
+            np.repeat(inputs[f"{port}.gain"], SUBSTEPS) * values + np.repeat(inputs[f"{port}.offset"], SUBSTEPS)
+        )
 
     speed = fine(found, "motor_speed")
     samples = np.full((len(speed), len(MotorAngleSample._fields)), np.nan)

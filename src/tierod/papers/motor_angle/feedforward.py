@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.core.block import Scalar, Tree, Truth
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.fields import POSITIVE, check_ranges
 from tierod.core.graph.maths import all_of, arctan2, both, either, hypot, limit, present, sqrt, where
@@ -14,6 +15,7 @@ from tierod.methods.estimators.linear_algebra import add
 from tierod.methods.estimators.pole_placement import discrete_poles, observer_gain
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.stator_frame_motor import SampledMotorParameters
+from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.papers.motor_angle.printed_observers import WIDEST, Sample, fresh, output_class, residual
 from tierod.physics.angle import wrapped
 from tierod.physics.clarke_park import Direction, StatorVector, direction, electrical_angle, park, turned
@@ -40,11 +42,11 @@ class FeedforwardState(NamedTuple):
 
     emf: StatorVector
     current: StatorVector
-    known: Any
-    speed: Any
-    lagging: Any
-    sensed: Any
-    begun: Any
+    known: Scalar
+    speed: Scalar
+    lagging: Scalar
+    sensed: Scalar
+    begun: Scalar
 
 
 class Turning(NamedTuple):
@@ -57,10 +59,10 @@ class Turning(NamedTuple):
         standing: 1 while it is too small to tell anything: the angle is held
     """
 
-    lagging: Any
-    electrical_angle: Any
-    electrical_speed: Any
-    standing: Any
+    lagging: Scalar
+    electrical_angle: Scalar
+    electrical_speed: Scalar
+    standing: Scalar
 
 
 @dataclass(frozen=True)
@@ -104,7 +106,7 @@ class FeedforwardAngle:
         none = StatorVector(0.0, 0.0)
         return FeedforwardState(none, none, 0.0, 0.0, 0.0, 0.0, 0.0)
 
-    def step(self, state: FeedforwardState, sample: Any) -> tuple[FeedforwardState, Any]:
+    def step(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> tuple[FeedforwardState, Tree]:
         """One sample on."""
         pole_pairs = self.parameters.motor_pole_pairs
         after, turning = self.turned(state, sample)
@@ -113,7 +115,7 @@ class FeedforwardAngle:
         speed = turning.electrical_speed / pole_pairs
         return after, output_class("standing")(angle, speed, turning.standing, away)
 
-    def turned(self, state: FeedforwardState, sample: Any) -> tuple[FeedforwardState, Turning]:
+    def turned(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> tuple[FeedforwardState, Turning]:
         """One sample on: the memory, and what the back-EMF tells."""
         p = self.parameters
         first = fresh(state.begun, sample)
@@ -121,16 +123,16 @@ class FeedforwardAngle:
         emf = self._emf(state, sample)
         before = where(first, p.motor_pole_pairs * sample.motor_angle_mechanical, state.lagging)
         turning = self._turning(emf, before, self._increment(state, sample))
-        current, tells = StatorVector(sample.motor_current_alpha, sample.motor_current_beta), self._tells(sample)
+        current, tells = StatorVector(sample.motor_current_alpha, sample.motor_current_beta), self._has_current(sample)
         kept = StatorVector(*(where(tells, new, old) for new, old in zip(current, state.current, strict=True)))
         sensed = where(present(sample.motor_angle_mechanical), sample.motor_angle_mechanical, state.sensed)
         known, speed = where(tells, 1.0, 0.0), turning.electrical_speed
         return FeedforwardState(emf, kept, known, speed, turning.lagging, sensed, begun), turning
 
-    def _tells(self, sample: Any) -> Any:
+    def _has_current(self, sample: MotorAngleObserver.Sample) -> Truth:
         return both(present(sample.motor_current_alpha), present(sample.motor_current_beta))
 
-    def _emf(self, state: FeedforwardState, sample: Any) -> StatorVector:
+    def _emf(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> StatorVector:
         """The filtered back-EMF; turned on where anything is missing."""
         p = self.parameters
         mean = StatorVector(
@@ -150,14 +152,14 @@ class FeedforwardAngle:
             where(whole, state.emf.beta + share * (beta - state.emf.beta), carried.sine),
         )
 
-    def _increment(self, state: FeedforwardState, sample: Any) -> Any:
+    def _increment(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> Scalar:
         """Electrical angle that the sensor has gained [rad]; 0 where it is not asked or tells nothing."""
         if self.slow == "held":
             return 0.0
         gained = wrapped(sample.motor_angle_mechanical - state.sensed)
         return self.parameters.motor_pole_pairs * where(both(present(gained), state.begun), gained, 0.0)
 
-    def _turning(self, emf: StatorVector, before: Any, increment: Any) -> Turning:
+    def _turning(self, emf: StatorVector, before: Scalar, increment: Scalar) -> Turning:
         """The angle of the back-EMF nearest to the one before."""
         p = self.parameters
         own = park(emf, direction(before))
@@ -169,7 +171,7 @@ class FeedforwardAngle:
         moved = where(standing, 0.0, sign * lag)
         return Turning(lagging, lagging + moved, where(standing, 0.0, sign * speed), standing)
 
-    def _lag(self, filtered: Any) -> tuple[Any, Any]:
+    def _lag(self, filtered: Scalar) -> tuple[Scalar, Scalar]:
         """Angle by which the filtered back-EMF is behind, and the speed, from the speed that its length shows.
 
         A first-order filter s/(1 - a/z), a = 1 - s, shortens by sqrt(1 + a x^2/s^2) and delays by
@@ -202,7 +204,7 @@ class FollowedState(NamedTuple):
 
     feedforward: FeedforwardState
     rotor: RotorState
-    begun: Any
+    begun: Scalar
 
 
 @dataclass(frozen=True)
@@ -248,7 +250,7 @@ class FeedforwardWithLoad:
         """Nothing seen."""
         return FollowedState(self.feedforward.init(), RotorState(0.0, 0.0, 0.0), 0.0)
 
-    def step(self, state: FollowedState, sample: Any) -> tuple[FollowedState, Any]:
+    def step(self, state: FollowedState, sample: MotorAngleObserver.Sample) -> tuple[FollowedState, Tree]:
         """One sample on."""
         p = self.feedforward.parameters
         first = fresh(state.begun, sample)
@@ -267,7 +269,7 @@ class FeedforwardWithLoad:
         )
         return FollowedState(inner, rotor, begun), output
 
-    def _predicted(self, rotor: RotorState, sample: Any) -> RotorState:
+    def _predicted(self, rotor: RotorState, sample: MotorAngleObserver.Sample) -> RotorState:
         """The rotor a sample on, by the current's torque; as it was where the current is missing."""
         p = self.feedforward.parameters
         own = direction(electrical_angle(rotor.angle, p.motor_pole_pairs))

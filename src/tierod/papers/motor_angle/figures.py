@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
+from tierod.core.block import Block
 from tierod.core.claims import Claim, at_least, at_most
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.core.graph import Result, scan
@@ -45,13 +45,13 @@ class CarDrive:
         """Of the truth, from the first sample on [s]."""
         return self.places / RATE
 
-    def observed(self, observer: Any) -> Result:
+    def observed(self, observer: Block) -> Result:
         """Outputs of an observer."""
         return scan(observer, self.samples)
 
-    def error(self, observer: Any) -> np.ndarray:
+    def error(self, observer: Block) -> np.ndarray:
         """Error of its angle where the truth is known [rad]."""
-        return self.observed(observer)["motor_angle"][self.places] - self.angle
+        return np.asarray(self.observed(observer)["motor_angle"][self.places] - self.angle)
 
 
 @lru_cache(maxsize=8)
@@ -168,7 +168,7 @@ def _section(name: str, title: str, seen: CarDrive, errors: dict[str, np.ndarray
     part = (seen.time >= span[0]) & (seen.time <= span[1])
     time, first = seen.time[part], int(np.argmax(part))
     measured = Lines("measured", time, seen.samples[seen.places, 4][part])
-    lines: list[Any] = [
+    lines: list[Lines] = [
         Lines(each, time, (seen.angle + errors[each])[part] - errors[each][first], dashed=True)
         for each in (*PRINTED, "default")
     ]

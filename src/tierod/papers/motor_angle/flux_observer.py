@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
 from tierod.core.graph.maths import absolute, all_of, both, either, limit, present, where
 from tierod.models.stator_frame_motor import SampledMotorParameters
+from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.papers.motor_angle.printed_observers import WIDEST, Sample, fresh, output_class, residual
 from tierod.physics.clarke_park import Direction, StatorVector, direction, electrical_angle, park, turned
 from tierod.physics.pm_motor import stator_flux_rate
@@ -27,10 +29,10 @@ class FluxState(NamedTuple):
 
     flux: StatorVector
     current: StatorVector
-    known: Any
-    angle: Any
-    speed: Any
-    begun: Any
+    known: Scalar
+    angle: Scalar
+    speed: Scalar
+    begun: Scalar
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ class FluxObserver:
         """Nothing seen."""
         return FluxState(StatorVector(self.parameters.motor_flux, 0.0), StatorVector(0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
 
-    def step(self, state: FluxState, sample: Any) -> tuple[FluxState, Any]:
+    def step(self, state: FluxState, sample: MotorAngleObserver.Sample) -> tuple[FluxState, Tree]:
         """One sample on."""
         p, time = self.parameters, self.parameters.sample_time
         first = fresh(state.begun, sample)
@@ -87,7 +89,7 @@ class FluxObserver:
         told = residual(begun, sample, shaft, p.motor_pole_pairs)
         return after, output_class()(shaft, after.speed / p.motor_pole_pairs, told)
 
-    def _advanced(self, state: FluxState, sample: Any) -> StatorVector:
+    def _advanced(self, state: FluxState, sample: MotorAngleObserver.Sample) -> StatorVector:
         """The flux a sample on; turned with the rotor where anything is missing."""
         p = self.parameters
         mean = StatorVector(
@@ -110,7 +112,9 @@ class FluxObserver:
         inductance = self.parameters.motor_inductance
         return StatorVector(flux.alpha - inductance * current.alpha, flux.beta - inductance * current.beta)
 
-    def _begun(self, state: FluxState, first: Any, begun: Any, sample: Any, after: FluxState) -> FluxState:
+    def _begun(
+        self, state: FluxState, first: Scalar, begun: Scalar, sample: MotorAngleObserver.Sample, after: FluxState
+    ) -> FluxState:
         """The memory, begun at the sensor's angle; before that, as it was."""
         p = self.parameters
         at = electrical_angle(sample.motor_angle_mechanical, p.motor_pole_pairs)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.graph import scan
 from tierod.core.graph.maths import greatest_of, maximum
 from tierod.experiments.effort import Effort
@@ -42,8 +43,8 @@ class AlarmWatch:
     class State(NamedTuple):
         """Of the monitor, and whether it has alarmed."""
 
-        monitor: Any
-        alarmed: Any
+        monitor: Tree
+        alarmed: Scalar
 
     class Output(NamedTuple):
         """1 while the angle is known, 1 from the first alarm on, the residual, and 1 where it counts."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -104,7 +103,7 @@ def _observers(fit: InverterFit) -> dict[str, MotorAngleObserver]:
     return found
 
 
-def _errors(observer: MotorAngleObserver, drives: Sequence[ObserverDrive], commanded: bool = True) -> Any:
+def _errors(observer: MotorAngleObserver, drives: Sequence[ObserverDrive], commanded: bool = True) -> np.ndarray:
     """Of every drive: root mean square and the largest error [rad], (2, n)."""
     found = []
     for seen in drives:
@@ -126,7 +125,7 @@ def _identified_table(fit: InverterFit) -> Table:
     return Table("The inverter, identified from another drive", ("", "true", "identified"), rows, note)
 
 
-def _table(found: Mapping[str, Any]) -> Table:
+def _table(found: Mapping[str, np.ndarray]) -> Table:
     rows = tuple(
         (name, f"{np.median(each[0]):.4f}", f"{each[0].max():.4f}", f"{each[1].max():.3f}")
         for name, each in found.items()
@@ -154,7 +153,7 @@ def _chart(seen: ObserverDrive) -> Chart:
     )
 
 
-def _claims(found: Mapping[str, Any], drives: Sequence[ObserverDrive]) -> Iterator[Claim]:
+def _claims(found: Mapping[str, np.ndarray], drives: Sequence[ObserverDrive]) -> Iterator[Claim]:
     known = found["loss and knee identified"][0]
     yield Claim(
         "motor-angle.commanded.identified",

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
+from tierod.core.block import Block
 from tierod.core.claims import Claim, at_most
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Points, Table
 from tierod.experiments.effort import Effort
 from tierod.papers.motor_angle.dq_motor import DqMotorParameters, q_axis_motor, with_load
+from tierod.papers.motor_angle.fault_drives import SUBSTEPS
 from tierod.papers.motor_angle.luenberger import full_observer, reduced_observer, speed_per_load
-from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, SUBSTEPS, ObserverDrive, bench, drive, locked
+from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, bench, drive, locked
 from tierod.papers.motor_angle.printed_observers import (
     FULL_POLES,
     LOAD_POLE,
@@ -71,17 +72,17 @@ def stepped(seed: int) -> ObserverDrive:
     return drive(bench(stiffness=0.0), SPEED * time, np.repeat(LEVELS, STEPS), seed)
 
 
-def settled(observer: Any, seen: ObserverDrive) -> tuple[np.ndarray, np.ndarray]:
+def settled(observer: Block, seen: ObserverDrive) -> tuple[np.ndarray, np.ndarray]:
     """Mean load and mean error of the speed, true less estimated, at every level."""
 
     def mean(values: np.ndarray) -> np.ndarray:
         halves = values.reshape(len(LEVELS), -1)
-        return halves[:, halves.shape[1] // 2 :].mean(axis=1)
+        return np.asarray(halves[:, halves.shape[1] // 2 :].mean(axis=1))
 
     return mean(seen.load), mean(seen.speed - seen.observed(observer)["motor_speed"])
 
 
-def slope(observer: Any, drives: list[ObserverDrive]) -> float:
+def slope(observer: Block, drives: list[ObserverDrive]) -> float:
     """Error of the speed per load [rad/s per N*m]."""
     return float(np.mean([np.polyfit(*settled(observer, seen), 1)[0] for seen in drives]))
 
@@ -105,19 +106,20 @@ def predicted() -> dict[str, float]:
     }
 
 
-def _observers() -> dict[str, Any]:
+def _observers() -> dict[str, Block]:
     p = load("motor-bench").parameters_for(DqMotorParameters)
     colder = replace(p, motor_resistance=p.motor_resistance / WARMER)
-    common: dict[str, Any] = {"sample_time": SAMPLE_TIME, "axes": "measured"}
     return {
-        "full": luenberger(p, load=False, **common),
-        "full, torque constant as printed": luenberger(p, load=False, torque_constant="printed", **common),
-        "full, with load": luenberger(p, **common),
-        "full, with load, R 20 % higher than known": luenberger(colder, **common),
-        "reduced": reduced_luenberger(p, load=False, **common),
-        "reduced, with load": reduced_luenberger(p, **common),
-        "Kalman filter": extended_kalman(p, load=False, **common),
-        "Kalman filter, with load": extended_kalman(p, **common),
+        "full": luenberger(p, load=False, sample_time=SAMPLE_TIME, axes="measured"),
+        "full, torque constant as printed": luenberger(
+            p, load=False, torque_constant="printed", sample_time=SAMPLE_TIME, axes="measured"
+        ),
+        "full, with load": luenberger(p, sample_time=SAMPLE_TIME, axes="measured"),
+        "full, with load, R 20 % higher than known": luenberger(colder, sample_time=SAMPLE_TIME, axes="measured"),
+        "reduced": reduced_luenberger(p, load=False, sample_time=SAMPLE_TIME, axes="measured"),
+        "reduced, with load": reduced_luenberger(p, sample_time=SAMPLE_TIME, axes="measured"),
+        "Kalman filter": extended_kalman(p, load=False, sample_time=SAMPLE_TIME, axes="measured"),
+        "Kalman filter, with load": extended_kalman(p, sample_time=SAMPLE_TIME, axes="measured"),
     }
 
 

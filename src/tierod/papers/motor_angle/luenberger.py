@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.block import named_tuple, skeleton
+from tierod.core.block import Scalar, Tree, Truth, named_tuple, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import both, present, where
+from tierod.core.model import Model
 from tierod.methods.estimators.pole_placement import place
 from tierod.models.linear import LinearSystem, Matrices, as_model, sampled
 from tierod.models.stator_frame_motor import MotorParameters
@@ -103,9 +104,9 @@ def speed_per_load(observer: LinearSystem, motor: LinearSystem, p: MotorParamete
 class LinearMemory(NamedTuple):
     """States of the observer, its last speed and load, and the current of the sample before."""
 
-    x: Any
-    estimate: Any
-    current: Any
+    x: Tree
+    estimate: Tree
+    current: Scalar
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,7 @@ class LinearSpeed:
         tells: what it tells besides the speed
     """
 
-    model: Any
+    model: Model
     parameters: Matrices
     tells: tuple[str, ...]
 
@@ -145,7 +146,9 @@ class LinearSpeed:
         """At rest."""
         return LinearMemory(skeleton(self.model.State), skeleton(self.model.Output), 0.0)
 
-    def advance(self, before: LinearMemory, voltage: RotorVector, current: RotorVector) -> tuple[LinearMemory, Any]:
+    def advance(
+        self, before: LinearMemory, voltage: RotorVector, current: RotorVector
+    ) -> tuple[LinearMemory, tuple[Scalar, ...]]:
         """One sample on: (memory, (speed, load)); without voltage or current everything stays."""
         whole = both(present(voltage.q), present(current.q))
         mean = self.model.Input(voltage.q, 0.5 * (before.current + current.q))
@@ -161,5 +164,5 @@ def _numbers(names: tuple[str, ...]) -> type:
     return named_tuple("Numbers", [(name, Annotated[float, ""]) for name in names])
 
 
-def _chosen(condition: Any, taken: Any, otherwise: Any) -> Any:
+def _chosen(condition: Truth, taken: Tree, otherwise: Tree) -> Tree:
     return type(taken)(*(where(condition, a, b) for a, b in zip(taken, otherwise, strict=True)))

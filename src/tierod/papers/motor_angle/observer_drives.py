@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -58,13 +58,13 @@ class ObserverDrive:
         """From the first sample [s]."""
         return np.arange(len(self.angle)) / RATE
 
-    def observed(self, observer: Any) -> Result:
+    def observed(self, observer: Block) -> Result:
         """Outputs of an observer."""
         return scan(observer, self.samples)
 
     def error(self, observer: Block) -> np.ndarray:
         """Error of an observer's angle [rad]."""
-        return self.observed(observer)["motor_angle"] - self.angle
+        return np.asarray(self.observed(observer)["motor_angle"] - self.angle)
 
 
 def bench(
@@ -160,10 +160,10 @@ def parameters(name: str = "motor-bench") -> tuple[DqMotorParameters, SampledMot
     return vehicle.parameters_for(DqMotorParameters), vehicle.parameters_for(SampledMotorParameters)
 
 
-def methods(vehicle: str = "motor-bench") -> dict[str, Any]:
+def methods(vehicle: str = "motor-bench") -> dict[str, Block]:
     """Every observer of a vehicle's motor by name."""
     dq, fixed = parameters(vehicle)
-    found: dict[str, Any] = {}
+    found: dict[str, Block] = {}
     for name, make in (
         ("Luenberger", luenberger),
         ("reduced Luenberger", reduced_luenberger),
@@ -180,7 +180,7 @@ def methods(vehicle: str = "motor-bench") -> dict[str, Any]:
     return found
 
 
-def accuracy(observer: Any, drives: list[ObserverDrive]) -> Accuracy:
+def accuracy(observer: Block, drives: list[ObserverDrive]) -> Accuracy:
     """How an observer follows some drives."""
     squares, largest = np.zeros(2), 0.0
     for seen in drives:
@@ -192,7 +192,7 @@ def accuracy(observer: Any, drives: list[ObserverDrive]) -> Accuracy:
     return Accuracy(float(speed), float(angle), largest)
 
 
-def by_speed(observer: Any, drives: list[ObserverDrive]) -> list[float]:
+def by_speed(observer: Block, drives: list[ObserverDrive]) -> list[float]:
     """Root mean square of the electrical error, whole turns left out, per range of speed [rad]."""
     within = electrical(np.concatenate([seen.error(observer) for seen in drives]))
     speed = np.abs(np.concatenate([seen.speed for seen in drives]))

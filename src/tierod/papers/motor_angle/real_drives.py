@@ -7,10 +7,11 @@ import os
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from tierod.core.block import Block
 from tierod.core.claims import Claim, at_least, at_most, between
 from tierod.core.content import Heading, Item, Table
 from tierod.core.errors import InputError
@@ -233,7 +234,7 @@ def beside(recording: Recording) -> Iterator[Item]:
 _CURRENTS = ("motor_current_alpha", "motor_current_beta")
 
 
-def _observers() -> dict[str, Any]:
+def _observers() -> dict[str, Block]:
     """With resistance and flux held: at one speed and one current the angle would go with them."""
     fixed = SampledMotorParameters(**vars(ASSUMED), sample_time=_FINE)
     held = replace(MotorAngleTuning(), resistance_wander=0.0, first_resistance=1e-3, flux_wander=0.0, first_flux=0.02)

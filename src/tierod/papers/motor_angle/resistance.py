@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,6 +36,20 @@ CAPACITY = 1.95
 FIRST = 4000
 """Seed; those below were used while the observer was tuned."""
 TARGET = "target of tierod"
+
+
+class Errors(NamedTuple):
+    """Errors of the angle over some drives, root mean squares.
+
+    Args:
+        drives: of every drive [rad]
+        ranges: of all drives, electrical, by range of speed [rad]
+        rise: of the resistance from begin to end, mean over the drives []
+    """
+
+    drives: np.ndarray
+    ranges: list[float]
+    rise: float
 
 
 def items(effort: Effort) -> Iterator[Item]:
@@ -69,7 +83,7 @@ def ramped(seed: int, seconds: float) -> ObserverDrive:
     return drive(plant, course(time, seed), np.zeros(len(time)), seed)
 
 
-def _cases() -> dict[str, tuple[Any, bool]]:
+def _cases() -> dict[str, tuple[MotorAngleObserver, bool]]:
     """Observer and whether the winding warms, by name."""
     told = parameters()[1]
     colder = replace(told, motor_resistance=told.motor_resistance / WARMER)
@@ -86,34 +100,30 @@ def _other(told: SampledMotorParameters) -> SampledMotorParameters:
     return replace(told, motor_flux=told.motor_flux / 0.96, motor_inductance=told.motor_inductance / 0.9)
 
 
-def _errors(observer: Any, warms: bool, seeds: Sequence[int], seconds: float) -> Mapping[str, Any]:
-    """Root mean squares of the angle: of every drive [rad], and electrical by range of speed [rad]; the ramp's end."""
+def _errors(observer: MotorAngleObserver, warms: bool, seeds: Sequence[int], seconds: float) -> Errors:
     drives = [ramped(seed, seconds) if warms else to_and_fro(seed, seconds) for seed in seeds]
     away = [seen.error(observer) for seen in drives]
     within = electrical(np.concatenate(away))
     speed = parameters()[0].motor_pole_pairs * np.abs(np.concatenate([seen.speed for seen in drives]))
     ranges = [(speed >= low) & (speed < high) for low, high in pairwise(SPEEDS)]
-    return {
-        "drives": np.array([rms(each) for each in away]),
-        "ranges": [rms(within[each]) for each in ranges],
-        "rise": float(np.mean([seen.resistance[-1] / seen.resistance[0] - 1.0 for seen in drives])),
-    }
+    rise = float(np.mean([seen.resistance[-1] / seen.resistance[0] - 1.0 for seen in drives]))
+    return Errors(np.array([rms(each) for each in away]), [rms(within[each]) for each in ranges], rise)
 
 
-def _table(found: Mapping[str, Mapping[str, Any]]) -> Table:
+def _table(found: Mapping[str, Errors]) -> Table:
     header = ("resistance", "angle, median", "worst", "below 20 rad/s", "20 to 44", "44 to 110", "above 110")
     rows = tuple(
         (
             name,
-            f"{np.median(each['drives']):.4f}",
-            f"{each['drives'].max():.4f}",
-            *(f"{value:.3f}" for value in each["ranges"]),
+            f"{np.median(each.drives):.4f}",
+            f"{each.drives.max():.4f}",
+            *(f"{value:.3f}" for value in each.ranges),
         )
         for name, each in found.items()
     )
     note = (
         "Angle of the shaft over whole drives; then the electrical error, whole turns left out, by electrical speed. "
-        f"The rise was {100.0 * found['rising by 40 %']['rise']:.0f} % in the mean."
+        f"The rise was {100.0 * found['rising by 40 %'].rise:.0f} % in the mean."
     )
     return Table("Error of the angle with a wrong resistance, rms (rad)", header, rows, note)
 
@@ -139,9 +149,9 @@ def _chart(seen: ObserverDrive) -> Chart:
     )
 
 
-def _claims(found: Mapping[str, Mapping[str, Any]]) -> Iterator[Claim]:
+def _claims(found: Mapping[str, Errors]) -> Iterator[Claim]:
     for key, name in (("warm", "20 % higher"), ("ramp", "rising by 40 %")):
-        each = found[name]["drives"]
+        each = found[name].drives
         yield Claim(
             f"motor-angle.resistance.{key}",
             f"The default observer keeps the angle with a resistance that is {name} than told"

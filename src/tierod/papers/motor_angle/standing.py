@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from tierod.core.claims import Claim, at_least, at_most
-from tierod.core.content import Band, Chart, Heading, Item, Lines, Panel, Table
+from tierod.core.block import Block
+from tierod.core.claims import Claim, Goal, at_least, at_most
+from tierod.core.content import Band, Chart, Heading, Item, Lines, Mark, Panel, Table
 from tierod.experiments.effort import Effort
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.papers.motor_angle.fault_drives import RATE, SUBSTEPS, bench_time
@@ -199,7 +200,7 @@ def held_drive(seed: int) -> ObserverDrive:
     return drive(bench(), 10.0 * np.sin(rate * moving) * np.clip(2.0 * time, 0.0, 1.0), np.zeros(len(time)), seed)
 
 
-def standing(observer: Any, seen: ObserverDrive) -> Held:
+def standing(observer: Block, seen: ObserverDrive) -> Held:
     """What an observer tells of such a drive."""
     told = seen.observed(observer)
     away, deviation = told["motor_angle"] - seen.angle, told["motor_angle_standard_deviation"]
@@ -244,7 +245,7 @@ def _held_chart(seen: ObserverDrive) -> Chart:
     part = slice(round((MOVING - 0.6) * RATE), round((MOVING + HELD + 1.0) * RATE), 20)
     told = seen.observed(MotorAngleObserver(parameters()[1]))
     time, deviation = seen.time[part], 2.0 * told["motor_angle_standard_deviation"][part]
-    marks: list[Any] = [Band("default", time, -deviation, deviation)]
+    marks: list[Mark] = [Band("default", time, -deviation, deviation)]
     others = methods()
     names = ("Luenberger, with load", "Kalman filter, with load")
     for name, observer in (*((name, others[name]) for name in names), ("default", None)):
@@ -264,7 +265,7 @@ def _held_claims(held: dict[str, list[Held]]) -> Iterator[Claim]:
     every = [each for found in held.values() for each in found]
     note = "worst of all drives, with the right and with a warmer winding"
 
-    def claim(key: str, text: str, measured: float, goal: Any, unit: str) -> Claim:
+    def claim(key: str, text: str, measured: float, goal: Goal, unit: str) -> Claim:
         return Claim(f"standing.{key}", text, TARGET, None, measured, goal, unit, note)
 
     drift = max(each.drift for each in every)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from tierod.papers.motor_angle.figures import CAR
 from tierod.proving_ground import courses
 from tierod.proving_ground.cars import catalogue
 from tierod.proving_ground.faults import AtTime, Drift, Fault, Offset, Stuck
+from tierod.proving_ground.faults.behaviours import AnyBehaviour
 from tierod.proving_ground.run import run
 from tierod.vehicles import load
 
@@ -127,8 +128,12 @@ def _faults(case: Case, start: float) -> tuple[Fault, ...]:
     if not case.angle:
         return ()
     element, larger = ANGLES[case.angle]
-    behaviour: Any = {"offset": Offset(SIZE * larger), "drift": Drift(RAMP * larger), "stuck": Stuck()}[case.kind]
-    return (Fault(element, behaviour, AtTime(start)),)
+    kinds: dict[str, AnyBehaviour] = {
+        "offset": Offset(SIZE * larger),
+        "drift": Drift(RAMP * larger),
+        "stuck": Stuck(),
+    }
+    return (Fault(element, kinds[case.kind], AtTime(start)),)
 
 
 def _samples(recording: Recording) -> np.ndarray:

@@ -75,7 +75,7 @@ def _matched(rows: list[list[int]], columns: int) -> np.ndarray:
     pointers = np.concatenate([[0], np.cumsum([len(row) for row in rows])]).astype(np.int32)
     indices = np.array([j for row in rows for j in row], dtype=np.int32)
     incidence = csr_array((np.ones(len(indices)), indices, pointers), shape=(len(rows), columns))
-    return maximum_bipartite_matching(incidence, perm_type="row")
+    return np.asarray(maximum_bipartite_matching(incidence, perm_type="row"))
 
 
 def _from_unmatched_rows(rows: list[list[int]], row_of: np.ndarray) -> set[int]:

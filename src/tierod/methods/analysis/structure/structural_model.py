@@ -6,11 +6,11 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
-from tierod.core.block import leaves, rebuild, skeleton
+from tierod.core.block import Tree, leaves, rebuild, skeleton
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.graph.derivatives import dependence
+from tierod.core.model import Model
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class StructuralModel:
 
     equations: tuple[Equation, ...]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for what, names in (
             ("equations are named", [each.name for each in self.equations]),
             ("equations hold the fault", [each.fault for each in self.equations if each.fault]),
@@ -92,8 +92,8 @@ class StructuralModel:
 
 
 def structure_of(
-    model: Any,
-    parameters: Any,
+    model: Model,
+    parameters: Tree,
     faults: Mapping[str, str],
     known_inputs: Collection[str] = (),
     without: Collection[str] = (),
@@ -141,13 +141,13 @@ def structure_of(
 
 
 def _inside(
-    model: Any, parameters: Any, shapes: Mapping[str, Any], names: list[str]
+    model: Model, parameters: Tree, shapes: Mapping[str, Tree], names: list[str]
 ) -> tuple[dict[str, set[str]], dict[str, set[str]]]:
     """States and inputs in every equation of motion, and in every output, by name."""
     motion = model.transition if hasattr(model, "transition") else model.derivative
     split = len(list(leaves(shapes["State"])))
 
-    def both(values: Any) -> tuple[Any, ...]:
+    def both(values: Tree) -> Tree:
         x, u = rebuild(shapes["State"], values[:split]), rebuild(shapes["Input"], values[split:])
         return motion(x, u, parameters), model.output(x, u, parameters)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -189,7 +189,7 @@ class DriverIntervention:
         """Nobody found, nothing asked for, hands not yet known to be still."""
         return self.State(self.cusum.init(), self.restless.init(), self.quiet.init(), 0.0, 0.0)
 
-    def step(self, state: State, sample: Any) -> tuple[State, Output]:
+    def step(self, state: State, sample: Sample) -> tuple[State, Output]:
         """One sample on."""
         acceleration = absolute(sample.steering_wheel_acceleration)
         feigned = self.inertia_uncertainty * where(present(acceleration), acceleration, 0.0)
@@ -243,7 +243,7 @@ class SteeringController:
         """Let go."""
         return self.State(self.position.init(), self.intervention.init())
 
-    def step(self, state: State, sample: Any) -> tuple[State, Output]:
+    def step(self, state: State, sample: Sample) -> tuple[State, Output]:
         """One sample on."""
         position = self.position
         planned = motion_for(sample.reference, position.column, position.output_stiffness)

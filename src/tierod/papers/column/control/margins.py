@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
-from tierod.core.block import leaves, rebuild, skeleton
+from tierod.core.block import Block, Scalar, Tree, leaves, rebuild, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.core.graph.derivatives import jacobian
@@ -122,7 +122,7 @@ def _crossings(frequencies: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Frequencies at which a curve changes its sign, straight between two of its points."""
     before = np.nonzero(np.diff(np.signbit(values)))[0]
     share = values[before] / (values[before] - values[before + 1])
-    return frequencies[before] + share * (frequencies[before + 1] - frequencies[before])
+    return np.asarray(frequencies[before] + share * (frequencies[before + 1] - frequencies[before]))
 
 
 def _to_minus_one(phase: float) -> float:
@@ -130,7 +130,7 @@ def _to_minus_one(phase: float) -> float:
     return float(np.mod(phase, math.tau) - math.pi)
 
 
-Reading = Callable[[Any], tuple[ObservedColumn, Any]]
+Reading = Callable[[Tree], tuple[ObservedColumn, Scalar]]
 """Finds the observed column and the torque of the hands in what an observer puts out."""
 
 
@@ -138,9 +138,9 @@ SETTLED = 1000
 """Samples at rest after which an observer counts as settled."""
 
 
-def read_estimate(estimate: Any) -> tuple[ObservedColumn, Any]:
+def read_estimate(estimate: Tree) -> tuple[ObservedColumn, Scalar]:
     """State and torque of the hands from an estimate, or its mean, that names them."""
-    named = getattr(estimate, "mean", estimate)
+    named: Tree = getattr(estimate, "mean", estimate)
     motor_angle = named.motor_angle if hasattr(named, "motor_angle") else named.motor_angle_mechanical
     column = ObservedColumn(
         named.steering_wheel_rate, named.motor_speed, named.steering_wheel_angle, motor_angle, named.disturbance_torque
@@ -149,7 +149,7 @@ def read_estimate(estimate: Any) -> tuple[ObservedColumn, Any]:
 
 
 def open_loop(
-    plant: LinearSystem, observer: Any, control: PositionControl, read: Reading = read_estimate
+    plant: LinearSystem, observer: Block, control: PositionControl, read: Reading = read_estimate
 ) -> LinearSystem:
     """What the controller asks of the motor for a torque that acts on the column, sign turned; for `margins`.
 
@@ -173,7 +173,7 @@ def open_loop(
         )
     start = (_settled(observer, count + 1), 0.0, 0.0, 0.0, tuple([0.0] * count))
 
-    def compensator(now: Any) -> Any:
+    def compensator(now: Tree) -> Tree:
         """(observer, integral, torque asked for in the sample before, and in that before it, measured)."""
         observed, integral, asked, before, measured = now
         observed, estimate = observer.step(observed, rebuild(sample, [before, *measured]))
@@ -191,5 +191,5 @@ def open_loop(
     return LinearSystem.of(A, asked, np.concatenate([plant.B, told @ plant.D]))
 
 
-def _settled(observer: Any, samples: int) -> Any:
+def _settled(observer: Block, samples: int) -> Tree:
     return rebuild(observer.init(), scan(observer, np.zeros((SETTLED, samples))).state.values.tolist())

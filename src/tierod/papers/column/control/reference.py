@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cache
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, numbers
 from tierod.models.two_inertia_column import TwoInertiaParameters
@@ -123,9 +124,9 @@ def _scaled(reference: Reference, factor: float) -> Reference:
     return _reference(*(factor * value for value in reference))
 
 
-def _reference(*values: Any) -> Reference:
+def _reference(*values: np.ndarray | float) -> Reference:
     """At many instants at once."""
-    return Reference(*values)
+    return Reference(*values)  # type: ignore[arg-type]  # every field holds a value per instant
 
 
 def _require_ranges(instance: object) -> None:
@@ -153,7 +154,7 @@ class ColumnMotion(NamedTuple):
     motor_torque: Annotated[float, "N*m"]
 
 
-def advanced(reference: Reference, time: Any) -> Reference:
+def advanced(reference: Reference, time: Scalar) -> Reference:
     """The reference a little later, by Taylor's series.
 
     Args:
@@ -171,7 +172,7 @@ def advanced(reference: Reference, time: Any) -> Reference:
     )
 
 
-def motion_for(reference: Reference, column: TwoInertiaParameters, output_stiffness: Any) -> ColumnMotion:
+def motion_for(reference: Reference, column: TwoInertiaParameters, output_stiffness: Scalar) -> ColumnMotion:
     """The motion with which the output shaft follows a reference, hands off.
 
     The angle y of the steering wheel is the flat output: all else follows from it and its derivatives. That of the
