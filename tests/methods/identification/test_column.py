@@ -74,7 +74,9 @@ def test_friction_that_is_held_and_wrong_is_named():
 
 
 def test_a_locked_wheel_tells_nothing_of_the_wheel():
-    with pytest.raises(InputError, match="steering_wheel_damping cannot be told; record a sweep with the wheel free"):
+    with pytest.raises(
+        InputError, match="steering_wheel_damping is not identifiable; record a sweep with the wheel free"
+    ):
         identify_column(ROUGH, {LOCKED: recordings()[LOCKED]}, ("steering_wheel_damping",))
 
 

@@ -50,8 +50,8 @@ def controllability_gramian(system: LinearSystem, horizon: float | None = None) 
 def gramian_condition(gramian: np.ndarray) -> float:
     """Largest over smallest eigenvalue of the Gramian, each state in the unit that makes its own entry 1.
 
-    These units are within a factor n of the best ones (A. van der Sluis, 1969), so that the figure tells of the system
-    and not of radians. Beyond 1e14 double precision knows no more than that it is large: infinite.
+    These units are within a factor n of the best ones (A. van der Sluis, 1969), so that the figure depends on the
+    system and not on radians. Beyond 1e14 double precision knows no more than that it is large: infinite.
     """
     size = np.sqrt(np.maximum(np.diag(gramian), 0.0))
     if not (size > 0.0).all():

@@ -19,7 +19,7 @@ from tierod.models.steering_column import ColumnParameters, SteeringColumn
 from tierod.models.two_inertia_column import SPRINGS, TwoInertiaColumn, without_gear
 
 UNKNOWN_TORQUES = ("hand_torque", "disturbance_torque")
-"""Inputs that nobody measures, which an observer carries as states."""
+"""Unmeasured inputs, which an observer carries as states."""
 
 SAMPLING = Sampling(
     {"steering_wheel_angle": math.radians(0.05), "motor_angle_mechanical": math.radians(0.2), "driver_torque": 0.02},

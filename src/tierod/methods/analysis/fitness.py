@@ -80,14 +80,14 @@ def _require_stable(
     fastest = float(np.abs(values).max())
     worst = int(np.argmax(np.where(np.abs(values) < SPLIT * fastest, np.minimum(values.real, 0.0), values.real)))
     growth = float(values[worst].real)
-    told = f"eigenvalue {_number(values[worst])} 1/s in {_where(vectors[:, worst], system)}"
+    mode = f"eigenvalue {_number(values[worst])} 1/s in {_where(vectors[:, worst], system)}"
     if growth > _ZERO * fastest and abs(values[worst]) >= SPLIT * fastest:
         raise ParameterError(
-            f"{what} is unstable: {told}; check the signs of its stiffnesses and dampings, and that no inertia is "
+            f"{what} is unstable: {mode}; check the signs of its stiffnesses and dampings, and that no inertia is "
             "zero or below"
         )
     if not marginal and growth >= -_ZERO * fastest:
-        raise ParameterError(f"{what} does not come to rest: {told}; give it damping or a spring to the housing there")
+        raise ParameterError(f"{what} does not come to rest: {mode}; give it damping or a spring to the housing there")
 
 
 def _require_slow(

@@ -205,7 +205,7 @@ def _relative_deviation(
 ) -> np.ndarray:
     """The scatter of a gain over its size.
 
-    The larger of two: that of noise alike in all pieces, and that which the residuals of the very pieces tell that hold
+    The larger of two: that of noise alike in all pieces, and that of the residuals of those pieces that hold
     the input, each as if its piece had been left out. The second sees what comes with the input, such as friction, but
     needs more than one piece with input.
     """

@@ -20,7 +20,7 @@ DIMENSIONS = (2, 2, 4, 4)
 """States of the system behind each of `OUTPUTS`."""
 
 TYPICAL = (0.02, 0.2)
-"""Sizes of sideslip angle [rad] and yaw rate [rad/s] on a road, against which the margin is told."""
+"""Sizes of sideslip angle [rad] and yaw rate [rad/s] on a road, relative to which the margin is given."""
 
 
 @dataclass(frozen=True)

@@ -111,24 +111,24 @@ def disagreements(rows: Sequence[Shown], label: Callable[[tuple[str, ...]], str]
     def choices(some: Sequence[Shown]) -> str:
         return "every choice" if len(some) == len(rows) else "; ".join(label(row.outputs) for row in some)
 
-    told = []
+    sentences = []
     for method in MATRICES:
         other = [row for row in rows if row.ranks[method] != row.exact.rank]
         if other:
-            told.append(f"The {method} says otherwise for {choices(other)}. {_why(other, method)}")
+            sentences.append(f"The {method} says otherwise for {choices(other)}. {_why(other, method)}")
     other = [row for row in rows if row.pbh != row.exact.rank]
     if other:
-        told.append(
+        sentences.append(
             f"The PBH test says otherwise for {choices(other)}: of an eigenvalue that is there several times it sees "
-            "the eigenvectors, not what leads to them, so that it tells whether all is shown, and only bounds how much."
+            "the eigenvectors, not what leads to them, so that it decides whether all is shown, and bounds how much."
         )
     lucky = [row for row in rows if row.by_chance]
     if lucky:
-        told.append(
+        sentences.append(
             f"The rank of the unscaled matrix is rounding's choice for {choices(lucky)}: a singular value lies within "
             "a decade of the tolerance."
         )
-    return told
+    return sentences
 
 
 def _why(rows: Sequence[Shown], method: str) -> str:

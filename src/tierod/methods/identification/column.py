@@ -119,7 +119,7 @@ def identify_column(
     """Parameters of a column from recordings of a bench.
 
     The wheel's side comes from a regression with instruments, which needs no model of motor and friction; all else from
-    maximum likelihood with a torque at the motor that nobody recorded.
+    maximum likelihood with an unrecorded torque at the motor.
 
     Args:
         parameters: of the column, where the search starts
@@ -130,7 +130,7 @@ def identify_column(
 
     Raises:
         ParameterError: a free parameter that there is not
-        InputError: recordings that cannot be used, or do not tell a parameter
+        InputError: recordings that cannot be used, or do not identify a parameter
     """
     wanted = tuple(free) or DEFAULT_FREE
     _refuse_unknown(wanted)
@@ -140,7 +140,7 @@ def identify_column(
     rows, remarks = _parted(whole_rows, parameters), [remark for each in whole_rows for remark in each.remarks]
     untold = [name for name in wanted if name in WHEEL_SIDE] if all(each.locked for each in rows) else []
     if untold and free:
-        raise InputError(f"with the wheel locked {' and '.join(untold)} cannot be told; record {CURES[untold[0]]}")
+        raise InputError(f"with the wheel locked {' and '.join(untold)} is not identifiable; record {CURES[untold[0]]}")
     if untold:
         remarks.append(f"{' and '.join(untold)} stays as it is: the wheel was locked; record {CURES[untold[0]]}")
         wanted = _unlocked(wanted)

@@ -15,7 +15,7 @@ from tierod.methods.identification.maximum_likelihood import MaximumLikelihood
 
 MARGIN = 2.0
 """Natural logarithm, per sample, by which a recording has to be likelier with a slip put right before the slip is
-believed: parameters wrong by half cost as much at most, a wrong sign costs ten times as much where the column moves."""
+assumed: parameters wrong by half cost as much at most, a wrong sign costs ten times as much where the column moves."""
 
 _TURNED = {
     "motor_torque": (-1, 1, 1, 1),
@@ -93,7 +93,7 @@ the parameter is named: what a tenth less noise in one output makes, and a thous
 _SHIFTS = (-0.9, -0.45, -0.2, 0.2, 0.45, 0.9)
 """Of the logarithm: factors from 0.4 to 2.5."""
 _FITTED, _STEPS = 3, 10
-"""Parameters that are looked for beside the others, the likeliest, and steps of each search: enough to tell them."""
+"""Parameters that are looked for beside the others, the likeliest, and steps of each search: enough to rank them."""
 
 
 class Misfit(NamedTuple):
@@ -117,7 +117,7 @@ def misfit(
 ) -> Misfit | None:
     """The held parameter of which another value makes the recordings likelier by most; None where none does by much.
 
-    The score, the slope of the likelihood by a held parameter, tells little as far away as a fit that failed may be. So
+    The score, the slope of the likelihood by a held parameter, says little as far away as a fit that failed may be. So
     every held parameter is put to other values, with the noises that were found and with the free parameters where the
     search ended and where it began; those that do best are then looked for beside the others.
 

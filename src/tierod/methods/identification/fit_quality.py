@@ -15,7 +15,7 @@ LAGS = 25
 
 
 LEAST = 100
-"""Third differences of neighbours that tell a noise, within a tenth."""
+"""Third differences of neighbours that give the deviation of a noise within a tenth."""
 
 
 class Whiteness(NamedTuple):
@@ -65,12 +65,12 @@ def whiteness(residuals: Sequence[np.ndarray]) -> Whiteness:
 
 
 UNKNOWN = 0.25
-"""Standard deviation, relative to the value, from which a parameter counts as not told; half of that is a factor of two
-between the ends of the interval."""
+"""Standard deviation, relative to the value, from which a parameter counts as not identified; half of that is a factor
+of two between the ends of the interval."""
 
 
 class Blind(NamedTuple):
-    """A direction of the free parameters that the experiments do not tell.
+    """A direction of the free parameters that the experiments do not identify.
 
     Args:
         deviation: standard deviation along it, in parts of the values
@@ -127,6 +127,6 @@ def refusal(blind: Sequence[Blind], experiments: Sequence[str], cures: Mapping[s
     spread = "not at all" if worst.deviation > 10.0 else f"only within {100.0 * worst.deviation:.0f} %"
     cure = "; ".join(dict.fromkeys(cures[name] for name in worst.names if name in cures))
     return (
-        f"{which} not excite {what} ({', '.join(experiments)}): the direction {worst.direction} is told {spread}; "
-        f"record {cure or 'a test that excites them'} instead, or leave it out of --free"
+        f"{which} not excite {what} ({', '.join(experiments)}): the direction {worst.direction} is identified "
+        f"{spread}; record {cure or 'a test that excites them'} instead, or leave it out of --free"
     )

@@ -43,7 +43,7 @@ class HysteresisFriction:
         damping_deviation: standard deviation of the damping used [N m s/rad]
         mean_rate: rate at which the damping acted [rad/s]
         loops: the balance of each loop
-        pre_sliding: angle over which friction builds up after a reversal, None where it cannot be told
+        pre_sliding: angle over which friction builds up after a reversal, None where it is not observable
         angle, torque: the loops for plotting, of the column below the torsion bar [rad], [N m]; inertia and viscous
             torque taken off
         profile_angle, profile_friction: half width of the loop over the angle [rad], [N m]; NaN where not passed

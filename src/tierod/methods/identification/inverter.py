@@ -199,7 +199,7 @@ class InverterIdentification:
         if fit.unexplained > UNEXPLAINED:
             return f"motor and inverter leave {100.0 * fit.unexplained:.0f} % of the commands unexplained"
         if fit.knee_deviation > VAGUE:
-            return "the currents do not tell the knee; record small currents of all phases while the motor turns"
+            return "the currents do not identify the knee; record small currents of all phases while the motor turns"
         return ""
 
 

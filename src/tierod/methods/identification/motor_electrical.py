@@ -94,7 +94,7 @@ def equation(seen: MotorRecording, pole_pairs: float, warm: bool) -> Equation:
 
 
 def _instruments(columns: dict[str, np.ndarray], turn: np.ndarray, quiet: dict[str, bool]) -> dict[str, np.ndarray]:
-    """Every column as it was earlier, turned on; itself where it is quiet and its past tells too little."""
+    """Every column as it was earlier, turned on; itself where it is quiet and is hardly correlated with its past."""
     found, earlier = {}, len(next(iter(columns.values()))) - len(turn)
     for name, values in columns.items():
         past = values[:-earlier] * turn
@@ -117,7 +117,7 @@ def _quiet(
     """Columns in which noise has so small a share that they are their own instruments."""
     current = max(white_noise(seen.current.real), white_noise(seen.current.imag))
     mean, growth = window.gain
-    # Between slow readings of the angle there is a line: its noise has to be told from the readings themselves.
+    # Between slow readings of the angle there is a line: its noise has to come from the readings themselves.
     step = seen.angle_step or seen.step
     readings = Modulation(max(round(window.length * seen.step / step), 2), 1, step)
     noise = white_noise(seen.angle) if seen.angle_noise is None else seen.angle_noise
@@ -128,7 +128,7 @@ def _quiet(
 
 
 _SURE, _ALIKE = 4.0, 0.02
-"""Standard deviations, and share of the value, by which the inductances must differ to be told apart."""
+"""Standard deviations, and share of the value, by which the inductances must differ to count as two."""
 _PLAIN, _APART = ("R", "DQ", "F", "B"), ("R", "D", "Q", "F", "B")
 """Coefficients: resistance, inductance along and across the flux or one, flux along and beside the sensor's zero."""
 _NAMES = ("motor_resistance", "motor_inductance", "motor_saliency", "motor_flux")
@@ -143,16 +143,16 @@ class Value(NamedTuple):
 
 @dataclass(frozen=True)
 class Electrical:
-    """What currents and voltages tell.
+    """Parameters from currents and voltages.
 
     Args:
         resistance: of a phase [ohm]; at 20 degrees where the temperature was recorded
-        inductance: of a phase [H]; along the flux where they are told apart
-        inductance_q: across the flux [H], or None where they are not told apart
+        inductance: of a phase [H]; along the flux where they are two
+        inductance_q: across the flux [H], or None where they are one
         flux: linkage of the magnets, as warm as they were [V s]
         zero: electrical angle of the flux where the sensor says zero [rad]
-        along: whether current along the flux tells its inductance
-        blind: names of parameters that these recordings do not tell, or not apart
+        along: whether current along the flux identifies its inductance
+        blind: names of parameters that these recordings do not identify, or not separate
         unexplained: root mean square of what is left over of that of the voltage
         voltage: root mean square of the voltage, without its mean [V]
         warm: whether the resistance is that at 20 degrees
@@ -178,7 +178,7 @@ def identify_electrical(
     The voltage's equation in the stator's axes is linear in all of them and needs no Park transform: the mean voltage
     over a step is the resistance times the mean current and what the flux gained. Windows slide along it.
     Instruments are the windows one length earlier, turned on with the rotor: their noise is another one even in a
-    closed loop. Where the past tells too little, as of a step, a regressor without noise worth mention is its own.
+    closed loop. Where the past is hardly correlated, as of a step, a regressor without noise worth mention is its own.
 
     Args:
         recordings: of one motor
@@ -258,11 +258,11 @@ def _fitted(parts: Sequence[Equation], kinds: Sequence[str], expected: tuple[flo
         for part in parts
     ]
     straight = regress(rows)
-    told = straight.deviations < UNKNOWN * _sizes(kinds, expected)
+    known = straight.deviations < UNKNOWN * _sizes(kinds, expected)
     if "DQ" in kinds and not np.isfinite(straight.deviations[1]):
         rows = [row._replace(target=row.target - expected[1] * row.regressors[:, 1]) for row in rows]
         straight = regress(rows)
-    values = dict(zip(kinds, straight.values, strict=True)) if np.all(told[[0, 1, kinds.index("F")]]) else {}
+    values = dict(zip(kinds, straight.values, strict=True)) if np.all(known[[0, 1, kinds.index("F")]]) else {}
     inductance = values.get(kinds[1], expected[1]) if kinds[1] != "F" else expected[1]
     arc, settling = values.get("F", expected[2]) / inductance, values.get("R", expected[0]) / inductance
     bent = regress(rows, [_only_first(arc * part.arc + settling * part.settling, len(kinds)) for part in parts])

@@ -48,7 +48,7 @@ class Course(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Mechanical:
-    """What torque and angle tell.
+    """Parameters of the shaft from torque and angle.
 
     Args:
         inertia: of the rotor and what it carries [kg m^2]
@@ -79,7 +79,7 @@ def identify_mechanical(recordings: Sequence[MotorRecording], electrical: Electr
 
     Args:
         recordings: of one motor
-        electrical: as its currents and voltages tell
+        electrical: parameters from its currents and voltages
         pole_pairs: electrical turns per turn of the shaft
 
     Source: Reinelt et al., eq (14) with 3/2 c_M and dry friction; P. Dahl, Aerospace Corp. TOR-0158 (1968).
@@ -215,7 +215,7 @@ def torque_ratio(seen: Sequence[MotorRecording], electrical: Electrical, pole_pa
 
     Args:
         seen: recordings of one motor
-        electrical: as its currents and voltages tell
+        electrical: parameters from its currents and voltages
         pole_pairs: electrical turns per turn of the shaft
     """
     if "motor_flux" in electrical.blind:
@@ -226,9 +226,9 @@ def torque_ratio(seen: Sequence[MotorRecording], electrical: Electrical, pole_pa
             continue
         time, measured = each.torque
         across = (each.current * np.exp(-1j * (pole_pairs * each.angle + electrical.zero.value))).imag
-        told = np.interp(time, each.time, torque_constant(pole_pairs, electrical.flux.value) * across)
-        known = np.isfinite(told + measured)
-        columns = np.column_stack([told, np.ones_like(told)])[known]
+        expected = np.interp(time, each.time, torque_constant(pole_pairs, electrical.flux.value) * across)
+        known = np.isfinite(expected + measured)
+        columns = np.column_stack([expected, np.ones_like(expected)])[known]
         if np.ptp(columns[:, 0]) > 0.0:
             rows.append(Rows(measured[known], columns, columns))
     if not rows:

@@ -94,13 +94,13 @@ def instrumental(
 
     Source: T. Soderstrom, P. Stoica, Instrumental Variable Methods for System Identification (1983), chapter 4.
     """
-    shown, seen, told = map(np.concatenate, (regressors, instruments, target))
-    cross = seen.T @ shown
-    sizes = np.outer(np.linalg.norm(seen, axis=0), np.linalg.norm(shown, axis=0))
+    x, z, y = map(np.concatenate, (regressors, instruments, target))
+    cross = z.T @ x
+    sizes = np.outer(np.linalg.norm(z, axis=0), np.linalg.norm(x, axis=0))
     strength = float(np.linalg.svd(cross / np.where(sizes > 0.0, sizes, np.inf), compute_uv=False)[-1])
     if not strength > 1e-6:
         raise InputError("the instruments do not move with the regressors; record a test with more motion")
-    values = np.linalg.solve(cross, seen.T @ told)
+    values = np.linalg.solve(cross, z.T @ y)
     left = [t - r @ values for t, r in zip(target, regressors, strict=True)]
     scores = [z * e[:, None] for z, e in zip(instruments, left, strict=True)]
     inverse = np.linalg.inv(cross)
@@ -147,8 +147,8 @@ def regress(rows: Sequence[Rows], correction: Sequence[np.ndarray] | None = None
     """Real coefficients of all rows together.
 
     The covariance is the larger of the sandwich and of what the coefficients spread without one stretch after the
-    other: the sandwich is blind to a coefficient that a single transient tells. Coefficients that the instruments do
-    not tell at all come out as zero with an infinite deviation; those whose regressors are nearly a combination of
+    other: the sandwich is blind to a coefficient that rests on a single transient. Coefficients that the instruments do
+    not identify at all come out as zero with an infinite deviation; those whose regressors are nearly a combination of
     others keep their value with an infinite deviation, since the least error of the model would decide between them.
 
     Args:
@@ -164,8 +164,8 @@ def regress(rows: Sequence[Rows], correction: Sequence[np.ndarray] | None = None
     cross = sum(np.real(np.conj(r.instruments).T @ f) for r, f in zip(rows, shown, strict=True))
     along = sum(np.real(np.conj(r.instruments).T @ r.target) for r in rows)
     sizes = np.sqrt(np.outer(_power([r.instruments for r in rows]), _power(shown)))
-    told = np.diag(cross) > WEAK * np.diag(sizes)
-    chosen = np.flatnonzero(told)
+    identified = np.diag(cross) > WEAK * np.diag(sizes)
+    chosen = np.flatnonzero(identified)
     inverse = np.zeros_like(cross)
     if len(chosen):
         scale = np.sqrt(np.diag(sizes))[chosen]
@@ -175,16 +175,16 @@ def regress(rows: Sequence[Rows], correction: Sequence[np.ndarray] | None = None
     left = [r.target - f @ values for r, f in zip(rows, shown, strict=True)]
     scores = [np.real(np.conj(r.instruments) * e[:, None]) @ inverse.T for r, e in zip(rows, left, strict=True)]
     covariance = _larger(sandwich(np.eye(len(values)), scores), _left_out(rows, shown, values, chosen))
-    untold = ~told
-    untold[chosen] |= _confused([each[:, chosen] for each in shown])
-    covariance[untold, :] = covariance[:, untold] = 0.0
-    covariance[untold, untold] = np.inf
+    unidentified = ~identified
+    unidentified[chosen] |= _confused([each[:, chosen] for each in shown])
+    covariance[unidentified, :] = covariance[:, unidentified] = 0.0
+    covariance[unidentified, unidentified] = np.inf
     residual = float(np.sqrt(np.mean(np.abs(np.concatenate(left)) ** 2)))
     return Fit(values, covariance, residual)
 
 
 def _left_out(rows: Sequence[Rows], shown: Sequence[np.ndarray], values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
-    """Variances from coefficients without each of some stretches: large where a few samples tell a coefficient."""
+    """Variances from coefficients without each of some stretches: large where a coefficient rests on a few samples."""
     crosses, alongs = [], []
     share = max(1, round(BLOCKS / len(rows)))
     for row, f in zip(rows, shown, strict=True):

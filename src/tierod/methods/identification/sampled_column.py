@@ -30,7 +30,7 @@ _Path = Callable[[Scalar], Scalar]
 
 
 class BenchInput(NamedTuple):
-    """What drives a column on a bench: the torque that its motor is told to give."""
+    """What drives a column on a bench: the torque that its motor is commanded to give."""
 
     motor_torque: Annotated[float, "N*m"]
 
@@ -92,8 +92,8 @@ class SampledColumn:
     def output(x: ColumnWithFriction.State, u: BenchInput, p: BenchParameters) -> ColumnOutput:
         """Both angles and the torque of the bar, as recorded."""
         none = ColumnInput(0.0, 0.0, 0.0)
-        told = SteeringColumn.output(SteeringColumn.State(*x[:6]), none, p)
-        return told._replace(driver_torque=told.driver_torque + p.driver_torque_offset)
+        output = SteeringColumn.output(SteeringColumn.State(*x[:6]), none, p)
+        return output._replace(driver_torque=output.driver_torque + p.driver_torque_offset)
 
 
 class RoundedColumn(SampledColumn):

@@ -70,14 +70,14 @@ class Simulation:
         """One sample on; the output belongs to the instant of the sample."""
         output = self.model.output(state.mean, sample, self.parameters)
         ahead = self.model.transition(state.mean, sample, self.parameters)
-        told = self._derived(self.model.output, state, sample)
+        sensitivities = self._derived(self.model.output, state, sample)
         moved = self._derived(self.model.transition, state, sample)
         whole = usable([leaf for _, leaf in leaves(sample)])
         if whole is True:
-            return Moving(ahead, moved), Simulated(output, told)
+            return Moving(ahead, moved), Simulated(output, sensitivities)
         after = Moving(ahead, moved)
         held = [where(whole, a, b) for (_, a), (_, b) in zip(leaves(after), leaves(state), strict=True)]
-        return rebuild(state, held), Simulated(output, told)
+        return rebuild(state, held), Simulated(output, sensitivities)
 
     def _derived(self, function: Callable[[Tree, Tree, Tree], Tree], state: Moving, sample: Tree) -> Rows:
         """Derivatives of a function of state and parameters by what is free."""
@@ -162,7 +162,7 @@ class Innovations:
             return self.model.output(x, sample.input, self.parameters)
 
         rows, expected = jacobian(output, state.mean), leaf_values(output(state.mean))
-        innovations = [told - meant for told, meant in zip(leaf_values(sample.measured), expected, strict=True)]
+        innovations = [value - mean for value, mean in zip(leaf_values(sample.measured), expected, strict=True)]
         done = correct_in_turn(state.covariance, rows, innovations, leaf_values(self.measurement_variance))
         (shift, covariance, _, _), residuals, spreads = done
         standardised, logarithms = [], []

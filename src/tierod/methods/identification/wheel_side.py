@@ -1,4 +1,4 @@
-"""Inertia and damping of a steering wheel that nobody holds, from its angle and the torque in the torsion bar."""
+"""Inertia and damping of a steering wheel with hands off, from its angle and the torque in the torsion bar."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tierod.methods.identification.fit_quality import white_noise
 from tierod.methods.identification.regression import instrumental
 
 SMOOTHING = 0.03
-"""Standard deviation of the smoothing in time [s]: it lets motion up to about 5 Hz pass, which tells inertia from
+"""Standard deviation of the smoothing in time [s]: it lets motion up to about 5 Hz pass, which separates inertia from
 damping, and holds the noise of a second derivative down: that falls with its power of -2.5. With 0.05 degrees of noise
 the inertia of 16 s of motion scatters by 0.3 % at 8 ms and by 0.04 % from 24 ms on."""
 
@@ -60,13 +60,13 @@ def wheel_side(recordings: Sequence[WheelMotion], inertia: float | None = None) 
     coefficients towards zero; the motor turns with the wheel, but its angle has noise of its own.
 
     Args:
-        recordings: with a wheel that nobody touches
+        recordings: with hands off the wheel
         inertia: [kg m^2] where it is known; looked for where None
 
     Raises:
         InputError: the wheel hardly moves
 
-    The standard deviations are the larger of two: that of residuals of any colour, which a few slow swings tell badly,
+    The standard deviations are the larger of two: that of residuals of any colour, vague after a few slow swings,
     and that of the white noise of both sensors, carried through the smoothing.
 
     Source: Raffone, eq (1) with T_driver = 0.

@@ -77,7 +77,7 @@ class ClosedLoop:
     """Plant, sensors, observer and controller at 1 kHz.
 
     The torque that the controller finds from the measurements of one sample acts from the next sample on; the observer
-    is told the torque that acted until its sample.
+    gets the torque that acted until its sample.
 
     Args:
         bench: the plant
@@ -103,8 +103,8 @@ class ClosedLoop:
         acting = Acting(state.acting, 0.0, 0.0, 0.0, sample.grip, held, 0.0, BenchPorts(SOUND))
         plant, signals = self.bench.step(state.plant, acting)
         measured = ColumnOutput(*(getattr(signals, name) + noise for name, noise in sample.noise._asdict().items()))
-        told = rebuild(skeleton(self.observer.Sample), [state.acted, *measured])
-        observer, estimate = self.observer.step(state.observer, told)
+        given = rebuild(skeleton(self.observer.Sample), [state.acted, *measured])
+        observer, estimate = self.observer.step(state.observer, given)
         observed, hands = self.read(estimate)
         asked = SteeringController.Sample(observed, hands, sample.reference, sample.request)
         controller, output = self.controller.step(state.controller, asked)
@@ -113,7 +113,7 @@ class ClosedLoop:
 
 
 class Belief(NamedTuple):
-    """What observer and controller are told of the column; the plant has numbers of its own.
+    """What observer and controller assume of the column; the plant has numbers of its own.
 
     Args:
         column: its parameters

@@ -144,7 +144,7 @@ class ColumnFrictionObserver:
 
     Ten times as exact as a disturbance torque that walks where the friction follows Dahl's law with the angle given,
     and still twice where the angle is wrong by a factor of two. The column's gear is left out, and one filter follows
-    hands that are smooth and that jump: `ColumnObserver` tells their torque better.
+    hands that are smooth and that jump: `ColumnObserver` estimates their torque better.
 
     Args:
         filter: extended Kalman filter of the column, both torques, friction and level

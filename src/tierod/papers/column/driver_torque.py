@@ -30,7 +30,7 @@ TEXT = (
     "40 s, as steps or as ramps of 100 ms. Noise of 0.05° on the wheel's angle, 0.2° on the motor's, 0.02 N·m on the "
     "bar's torque; 1 kHz. Friction at the motor is 0.1 N·m by Dahl's law, of which the observers know nothing unless "
     "it is said. Tuned on two runs with a linear sweep, reported on five others.",
-    "The paper gives neither noises nor figures. A step weighs heavily: within the 15 ms until it can be told from "
+    "The paper gives neither noises nor figures. A step weighs heavily: within the 15 ms until it stands out from "
     "noise the error is 2 N·m, so that the error over a run depends on how many steps it has.",
 )
 

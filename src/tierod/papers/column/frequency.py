@@ -61,7 +61,7 @@ def items(effort: Effort) -> Iterator[Item]:
             "The paper compares the Bode plot of the linear column with spectra of a bench that its motor sweeps "
             "(Figure 5). Here the bench is simulated, with friction of 0.1 N·m at the motor or without any, "
             "sensors with noise, the wheel free. Spectra are averaged over pieces of the record; coherence "
-            "tells how much of the bar's torque follows the motor's linearly, and the band what chance leaves open.",
+            "is how much of the bar's torque follows the motor's linearly, and the band what chance leaves open.",
         ),
     )
     column = sampled(linear_column(SteeringColumn, SETS["S1"]), _STEP)

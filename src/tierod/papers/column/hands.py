@@ -144,8 +144,8 @@ def _delays(delays: np.ndarray) -> tuple[str, str, str]:
     if not len(delays):
         return ("", "", "")
     median, most, worst = (_milliseconds(delays, level) for level in (0.5, 0.95, 1.0))
-    told = [f"{each:.0f}" if np.isfinite(each) else "never" for each in (median, most, worst)]
-    return told[0], told[1], told[2]
+    cells = [f"{each:.0f}" if np.isfinite(each) else "never" for each in (median, most, worst)]
+    return cells[0], cells[1], cells[2]
 
 
 def _milliseconds(delays: np.ndarray, level: float) -> float:
@@ -266,7 +266,7 @@ def _still(effort: Effort) -> Claim:
         None,
         "",
         f"{found.seconds / 3600.0:.1f} h with {len(found.grabs)} holds. A torque that stays below 0.02 N·m for half a "
-        "second on a wheel that rests cannot be told from none.",
+        "second on a wheel that rests cannot be cells from none.",
     )
 
 

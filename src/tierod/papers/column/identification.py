@@ -37,7 +37,7 @@ TEXT = (
     "the intervals it starts where it ended on another recording. The bench has a code of its own and shares no model "
     "with the identification.",
     "The wheel's side is found by instruments, the rest by the likelihood of the recordings with a torque at the motor "
-    "that nobody recorded. Least squares of simulated against measured output, as in the paper, stands beside it.",
+    "that was not recorded. Least squares of simulated against measured output, as in the paper, stands beside it.",
 )
 
 
@@ -50,7 +50,7 @@ class Case:
         plant: the bench
         motor: what its motor does unrecorded, as `recorded` takes it
         compared: whether least squares of the output is shown beside
-        judged: whether the errors should keep to the limits; the bias that a wrong model makes is only told
+        judged: whether the errors should keep to the limits; the bias of a wrong model has no goal
     """
 
     name: str
@@ -183,7 +183,7 @@ def _unknown(effort: Effort) -> Iterator[Item]:
     note = (
         "The unrecorded torque is what the likelihood finds, per sample. Under another law of friction level and "
         "stiffness are those of the curve of Dahl that is nearest to it over the strokes driven, and the damping takes "
-        "a part: that is a bias which no interval tells."
+        "a part: no interval covers that bias."
     )
     yield Table(
         "What the model does not know: errors of one recording of each bench",
@@ -253,7 +253,7 @@ def _left_out() -> Iterator[Item]:
 
 
 def _bias(case: Case, errors: Mapping[str, float]) -> list[Claim]:
-    """One claim per parameter; without a goal the error is told with its sign."""
+    """One claim per parameter; without a goal the error has its sign."""
     slug = "-".join("".join(c if c.isalnum() or c == "." else " " for c in case.name.lower()).split())
     slug = slug.replace("·", "-").replace("δ", "d")
     found = []

@@ -181,7 +181,7 @@ def _car(seed: int) -> Tree:
 def _states(
     time: np.ndarray, hands: np.ndarray, drive: Drive, step: float
 ) -> tuple[float, float, float, float, tuple[float, ...]]:
-    """Time held, of it told off, time without hands, of it told off, and delay of every release [s]."""
+    """Time held, of it judged off, time without hands, of it judged off, and delay of every release [s]."""
     place = np.maximum.accumulate(np.where(hands == UNCERTAIN, 0, np.arange(len(hands))))
     decided = hands[place]
     gone = np.zeros(len(time), bool)

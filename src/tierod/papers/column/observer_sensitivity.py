@@ -59,7 +59,7 @@ WRONG_TEXT = (
     "to be zero on the unloaded bar (tuning with offset='driver_torque'). Where they are not, the same misfit is put "
     "down to the angles: that leaves the offset of the bar in the torque of the hands but keeps it out of the rest.",
     "Everywhere else in this part the torque of the motor is known exactly and all signals are of one instant; what "
-    "sensors cost of which gain, noise or time is not as believed is at the end of the table.",
+    "sensors cost of which gain, noise or time differs from the assumed one is at the end of the table.",
 )
 
 
@@ -142,7 +142,7 @@ SENSORS: dict[str, Change] = {
     "torque of the motor +2 %": _scaled(_MOTOR, 1.02),
     f"noise of {MOTOR_NOISE} N·m on the torque of the motor": _noisy_motor,
 }
-"""Sensors that are not as believed."""
+"""Sensors that differ from the assumed ones."""
 
 
 def _wrong(known: ColumnParameters, name: str, factor: float) -> ColumnParameters:
@@ -171,7 +171,7 @@ LAWS: Mapping[str, Law] = {
 ELSEWHERE_TEXT = (
     "The three columns have the eigenvalues of the paper's table 3 and differ in wheel, bar and ratio; each observer "
     "has the numbers of its column, the noises stay those tuned on S1. The friction laws are all of 0.1 N·m: the "
-    "default knows none of them, the observer that knows Dahl's law believes in the one of the bench.",
+    "default knows none of them, the observer that knows Dahl's law assumes the one of the bench.",
 )
 _COLUMNS_HEADER = ("column", "steps", "ramps", "no hands", "steps, 20 ms later", "ramps, 20 ms later")
 _LAWS_HEADER = ("friction of the bench", "torque of the hands", "disturbance torque", "by Dahl's law", "level found")

@@ -26,7 +26,7 @@ _FAR = 1e6
 class OutputError:
     """Parameters of a discrete model with named free parameters, by simulation.
 
-    The best there is where the recorded inputs are all that drives the plant. A torque that nobody recorded makes the
+    The best there is where the recorded inputs are all that drives the plant. An unrecorded torque makes the
     simulation drift away, and the estimate with it: `MaximumLikelihood` knows of such a torque.
 
     Args:
@@ -72,7 +72,7 @@ class OutputError:
         return Simulation(self.model, parameters, rebuild(skeleton(self.model.State), initial), names, self._states)
 
     def start(self, experiments: Sequence[Experiment]) -> np.ndarray:
-        """Place of the search: free parameters, then free first states as the experiments tell them."""
+        """Place of the search: free parameters, then free first states from the experiments."""
         values = [each.coordinate(getattr(self.parameters, each.name)) for each in self.free]
         return np.array([*values, *(each.initial_mean[entry] for each in experiments for entry in self._states)])
 

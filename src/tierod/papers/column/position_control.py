@@ -19,7 +19,7 @@ TEXT = (
     "What it finds from one sample acts from the next on.",
     "The plant is the simulated bench with its gear and Dahl friction; noise of 0.05° and 0.2° on the angles of "
     "steering wheel and motor, 0.02 N·m on the torsion bar. The angle that counts is that of the gear, which no sensor "
-    "tells. Where nothing else is said, the observer is the paper's mechanical reduction.",
+    "measures. Where nothing else is said, the observer is the paper's mechanical reduction.",
     "A driver who takes the wheel ends control: a cumulative sum of the observed torque of the hands above 0.75 N·m, "
     "whose threshold finds 1 N·m in the estimate within 30 ms. The torque is let go within 100 ms. Control comes back "
     "when it is asked for anew and the hands have been still for a second.",

@@ -56,7 +56,7 @@ def _scatter(effort: Effort) -> Iterator[Item]:
         ),
         tuple(rows),
         "Inertias, dampings, stiffnesses and friction of the bench; observer and controller keep those of its file. "
-        "Error and phase with nobody listening for a driver.",
+        "Error and phase with the rule for a driver's hands off.",
     )
 
 
@@ -143,7 +143,7 @@ def _saturation(loop: ClosedLoop) -> Iterator[Item]:
         ("run", "largest error, or overshoot, in °", "within 1° for good after, in s", "rms in ° at the end"),
         tuple(rows),
         "A jump is no reference that a column can follow; the weak motor overshoots less, since it turns more slowly. "
-        "Nobody listens for a driver here.",
+        "The rule for a driver's hands is off here.",
     )
     yield Claim(
         "position.windup",

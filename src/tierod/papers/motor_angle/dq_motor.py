@@ -26,7 +26,7 @@ class DqMotorParameters(MotorParameters):
     """A motor whose inductance may differ along and across the flux.
 
     Args:
-        motor_saliency: L_sq over L_sd, `motor_inductance` being L_sd; 1 where a vehicle file does not tell it []
+        motor_saliency: L_sq over L_sd, `motor_inductance` being L_sd; 1 where a vehicle file does not give it []
     """
 
     motor_saliency: Annotated[float, ""] = 1.0

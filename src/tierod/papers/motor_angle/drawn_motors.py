@@ -28,7 +28,7 @@ from tierod.proving_ground.varied import Varied
 DRAWS, SECONDS, FIRST = 20, 20.0, 700
 """Motors, length of a drive [s], and first seed; those below were used while the observer was tuned."""
 RESISTANCE, FLUX, INDUCTANCE = (0.8, 1.3), (0.94, 1.02), (0.93, 1.07)
-"""True values over those that the observer is told."""
+"""True values over those that the observer assumes."""
 TARGET = "target of tierod"
 
 
@@ -45,7 +45,7 @@ def items(effort: Effort) -> Iterator[Item]:
         "Motors that differ from the vehicle file",
         (
             f"Drives of {SECONDS:g} s under load. Resistance, flux and inductance of the motor are 0.8 to 1.3, 0.94 to "
-            "1.02 and 0.93 to 1.07 times those that the observer is told; or the resistance alone is 20 % higher, or "
+            "1.02 and 0.93 to 1.07 times those that the observer assumes; or the resistance alone is 20 % higher, or "
             "rises by 40 % over the drive while the flux falls by 4 % and the inductance is 10 % lower.",
         ),
     )
@@ -100,8 +100,8 @@ def _lighter(plant: MotorBench) -> MotorBench:
 
 
 def _with_true(seed: int, resistance: float, flux: float, inductance: float) -> Errors:
-    told = with_true(parameters()[1], resistance, flux, inductance)
-    return _errors(MotorAngleObserver(told), to_and_fro(seed, SECONDS))
+    assumed = with_true(parameters()[1], resistance, flux, inductance)
+    return _errors(MotorAngleObserver(assumed), to_and_fro(seed, SECONDS))
 
 
 def _errors(observer: MotorAngleObserver, seen: ObserverDrive) -> Errors:

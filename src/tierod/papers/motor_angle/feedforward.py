@@ -24,7 +24,7 @@ from tierod.physics.pm_motor import rotor_acceleration, stator_flux_rate, torque
 
 READINGS = ("corrected", "printed")
 SLOW = ("held", "increments")
-"""While the back-EMF tells nothing: the angle is held, or it follows the increments of the sensor."""
+"""While the back-EMF is too small: the angle is held, or it follows the increments of the sensor."""
 
 
 class FeedforwardState(NamedTuple):
@@ -37,7 +37,7 @@ class FeedforwardState(NamedTuple):
         speed: electrical [rad/s]
         lagging: electrical angle of the filtered back-EMF [rad], unbounded
         sensed: last angle of the sensor [rad]
-        begun: whether the sensor has told the beginning
+        begun: whether the sensor has given the beginning
     """
 
     emf: StatorVector
@@ -50,13 +50,13 @@ class FeedforwardState(NamedTuple):
 
 
 class Turning(NamedTuple):
-    """What the back-EMF tells.
+    """Angle and speed from the back-EMF.
 
     Args:
         lagging: electrical angle of the filtered back-EMF [rad]
         electrical_angle: the same without the lag [rad]
         electrical_speed: with its sign [rad/s]
-        standing: 1 while it is too small to tell anything: the angle is held
+        standing: 1 while it is too small for an angle, which is held
     """
 
     lagging: Scalar
@@ -79,7 +79,7 @@ class FeedforwardAngle:
     The quotient of (46) leaves half a turn open: of the two angles the one within a quarter of a turn of the last is
     taken, and with it the sign of the speed.
 
-    Validity: the back-EMF of a slow motor tells nothing. A motor that turns a quarter of an electrical turn while its
+    Validity: the back-EMF of a slow motor is too small. A motor that turns a quarter of an electrical turn while its
     angle is held leaves it wrong by half turns for good.
     Source: Reinelt et al., eq (46); corrected: minus L dI/dt in both axes, the arctangent of two arguments.
     """
@@ -116,17 +116,20 @@ class FeedforwardAngle:
         return after, output_class("standing")(angle, speed, turning.standing, away)
 
     def turned(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> tuple[FeedforwardState, Turning]:
-        """One sample on: the memory, and what the back-EMF tells."""
+        """One sample on: the memory, and angle and speed from the back-EMF."""
         p = self.parameters
         first = fresh(state.begun, sample)
         begun = where(either(state.begun, first), 1.0, 0.0)
         emf = self._emf(state, sample)
         before = where(first, p.motor_pole_pairs * sample.motor_angle_mechanical, state.lagging)
         turning = self._turning(emf, before, self._increment(state, sample))
-        current, tells = StatorVector(sample.motor_current_alpha, sample.motor_current_beta), self._has_current(sample)
-        kept = StatorVector(*(where(tells, new, old) for new, old in zip(current, state.current, strict=True)))
+        current, complete = (
+            StatorVector(sample.motor_current_alpha, sample.motor_current_beta),
+            self._has_current(sample),
+        )
+        kept = StatorVector(*(where(complete, new, old) for new, old in zip(current, state.current, strict=True)))
         sensed = where(present(sample.motor_angle_mechanical), sample.motor_angle_mechanical, state.sensed)
-        known, speed = where(tells, 1.0, 0.0), turning.electrical_speed
+        known, speed = where(complete, 1.0, 0.0), turning.electrical_speed
         return FeedforwardState(emf, kept, known, speed, turning.lagging, sensed, begun), turning
 
     def _has_current(self, sample: MotorAngleObserver.Sample) -> Truth:
@@ -153,7 +156,7 @@ class FeedforwardAngle:
         )
 
     def _increment(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> Scalar:
-        """Electrical angle that the sensor has gained [rad]; 0 where it is not asked or tells nothing."""
+        """Electrical angle that the sensor has gained [rad]; 0 where it is not used or missing."""
         if self.slow == "held":
             return 0.0
         gained = wrapped(sample.motor_angle_mechanical - state.sensed)
@@ -200,7 +203,7 @@ class RotorState(NamedTuple):
 
 
 class FollowedState(NamedTuple):
-    """Memory of the feedforward and of the rotor, and whether the sensor has told the beginning."""
+    """Memory of the feedforward and of the rotor, and whether the sensor has given the beginning."""
 
     feedforward: FeedforwardState
     rotor: RotorState
@@ -215,7 +218,7 @@ class FeedforwardWithLoad:
         feedforward: gives the angle
         gain: of angle, speed and load per radian between that angle and the own one
 
-    While the back-EMF tells nothing, the model is drawn to the angle that is held: a load that reverses at rest would
+    While the back-EMF is too small, the model is drawn to the angle that is held: a load that reverses at rest would
     carry it away otherwise.
 
     Source: Reinelt et al., eqs (16) and (46); the combination and the load are additions.
@@ -263,9 +266,9 @@ class FeedforwardWithLoad:
         begun = inner.begun
         rotor = RotorState(*(where(begun, new, old) for new, old in zip(rotor, state.rotor, strict=True)))
         rotor = rotor._replace(angle=where(first, sample.motor_angle_mechanical, rotor.angle))
-        told = residual(begun, sample, rotor.angle, p.motor_pole_pairs)
+        away_from_sensor = residual(begun, sample, rotor.angle, p.motor_pole_pairs)
         output = output_class("motor_load_torque", "standing")(
-            rotor.angle, rotor.speed, rotor.load_torque, turning.standing, told
+            rotor.angle, rotor.speed, rotor.load_torque, turning.standing, away_from_sensor
         )
         return FollowedState(inner, rotor, begun), output
 

@@ -131,11 +131,11 @@ def _table(errors: dict[str, dict[str, np.ndarray]], effort: Effort) -> Table:
     bench = [to_and_fro(seed, 6.0 if effort.quick else 20.0) for seed in ((0,) if effort.quick else (0, 1, 2))]
     beside = {name: accuracy(observer, bench) for name, observer in methods().items()}
 
-    def told(each: Accuracy) -> tuple[str, str]:
+    def cells(each: Accuracy) -> tuple[str, str]:
         return f"{each.angle:.4f}", f"{each.largest:.3f}"
 
     rows = tuple(
-        (name, *(cell for drive in errors.values() for cell in _cells(drive[name])), *told(beside[name]))
+        (name, *(cell for drive in errors.values() for cell in _cells(drive[name])), *cells(beside[name]))
         for name in beside
     )
     header = ("observer", *(f"{name}, {what}" for name in (*errors, "bench") for what in ("rms", "most")))

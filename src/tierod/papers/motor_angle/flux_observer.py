@@ -24,7 +24,7 @@ class FluxState(NamedTuple):
         known: whether that is known
         angle: electrical [rad], unbounded
         speed: electrical [rad/s]
-        begun: whether the sensor has told the beginning
+        begun: whether the sensor has given the beginning
     """
 
     flux: StatorVector
@@ -39,8 +39,8 @@ class FluxState(NamedTuple):
 class FluxObserver:
     """The stator's flux from its voltages, the magnets' part held to its length, its direction followed by a loop.
 
-    No model of the rotor: a load does not disturb it. At low speed it needs the exact resistance, and standing it tells
-    nothing and drifts.
+    No model of the rotor: a load does not disturb it. At low speed it needs the exact resistance, and at rest it is
+    blind and drifts.
 
     Args:
         parameters: of the motor; inertia and damping are not used
@@ -75,9 +75,9 @@ class FluxObserver:
         rotor = direction(ahead)
         flux = self._advanced(state, sample)
         magnets = park(self._less_leakage(flux, current), rotor)
-        tells = both(present(magnets.d), present(magnets.q))
-        short = where(tells, p.motor_flux - magnets.d, 0.0)
-        away = where(tells, limit(magnets.q / p.motor_flux, -1.0, 1.0), 0.0)
+        known = both(present(magnets.d), present(magnets.q))
+        short = where(known, p.motor_flux - magnets.d, 0.0)
+        away = where(known, limit(magnets.q / p.motor_flux, -1.0, 1.0), 0.0)
         kept = limit(
             (p.motor_resistance / p.motor_inductance + 2.0 * self.damping * absolute(state.speed)) * time, 0.0, 1.0
         )
@@ -86,8 +86,8 @@ class FluxObserver:
         speed = state.speed + self.bandwidth * self.bandwidth * time * away
         after = self._begun(state, first, begun, sample, FluxState(flux, current, 1.0, angle, speed, begun))
         shaft = after.angle / p.motor_pole_pairs
-        told = residual(begun, sample, shaft, p.motor_pole_pairs)
-        return after, output_class()(shaft, after.speed / p.motor_pole_pairs, told)
+        away_from_sensor = residual(begun, sample, shaft, p.motor_pole_pairs)
+        return after, output_class()(shaft, after.speed / p.motor_pole_pairs, away_from_sensor)
 
     def _advanced(self, state: FluxState, sample: MotorAngleObserver.Sample) -> StatorVector:
         """The flux a sample on; turned with the rotor where anything is missing."""
@@ -119,14 +119,14 @@ class FluxObserver:
         p = self.parameters
         at = electrical_angle(sample.motor_angle_mechanical, p.motor_pole_pairs)
         rotor: Direction = direction(at)
-        tells = both(present(after.current.alpha), present(after.current.beta))
-        made = [where(tells, p.motor_inductance * each, 0.0) for each in after.current]
+        known = both(present(after.current.alpha), present(after.current.beta))
+        made = [where(known, p.motor_inductance * each, 0.0) for each in after.current]
         flux = [
             where(first, p.motor_flux * axis + own, where(state.begun, new, old))
             for axis, own, new, old in zip(rotor, made, after.flux, state.flux, strict=True)
         ]
-        current = [where(tells, new, old) for new, old in zip(after.current, state.current, strict=True)]
+        current = [where(known, new, old) for new, old in zip(after.current, state.current, strict=True)]
         angle = where(first, at, where(state.begun, after.angle, state.angle))
         speed = where(state.begun, after.speed, state.speed)
-        known = where(tells, 1.0, 0.0)
+        known = where(known, 1.0, 0.0)
         return FluxState(StatorVector(*flux), StatorVector(*current), known, angle, speed, begun)

@@ -1,4 +1,4 @@
-"""Many drives of the bench with sound sensors and motors that differ from the vehicle file: alarms and residuals."""
+"""Fault-free drives of the bench with motors that differ from the vehicle file: alarms and residuals."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from tierod.vehicles import load
 SECONDS = 60.0
 """Of a drive [s]."""
 MOTORS = 3
-"""Motors, each with noise of its own, that are told one drive: the bench takes as long as the monitor."""
+"""Motors, each with noise of its own, that share one drive: the bench takes as long as the monitor."""
 RESISTANCE, FLUX, INDUCTANCE = (0.8, 1.3), (0.94, 1.02), (0.93, 1.07)
-"""True values over those that the monitor is told: temperatures, tolerances."""
+"""True values over those that the monitor assumes: temperatures, tolerances."""
 STEPS = (0.819173, 0.671044, 0.549700)
 """Of a number that spreads evenly over three ranges: powers of 1/1.220744, the root of x^4 = x + 1."""
 
@@ -60,15 +60,15 @@ class AlarmWatch:
 
     def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:
         """One sample on."""
-        after, told = self.monitor.step(state.monitor, sample)
-        alarmed = maximum(state.alarmed, greatest_of(*told.alarms.in_order()))
+        after, output = self.monitor.step(state.monitor, sample)
+        alarmed = maximum(state.alarmed, greatest_of(*output.alarms.in_order()))
         return self.State(after, alarmed), self.Output(
-            told.compared.known, alarmed, told.estimate.angle_residual_electrical, told.compared.counts
+            output.compared.known, alarmed, output.estimate.angle_residual_electrical, output.compared.counts
         )
 
 
 class HealthyDrive(NamedTuple):
-    """What one sound drive gave.
+    """What one fault-free drive gave.
 
     Args:
         turning: time in which the angle was known [s]
@@ -83,7 +83,7 @@ class HealthyDrive(NamedTuple):
 
 @dataclass(frozen=True)
 class HealthyDrives:
-    """Sound drives, every one with a motor of its own.
+    """Fault-free drives, every one with a motor of its own.
 
     Args:
         drives: in the order of their seeds
@@ -119,7 +119,7 @@ class HealthyDrives:
 
 
 def healthy_drives(courses: int, first: int, effort: Effort, seconds: float = SECONDS) -> HealthyDrives:
-    """Sound drives.
+    """Fault-free drives.
 
     Args:
         courses: how many, each driven by `MOTORS` motors
@@ -136,7 +136,7 @@ def healthy_drives(courses: int, first: int, effort: Effort, seconds: float = SE
 
 
 def other_motor(monitor: MotorAngleMonitor, number: int) -> MotorAngleMonitor:
-    """The monitor, told parameters of another motor.
+    """The monitor with the parameters of another motor.
 
     Args:
         monitor: with those of the vehicle file
@@ -147,8 +147,8 @@ def other_motor(monitor: MotorAngleMonitor, number: int) -> MotorAngleMonitor:
     resistance, flux, inductance = (
         low + share * (high - low) for (low, high), share in zip((RESISTANCE, FLUX, INDUCTANCE), shares, strict=True)
     )
-    told = with_true(p, resistance, flux, inductance)
-    return replace(monitor, observer=replace(monitor.observer, parameters=told))
+    assumed = with_true(p, resistance, flux, inductance)
+    return replace(monitor, observer=replace(monitor.observer, parameters=assumed))
 
 
 @cache

@@ -45,7 +45,7 @@ class Drawn:
 
     @property
     def plant(self) -> MotorBench:
-        """The bench with this motor; its control believes in the motor of the vehicle file."""
+        """The bench with this motor; its control assumes the motor of the vehicle file."""
         usual = bench(self.temperature)
         return replace(usual, motor=replace(usual.motor, machine=self.machine))
 
@@ -93,7 +93,7 @@ def recording(seen: ObserverDrive, temperature: float | None = None) -> Recordin
 
 
 def identified(motor: Drawn) -> MotorIdentification:
-    """What a recorded drive of a motor tells."""
+    """Parameters identified from a recorded drive of a motor."""
     parameters = load("motor-bench").parameters_for(MotorParameters)
     return identify_motor(parameters, {"drive": recording(motor.driven(motor.seed), motor.temperature)})
 
@@ -143,7 +143,7 @@ def _angle_errors(task: tuple[Drawn, tuple[Found, ...], float]) -> tuple[float, 
     seen = motor.driven(motor.seed + 5000, seconds)
     usual, m = load("motor-bench").parameters_for(SampledMotorParameters), motor.machine
     usual = replace(usual, sample_time=SAMPLE_TIME)
-    told = {each.name: each.value for each in parameters if hasattr(usual, each.name)}
+    known = {each.name: each.value for each in parameters if hasattr(usual, each.name)}
     true = replace(
         usual,
         motor_resistance=m.resistance,
@@ -152,7 +152,7 @@ def _angle_errors(task: tuple[Drawn, tuple[Found, ...], float]) -> tuple[float, 
         motor_inertia=m.inertia,
         motor_damping=m.damping,
     )
-    sets = (replace(usual, **told), true, usual)
+    sets = (replace(usual, **known), true, usual)
     found, best, without = (rms(seen.error(MotorAngleObserver(each))) for each in sets)
     return found, best, without
 
@@ -167,7 +167,7 @@ def items(effort: Effort) -> Iterator[Item]:
         "Parameters from a drive",
         (
             f"{count} motors with drawn parameters and temperatures, each identified from one drive of {_SECONDS:g} s "
-            "to and fro against a spring that nobody recorded, with noise of 0.15 A, 0.03 V and 0.0005 rad at 10 kHz. "
+            "to and fro against an unrecorded spring, with noise of 0.15 A, 0.03 V and 0.0005 rad at 10 kHz. "
             "Resistance at 20 degrees, flux as warm as the magnets were.",
         ),
     )

@@ -41,7 +41,7 @@ def items(effort: Effort) -> Iterator[Item]:
     yield Heading(
         "Voltages as commanded",
         (
-            "A recording often holds the voltage that the inverter was told to make, not the one that it made. Dead "
+            "A recording often holds the voltage that was commanded, not the one that the inverter made. Dead "
             "time and semiconductors take a constant voltage of each phase against its current, less below a knee. The "
             "bench's inverter has 1 µs of dead time and 0.7 V of drop here. The observer knows the command alone; its "
             "states are then the loss and the logarithm of the knee besides.",
@@ -73,19 +73,19 @@ def said_wrong(seen: ObserverDrive, knee: float) -> bool:
         knee: of the vehicle file [A]
     """
     observer = _observer(knee)
-    told = scan(observer, seen.commanded)
-    last = {name: float(told[f"inverter_{name}"][-1]) for name in InverterLoss._fields[:3]}
+    found = scan(observer, seen.commanded)
+    last = {name: float(found[f"inverter_{name}"][-1]) for name in InverterLoss._fields[:3]}
     lost = InverterLoss(**last, nominal_knee=knee, widest=observer.tuning.widest_knee)
     return len(inverter_remarks(lost, COMMANDED)) > 1
 
 
 def _observer(knee: float, loss: float | None = None, tuning: MotorAngleTuning | None = None) -> MotorAngleObserver:
-    told = load("motor-bench").parameters_for(CommandedMotorParameters)
+    known = load("motor-bench").parameters_for(CommandedMotorParameters)
     changed = replace(
-        told,
+        known,
         sample_time=SAMPLE_TIME,
         inverter_knee_current=knee,
-        inverter_voltage_loss=told.inverter_voltage_loss if loss is None else loss,
+        inverter_voltage_loss=known.inverter_voltage_loss if loss is None else loss,
     )
     return MotorAngleObserver(changed, tuning or MotorAngleTuning())
 
@@ -141,8 +141,8 @@ def _chart(seen: ObserverDrive) -> Chart:
     thin = slice(None, None, 100)
     marks = []
     for knee in (1.0 / WRONG, WRONG):
-        told = scan(_observer(knee), seen.commanded)
-        marks.append(Lines(f"{knee:g} A told", seen.time[thin], told["inverter_knee_current"][thin]))
+        found = scan(_observer(knee), seen.commanded)
+        marks.append(Lines(f"{knee:g} A told", seen.time[thin], found["inverter_knee_current"][thin]))
     panel = Panel("", "time (s)", "knee (A)", tuple(marks), levels=(("true", LOSSY.knee_current),))
     return Chart(
         "motor-angle-knee",

@@ -41,7 +41,7 @@ def items(effort: Effort) -> Iterator[Item]:
     yield Heading(
         "A load that is not known makes the speed wrong",
         (
-            "The observers of the paper leave out the load: so the balance of torques, not the current, tells them the "
+            "The observers of the paper leave out the load: so the balance of torques, not the current, gives them the "
             "speed. In steady state the error follows from the gains: -1/(b + c_M (K_t - J k_2)/(R + L k_1)) for the "
             "full observer, 1/(J p) for the reduced one. Park's transform turns by the measured angle here.",
         ),
@@ -57,13 +57,13 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def standing() -> tuple[float, float]:
-    """Speed that the observer with load tells of a motor held still with a warm winding: measured, computed [rad/s]."""
+    """Speed that the observer with load estimates of a motor held still and warm: measured, computed [rad/s]."""
     p, torque = load("motor-bench").parameters_for(DqMotorParameters), 0.6
     seen = locked(bench(), np.full(1000, torque), 5)
-    told = seen.observed(_observers()["full, with load, R 20 % higher than known"])["motor_speed"][5000:].mean()
+    estimated = seen.observed(_observers()["full, with load, R 20 % higher than known"])["motor_speed"][5000:].mean()
     current = torque / torque_constant(p.motor_pole_pairs, p.motor_flux)
     missing = p.motor_resistance * (1.0 - 1.0 / WARMER)
-    return float(told), missing * current / back_emf_constant(p.motor_pole_pairs, p.motor_flux)
+    return float(estimated), missing * current / back_emf_constant(p.motor_pole_pairs, p.motor_flux)
 
 
 def stepped(seed: int) -> ObserverDrive:

@@ -37,12 +37,12 @@ def full_observer(motor: LinearSystem, poles: Sequence[complex]) -> LinearSystem
     """
     gain = place(motor, poles)
     A, B = motor.A - gain @ motor.C, np.hstack([motor.B, gain])
-    told = motor.states[1:]
-    return LinearSystem(A, B, np.eye(len(A))[1:], np.zeros((len(told), 2)), motor.states, INPUTS, told)
+    estimated = motor.states[1:]
+    return LinearSystem(A, B, np.eye(len(A))[1:], np.zeros((len(estimated), 2)), motor.states, INPUTS, estimated)
 
 
 def reduced_observer(motor: LinearSystem, poles: Sequence[complex]) -> LinearSystem:
-    """The same without the current, which is believed as measured; its states are x_B = x_2 - K I_q.
+    """The same without the current, which is taken as measured; its states are x_B = x_2 - K I_q.
 
     Args:
         motor: of `q_axis_motor`, with or without load
@@ -54,14 +54,14 @@ def reduced_observer(motor: LinearSystem, poles: Sequence[complex]) -> LinearSys
     Source: Reinelt et al., eqs (25) to (33). Corrected in (32): K multiplies c_M/L_sq in the factor of x_B and
     R_s/L_sq in that of I_sq, where z_p is printed, and the voltage counts with -K/L_sq.
     """
-    told = motor.states[1:]
+    estimated = motor.states[1:]
     A11, A12, A21, A22 = motor.A[:1, :1], motor.A[:1, 1:], motor.A[1:, :1], motor.A[1:, 1:]
-    gain = place(LinearSystem.of(A22, A12, states=told), poles)
+    gain = place(LinearSystem.of(A22, A12, states=estimated), poles)
     A = A22 - gain @ A12
     current = A @ gain + A21 - gain @ A11
     voltage = motor.B[1:] - gain @ motor.B[:1]
     D = np.hstack([np.zeros_like(gain), gain])
-    return LinearSystem(A, np.hstack([voltage, current]), np.eye(len(told)), D, told, INPUTS, told)
+    return LinearSystem(A, np.hstack([voltage, current]), np.eye(len(estimated)), D, estimated, INPUTS, estimated)
 
 
 def printed_reduced_observer(p: MotorParameters, motor: LinearSystem, pole: float) -> LinearSystem:
@@ -80,8 +80,8 @@ def printed_reduced_observer(p: MotorParameters, motor: LinearSystem, pole: floa
     own = emf / inductance - damping
     current = own * gain + motor.A[1, 0] + p.motor_pole_pairs * p.motor_resistance / inductance
     A, B = np.array([[own]]), np.array([[gain / inductance, current]])
-    told = motor.states[1:]
-    return LinearSystem(A, B, np.eye(1), np.array([[0.0, gain]]), told, INPUTS, told)
+    estimated = motor.states[1:]
+    return LinearSystem(A, B, np.eye(1), np.array([[0.0, gain]]), estimated, INPUTS, estimated)
 
 
 def speed_per_load(observer: LinearSystem, motor: LinearSystem, p: MotorParameters) -> float:
@@ -117,12 +117,12 @@ class LinearSpeed:
 
     Args:
         model, parameters: of the sampled observer
-        tells: what it tells besides the speed
+        extras: what it estimates besides the speed
     """
 
     model: Model
     parameters: Matrices
-    tells: tuple[str, ...]
+    extras: tuple[str, ...]
 
     @classmethod
     def of(cls, observer: LinearSystem, sample_time: float) -> LinearSpeed:

@@ -37,7 +37,7 @@ class ObserverDrive:
         samples: of `MotorAngleObserver.Sample`, (n, 5), at `RATE`
         angle, speed: of the shaft [rad], [rad/s], (n,)
         load: all that opposes the rotor but its viscous friction [N*m], (n,)
-        commands: voltages that the inverter was told to make, in the stator's axes [V], (n, 2)
+        commands: voltages that the inverter was commanded to make, in the stator's axes [V], (n, 2)
         resistance: of a phase, as warm as it is [ohm], (n,)
     """
 

@@ -47,8 +47,8 @@ class KalmanSpeed:
     filter: KalmanFilter
 
     @property
-    def tells(self) -> tuple[str, ...]:
-        """What it tells besides the speed."""
+    def extras(self) -> tuple[str, ...]:
+        """What it estimates besides the speed."""
         return ("motor_load_torque", "nis") if self._loaded else ("nis",)
 
     @property

@@ -40,13 +40,13 @@ WIDEST = 0.3
 
 @lru_cache(maxsize=32)
 def output_class(*extras: str) -> type:
-    """Class of an output: angle, speed, what else is told, and how the sensor differs (electrical)."""
+    """Class of an output: angle, speed, what else is estimated, and how the sensor differs (electrical)."""
     names = ("motor_angle", "motor_speed", *extras, "angle_residual_electrical")
     return named_tuple("Output", [(name, Annotated[float, UNITS[name]]) for name in names])
 
 
 def fresh(begun: Scalar, sample: MotorAngleObserver.Sample) -> Truth:
-    """Whether this sample is the first one that tells an angle."""
+    """Whether this sample is the first one with an angle."""
     return both(begun < 0.5, present(sample.motor_angle_mechanical))
 
 
@@ -64,7 +64,7 @@ LOAD_POLE = -300.0
 
 
 class RotorFrameState(NamedTuple):
-    """Memory of the speed's observer, the angle, the speed, and whether the sensor has told the beginning."""
+    """Memory of the speed's observer, the angle, the speed, and whether the sensor has given the beginning."""
 
     inner: Tree
     angle: Scalar
@@ -112,7 +112,7 @@ class RotorFrameObserver:
         inner, (speed, *extras) = self.inner.advance(state.inner, *self._turned(before + travel, travel, sample))
         angle = where(state.begun, before + 0.5 * (travel + self.sample_time * speed), before)
         away = residual(begun, sample, angle, self.pole_pairs)
-        output = output_class(*self.inner.tells)(angle, speed, *extras, away)
+        output = output_class(*self.inner.extras)(angle, speed, *extras, away)
         return RotorFrameState(inner, angle, speed, begun), output
 
     def _turned(

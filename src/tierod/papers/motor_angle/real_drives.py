@@ -42,7 +42,7 @@ def friction(speed: Recording, position: Recording) -> Iterator[Item]:
     """Current across the flux over speed and position: friction and inertia in amperes."""
     fit, step = motion(position)
     there, needed = float(np.mean(column(speed, "UserSpeed"))), float(np.mean(column(speed, "motor_current_q")))
-    foretold = fit.values[1] * there + fit.values[2]
+    predicted = fit.values[1] * there + fit.values[2]
     names = ("acceleration (A per 1/s²)", "speed (A per 1/s)", "dry friction (A)", "constant (A)")
     rows = tuple((n, f"{v:.3g}", f"{d:.2g}") for n, v, d in zip(names, fit.values, fit.deviations, strict=True))
     yield Heading(
@@ -59,7 +59,7 @@ def friction(speed: Recording, position: Recording) -> Iterator[Item]:
         "Current that this friction needs at the speed of the other file, over what was recorded there.",
         "another recording of the same drive",
         None,
-        float(foretold / needed),
+        float(predicted / needed),
         between(0.9, 1.1),
     )
 
@@ -161,7 +161,7 @@ def dragged(recording: Recording) -> Iterator[Item]:
         "A current that is counted the other way",
         (
             f'`tierod identify motor` says to {DRAGGED} as recorded: "{said}".',
-            "With the currents turned round it tells "
+            "With the currents turned round it identifies "
             f"{_listed([each.name for each in right.found]) or 'no parameter'}, and not "
             f"{_listed([each.name for each in right.untold])}: at one speed and one current they do not separate.",
         ),

@@ -1,4 +1,4 @@
-"""The default observer with a winding that is warmer than it is told, from the start or while it turns."""
+"""The default observer with a winding that is warmer than assumed, from the start or while it turns."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from tierod.proving_ground.motor import Warming
 SPEEDS = (0.0, 20.0, 44.0, 110.0, np.inf)
 """Edges of the ranges of electrical speed [rad/s]."""
 WARMER = 1.2
-"""Resistance over what the observer is told."""
+"""Resistance over the assumed one."""
 CAPACITY = 1.95
 """Heat capacity of a winding that gains about 40 % of resistance in 20 s of the bench's work [J/K]."""
 FIRST = 4000
@@ -57,8 +57,8 @@ def items(effort: Effort) -> Iterator[Item]:
     yield Heading(
         "A warmer winding",
         (
-            "Nobody measures the resistance of a winding while it works. It is 20 % higher than the observer is told, "
-            "or rises by 40 % in the drive, with magnets 4 % weaker and an inductance 10 % smaller than told besides.",
+            "The resistance of a winding at work is not measured. It is 20 % higher than the observer assumes, "
+            "or rises by 40 % in the drive, with magnets 4 % weaker and an inductance 10 % smaller than assumed.",
         ),
     )
     count, seconds = (2, 8.0) if effort.quick else (8, 20.0)
@@ -85,19 +85,19 @@ def ramped(seed: int, seconds: float) -> ObserverDrive:
 
 def _cases() -> dict[str, tuple[MotorAngleObserver, bool]]:
     """Observer and whether the winding warms, by name."""
-    told = parameters()[1]
-    colder = replace(told, motor_resistance=told.motor_resistance / WARMER)
+    known = parameters()[1]
+    colder = replace(known, motor_resistance=known.motor_resistance / WARMER)
     fixed = MotorAngleTuning(first_resistance=1e-6, first_flux=1e-6, resistance_wander=0.0, flux_wander=0.0)
     return {
-        "as told": (MotorAngleObserver(told), False),
+        "as told": (MotorAngleObserver(known), False),
         "20 % higher": (MotorAngleObserver(colder), False),
         "20 % higher, resistance and flux not learnt": (MotorAngleObserver(colder, fixed), False),
-        "rising by 40 %": (MotorAngleObserver(_other(told)), True),
+        "rising by 40 %": (MotorAngleObserver(_other(known)), True),
     }
 
 
-def _other(told: SampledMotorParameters) -> SampledMotorParameters:
-    return replace(told, motor_flux=told.motor_flux / 0.96, motor_inductance=told.motor_inductance / 0.9)
+def _other(known: SampledMotorParameters) -> SampledMotorParameters:
+    return replace(known, motor_flux=known.motor_flux / 0.96, motor_inductance=known.motor_inductance / 0.9)
 
 
 def _errors(observer: MotorAngleObserver, warms: bool, seeds: Sequence[int], seconds: float) -> Errors:
@@ -129,21 +129,21 @@ def _table(found: Mapping[str, Errors]) -> Table:
 
 
 def _chart(seen: ObserverDrive) -> Chart:
-    told = seen.observed(MotorAngleObserver(_other(parameters()[1])))
+    learnt = seen.observed(MotorAngleObserver(_other(parameters()[1])))
     thin = slice(None, None, 100)
     panel = Panel(
         "",
         "time (s)",
         "resistance (mΩ)",
         (
-            Lines("learnt", seen.time[thin], 1e3 * told["motor_resistance"][thin]),
+            Lines("learnt", seen.time[thin], 1e3 * learnt["motor_resistance"][thin]),
             Lines("true", seen.time[thin], 1e3 * seen.resistance[thin], dashed=True),
         ),
     )
     return Chart(
         "motor-angle-resistance",
         "A resistance that rises while the motor works",
-        "The observer is told the cold one and a wrong flux and inductance; it learns where 3 A flow or more.",
+        "The observer assumes the cold one and a wrong flux and inductance; it learns where 3 A flow or more.",
         "The learnt resistance follows the true one upwards by some 40 percent.",
         (panel,),
     )

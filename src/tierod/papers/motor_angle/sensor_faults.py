@@ -27,12 +27,12 @@ TARGET = "target of tierod"
 
 TEXT = (
     "The bench's motor turns to and fro under control of its angle. At a random instant at which it turns fast enough "
-    f"for its currents to tell the angle, a fault begins and is watched for {AFTER:g} s. It lies inside the loop: the "
+    f"for its currents to show the angle, a fault begins and is watched for {AFTER:g} s. It lies inside the loop: the "
     "current control reads the wrong sensor, and what it reads is recorded; only steps of the angle are put into the "
     "recording alone. The drives turn at many speeds up to some 100 rad/s, those by speed to and fro at one of them.",
     "A delay runs from when the fault is as large as five degrees electrical to the first alarm of any test, and is "
-    "told twice: from the clock, and of time in which the motor turned so fast that its angle was known. Between two "
-    "strokes the motor stands, and nothing can be told.",
+    "given twice: from the clock, and of time in which the motor turned so fast that its angle was known. Between two "
+    "strokes the motor stands, and nothing shows.",
 )
 
 
@@ -77,8 +77,8 @@ def items(effort: Effort) -> Iterator[Item]:
         for place, speed in enumerate(SPEEDS, 1)
     }
     seeds, names = range(FIRST_ANYWHERE, FIRST_ANYWHERE + whole), [fault.name for fault in STALLS]
-    told = found_anywhere(names, seeds, effort)
-    stalls = {name: Delays(tuple(found)) for name, found in told.items()}
+    anywhere = found_anywhere(names, seeds, effort)
+    stalls = {name: Delays(tuple(found)) for name, found in anywhere.items()}
     yield _table(mixed)
     yield _speed_table(by_speed)
     yield _stall_table(stalls)

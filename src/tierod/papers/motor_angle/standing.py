@@ -148,15 +148,15 @@ def _milliseconds(values: Sequence[float] | np.ndarray, share: float) -> str:
 MOVING, HELD, AFTER = 5.6, 10.0, 5.0
 """The motor turns, is held against the load, and turns on for so long [s]."""
 WARMER = 1.2
-"""Resistance over what the observer is told."""
+"""Resistance over the assumed one."""
 
 
 class Held(NamedTuple):
-    """What an observer tells of a motor that is held.
+    """Estimates of an observer while the motor is held.
 
     Args:
         drift: of the angle from the first to the last second [rad]
-        early, late: standard deviation that it tells, after the first second and at the end [rad]
+        early, late: standard deviation that it claims, after the first second and at the end [rad]
         back: time from turning again until it knows the angle [s]
     """
 
@@ -172,8 +172,8 @@ def items(effort: Effort) -> Iterator[Item]:
         "Standing, and a wrong beginning",
         (
             f"The bench's motor turns for {MOVING:g} s, is held against 0.8 N·m for {HELD:g} s, and turns on. "
-            "Held, its currents tell nothing: the observer goes on by the increments of the sensor and says so by a "
-            "variance that grows. It knows its angle again when it tells less than 0.03 rad, and is right within that.",
+            "Held, its currents show nothing: the observer goes on by the increments of the sensor and says so by a "
+            "variance that grows. It knows its angle again when it claims less than 0.03 rad and is right within.",
             "A wrong beginning: the sensor is off by a constant when the observer begins. From rest, the motor then "
             f"starts one way, and the time counts from {BEGUN_SPEED:g} rad/s; reversing, the motor turns the other way "
             "within a tenth of a second. Resistance, flux and inductance differ from the file's.",
@@ -201,9 +201,9 @@ def held_drive(seed: int) -> ObserverDrive:
 
 
 def standing(observer: Block, seen: ObserverDrive) -> Held:
-    """What an observer tells of such a drive."""
-    told = seen.observed(observer)
-    away, deviation = told["motor_angle"] - seen.angle, told["motor_angle_standard_deviation"]
+    """Estimates of an observer on such a drive."""
+    found = seen.observed(observer)
+    away, deviation = found["motor_angle"] - seen.angle, found["motor_angle_standard_deviation"]
     first, second, last, end = (
         round(second * RATE) for second in (MOVING + 0.5, MOVING + 1.5, MOVING + HELD - 1.0, MOVING + HELD)
     )
@@ -243,19 +243,19 @@ def _held_table(held: dict[str, list[Held]]) -> Table:
 
 def _held_chart(seen: ObserverDrive) -> Chart:
     part = slice(round((MOVING - 0.6) * RATE), round((MOVING + HELD + 1.0) * RATE), 20)
-    told = seen.observed(MotorAngleObserver(parameters()[1]))
-    time, deviation = seen.time[part], 2.0 * told["motor_angle_standard_deviation"][part]
+    found = seen.observed(MotorAngleObserver(parameters()[1]))
+    time, deviation = seen.time[part], 2.0 * found["motor_angle_standard_deviation"][part]
     marks: list[Mark] = [Band("default", time, -deviation, deviation)]
     others = methods()
     names = ("Luenberger, with load", "Kalman filter, with load")
     for name, observer in (*((name, others[name]) for name in names), ("default", None)):
-        away = (told if observer is None else seen.observed(observer))["motor_angle"] - seen.angle
+        away = (found if observer is None else seen.observed(observer))["motor_angle"] - seen.angle
         marks.append(Lines(name, time, away[part] - away[part][0]))
     return Chart(
         "motor-angle-held",
         "An observer's angle while the motor is held (Figure 7)",
         f"Held from {MOVING:g} to {MOVING + HELD:g} s. Errors from the begin of the section on; the band is twice the "
-        "standard deviation that the default tells. The others integrate a speed and turn by the measured angle.",
+        "standard deviation that the default claims. The others integrate a speed and turn by the measured angle.",
         "Errors of three observers while the motor stands: the default stays, and its band grows.",
         (Panel("", "time (s)", "error of the angle (rad)", tuple(marks)),),
     )

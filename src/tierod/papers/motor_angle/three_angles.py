@@ -48,7 +48,7 @@ KINDS = ("offset", "drift", "stuck")
 
 
 class Case(NamedTuple):
-    """A drive with a fault; a sound one where the angle is empty."""
+    """A drive with a fault; a fault-free one where the angle is empty."""
 
     course: str
     seed: int
@@ -57,11 +57,11 @@ class Case(NamedTuple):
 
 
 class Told(NamedTuple):
-    """What the plausibility says over such a drive.
+    """Findings of the plausibility over such a drive.
 
     Args:
         delay: from the fault to its alarm [s]; infinite without one
-        motion: who is suspected by motion alone, for most of the time
+        motion: the angle that motion alone suspects, for most of the time
         suspect: with the observer and the variable ratio besides; the motor, where a test of its own alarmed before
         largest: disagreement at the pinion before the fault [rad]
         early: whether it alarmed before the fault
@@ -119,7 +119,7 @@ def told_of(case: Case) -> Told:
 
 
 def _mostly(codes: np.ndarray) -> str:
-    """Who was suspected for most of the time, if anybody was."""
+    """The angle that was suspected for most of the time, if any was."""
     counts = np.bincount(codes.astype(int), minlength=2)[1:]
     return CODES[float(np.argmax(counts) + 1) if counts.any() else NONE]
 
@@ -162,7 +162,7 @@ def _right(angle: str, suspect: str) -> bool:
 
 
 def _not_wrong(angle: str, suspect: str) -> bool:
-    """Whether the name is right, or not yet told, or leaves two open of which one is right."""
+    """Whether the name is right, or none yet, or leaves two open of which one is right."""
     return _right(angle, suspect) or suspect == "none" or (suspect == "not the motor" and angle != "motor")
 
 

@@ -139,14 +139,14 @@ def minimal_redundant_sets(model: StructuralModel, most: int = MOST) -> tuple[fr
     return tuple(found)
 
 
-def _minimal(equations: Sequence[Equation], spared: Sequence[Equation]) -> Iterator[Sequence[Equation]]:
-    """Minimal sets of an overdetermined set; only those of `spared` may be taken away, so that none comes twice."""
+def _minimal(equations: Sequence[Equation], removable: Sequence[Equation]) -> Iterator[Sequence[Equation]]:
+    """Minimal sets of an overdetermined set; only those of `removable` may be taken away, so that none comes twice."""
     if not equations:
         return
     if redundancy(equations) == 1:
         yield equations
         return
-    left = list(spared)
+    left = list(removable)
     while left:
         rest = overdetermined([each for each in equations if each is not left[0]])
         kept = {each.name for each in rest}
@@ -176,10 +176,10 @@ def minimal_test_sets(model: StructuralModel) -> tuple[frozenset[str], ...]:
     return tuple(sorted(least, key=lambda each: (len(each), sorted(each))))
 
 
-def _testable(equations: Sequence[Equation], spared: Sequence[Equation]) -> Iterator[Sequence[Equation]]:
+def _testable(equations: Sequence[Equation], removable: Sequence[Equation]) -> Iterator[Sequence[Equation]]:
     """Overdetermined sets from which no fault can be taken without taking all."""
     smaller = False
-    left = list(spared)
+    left = list(removable)
     while left:
         rest = overdetermined([each for each in equations if each is not left[0]])
         kept = {each.name for each in rest}

@@ -132,8 +132,8 @@ def structure_of(
     equations += [Equation.of(f"d {name}", (name, f"d {name}")) for name in moving]
     measured = [name for name in outputs if name not in without]
     equations += [Equation.of(name, inside[1][name], {name}, faults.get(name, "")) for name in measured]
-    told = [name for name in inputs if name in known_inputs]
-    equations += [Equation.of(f"known {name}", {name}, {name}, faults.get(f"known {name}", "")) for name in told]
+    known = [name for name in inputs if name in known_inputs]
+    equations += [Equation.of(f"known {name}", {name}, {name}, faults.get(f"known {name}", "")) for name in known]
     zero = set(without)
     return StructuralModel(
         tuple(Equation(each.name, each.unknowns - zero, each.knowns, each.fault) for each in equations)

@@ -186,7 +186,7 @@ class DriverIntervention:
         return cls(cusum, restless, quiet, inertia_uncertainty, takeover.torque)
 
     def init(self) -> State:
-        """Nobody found, nothing asked for, hands not yet known to be still."""
+        """No driver found, nothing asked for, hands not yet known to be still."""
         return self.State(self.cusum.init(), self.restless.init(), self.quiet.init(), 0.0, 0.0)
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:

@@ -221,7 +221,7 @@ def regulator(
     """The regulator of a column without gear, with its delay, the low-pass of the feedback and the shaft's integral.
 
     Args:
-        column: as it is believed to be
+        column: as it is assumed to be
         torsion_bar_stiffness: between the steering wheel and the shaft that follows [N m/rad]
         sample_time: [s]
         weights: of states and of the `shaft`, as `lqr` takes them; `WEIGHTS` where None

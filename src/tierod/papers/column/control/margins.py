@@ -184,11 +184,11 @@ def open_loop(
 
     whole = np.array(jacobian(compensator, start), float)
     n, m = len(plant.A), len(whole)
-    told = whole[:, m:]
-    A = np.block([[plant.A, np.zeros((n, m))], [told @ plant.C, whole[:, :m]]])
+    sensed = whole[:, m:]
+    A = np.block([[plant.A, np.zeros((n, m))], [sensed @ plant.C, whole[:, :m]]])
     asked = np.zeros((1, n + m))
     asked[0, -2] = -1.0
-    return LinearSystem.of(A, asked, np.concatenate([plant.B, told @ plant.D]))
+    return LinearSystem.of(A, asked, np.concatenate([plant.B, sensed @ plant.D]))
 
 
 def _settled(observer: Block, samples: int) -> Tree:

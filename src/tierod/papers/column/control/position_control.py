@@ -51,7 +51,7 @@ class TorqueLimits:
             an electric power steering of the middle class
         rate: largest change of torque; from nothing to all in 20 ms spares the gear and lets the sweep pass, which
             needs a fifth of it
-        engaging: time in which control takes hold: so slowly that nobody is startled
+        engaging: time in which control takes hold: so slowly that no driver is startled
         releasing: time in which it lets go: much shorter than a driver's push, and without a blow
     """
 
@@ -83,7 +83,7 @@ class PositionControl:
 
     Args:
         gains: of the state feedback, `design`
-        column: as the controller believes it to be
+        column: as the controller assumes it to be
         output_stiffness: between the steering wheel and the shaft that follows [N m/rad]
         limits: of the torque
         sample_time: [s]
@@ -160,7 +160,7 @@ class PositionControl:
         """The controller of a column.
 
         Args:
-            column: as it is believed to be
+            column: as it is assumed to be
             torsion_bar_stiffness: between the steering wheel and the shaft that follows [N m/rad]
             sample_time: [s]
             weights: of states and of the `shaft`, as `lqr` takes them; `WEIGHTS` where None

@@ -68,7 +68,7 @@ class Step:
     Args:
         height: of the step
         time: at which it begins
-        rise: within which it is done, with four continuous derivatives; zero is a jump, whose derivatives nobody can
+        rise: within which it is done, with four continuous derivatives; zero is a jump, whose derivatives no column can
             follow: they are given as zero
     """
 
