@@ -135,11 +135,7 @@ def identify_motor(
             raise ParameterError(f"'{name}' cannot be looked for{nearest(name, CURES)}")
     pole_pairs = parameters.motor_pole_pairs
     expected = (parameters.motor_resistance, parameters.motor_inductance, parameters.motor_flux)
-    seen = [motor_recording(name, each, pole_pairs) for name, each in recordings.items()]
-    for each in seen:
-        refuse_slips(each, pole_pairs, expected)
-    timed = [in_time(each, pole_pairs, expected) for each in seen]
-    seen = [each for each, _ in timed]
+    seen, moved = _in_time(recordings, pole_pairs, expected)
     progress(0.3)
     electrical = identify_electrical(seen, pole_pairs, expected)
     progress(0.6)
@@ -170,11 +166,22 @@ def identify_motor(
         mechanical,
         ratio,
         (
-            *filter(None, (words for _, words in timed)),
+            *moved,
             *_doubts(seen, electrical, parameters),
             *_remarks(seen, electrical, mechanical, ratio),
         ),
     )
+
+
+def _in_time(
+    recordings: Mapping[str, Recording], pole_pairs: float, expected: tuple[float, float, float]
+) -> tuple[list[MotorRecording], list[str]]:
+    """The recordings without slips, their voltages moved to the steps they belong to, and remarks on those moved."""
+    seen = [motor_recording(name, each, pole_pairs) for name, each in recordings.items()]
+    for each in seen:
+        refuse_slips(each, pole_pairs, expected)
+    timed = [in_time(each, pole_pairs, expected) for each in seen]
+    return [each for each, _ in timed], [words for _, words in timed if words]
 
 
 def _mechanical(seen: Sequence[MotorRecording], electrical: Electrical, pole_pairs: float) -> Mechanical | None:
